@@ -1,4 +1,4 @@
-"""How far are two parts from each other at least? By the boxes around them, in one place or in many.
+"""Bound the distance of parts from below by the boxes around them, in one place or in many.
 
 Every part has a box around it, with sides along the part's own axes. The distance of two boxes is bounded from below by
 the widest slab that fits between them; two boxes are apart exactly where there is one, across one of their axes or of
@@ -18,24 +18,12 @@ from sits_mech.scene.sensor import Sensor
 
 @dataclass(frozen=True)
 class Solid:
-    """A box around a part, in one place or in many.
+    """A box around a part in its p places; p = 1 if it does not move."""
 
-    Attributes
-    ----------
-    name : str
-        As in the scene.
-    half : ndarray, shape (3,)
-        Half sizes [m].
-    turns : ndarray, shape (p, 3, 3)
-        Rotations; p = 1 if it does not move.
-    places : ndarray, shape (p, 3)
-        Of the middle [m].
-    """
-
-    name: str
-    half: Array
-    turns: Array
-    places: Array
+    name: str  # as in the scene
+    half: Array  # (3,) half sizes [m]
+    turns: Array  # (p, 3, 3) rotations
+    places: Array  # (p, 3) of the middle [m]
 
 
 def fixed_solids(sensor: Sensor) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:

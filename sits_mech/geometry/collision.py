@@ -1,4 +1,4 @@
-"""Does a pose leave the target clear of the coil plane and of the fixed plates? Asked before anything is solved.
+"""Check before a solve that a pose leaves the target clear of the coil plane and of the fixed plates.
 
 A box |xi| <= a, |eta| <= b, 0 <= zeta <= t around the target, in its own frame, is turned by R about the centre of its
 bottom face, which stands at height d_v; so its lowest corner is at
@@ -47,14 +47,9 @@ def clearance(sensor: Sensor, pose: Pose) -> Array:
 def smooth_height(middle: Array, sides: Array) -> Array:
     """Return the height of a tilted plate's lowest point, or up to a quarter more, without a kink where it is level.
 
-    ``g = z - sum over sides of (sqrt(s^2 + e^2) - e)``, e = `_SOFT` g, by Newton's method.
-
-    Parameters
-    ----------
-    middle : ndarray, shape (p,)
-        z: of the lower face's centre, less what the thickness takes of it [m].
-    sides : ndarray, shape (p, k)
-        s: how far half of each side falls, either sign [m].
+    ``g = z - sum over sides of (sqrt(s^2 + e^2) - e)``, e = `_SOFT` g, by Newton's method; `middle` (p,) z of the lower
+    face's centre, less what the thickness takes of it, `sides` (p, k) s, how far half of each side falls, either sign
+    [m].
     """
     gap, square = middle.copy(), sides**2
     for _ in range(_TIMES if square.any() else 0):
@@ -76,7 +71,7 @@ def room(sensor: Sensor, pose: Pose) -> Array:
 def check_clearance(sensor: Sensor, pose: Pose) -> None:
     """Raise Collision if any pose brings the target to the coil plane or a fixed plate, or is not a number.
 
-    A gap of a hundred thousandth of the target's size counts as none: roughness is larger, and no division as fine.
+    A gap of 1e-5 of the target's size counts as none: roughness is larger, and no division as fine.
     """
     gap = clearance(sensor, pose)
     least = 0.0 if sensor.target is None else _NEAREST * max(sensor.target.extent)

@@ -31,15 +31,9 @@ _OFF = 0.6 * (1.0 + 1e-6)  # lattice spacings of its points from the border at l
 
 @dataclass(frozen=True)
 class Outline:
-    """A plate's outline, from the target's centre.
+    """A plate's outline, from the target's centre."""
 
-    Attributes
-    ----------
-    loops : tuple of loops of (x, y)
-        The rim first, then the rims of holes, none closed [m].
-    """
-
-    loops: tuple[Loop, ...]
+    loops: tuple[Loop, ...]  # corners (x, y) of the rim, then of the holes, none closed [m]
 
     @property
     def rim(self) -> Array:
@@ -77,24 +71,15 @@ def _simple_outline(extent: tuple[float, float], is_round: bool) -> Outline:
 
 
 def read_outline(path: str | Path, group: str | None = None) -> Outline:
-    """Return the outline of the triangles and quadrilaterals in a mesh file, in the file's own unit (metres).
+    """Return the outline of the triangles and quadrilaterals in a mesh file [m].
 
-    Raises
-    ------
-    ValueError
-        If the file is no mesh, has no plane cells or no such group, or is not in one piece with simple rims.
+    ValueError if the file is no mesh, has no plane cells or no such group, or is not in one piece with simple rims.
     """
     return Outline(read_loops(path, group))
 
 
 def outline_plan(outline: Outline, grading: Grading) -> Plan:
-    """Divide a plate of any outline.
-
-    Raises
-    ------
-    ValueError
-        If a rim crosses or touches itself or another, or the metal is too narrow to divide.
-    """
+    """Divide a plate of any outline; ValueError if rims cross or touch, or the metal is too narrow to divide."""
     crossing = first_crossing(outline.loops)
     if crossing is not None:
         x, y = crossing
@@ -116,7 +101,7 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
 
 
 def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, grading: Grading) -> Plan | None:
-    """Rim quadrilaterals and inner triangles; None if the triangles do not fit the quadrilaterals."""
+    """Return rim quadrilaterals and inner triangles; None if the triangles do not fit the quadrilaterals."""
     nodes: list[Array] = []
     cells: list[Integers] = []
     marks: list[Integers] = []
@@ -156,19 +141,19 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
 
 
 def _offset(loop: Array, depth: float) -> Array:
-    """Polygon moved to the left of its direction by `depth`, mitred."""
+    """Return the polygon moved to the left of its direction by `depth`, mitred."""
     before, after = np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0)
     n1, n2 = (_left(b - a) for a, b in ((before, loop), (loop, after)))
     return np.asarray(loop + depth * (n1 + n2) / (1.0 + (n1 * n2).sum(1, keepdims=True)))
 
 
 def _left(v: Array) -> Array:
-    """Unit normals to the left."""
+    """Return unit normals to the left."""
     return np.asarray(np.column_stack([-v[:, 1], v[:, 0]]) / np.linalg.norm(v, axis=1, keepdims=True))
 
 
 def _shares(loop: Array, grading: Grading) -> list[Array]:
-    """Where along each edge, from 0 to 1, it is divided so that no piece is longer than cells may be there."""
+    """Return where each edge is divided, from 0 to 1, so that no piece is longer than cells may be there."""
     found = []
     for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True):
         length = float(np.hypot(*(b - a)))
@@ -182,18 +167,18 @@ def _shares(loop: Array, grading: Grading) -> list[Array]:
 
 
 def _finer(share: Array, pieces: int) -> Array:
-    """Every piece of an edge in as many equal ones, without the end."""
+    """Divide every piece of an edge evenly, without its end."""
     return np.interp(np.arange(pieces * (share.size - 1)) / pieces, np.arange(share.size), share)
 
 
 def _divided(loop: Array, shares: list[Array]) -> Array:
-    """Nodes of a polygon with every edge divided."""
+    """Return nodes of a polygon with every edge divided."""
     after = np.roll(loop, -1, axis=0)
     return np.vstack([a + (b - a) * share[:, None] for a, b, share in zip(loop, after, shares, strict=True)])
 
 
 def _crossing(start: Array, step: Array, a: Array, b: Array) -> tuple[Array, Array]:
-    """Where lines from `start` along `step` meet edges a-b: parameters on both, nan where parallel; shape (n, m)."""
+    """Return where lines from `start` along `step` meet edges a-b: parameters on both (n, m), nan where parallel."""
     side = b - a
     cross = step[:, None, 0] * side[:, 1] - step[:, None, 1] * side[:, 0]
     cross = np.where(np.abs(cross) > 1e-12 * np.abs(cross).max(), cross, np.nan)
@@ -204,7 +189,7 @@ def _crossing(start: Array, step: Array, a: Array, b: Array) -> tuple[Array, Arr
 
 
 def _narrowest(loops: list[Array]) -> float:
-    """Smallest width of metal, looking inwards from points of every edge; or what an edge loses to its mitres."""
+    """Return the smallest width of metal, looking inwards from every edge; or what an edge loses to its mitres."""
     a, b = edges(loops)
     share = np.array([0.02, 0.25, 0.5, 0.75, 0.98])
     start = (a[:, None, :] + share[:, None] * (b - a)[:, None, :]).reshape(-1, 2)
@@ -221,7 +206,7 @@ def _narrowest(loops: list[Array]) -> float:
 
 
 def _neighbours(loops: list[Array]) -> NDArray[np.bool_]:
-    """Edges that share a corner: there the mitre, not the width, limits the depth."""
+    """Return edges that share a corner: there the mitre, not the width, limits the depth."""
     total = sum(len(loop) for loop in loops)
     near = np.zeros((total, total), dtype=bool)
     start = 0
@@ -233,7 +218,7 @@ def _neighbours(loops: list[Array]) -> NDArray[np.bool_]:
 
 
 def _lattice(cores: list[Array], grading: Grading) -> Array:
-    """Points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border."""
+    """Return points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border."""
     low, high = cores[0].min(0), cores[0].max(0)
     border, found, start = cKDTree(np.vstack(cores)), [np.empty((0, 2))], 0.0
     for level in range(_LEVELS):

@@ -1,4 +1,4 @@
-"""Which conducting plates does the plane y = 0 cut, and where? The target at its pose, and the scene's other metal.
+"""Return the conducting plates that the plane y = 0 cuts: the target at its pose, and the scene's other metal.
 
 A plate's own coordinates are ``xi + j eta`` from the middle of its bottom face; it lies at ``bottom + (xi + j eta)
 exp(-j alpha)`` in the plane x + j z.
@@ -17,39 +17,23 @@ from sits_mech.scene.sensor import Conductor, Sensor
 
 @dataclass(frozen=True)
 class Plate:
-    """One conducting or permeable part in the section.
-
-    Attributes
-    ----------
-    name : str
-    bottom : complex
-        Middle of the bottom face x + j z [m].
-    alpha : float
-        Clockwise rotation [rad].
-    width, thickness : float
-        [m].
-    conductivity : float
-        [S/m].
-    relative_permeability : float
-    isolated : bool
-        Whether its net current is zero; else it returns at the grounded circle.
-    """
+    """One conducting or permeable part in the section."""
 
     name: str
-    bottom: complex
-    alpha: float
-    width: float
-    thickness: float
-    conductivity: float
+    bottom: complex  # middle of the bottom face x + j z [m]
+    alpha: float  # clockwise rotation [rad]
+    width: float  # [m]
+    thickness: float  # [m]
+    conductivity: float  # [S/m]
     relative_permeability: float
-    isolated: bool
+    isolated: bool  # whether its net current is zero; else it returns at the grounded circle
 
     def placed(self, local: NDArray[np.complexfloating]) -> Complex:
-        """Places x + j z of local coordinates xi + j eta [m]."""
+        """Return places x + j z of local coordinates xi + j eta [m]."""
         return np.asarray(self.bottom + local * np.exp(-1j * self.alpha))
 
     def holds(self, places: Complex) -> NDArray[np.bool_]:
-        """Whether places x + j z lie within."""
+        """Tell whether places x + j z lie within."""
         local = (places - self.bottom) * np.exp(1j * self.alpha)
         above = np.abs(local.imag - self.thickness / 2)
         return np.asarray((np.abs(local.real) <= self.width / 2) & (above <= self.thickness / 2))

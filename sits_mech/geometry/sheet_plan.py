@@ -1,4 +1,4 @@
-"""A plate's outline divided into cells for its eddy currents: quadrilaterals, or triangles, fine at the rim.
+"""Divide a plate's outline into cells for its eddy currents: quadrilaterals, or triangles, fine at the rim.
 
 A plan may be the fundamental part of a symmetric outline: a quadrant of a rectangle (two mirrors), a sector of a disc
 (n turns). `group` are the plane's isometries g that take the part to the whole, `characters` the ways in which a field
@@ -35,26 +35,13 @@ class Grading:
     At a distance d from the rim a cell has the size ``h = 1 / (1/h_in + 1/(a + b d))``, with ``b = ln(growth)`` and a
     such that the cell at the rim is `first`; nodes stand at equal steps of the integral of 1/h. That is a smooth map,
     on which cells are divided further: the levels of one family.
-
-    Attributes
-    ----------
-    first : float
-        Smallest cell, at the rim [m].
-    growth : float
-        Ratio of neighbouring cells, inwards from the rim.
-    largest : float
-        h_in: largest cell [m].
-    parts : int
-        Into how many each cell is divided along each axis, on the same map.
-    reach : float
-        From the middle, how far cells must not exceed the largest; beyond they may grow slowly [m].
     """
 
-    first: float
-    growth: float
-    largest: float
-    parts: int = 1
-    reach: float = np.inf
+    first: float  # smallest cell, at the rim [m]
+    growth: float  # ratio of neighbouring cells, inwards from the rim
+    largest: float  # h_in [m]
+    parts: int = 1  # of each cell along each axis, on the same map
+    reach: float = np.inf  # from the middle; cells beyond may slowly outgrow the largest [m]
 
     def coarser(self, factor: float) -> Grading:
         """Return the sizes of cells so many times coarser on the same map."""
@@ -68,33 +55,15 @@ class Grading:
 
 @dataclass(frozen=True)
 class Plan:
-    """Cells of a plate's outline, or of the part of it that its symmetry repeats.
+    """Cells of a plate's outline, or of the part of it that its symmetry repeats."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (n, 2)
-        [m].
-    cells : ndarray of int, shape (m, 4)
-        Corners.
-    loop : ndarray of int, shape (n,)
-        -1 inside, 0 on the outer rim, 1, 2, ... on the rims of holes.
-    group : ndarray, shape (g, 2, 2)
-        Isometries, the identity first.
-    characters : ndarray, shape (c, g), complex
-        One class a row.
-    weights : ndarray, shape (c,)
-        1 for a class of its own, 2 for a pair.
-    tensor : tuple of ndarray or None
-        Half-axis nodes of a rectangle's quadrant [m].
-    """
-
-    nodes: Array
-    cells: Integers
-    loop: Integers
-    group: Array
-    characters: Complex
-    weights: Array
-    tensor: tuple[Array, Array] | None = None
+    nodes: Array  # (n, 2) [m]
+    cells: Integers  # (m, 4) corners
+    loop: Integers  # (n,) -1 inside, 0 on the outer rim, 1, 2, ... on the rims of holes
+    group: Array  # (g, 2, 2) isometries, the identity first
+    characters: Complex  # (c, g), one class a row
+    weights: Array  # (c,) 1 for a class of its own, 2 for a complex-conjugate pair
+    tensor: tuple[Array, Array] | None = None  # half-axis nodes of a rectangle's quadrant [m]
 
 
 def rectangle_plan(width: float, length: float, grading: Grading) -> Plan:
@@ -133,16 +102,9 @@ def disc_plan(diameter: float, grading: Grading, *, orders: int | None = None) -
 
 
 def stretched(plan: Plan, growth: tuple[float, float], rim: float) -> Plan:
-    """Return a plan whose cells are those of another: its rim is moved, the cells near it as they are.
+    """Return a rectangle's or disc's plan with its rim moved and the same cells, unchanged within `rim` [m] of it.
 
-    Parameters
-    ----------
-    plan : Plan
-        As of `rectangle_plan` or `disc_plan`.
-    growth : tuple of float
-        Of the half sides along x and y, or twice that of the radius [m].
-    rim : float
-        How far from the rim cells keep their sizes; half way to the middle at most [m].
+    `growth` is of the half sides along x and y, or twice that of the radius [m]; `rim` at most half way to the middle.
     """
     if plan.tensor is not None:
         axes = tuple(axis + own * _moved(axis, rim) for axis, own in zip(plan.tensor, growth, strict=True))
@@ -154,7 +116,7 @@ def stretched(plan: Plan, growth: tuple[float, float], rim: float) -> Plan:
 
 
 def _moved(place: Array, rim: float) -> Array:
-    """Share of the motion of the rim, the farthest of some places from the middle."""
+    """Return the share of the motion of the rim, the farthest of some places from the middle."""
     end = float(place.max())
     return np.minimum(1.0, place / max(end - rim, 0.5 * end))
 
@@ -173,25 +135,17 @@ def graded_axis(length: float, grading: Grading) -> Array:
 
 
 def _grid_cells(nx: int, ny: int) -> Integers:
-    """Corners of the cells of an nx x ny tensor grid, y fastest."""
+    """Return corners of the cells of an nx x ny tensor grid, y fastest."""
     i, j = (k.ravel() for k in np.meshgrid(np.arange(nx - 1), np.arange(ny - 1), indexing="ij"))
     return np.column_stack([i * ny + j, (i + 1) * ny + j, (i + 1) * ny + j + 1, i * ny + j + 1])
 
 
 @dataclass(frozen=True)
 class Seams:
-    """Where a plan meets itself and its images.
+    """Where a plan meets itself and its images by isometries g; edges count four a cell."""
 
-    Attributes
-    ----------
-    nodes : ndarray of int, shape (k, 3)
-        Isometry g, node a, node b with ``g a = b`` (g other than the identity).
-    edges : ndarray of int, shape (k, 3)
-        Isometry g, edge e, edge f: the cell of e borders the image by g of the cell of f. Edges count four a cell.
-    """
-
-    nodes: Integers
-    edges: Integers
+    nodes: Integers  # (k, 3) g, node a, node b with g a = b, g not the identity
+    edges: Integers  # (k, 3) g, edge e, edge f: the cell of e borders the image by g of that of f
 
 
 def plan_seams(plan: Plan) -> Seams:
@@ -212,7 +166,7 @@ def plan_seams(plan: Plan) -> Seams:
 
 
 def _meetings(points: Array, images: Array, tolerance: float) -> Integers:
-    """Pairs of a point and an image at one place."""
+    """Return pairs of a point and an image at one place."""
     found = cKDTree(points).sparse_distance_matrix(cKDTree(images), tolerance, output_type="ndarray")
     return np.column_stack([found["i"], found["j"]]).astype(int)
 
@@ -222,8 +176,7 @@ def standing_nodes(
 ) -> tuple[Integers, Complex]:
     """Return, for each node, the node that stands for it and the factor on that node's stream function.
 
-    The stream function turns with the current: ``psi(g x) = chi(g) det(g) psi(x)``. Where a node is its own image
-    with another factor than 1, psi vanishes (factor 0).
+    ``psi(g x) = chi(g) det(g) psi(x)``, as the current turns; a node that is its own image otherwise has factor 0.
     """
     turn = character * np.round(np.linalg.det(plan.group))
     stands = np.arange(plan.nodes.shape[0])

@@ -1,4 +1,4 @@
-"""Which plates stand in the space around the coils, and how far is each from everything else, as `boxes` go?"""
+"""Place the plates in the space around the coils and find how far each is from everything else, by `boxes`."""
 
 from __future__ import annotations
 
@@ -22,42 +22,23 @@ _EASY = 0.125  # of a fixed plate's narrower side: a distance that few polynomia
 
 @dataclass(frozen=True)
 class PlacedPlate:
-    """A plate in its places.
+    """A plate in its p places; p = 1 if it does not move.
 
-    Attributes
-    ----------
-    title : str
-        What to put before a note on it; nothing for the target.
-    plate : Target
-        Its shape and metal.
-    outline : Outline or None
-        Instead of the scene's.
-    turns, places : ndarray, shapes (p, 3, 3), (p, 3)
-        Rotations, and places of the bottom face's centre [m]; p = 1 if it does not move.
-    gap : ndarray, shape (p,)
-        From what it sees through polynomials, one a pose of the target and without kinks where that is level: of the
-        target from fixed plates and the coil plane, of a fixed plate from other plates, at most `anchor` [m].
-    anchor : float
-        A gap that is not the poses': of a fixed plate the nearest other one's, but what its polynomials carry easily,
-        of the target `CLEARANCE` [m].
-    middle : tuple of float
-        x, y, z; of the target seen from above, where it is at rest [m].
-    windings : float
-        Distance of a fixed plate from the coils; zero of the target [m].
-    susceptibility : complex
-        Of a fixed plate [-].
+    `gap` has no kinks where a plate is level: of the target from fixed plates and the coil plane, of a fixed plate from
+    other plates, at most `anchor`. `anchor` does not depend on the pose: of a fixed plate the distance from the nearest
+    other one, but what its polynomials carry easily; of the target `CLEARANCE`.
     """
 
-    title: str
+    title: str  # what to put before a note on it; empty for the target
     plate: Target
-    outline: Outline | None
-    turns: Array
-    places: Array
-    gap: Array
-    anchor: float
-    middle: tuple[float, float, float]
-    windings: float = 0.0
-    susceptibility: complex = 0.0
+    outline: Outline | None  # instead of the scene's
+    turns: Array  # (p, 3, 3) rotations
+    places: Array  # (p, 3) centre of the bottom face [m]
+    gap: Array  # (p,) from what it sees through polynomials [m]
+    anchor: float  # [m]
+    middle: tuple[float, float, float]  # x, y, z; of the target at rest, seen from above [m]
+    windings: float = 0.0  # distance of a fixed plate from the coils; 0 for the target [m]
+    susceptibility: complex = 0.0  # of a fixed plate [-]
 
     def among(self, some: Integers) -> PlacedPlate:
         """Return it in some of its places; itself, where it does not move."""
@@ -67,21 +48,7 @@ class PlacedPlate:
 
 
 def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places: Array) -> list[PlacedPlate]:
-    """Return the target, if there is one, and the fixed plates.
-
-    Parameters
-    ----------
-    sensor : Sensor
-    outline : Outline or None
-        The target's, instead of the scene's.
-    turns, places : ndarray, shapes (p, 3, 3), (p, 3)
-        The target's poses [m].
-
-    Raises
-    ------
-    Collision
-        If the target touches a fixed plate's box or the coil plane in any pose.
-    """
+    """Return the target, if any, at its poses and the fixed plates; Collision if it touches one or the coil plane."""
     coils, plates = fixed_solids(sensor)
     parts: list[PlacedPlate] = []
     moving: list[Solid] = []
@@ -140,21 +107,7 @@ def overlapping(sensor: Sensor) -> str | None:
 
 
 def lowest_points(target: Target, outline: Outline | None, turns: Array, places: Array) -> Array:
-    """Return the height of the plate's lowest point over the coil plane, one a pose [m].
-
-    Parameters
-    ----------
-    target : Target
-    outline : Outline or None
-        Instead of the scene's.
-    turns, places : ndarray, shapes (p, 3, 3), (p, 3)
-        Poses [m].
-
-    Raises
-    ------
-    Collision
-        Where it is not above.
-    """
+    """Return the height of the plate's lowest point, one a pose [m]; Collision where it is not above the coil plane."""
     rim = target_outline(target, outline).rim
     low = places[:, 2] + (turns[:, 2, :2] @ rim.T).min(1) + np.minimum(turns[:, 2, 2] * target.thickness, 0.0)
     if not np.all(low > 0.0):

@@ -1,4 +1,4 @@
-"""Where a coil's current runs straight: the tracks of rectangles, free paths and true spirals, as bars between points.
+"""Describe coils whose current runs straight, rectangles, free paths and true spirals, as bars between points.
 
 A rectangle's turn i (0 is the innermost) has the half sizes of its centre line
 
@@ -34,24 +34,16 @@ _ROUND = 64  # facets of a ring
 
 @dataclass(frozen=True)
 class Tracks:
-    """Straight bars in planes z = const, in series.
+    """Straight bars in planes z = const, in series."""
 
-    Attributes
-    ----------
-    start, end : ndarray, shape (n, 3)
-        In the order of a positive current [m].
-    width, thickness : ndarray, shape (n,)
-        Sizes across them, in the plane and upright [m].
-    """
-
-    start: Array
-    end: Array
-    width: Array
-    thickness: Array
+    start: Array  # (n, 3) in the order of a positive current [m]
+    end: Array  # (n, 3) [m]
+    width: Array  # (n,) in the plane [m]
+    thickness: Array  # (n,) upright [m]
 
     @property
     def length(self) -> Array:
-        """Of each, shape (n,) [m]."""
+        """Lengths, shape (n,) [m]."""
         return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
 
     @property
@@ -75,18 +67,10 @@ class Tracks:
 
 
 def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]:
-    """Return the centre lines of a coil's tracks as polylines, in the scene, each with its width.
+    """Return the centre lines of a coil's tracks, each with its width [m], in the order of a positive current.
 
-    Parameters
-    ----------
-    coil : Coil
-    windings : str
-        "spiral" for the true path of round coils; as "rings" their turns are polygons, as they are drawn.
-
-    Returns
-    -------
-    list of (ndarray, shape (m, 3), float)
-        In the order of a positive current; closed turns end where they begin [m].
+    Polylines (m, 3) in the scene. Closed turns end where they begin. "spiral" is the true path of round coils; as
+    "rings" their turns are polygons.
     """
     if coil.shape == "path":
         lines = [(np.array(line), width) for line, width in zip(coil.path, coil.widths, strict=True)]
@@ -146,7 +130,7 @@ def track_squares(coil: Coil) -> float:
 
 
 def _rectangles(coil: Coil) -> list[Array]:
-    """Closed turns of one layer about the middle, counter-clockwise, innermost first; shape (m, 2) each."""
+    """Return closed turns of one layer about the middle, counter-clockwise, innermost first; shape (m, 2) each."""
     pitch, found = coil.track_width + coil.track_gap, []
     for k in range(coil.turns):
         half = np.array([coil.inner_width, coil.inner_length]) / 2 + coil.track_width / 2 + k * pitch
@@ -161,7 +145,7 @@ def _rectangles(coil: Coil) -> list[Array]:
 
 
 def _arc(radius: float, start: float) -> Array:
-    """Points of a quarter of a circle from an angle on; one point where the radius is zero."""
+    """Return points of a quarter of a circle from an angle on; one point where the radius is zero."""
     if radius == 0.0:
         return np.zeros((1, 2))
     angle = start + np.pi / 2 * np.arange(_FACETS + 1) / _FACETS
@@ -171,12 +155,12 @@ def _arc(radius: float, start: float) -> Array:
 
 
 def _outside(x: float) -> float:
-    """Radius of the corners of a polygon over that of the circle of its area; x half the angle of a facet."""
+    """Return the radius of a polygon's corners over that of the circle of its area; x half the angle of a facet."""
     return math.sqrt(2.0 * x / math.sin(2.0 * x))
 
 
 def standing_rings(coil: Coil) -> Sections:
-    """Return rings that stand for a coil where its shape counts for little: of its turns, length, pitch and heights.
+    """Return rings that stand for a coil far from it: of its turns, length, pitch and heights.
 
     Rings of a round coil are its own. Of free tracks the turns of a polyline are those about the middle; what goes
     around it by less than a half is left out, and where all does one ring around the tracks stands for the coil.
@@ -201,7 +185,7 @@ def standing_rings(coil: Coil) -> Sections:
 
 
 def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) -> tuple[Array, ...]:
-    """Radii, heights, widths, thicknesses and directions of rings from their length in all, number and pitch."""
+    """Return radii, heights, widths, thicknesses and directions of rings from their length in all, number and pitch."""
     length, count, pitch = turns
     middle = length / (2 * np.pi * count)
     pitch = min(pitch, 0.95 * (2 * middle - coil.track_width) / max(count - 1, 1))
@@ -210,7 +194,7 @@ def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) ->
 
 
 def _turning(places: Array) -> tuple[float, float, float]:
-    """Length of a polyline, how often it turns about the middle, and the distance of its turns."""
+    """Return the length of a polyline, how often it turns about the middle, and the distance of its turns."""
     step = np.diff(places, axis=0)
     length = np.hypot(step[:, 0], step[:, 1])
     (x, y), (u, v) = places[:-1].T, places[1:].T
@@ -255,10 +239,7 @@ def section_refusal(coils: Sequence[Coil]) -> str | None:
 def coil_bars(coil: Coil) -> Bars:
     """Return the bars that the section y = 0 cuts of a coil.
 
-    Raises
-    ------
-    ValueError
-        Where it does not cut tracks of one width at right angles, as many there as back.
+    ValueError where it does not cut tracks of one width at right angles, as many there as back.
     """
     if coil.is_round:
         rings, n = coil_sections(coil), coil.layers * coil.turns

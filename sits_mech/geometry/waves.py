@@ -1,4 +1,4 @@
-"""Is a coil short against a wave? The frequency above which no model here holds it."""
+"""Find the frequency above which a coil is no longer short against a wave, and no model here holds."""
 
 from __future__ import annotations
 
@@ -12,13 +12,7 @@ from sits_mech.scene.sensor import Coil
 
 
 def check_frequency(coils: Sequence[Coil], frequency: float) -> None:
-    """Refuse a frequency at which a track is as long as a wave in free space: its current is no longer one current.
-
-    Raises
-    ------
-    ValueError
-        Also if the frequency is not a positive number.
-    """
+    """Refuse a frequency that is not positive or at which a track is as long as a wave in free space (ValueError)."""
     if not 0.0 < frequency < math.inf:
         raise ValueError(f"frequency: must be a positive number of hertz, got {frequency}")
     coil = max(coils, key=track_length)

@@ -1,4 +1,4 @@
-"""Where a round coil's current runs, as concentric rings and as spirals, and which coils are equal; others: `tracks`.
+"""Describe round coils as concentric rings and as spirals, and tell which coils are equal; for others see `tracks`.
 
 A round coil has `layers` layers of `turns` turns. Turn i (0 is the innermost) has its centre line at
 
@@ -32,44 +32,24 @@ Pair = tuple[int, int, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Bars:
-    """Tracks of one coil in the section y = 0, all of one size, in series.
+    """Tracks of one coil in the section y = 0, all of one size, in series."""
 
-    Attributes
-    ----------
-    x, z : ndarray, shape (n,)
-        Centres [m].
-    sign : ndarray, shape (n,)
-        +1 where a positive coil current runs along +y, -1 where it returns.
-    width, thickness : float
-        Sizes along x and z [m].
-    """
-
-    x: Array
-    z: Array
-    sign: Array
-    width: float
-    thickness: float
+    x: Array  # (n,) centres [m]
+    z: Array  # (n,)
+    sign: Array  # (n,) +1 where a positive coil current runs along +y, -1 where it returns
+    width: float  # along x [m]
+    thickness: float  # along z [m]
 
 
 @dataclass(frozen=True)
 class Sections:
-    """Coaxial rings of rectangular section.
+    """Coaxial rings of rectangular section."""
 
-    Attributes
-    ----------
-    radius, z : ndarray, shape (n,)
-        Centres of the sections [m].
-    width, height : ndarray, shape (n,)
-        Sizes along r and z [m].
-    sign : ndarray, shape (n,) or float
-        +1 where a positive coil current runs counter-clockwise seen from above, -1 where it runs the other way.
-    """
-
-    radius: Array
-    z: Array
-    width: Array
-    height: Array
-    sign: Array | float = 1.0
+    radius: Array  # (n,) centres of the sections [m]
+    z: Array  # (n,)
+    width: Array  # (n,) along r [m]
+    height: Array  # (n,) along z [m]
+    sign: Array | float = 1.0  # +1 where a positive coil current runs counter-clockwise from above, else -1
 
     def mirrored(self) -> Sections:
         """Return the image in the plane z = 0."""
@@ -77,10 +57,7 @@ class Sections:
 
 
 def kinds_of(coils: Sequence[Coil]) -> tuple[tuple[Coil, ...], tuple[int, ...]]:
-    """Return the distinct windings among coils, about z and without a name, and which of them each coil has.
-
-    In an order that does not depend on that of the coils.
-    """
+    """Return the distinct windings, about z and unnamed, and which each coil has; their order is not the coils'."""
     return _kinds_of(tuple(coils))
 
 
@@ -103,18 +80,10 @@ def rounded(distance: float) -> float:
 
 
 def placed_pairs(coils: Sequence[Coil], turned: Sequence[bool]) -> tuple[list[Pair], NDArray[np.int64]]:
-    """Return the distinct pairs of windings, with the second axis as seen from the first, and which one each two are.
+    """Return the distinct pairs of windings, the second axis as seen from the first, and the pair of each two (n, n).
 
-    Parameters
-    ----------
-    coils : sequence of Coil
-        n coils; one makes a pair with itself, at distance zero.
-    turned : sequence of bool
-        Of each winding (`kinds_of`), whether it is the same however it is turned: of two such ones the distance counts.
-
-    Returns
-    -------
-    list of (int, int, (float, float)), and ndarray, shape (n, n)
+    A coil makes a pair with itself, at distance zero. `turned`: whether each winding (`kinds_of`) is the same however
+    it is turned; of two such ones only the distance counts.
     """
     _, which = kinds_of(coils)
     found = dict[Pair, int]()
@@ -129,17 +98,14 @@ def placed_pairs(coils: Sequence[Coil], turned: Sequence[bool]) -> tuple[list[Pa
 
 
 def distinct_pairs(coils: Sequence[Coil]) -> tuple[Sequence[Coil], list[tuple[int, int, float]], NDArray[np.int64]]:
-    """Return the distinct windings; the distinct pairs of them, with the distance of the axes; which one each two are.
-
-    A coil makes a pair with itself, at distance zero. The last is of shape (n, n).
-    """
+    """Return the distinct windings, their distinct pairs with the axes' distance, and the pair of each two (n, n)."""
     kinds, _ = kinds_of(coils)
     pairs, index = placed_pairs(coils, [True] * len(kinds))
     return kinds, [(one, other, apart) for one, other, (apart, _) in pairs], index
 
 
 def turn_radii(coil: Coil) -> Array:
-    """Radii of a round coil's turns' centre lines, innermost first [m], shape (turns,); ValueError for other shapes."""
+    """Return the radii of a round coil's turns, innermost first, shape (turns,) [m]; ValueError for other shapes."""
     if not coil.is_round:
         raise ValueError(f"coils.{coil.name}: must be round for this; got shape {coil.shape!r}")
     pitch = coil.track_width + coil.track_gap
@@ -147,7 +113,7 @@ def turn_radii(coil: Coil) -> Array:
 
 
 def layer_heights(coil: Coil) -> Array:
-    """Heights z of the layers' mid-planes, uppermost first [m]; shape (layers,)."""
+    """Return heights z of the layers' mid-planes, uppermost first [m]; shape (layers,)."""
     return np.array(coil.heights)
 
 
@@ -159,14 +125,9 @@ def coil_sections(coil: Coil) -> Sections:
 
 
 def spiral_path(coil: Coil, *, points_per_turn: int = 60) -> list[Array]:
-    """Return a round coil's centre line, in each layer an Archimedean spiral, in series.
+    """Return a round coil's centre line, one Archimedean spiral (n, 3) a layer, in the order of a positive current [m].
 
     Layers alternate inwards and outwards and are joined by straight vias, which are no part of it.
-
-    Returns
-    -------
-    list of ndarray, shape (n, 3)
-        Of each layer, vertices x, y, z in the order of a positive current [m].
     """
     pitch = coil.track_width + coil.track_gap
     r = turn_radii(coil)

@@ -1,4 +1,4 @@
-"""From the pose and frequency asked to the impedance answered: what all magnetic models have in common.
+"""Turn the pose and frequency asked into an impedance: what all magnetic models have in common.
 
     L = L0 + Im Delta Z / omega,    R = Re Delta Z,    exp(+j omega t),
 
@@ -23,65 +23,33 @@ from sits_mech.scene.sensor import Sensor
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of model.
+    """A kind of model."""
 
-    Attributes
-    ----------
-    name : str
-        As on the command line.
-    unit_L : str
-        "H", or "H/m" per metre of depth.
-    beyond : str or None
-        The model that takes poses which leave the plane y = 0; None where this one does.
-    """
-
-    name: str
-    unit_L: str
-    beyond: str | None = None
+    name: str  # as on the command line
+    unit_L: str  # "H", or "H/m" per metre of depth
+    beyond: str | None = None  # the model for poses that leave the plane y = 0; None where this one takes them
 
 
 @dataclass(frozen=True)
 class Reaction:
-    """What metal does to the impedance of n coils at p poses.
+    """What metal does to the impedance of n coils at p poses."""
 
-    Attributes
-    ----------
-    change : ndarray of complex, shape (p, n, n)
-        Delta Z [ohm or ohm/m].
-    error : ndarray of complex, shape (p, n, n)
-        Estimated absolute errors of its real and its imaginary part.
-    relative : float
-        The largest of L, over the largest change of inductance.
-    unknowns, solves : int
-        Size of the discrete problem; linear solves it took.
-    residual : float
-        Of these, relative.
-    notes, left_out : tuple of str
-    shared : ndarray of complex, shape (m, p, n, n), or None
-        Parts of the error with their signs, each of which poses have in common up to one factor; None: none is known.
-    """
-
-    change: Complex
-    error: Complex
-    relative: float = 0.0
-    unknowns: int = 0
-    solves: int = 0
-    residual: float = 0.0
+    change: Complex  # (p, n, n) Delta Z [ohm or ohm/m]
+    error: Complex  # (p, n, n) estimated absolute errors of its real and its imaginary part
+    relative: float = 0.0  # largest error of L, over the largest change of inductance
+    unknowns: int = 0  # size of the discrete problem
+    solves: int = 0  # linear solves it took
+    residual: float = 0.0  # of these, relative
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
-    shared: Complex | None = None
+    shared: Complex | None = None  # (m, p, n, n) signed parts of the error, common to poses up to a factor
 
 
 def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> None:
     """Refuse what a kind of model cannot answer.
 
-    Raises
-    ------
-    Collision
-        If a pose brings the target to the coil plane or a fixed plate.
-    ValueError
-        If the frequency is not positive, or beyond the coils' (`check_frequency`); if the pose leaves the plane y = 0
-        and the model cannot.
+    Collision if a pose brings the target to the coil plane or a fixed plate; ValueError if the frequency is not
+    positive or beyond the coils' (`check_frequency`), or the pose leaves the plane y = 0 and the model cannot.
     """
     check_frequency(sensor.coils, frequency)
     if kind.beyond is not None:
@@ -93,26 +61,11 @@ def answer(
     kind: Kind, sensor: Sensor, pose: Pose, frequency: float, alone: Callable[[], tuple[Array, Array]],
     react: Callable[[Pose, float], Reaction],
 ) -> Impedance:  # fmt: skip
-    """Return L and R for one pose or many at `frequency` [Hz].
+    """Return L and R for poses of any shape at `frequency` [Hz].
 
-    Parameters
-    ----------
-    kind : Kind
-    sensor : Sensor
-    pose : Pose
-        Of any shape.
-    frequency : float
-    alone : callable
-        Returns L0 and R_dc of the coils.
-    react : callable
-        The model: poses, their fields of shape (p,), and the frequency to their reaction.
-
-    Raises
-    ------
-    Collision, ValueError
-        As `check_asked`.
-    SolveFailed
-        If the model's matrices cannot be factored, or give no numbers.
+    `alone` returns L0 and R_dc of the coils; `react` is the model: poses, with fields of shape (p,), and frequency to
+    their reaction. Raises as `check_asked`, and SolveFailed if the model's matrices cannot be factored or give no
+    numbers.
     """
     began = time.perf_counter()
     check_asked(kind, sensor, pose, frequency)

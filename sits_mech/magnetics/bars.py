@@ -68,34 +68,21 @@ _SAFETY = np.array([0.3, 0.15])  # estimated errors of R, L over the difference 
 
 @dataclass(frozen=True)
 class PlanarBars:
-    """The planar integral model of one sensor; made by `planar_bars`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance; the resistance is good to ten times that.
-    """
+    """The planar integral model of one sensor; made by `planar_bars`."""
 
     sensor: Sensor
-    tolerance: float
+    tolerance: float  # asked relative error of the change of L; of R ten times that
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz].
-
-        Raises
-        ------
-        Collision, ValueError
-            As `check_asked`.
-        """
+        """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
         def alone() -> tuple[Array, Array]:
             return free_space_inductance(self.sensor), section_resistances(self.sensor.coils)
 
         return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """What the plates do to the coils: blended over the preparations that serve each pose."""
+        """Return the plates' reaction, blended over the preparations that serve each pose."""
         resolution = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         react, gaps = _among_others if self.sensor.conductors else _alone, _gaps(self.sensor, pose)
         change, check = np.zeros((2, len(gaps[0][0]), *(2 * [len(self.sensor.coils)])), dtype=complex)
@@ -120,19 +107,7 @@ class PlanarBars:
 
 
 def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
-    """Return the planar integral model of `sensor`.
-
-    Parameters
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance.
-
-    Raises
-    ------
-    SceneError
-        If the scene is not one this model can represent.
-    """
+    """Return the planar integral model of a sensor, to a relative error of the change of L; SceneError if none."""
     refusal = not_representable(sensor)
     if refusal:
         raise SceneError(refusal)
@@ -167,12 +142,12 @@ def _check_bounds(delta_L: Array, R: Array, L0: Array, bars: int) -> None:
 
 
 def bars_of_coils(sensor: Sensor) -> tuple[Bars, ...]:
-    """Every coil's bars in the section y = 0."""
+    """Return every coil's bars in the section y = 0."""
     return tuple(coil_bars(coil) for coil in sensor.coils)
 
 
 def coil_box(bars: Bars) -> Complex:
-    """Corners x + j z of the rectangle around a coil's bars, counter-clockwise [m]."""
+    """Return corners x + j z of the rectangle around a coil's bars, counter-clockwise [m]."""
     low = complex(bars.x.min() - bars.width / 2, bars.z.min() - bars.thickness / 2)
     high = complex(bars.x.max() + bars.width / 2, bars.z.max() + bars.thickness / 2)
     return np.array([low, complex(high.real, low.imag), high, complex(low.real, high.imag)])
@@ -188,7 +163,7 @@ def free_space_inductance(sensor: Sensor) -> Array:
 
 
 def _mutual(first: Bars, second: Bars, radius: float | None) -> float:
-    """Mutual inductance per metre of two coils' bars; within a circle where A = 0 if there is one."""
+    """Return the mutual inductance per metre of two coils' bars; within a circle where A = 0 if there is one."""
     logs = mean_log(
         second.x - first.x[:, None], second.z - first.z[:, None],
         (np.array(first.width), np.array(first.thickness)), (np.array(second.width), np.array(second.thickness)),
@@ -200,7 +175,7 @@ def _mutual(first: Bars, second: Bars, radius: float | None) -> float:
 
 
 def _gaps(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
-    """Distance of each plate from all else, one a pose, and one that does not depend on it (`stages`) [m]."""
+    """Return the distance of each plate from all else, one a pose, and one independent of it (`stages`) [m]."""
     if not sensor.conductors:
         extent = (0.0, 0.0) if sensor.target is None else (sensor.target.extent[0], sensor.target.thickness)
         sides, up = np.sin(np.asarray(pose.alpha))[:, None] * extent[0] / 2, np.cos(np.asarray(pose.alpha))
@@ -230,7 +205,7 @@ def _placed(sensor: Sensor, pose: Pose) -> Iterator[tuple[Plate, ...]]:
 def _alone(
     sensor: Sensor, resolution: Resolution, pose: Pose, scale: tuple[Sequence[float], float, float]
 ) -> tuple[Complex, Complex, int]:
-    """Delta Z of poses with nothing but the target, its check, and the number of bars.
+    """Return Delta Z of poses with nothing but the target, its check, and the number of bars.
 
     `scale` has the clearance it is prepared for [m], the frequency, and that up to which it is prepared [Hz].
     """
@@ -244,7 +219,7 @@ def _alone(
 def _among_others(
     sensor: Sensor, resolution: Resolution, pose: Pose, scale: tuple[Sequence[float], float, float]
 ) -> tuple[Complex, Complex, int]:
-    """The same with other plates in the section, pose by pose, each prepared for a clearance of its own."""
+    """Return Delta Z with other plates in the section, pose by pose, each prepared for its clearance."""
     clear, frequency, top = scale
     source = filaments(bars_of_coils(sensor), min(clear), math.exp(-resolution.terms), None)
     changes, bars = [], 0
@@ -260,7 +235,7 @@ def _among_others(
 def _answering(
     plates: Sequence[Plate], resolution: Resolution, clear: Sequence[float], top: float
 ) -> tuple[SectionPlate, ...]:
-    """Plates, each prepared for its clearance from all else, up to a frequency."""
+    """Return plates, each prepared for its clearance from all else, up to a frequency."""
     found = []
     for plate, own in zip(plates, clear, strict=True):
         size, lengths = (plate.width, plate.thickness), _lengths(own, 0.0, plate.conductivity, top)
@@ -289,7 +264,7 @@ def prepared_plate(sensor: Sensor, resolution: Resolution, gap: float, frequency
 
 
 def _winding_width(coil: Coil) -> float:
-    """Width of a coil's turns side by side, with a gap [m]."""
+    """Return the width of a coil's turns side by side, with a gap [m]."""
     if coil.shape != "path":
         return coil.turns * (coil.track_width + coil.track_gap)
     bars = coil_bars(coil)
@@ -297,7 +272,7 @@ def _winding_width(coil: Coil) -> float:
 
 
 def _lengths(closest: float, winding: float, conductivity: float, highest: float) -> Lengths:
-    """Lengths to resolve, from the smallest clearance [m] and the highest frequency [Hz].
+    """Return lengths to resolve, from the smallest clearance [m] and the highest frequency [Hz].
 
     Below a winding much wider than the gap the field is smooth on its width, but for the tracks' ripple on the gap.
     """
@@ -306,7 +281,7 @@ def _lengths(closest: float, winding: float, conductivity: float, highest: float
 
 
 def _coupled(plate: PreparedPlate, source: Filaments, pose: Pose, frequency: float) -> tuple[Complex, Complex]:
-    """Delta Z and its check, shape (p, n, n) [ohm/m]."""
+    """Return Delta Z and its check, shape (p, n, n) [ohm/m]."""
     omega, radius = 2 * np.pi * frequency, source.radius
     c = plate.coefficients(samples(source, pose, plate.thickness, plate.nodes))
     U = None if radius is None else plate.coefficients(_circle_rows(pose, plate, radius))
@@ -322,7 +297,7 @@ def _coupled(plate: PreparedPlate, source: Filaments, pose: Pose, frequency: flo
 
 
 def _circle_rows(pose: Pose, plate: PreparedPlate, radius: float) -> Array:
-    """Samples of Re and Im (p / R_b)^m, each over sqrt(m) so that D is one number; shape (p, 2 terms, samples)."""
+    """Return samples of Re and Im (p / R_b)^m over sqrt(m), so that D is one number; shape (p, 2 terms, samples)."""
     reach = float(np.max(np.hypot(pose.d_h, pose.d_v)) + plate.thickness + plate.cells[0].x.max())
     if reach >= radius:
         raise ValueError(
@@ -335,7 +310,7 @@ def _circle_rows(pose: Pose, plate: PreparedPlate, radius: float) -> Array:
 
 
 def _image_reaction(Y: Complex, Yc: Complex, U: Array, omega: float) -> Complex:
-    """Woodbury term of the module docstring, with D = -mu0 / 2 pi."""
+    """Return the Woodbury term of the module docstring, with D = -mu0 / 2 pi."""
     UY = U @ Y
     core = UY @ U.transpose(0, 2, 1) - 1j * omega * (-2 * np.pi / mu_0) * np.eye(U.shape[1])
     gU = Yc @ U.transpose(0, 2, 1)

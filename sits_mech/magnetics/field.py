@@ -53,34 +53,16 @@ _SMALL_SHARE = 0.1  # of the estimated error: a plate with less keeps its cells
 
 @dataclass(frozen=True)
 class PlanarField:
-    """The field at one pose and frequency.
+    """The field at one pose and frequency."""
 
-    Attributes
-    ----------
-    plates : tuple of Plate
-        Target first, if there is one.
-    coils : tuple of Track
-    division : Division
-    solution : FieldSolution
-        Of order 3.
-    coarse : FieldSolution
-        Of order 2, for the error.
-    omega : float
-        [rad/s].
-    ground : float or None
-        Radius of the circle where A = 0 [m].
-    solves : int
-        Linear solves it took.
-    """
-
-    plates: tuple[Plate, ...]
+    plates: tuple[Plate, ...]  # target first, if there is one
     coils: tuple[Track, ...]
     division: Division
-    solution: FieldSolution
-    coarse: FieldSolution
-    omega: float
-    ground: float | None
-    solves: int
+    solution: FieldSolution  # of order 3
+    coarse: FieldSolution  # of order 2, for the error
+    omega: float  # [rad/s]
+    ground: float | None  # radius of the circle where A = 0 [m]
+    solves: int  # linear solves it took
 
     @property
     def flux(self) -> Complex:
@@ -127,28 +109,17 @@ class PlanarField:
 
 @dataclass(frozen=True)
 class PlanarFem:
-    """The planar finite element model of one sensor; made by `planar_fem`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance; the resistance is asked to ten times that.
-    """
+    """The planar finite element model of one sensor; made by `planar_fem`."""
 
     sensor: Sensor
-    tolerance: float
+    tolerance: float  # asked relative error of the change of L; of R ten times that
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; every pose is a mesh of its own.
 
-        Raises
-        ------
-        Collision, ValueError
-            As `check_asked`; also if the mesh generator is missing.
-        SolveFailed
-            If the tolerance is not reached.
+        Raises as `check_asked`, ValueError if the mesh generator is missing, SolveFailed if the tolerance is not
+        reached.
         """
         def alone() -> tuple[Array, Array]:
             inductance = free_inductance(tracks(self.sensor), return_radius(self.sensor))
@@ -157,7 +128,7 @@ class PlanarFem:
         return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """What the plates do to the coils, every pose on a mesh of its own."""
+        """Return the plates' reaction, every pose on a mesh of its own."""
         places, n, omega = pose.components, len(self.sensor.coils), 2 * np.pi * frequency
         flux, error = np.zeros((len(places), n, n), dtype=complex), np.zeros((len(places), 1, 1), dtype=complex)
         worst, residual, unknowns, solves = 0.0, 0.0, 0, 0
@@ -174,34 +145,20 @@ class PlanarFem:
 
     @one_thread
     def field(self, pose: Pose, frequency: float) -> PlanarField | None:
-        """Return the field at one pose and `frequency` [Hz] to the model's tolerance; None if the scene has no plate.
-
-        Raises as `impedance` does.
-        """
+        """Return the field at one pose and `frequency` [Hz], or None without plates; raises as `impedance`."""
         check_asked(_KIND, self.sensor, pose, frequency)
         return self._field(pose, frequency)
 
     def _field(self, pose: Pose, frequency: float) -> PlanarField | None:
-        """The same, not checked."""
+        """Solve without checks; None without plates."""
         plates = section_plates(self.sensor, pose)
         return _adapted(self, plates, 2 * np.pi * frequency) if plates else None
 
 
 def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
-    """Return the planar finite element model of `sensor`.
+    """Return the planar finite element model of `sensor`, to a relative error of the change of inductance.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance.
-
-    Raises
-    ------
-    SceneError
-        If the scene is not one this model can represent.
-    ValueError
-        If the tolerance is not between 1e-7 and 1.
+    SceneError if this model cannot represent the scene, ValueError if the tolerance is not between 1e-7 and 1.
     """
     if refusal := section_refusal(sensor.coils) or outline_refusal(sensor):
         raise SceneError(refusal)
@@ -246,7 +203,7 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
 
 
 def _hopeless(missed: list[tuple[int, float]]) -> bool:
-    """Whether errors over the tolerance, by unknowns, fall so slowly that the most unknowns leave them far above it."""
+    """Tell whether errors fall so slowly with the unknowns that the most unknowns miss the tolerance by far."""
     if len(missed) < _ROUNDS:
         return False
     (before, was), (now, error) = missed[-_ROUNDS], missed[-1]
@@ -255,13 +212,13 @@ def _hopeless(missed: list[tuple[int, float]]) -> bool:
 
 
 def _finer(fineness: tuple[Fineness, ...], errors: Array) -> tuple[Fineness, ...]:
-    """Smaller cells for the plates that carry the error."""
+    """Return smaller cells for the plates that carry the error."""
     needed = errors >= _SMALL_SHARE * errors.max()
     return tuple(f.times(_FINER) if more else f for f, more in zip(fineness, needed, strict=True))
 
 
 def _plate_errors(found: PlanarField) -> Array:
-    """Estimated error that each plate and the air nearest to it carry, shape (plates,) [H/m]."""
+    """Return the estimated error that each plate and the air nearest to it carry, shape (plates,) [H/m]."""
     errors = element_errors(found.division, found.plates, found.omega, found.coarse, found.solution)
     middle = found.division.mesh.p[:, found.division.mesh.t].mean(axis=1).T
     outlines = [outline_samples(plate) for plate in found.plates]

@@ -52,41 +52,21 @@ _SPAN = 1e-10  # of the strongest direction: weaker ones are rounding
 class Modes:
     """Modes of one conductor (or of one symmetry class of it), seen through a basis of fields.
 
-    Attributes
-    ----------
-    tau : ndarray, shape (m,)
-        Time constants [s].
-    coupling : ndarray, shape (n, m)
-        ``B v_k``: what a unit of each field function induces in each mode [sqrt(W) / (V s) per unit].
-    shapes : ndarray, shape (elements, m)
-        v_k: the elements' currents in each mode; empty where nobody asks for them.
-    highest : float
-        Angular frequency up to which the elements resolve the skin depth d [rad/s]. Beyond, ``Re Y / (omega d)`` is
-        linear and ``Im Y / omega`` quadratic in d, known at frequencies below.
+    Beyond `highest`, with the skin depth d, ``Re Y / (omega d)`` is linear and ``Im Y / omega`` quadratic in d, known
+    at frequencies below.
     """
 
-    tau: Array
-    coupling: Array
-    shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    highest: float = np.inf
+    tau: Array  # (m,) time constants [s]
+    coupling: Array  # (n, m) B v_k: what a unit of each field function induces in each mode [sqrt(W) / (V s) per unit]
+    shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))  # (elements, m) v_k: currents, if asked for
+    highest: float = np.inf  # angular frequency up to which the elements resolve d [rad/s]
 
     def admittance(self, omega: float) -> Complex:
         """Return Y(omega) of the module docstring, shape (n, n), symmetric; omega [rad/s]."""
         return self.reaction(self.coupling, omega)
 
     def reaction(self, induced: Array, omega: float) -> Complex:
-        """Return ``c^T Y(omega) c`` of some fields by what they induce in the modes, ``c^T coupling``.
-
-        Parameters
-        ----------
-        induced : ndarray, shape (..., n, m)
-        omega : float
-            [rad/s]
-
-        Returns
-        -------
-        ndarray, shape (..., n, n)
-        """
+        """Return ``c^T Y(omega) c``, (..., n, n), by what fields induce, ``c^T coupling`` (..., n, m), at omega."""
         if omega > self.highest:
             return beyond(lambda lower: self.reaction(induced, lower), omega, self.highest)
         weight = omega**2 / (1.0 + 1j * omega * self.tau)
@@ -99,18 +79,9 @@ class Modes:
 
 
 def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = None) -> Modes:
-    """Return the modes of a conductor.
+    """Return the modes of a conductor: L (n, n) [H or H/m] and R (n,) [ohm or ohm/m] of its elements.
 
-    Parameters
-    ----------
-    L : ndarray, shape (n, n)
-        Inductance matrix of the elements [H or H/m].
-    R : ndarray, shape (n,)
-        Their resistances [ohm or ohm/m].
-    basis : ndarray, shape (b, n)
-        B: mean of each field function over each element.
-    constraint : ndarray, shape (n,), optional
-        q of ``q^T i = 0``.
+    `basis` (b, n) is B, the mean of each field function over each element; `constraint` (n,) is q of ``q^T i = 0``.
     """
     scale = 1.0 / np.sqrt(R)
     S = scale[:, None] * L * scale
@@ -136,18 +107,10 @@ def beyond(reaction: Callable[[float], Complex], omega: float, highest: float) -
 
 
 def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float = 1.0) -> Modes:
-    """Return modes that answer some fields as all modes do, from zero to an angular frequency.
+    """Return modes that answer the fluxes B (b, n) as all modes do, from zero to an angular frequency [rad/s].
 
-    Parameters
-    ----------
-    L, R : ndarray, shape (n, n)
-        Hermitian, R positive.
-    B : ndarray, shape (b, n)
-        Fluxes of the fields.
-    omega : float
-        [rad/s]
-    weight : float
-        How often a class of complex currents, of which the real part of the reaction counts, is there.
+    L and R (n, n) are Hermitian, R positive. `weight` is how often a class of complex currents, of which the real part
+    of the reaction counts, is there.
     """
     if len(R) <= _WHOLE * sum(times for _, times in _SHIFTS) * len(B):
         tau, V = eigh(L, R)
@@ -163,7 +126,7 @@ def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float
 
 
 def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
-    """What shifts answer to the fluxes B, R-orthonormal, shape (n, k).
+    """Return the answers of shifts to the fluxes B, R-orthonormal, shape (n, k).
 
     The space need not be exact, only its projection: solves in single precision are enough.
     """
@@ -188,7 +151,7 @@ def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
 
 
 def _factored(matrix: Complex, single: type) -> Any:
-    """Cholesky's factor in single precision; in double where that loses the small resistances."""
+    """Return Cholesky's factor in single precision; in double where that loses the small resistances."""
     try:
         return cho_factor(matrix.astype(single), lower=True, overwrite_a=True, check_finite=False)
     except np.linalg.LinAlgError:
@@ -196,12 +159,12 @@ def _factored(matrix: Complex, single: type) -> Any:
 
 
 def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:
-    """Lagrange's polynomial through values at the nodes."""
+    """Return Lagrange's polynomial through values at the nodes."""
     shares = (np.prod((at - np.delete(nodes, k)) / (d - np.delete(nodes, k))) for k, d in enumerate(nodes))
     return np.asarray(sum(share * value for share, value in zip(shares, values, strict=True)))
 
 
 def _project(S: Array, q: Array) -> Array:
-    """(1 - q q^T) S (1 - q q^T) for a unit vector q."""
+    """Return (1 - q q^T) S (1 - q q^T) for a unit vector q."""
     Sq = S @ q
     return np.asarray(S - np.outer(q, Sq) - np.outer(Sq, q) + (q @ Sq) * np.outer(q, q))

@@ -1,4 +1,4 @@
-"""How do inductances change with the pose? Differences of answers, from one batch.
+"""Differentiate inductances by the pose, by differences of answers from one batch.
 
 Central ones of fourth order, or, `quick`, one answer a component: of the plate's coarsest division where it has several
 (`sheets`), whose slopes s are made those of the answer by what both find of each coil's own change,
@@ -32,11 +32,7 @@ def pose_slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
     quick: bool = False,
 ) -> tuple[Impedance, Array, Array]:  # fmt: skip
-    """Return the impedance at p poses, and derivatives of L and R by components.
-
-    Arguments as of `slopes`, the pose of arrays of shape (p,); `quick` as above. Derivatives have the shape
-    (p, n, n, k), by metre or radian.
-    """
+    """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad]."""
     rows, stencil = pose.components, FIRST if quick else CENTRAL
     steps = _steps(sensor, pose) * (_QUICK if quick else 1.0) if components else np.zeros((0, len(rows)))
     ways = [place for place in stencil.places if place]
@@ -69,14 +65,14 @@ def solver_of(model: Any) -> Any:
 
 
 def _within(model: Any) -> Any:
-    """What answers for a model that adds errors to it; the model itself, if it adds none."""
+    """Return the model that another adds errors to; itself, if it adds none."""
     while hasattr(model, "model"):
         model = model.model
     return model
 
 
 def _coarse(model: Any) -> Sheets | None:
-    """The model by a plate's coarsest division; None of one that has no other."""
+    """Return the model by a plate's coarsest division; None of one that has no other."""
     model = _within(model)
     if not isinstance(model, Sheets) or model.single:
         return None
@@ -85,14 +81,14 @@ def _coarse(model: Any) -> Sheets | None:
 
 
 def _shares(whole: Array, coarse: Array) -> Array:
-    """r_c r_d of the module docstring, shape (p, n, n)."""
+    """Return r_c r_d of the module docstring, shape (p, n, n)."""
     own, other = (np.abs(np.diagonal(part, axis1=-2, axis2=-1)) for part in (whole, coarse))
     r = np.sqrt(own / np.where(other > 0.0, other, 1.0))
     return np.asarray(r[..., None] * r[..., None, :])
 
 
 def _steps(sensor: Sensor, pose: Pose) -> Array:
-    """Steps h of all components, shape (6, p) [m, rad]."""
+    """Return steps h of all components, shape (6, p) [m, rad]."""
     if sensor.target is None:
         raise ValueError("target: the scene has none whose pose could change")
     way = STEP * room(sensor, pose)

@@ -1,4 +1,4 @@
-"""How much can a conductor far away change the coils' inductance at most? A bound in closed form, before any solve.
+"""Bound how much a conductor far away changes the coils' inductance, in closed form, before any solve.
 
 A conductor K without net current in the coils' field H [1/m, for 1 A] changes their impedance by j omega Delta L with
 
@@ -80,11 +80,11 @@ class _Body:
 
     @property
     def volume(self) -> float:
-        """Of the ball [m^3]."""
+        """Volume of the ball [m^3]."""
         return 4.0 / 3.0 * np.pi * self.radius**3
 
     def strength(self, middle: Array, others: Array, weight: Array) -> Array:
-        """Formula (1) over sqrt(mu0), from the field at the middle (..., 3) and on the ball (..., n, 3)."""
+        """Return formula (1) over sqrt(mu0), from the field at the middle (..., 3) and on the ball (..., n, 3)."""
         uniform = np.sqrt((middle**2 @ self.alpha.T).min(axis=-1))
         mean = ((others - middle[..., None, :]) ** 2).sum(axis=-1) @ weight
         return np.asarray(uniform + np.sqrt((1.5 if self.permeable else 1.0) * self.volume * mean))
@@ -111,25 +111,11 @@ class _Far:
 def remote_bounds(
     sensor: Sensor, far: Sequence[Conductor], pose: Pose, *, section: bool = False, enough: float = 0.0
 ) -> Array:
-    """Return how much conductors change any entry of L at most, over the largest self-inductance.
+    """Return how much m far conductors change any entry of L at most, over the largest self-inductance; shape (p, m).
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Flat coils, target, and as conductors those that are solved.
-    far : sequence of Conductor
-        m others, which are left out together.
-    pose : Pose
-        p poses, or one.
-    section : bool
-        Whether a planar model is asked: what the section y = 0 cuts of them counts as endless along y as well.
-    enough : float
-        A sum over the conductors below which a pose needs no better bound.
-
-    Returns
-    -------
-    ndarray, shape (p, m)
-        The part of each; infinite where this bound does not hold.
+    Infinite where this bound does not hold. `sensor` has flat coils, the target, and as conductors those that are
+    solved; `far` are left out together. `section`: what the section y = 0 cuts of them counts as endless along y as
+    well. `enough` is a sum over the conductors below which a pose needs no better bound.
     """
     solved = _solved(sensor, pose)
     if not far:
@@ -149,7 +135,7 @@ def remote_bounds(
 
 
 def _together(far: _Far, gain: float) -> Array:
-    """The last formula in space of the module docstring, each part's share of the sum, shape (p, m)."""
+    """Return each part's share of the last formula in space of the module docstring, shape (p, m)."""
     kappa = far.to_solved
     with np.errstate(invalid="ignore"):
         q = np.where(np.isfinite(kappa), (gain * far.own.max(axis=-1)) ** 2, np.inf)
@@ -159,7 +145,7 @@ def _together(far: _Far, gain: float) -> Array:
 
 
 def _solved(sensor: Sensor, pose: Pose) -> _Solved:
-    """The target in its poses, or the largest ball that holds it and the plates that are solved."""
+    """Return the target in its poses, or the largest ball that holds it and the plates that are solved."""
     poses, target = Pose.of(pose.components.reshape(-1, len(POSE))), sensor.target
     turn, middle, body = rotation_matrix(poses.rotation), poses.centre, None
     if target is not None:
@@ -174,7 +160,7 @@ def _solved(sensor: Sensor, pose: Pose) -> _Solved:
 
 
 def _gain(sensor: Sensor) -> float:
-    """g: how much what is solved adds to the field on far parts; infinite with permeable ones around the coils."""
+    """Return g: what the solved parts add to the field on far parts; infinite with permeable ones around the coils."""
     depth = max(coil.height for coil in sensor.coils)
     cores = [part for part in sensor.conductors if part.metal.relative_permeability != 1.0]
     above = [part.centre[2] - part.thickness / 2.0 > 0.0 for part in cores]
@@ -204,7 +190,7 @@ def _body(plate: Target | Conductor) -> _Body:
 
 
 def _image_share(coil: Coil, gap: float, below: bool) -> float:
-    """What a perfect half-space at a distance above, or below, the coils takes of L_cc, over that."""
+    """Return the share of L_cc that a perfect half-space at a distance above, or below, the coils takes."""
     rings = standing_rings(coil)
     down = coil.height + rings.z if below else -rings.z
     away = 2.0 * gap + down[:, None] + down
@@ -215,7 +201,7 @@ def _image_share(coil: Coil, gap: float, below: bool) -> float:
 
 @lru_cache(maxsize=32)
 def _standing_inductance(coil: Coil) -> float:
-    """L_cc of the rings that stand for a coil [H]."""
+    """Return L_cc of the rings that stand for a coil [H]."""
     return float(series_inductance(standing_rings(coil)))
 
 
@@ -235,12 +221,12 @@ def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
 
 @lru_cache(maxsize=32)
 def _self_inductance(coil: Coil) -> float:
-    """L_cc in free space [H]."""
+    """Return L_cc in free space [H]."""
     return float(coil_inductances([coil])[0, 0])
 
 
 def _sphere() -> tuple[Array, Array]:
-    """Points on the unit ball, shape (n, 3), and their weights, which add up to 1."""
+    """Return points on the unit ball, shape (n, 3), and their weights, which add up to 1."""
     up, weight = np.polynomial.legendre.leggauss(_UP)
     angle = np.tile(2.0 * np.pi * np.arange(_ROUND) / _ROUND, _UP)
     z = np.repeat(up, _ROUND)
@@ -249,7 +235,7 @@ def _sphere() -> tuple[Array, Array]:
 
 
 def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
-    """Far conductors as balls in the largest field that they can be in: the closed forms alone."""
+    """Return far conductors as balls in the largest field that they can be in: the closed forms alone."""
     bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far])
     L = max(least_inductance(coil) if coil.is_round else _self_inductance(coil) for coil in coils)
     own = np.array([
@@ -263,7 +249,7 @@ def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
 
 
 def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
-    """Far conductors as ellipsoids and balls."""
+    """Return far conductors as ellipsoids and balls."""
     L = max(_self_inductance(coil) for coil in coils)
     bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
     own = [[_own_strength(coil, part) for coil in coils] for part in far]
@@ -272,7 +258,7 @@ def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
 
 
 def _pairs(bodies: Sequence[_Body], middle: Array) -> Array:
-    """kappa_ij of bodies' balls, the lower of both ways; infinite where they meet, none of a body with itself."""
+    """Return kappa_ij of bodies' balls, the lower of both ways; infinite where they meet, 0 of one with itself."""
     rho = np.array([body.radius for body in bodies])
     factor = np.array([math.sqrt(2.0) if body.permeable else 1.0 for body in bodies]) * rho**1.5
     from_ball = np.linalg.norm(middle[:, None] - middle, axis=2) - rho
@@ -285,7 +271,7 @@ def _pairs(bodies: Sequence[_Body], middle: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _own_strength(coil: Coil, part: Conductor) -> float:
-    """a_c of a conductor; infinite where it is near the coil [sqrt(H)]."""
+    """Return a_c of a conductor; infinite where it is near the coil [sqrt(H)]."""
     body, place = _body(part), np.array(part.centre)
     across = math.dist(place[:2], coil.centre) - 0.5 * coil.outer_diameter
     if math.hypot(max(across, 0.0), max(place[2], -coil.height - place[2], 0.0)) <= _NEAR * body.radius:
@@ -298,7 +284,7 @@ def _own_strength(coil: Coil, part: Conductor) -> float:
 
 
 def _kappa(body: _Body, place: Array, solved: _Solved) -> Array:
-    """kappa of a far conductor and what is solved, shape (p,)."""
+    """Return kappa of a far conductor and what is solved, shape (p,)."""
     if solved.body is None:
         return np.zeros(len(solved.middle))
     points, weight = _sphere()
@@ -320,13 +306,13 @@ def _kappa(body: _Body, place: Array, solved: _Solved) -> Array:
 
 
 def _dipole(m: Array, r: Array) -> Array:
-    """H of a moment at the origin at places r, both shape (..., 3)."""
+    """Return H of a moment at the origin at places r, both shape (..., 3)."""
     square = (r**2).sum(axis=-1, keepdims=True)
     return np.asarray((3.0 * (m * r).sum(axis=-1, keepdims=True) * r / square - m) / (4.0 * np.pi * square**1.5))
 
 
 def _in_section(sensor: Sensor, far: Sequence[Conductor], solved: _Solved) -> _Far:
-    """Far conductors as circles in the section y = 0."""
+    """Return far conductors as circles in the section y = 0."""
     middle = np.array([complex(part.centre[0], part.centre[2]) for part in far])
     rho = np.array([0.5 * math.hypot(cut_width(part), part.thickness) for part in far])
     points = middle + rho * np.exp(2j * np.pi * np.arange(_ROUND) / _ROUND)[:, None]

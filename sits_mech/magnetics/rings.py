@@ -43,31 +43,18 @@ _Limits = tuple[list[Complex], list[Complex]]
 
 @dataclass(frozen=True)
 class Axisymmetric:
-    """The axisymmetric model of one sensor; make it with `axisymmetric`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance; the resistance is good to ten times that.
-    """
+    """The axisymmetric model of one sensor; make it with `axisymmetric`."""
 
     sensor: Sensor
-    tolerance: float
+    tolerance: float  # asked relative error of the change of L; of R ten times that
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz].
 
-        The disc is divided on first use of its steps of gaps (octaves) and frequencies (decades), and kept for later
-        calls.
-
-        Raises
-        ------
-        Collision, ValueError
-            As `check_asked`; also if a pose leaves the coil's axis.
-        SolveFailed
-            If the tolerance asks for more rings than fit.
+        The disc is divided on first use of its steps of gaps (octaves) and frequencies (decades), and kept. Raises as
+        `check_asked`, ValueError if a pose leaves the coil's axis, SolveFailed if the tolerance asks for more rings
+        than fit.
         """
         def alone() -> tuple[Array, Array]:
             return free_inductances(self.sensor.coils), track_resistances(self.sensor.coils)
@@ -75,7 +62,7 @@ class Axisymmetric:
         return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """What the disc does to the coil."""
+        """Return the disc's reaction on the coil."""
         _check_coaxial(self.sensor.coils[0], pose)
         change, error, rings, levels = self._change(np.asarray(pose.d_v), frequency)
         worst = float((error.imag / np.abs(change.imag)).max())
@@ -84,7 +71,7 @@ class Axisymmetric:
         return Reaction(change[:, None, None], error[:, None, None], worst, rings, levels, notes=notes)
 
     def _change(self, d_v: Array, frequency: float) -> tuple[Complex, Complex, int, int]:
-        """Delta Z [ohm] and its errors, blended over the preparations that serve each gap; most rings and levels."""
+        """Return Delta Z [ohm] and its errors, blended over the preparations of each gap; most rings and levels."""
         change, error, rings, levels = np.zeros(d_v.size, dtype=complex), np.zeros(d_v.size, dtype=complex), 0, 0
         for (step,), some, share in together([clearances(d_v, CLEARANCE)]):
             for top, own in tops(frequency):
@@ -99,7 +86,7 @@ class Axisymmetric:
         return change, error, rings, levels
 
     def _too_many(self, discs: Sequence[Disc], limit: _Limits) -> SolveFailed:
-        """What stops at the rings that fit."""
+        """Return the error of a division that asks for more rings than fit."""
         rings = discs[-1].rings if discs else 0
         reached = float((_error(limit) / sizes(limit[-1][-1])).max()) if len(discs) > 1 else 1.0
         report = SolveReport("axisymmetric", rings, len(discs), 0.0, reached, 0.0, "too many rings")
@@ -111,19 +98,9 @@ class Axisymmetric:
 
 
 def axisymmetric(sensor: Sensor, tolerance: float = 1e-3) -> Axisymmetric:
-    """Return the axisymmetric model of a sensor.
+    """Return the axisymmetric model of one coil and a disc, or of any coils with parallel axes without target.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        One coil and a disc, or no target (then any coils with parallel axes, free-space inductances only).
-    tolerance : float
-        Relative error of the change of inductance; the resistance is good to ten times that.
-
-    Raises
-    ------
-    SceneError
-        If the scene is not axisymmetric; the message names the model for it.
+    SceneError names the model for a scene that is not axisymmetric.
     """
     reason = _reason_against(sensor)
     if reason:
@@ -132,7 +109,7 @@ def axisymmetric(sensor: Sensor, tolerance: float = 1e-3) -> Axisymmetric:
 
 
 def _reason_against(sensor: Sensor) -> str:
-    """Why a scene is not axisymmetric, and which model takes it; empty when it is."""
+    """Say why a scene is not axisymmetric, and which model takes it; empty when it is."""
     if sensor.substrate_radius is not None:
         return "the coils must lie in a plane, the scene has a substrate_radius; use 'planar-fem'"
     if sensor.conductors:
@@ -158,7 +135,7 @@ def on_axis(coil: Coil, pose: Pose) -> bool:
 
 
 def _off_axis(coil: Coil, pose: Pose) -> Array:
-    """Distance of the disc's middle from the coil's axis [m]."""
+    """Return the distance of the disc's middle from the coil's axis [m]."""
     return np.asarray(np.linalg.norm(pose.centre[..., :2] - coil.centre, axis=-1))
 
 
@@ -176,7 +153,7 @@ def _check_coaxial(coil: Coil, pose: Pose) -> None:
 
 
 def _problem(sensor: Sensor, gaps: tuple[float, float], top: float) -> DiscProblem:
-    """What to divide the disc for: gaps [m] and frequencies up to `top` [Hz]."""
+    """Return the problem to divide the disc for: gaps [m] and frequencies up to `top` [Hz]."""
     target, coil = sensor.target, sensor.coils[0]
     if target is None:
         raise ValueError("target: the scene has none to divide")
@@ -187,7 +164,7 @@ def _problem(sensor: Sensor, gaps: tuple[float, float], top: float) -> DiscProbl
 
 @lru_cache(maxsize=32)
 def _divided(problem: DiscProblem, top: float, tolerance: float) -> tuple[tuple[Disc, ...], bool]:
-    """Discs divided finer and finer until all gaps and frequencies they serve hold; whether they do."""
+    """Return discs divided finer and finer until all gaps and frequencies they serve hold; whether they do."""
     gaps, frequencies = np.geomspace(*problem.gaps, _SAMPLES), np.geomspace(lowest_served(top), top, _SAMPLES)
     discs: list[Disc] = []
     for level in range(12):
@@ -201,24 +178,24 @@ def _divided(problem: DiscProblem, top: float, tolerance: float) -> tuple[tuple[
 
 @lru_cache(maxsize=64)
 def _prepared(problem: DiscProblem, level: int) -> Disc:
-    """Divided discs, kept."""
+    """Return divided discs, kept."""
     return prepare_disc(problem, level)
 
 
 def _limits(discs: Sequence[Disc], d_v: Array, frequency: float) -> _Limits:
-    """Delta Z of each level, and of the extrapolation with the one before."""
+    """Return Delta Z of each level, and of the extrapolation with the one before."""
     values = [disc.reaction(d_v, 2 * np.pi * frequency) for disc in discs]
     return values, [(4 * fine - coarse) / 3 for coarse, fine in pairwise(values)]
 
 
 def _holds(limit: _Limits, tolerance: float) -> bool:
-    """Whether the last limit is as good as asked, the resistance ten times less."""
+    """Tell whether the last limit is as good as asked, the resistance ten times less."""
     asked = np.array([[10 * tolerance], [tolerance]])
     return bool(limit[1]) and bool(np.all(_error(limit) <= asked * sizes(limit[1][-1])))
 
 
 def _error(levels: _Limits) -> Array:
-    """Error of the last limit: what a geometric series leaves after its last step, shape (2, p).
+    """Return the error of the last limit: what a geometric series leaves after its last step, shape (2, p).
 
     Its ratio is that of the last two steps, `_FIRST_RATIO` of two limits; steps that pass through zero count by the one
     before. With one limit alone it is half of what the extrapolation adds.

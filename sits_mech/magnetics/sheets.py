@@ -79,21 +79,11 @@ class _Divided:
 
 @dataclass(frozen=True)
 class _Change:
-    """What plates do to the coils.
+    """What plates do to the coils."""
 
-    Attributes
-    ----------
-    value, error : ndarray of complex, shape (p, n, n)
-        Delta Z, and its error, real and imaginary part apart [ohm].
-    shared : ndarray of complex, shape (2, p, n, n)
-        Parts of the error that poses share, signed: the extrapolation's step, what the polynomials miss.
-    unknowns : int
-    notes : tuple of str
-    """
-
-    value: Complex
-    error: Complex
-    shared: Complex
+    value: Complex  # (p, n, n) Delta Z [ohm]
+    error: Complex  # (p, n, n) its error, real and imaginary part apart [ohm]
+    shared: Complex  # (2, p, n, n) signed parts that poses share: extrapolation's step, polynomials' miss
     unknowns: int
     notes: tuple[str, ...] = ()
 
@@ -112,46 +102,29 @@ class _Change:
 class Sheets:
     """The three-dimensional model of one sensor; made by `sheets`.
 
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the changes of inductance and resistance; the resistance may be off by twice that where
-        current crowds at the rim.
-    windings : str
-        "rings" or "spiral".
-    outline : Outline or None
-        The target's outline, where it is not the scene's.
-    like : Sensor or None
-        A scene that differs a little in its coils, or in the size of a target alone, a rectangle or a disc, by whose
-        preparations this one is divided; None: by its own.
-    single : bool
-        Whether one division is enough, the coarsest, for differences from such a scene; errors are not told.
+    `tolerance` is the asked relative error of the changes of L and R; R may be off by twice that where current crowds
+    at the rim. `like` is a scene that differs a little in its coils, or in the size of a target alone, a rectangle or a
+    disc, by whose preparations this one is divided; `single` asks for the coarsest division alone, for differences from
+    such a scene, without errors.
     """
 
     sensor: Sensor
     tolerance: float
-    windings: str = "rings"
-    outline: Outline | None = None
+    windings: str = "rings"  # "rings" or "spiral"
+    outline: Outline | None = None  # the target's, where it is not the scene's
     like: Sensor | None = None
     single: bool = False
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        """Return L and R [H, ohm] for one pose or many at `frequency` [Hz].
-
-        Raises
-        ------
-        Collision, ValueError
-            As `check_asked`.
-        """
+        """Return L and R [H, ohm] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
         def alone() -> tuple[Array, Array]:
             return free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)
 
         return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """What the plates do to the coils: blended over the preparations that serve each pose."""
+        """Return the plates' reaction, blended over the preparations that serve each pose."""
         parts = placed_plates(self.sensor, self.outline, rotation_matrix(pose.rotation), pose.centre)
         shape = len(parts[0].gap), len(self.sensor.coils), len(self.sensor.coils)
         none = np.zeros((2, *shape), dtype=complex)
@@ -177,8 +150,7 @@ class Sheets:
         return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
 
     def _kind(self, part: PlacedPlate) -> _Asked:
-        """A plate, its outline; if it stands still, its susceptibility and the coils it sees; what is divided like it.
-        """
+        """Return a plate, its outline, its susceptibility and coils if it stands still, and what is divided like it."""
         if self.like is not None and self.like.target is not None:
             return self.like.target, part.outline, part.susceptibility, None, part.plate
         fixed = part.windings > 0.0
@@ -195,7 +167,7 @@ class Sheets:
         return (spirals, *path_notes(self.sensor.coils))
 
     def _change(self, parts: Sequence[PlacedPlate], steps: Sequence[int], frequency: tuple[float, float]) -> _Change:
-        """What the plates do to the coils by one preparation of each, at a frequency, prepared up to another."""
+        """Return the plates' change by one preparation of each, at a frequency, prepared up to another."""
         sensor, asked = self.sensor, [(part.plate, part.outline) for part in parts]
         clear = [clearance_of(step, part.anchor) for part, step in zip(parts, steps, strict=True)]
 
@@ -231,7 +203,7 @@ class Sheets:
         return _Change(value, R + 1j * X, np.stack([left, lost.max() * value]), unknowns, tuple(notes))
 
     def _together(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], frequency: float) -> list[Complex]:
-        """Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
+        """Return Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
         ferrite, answering = any(len(plate.divisions) < DIVISIONS for plate in plates), []
         for part, plate in zip(parts, plates, strict=True):
             found = plate.divisions
@@ -248,22 +220,10 @@ class Sheets:
 def sheets(
     sensor: Sensor, tolerance: float = 5e-3, *, windings: str | None = None, outline: Outline | None = None
 ) -> Sheets:
-    """Return the three-dimensional model of `sensor`.
+    """Return the three-dimensional model of `sensor`, to a relative error of the change of inductance.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance.
-    windings : str, optional
-        "rings" (concentric) or "spiral" (the tracks' true path); the scene's by default.
-    outline : Outline, optional
-        The target's outline instead of the scene's: with holes, or from a mesh file (`read_outline`).
-
-    Raises
-    ------
-    SceneError
-        If the scene is not one this model can represent.
+    `windings` are "rings" or "spiral", the scene's by default; `outline` is the target's instead of the scene's: with
+    holes, or from a mesh file (`read_outline`). SceneError if this model cannot represent the scene.
     """
     refusal = not_representable(sensor)
     if refusal:
@@ -304,8 +264,9 @@ def not_representable(sensor: Sensor) -> str | None:
 def _divided(
     sensor: Sensor, part: _Asked, rung: Rung, clear: tuple[float, float], frequency: tuple[float, float]
 ) -> _Divided:
-    """Prepare a plate, the coils given if it stands still, for clearances from one on, from fixed plates from another
-    on, for a frequency below another.
+    """Prepare a plate for clearances from one on, from fixed plates from another on, and a frequency below another.
+
+    The coils are given if it stands still.
     """
     alone, (asked, top), (plate, outline, susceptibility, sources, become) = not sensor.conductors, frequency, part
     clearance, others = clear
@@ -332,7 +293,7 @@ def _divided(
 
 
 def _shared(error: Array, share: tuple[float, float]) -> Array:
-    """Errors of matrices' entries, those of two coils with a share of both coils' own."""
+    """Return errors of matrices' entries, those of two coils with a share of both coils' own."""
     own = np.sqrt(np.diagonal(error, axis1=-2, axis2=-1))
     mutual = share[0] * error + share[1] * own[..., None] * own[..., None, :]
     return np.where(np.eye(error.shape[-1], dtype=bool), error, mutual)

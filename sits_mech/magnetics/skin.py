@@ -1,4 +1,4 @@
-"""How deep does an alternating field go into metal?"""
+"""Depth to which an alternating field goes into metal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How do L and R change with pose, frequency and the scene's lengths? Derivatives of any model of the magnetics.
+"""Differentiate L and R by pose, frequency and the scene's lengths, for any model of the magnetics.
 
 A model's answer is a smooth function of pose and frequency down to rounding (`stages`), so that differences of a fourth
 order (`maps.differences`) over steps h far above rounding and far below the lengths on which the field changes hold to
@@ -113,7 +113,7 @@ class _Length:
     scenes: dict[int, Sensor]
 
     def reached(self, solved: Sensor, places: Sequence[int]) -> bool:
-        """Whether scenes at all places are possible; they are then at hand, with the conductors that are solved."""
+        """Tell whether scenes at all places are possible; they are then at hand, with the solved conductors."""
         new = [place for place in places if place and place not in self.scenes]
         found = self.number.scenes(new)
         if len(found) < len(new):
@@ -172,7 +172,7 @@ def slopes(
 
 
 def _by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Array]:
-    """Derivatives of L and R by the frequency, shape (p, n, n)."""
+    """Return derivatives of L and R by the frequency, shape (p, n, n)."""
     ways = [place for place in CENTRAL.places if place]
     found = {place: model.impedance(Pose.of(rows), frequency * np.exp(STEP * place)) for place in ways}
     slopes = []
@@ -183,7 +183,7 @@ def _by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[A
 
 
 def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Array]:
-    """Derivatives of L and R by lengths, and their errors, shapes (p, n, n, m)."""
+    """Return derivatives of L and R by lengths, and their errors, shapes (p, n, n, m)."""
     n, solved = len(sensor.coils), getattr(asked.model, "sensor", sensor)
     found = np.zeros((4, len(asked.rows), n, n, len(keys)))
     coils, plates = dict[int, _Length](), dict[int, _Length]()
@@ -231,7 +231,7 @@ def _aside(model: Any, solved: Sensor, number: Parameter) -> str:
 
 
 def _of_coils(asked: _Asked, lengths: Sequence[_Length], centre: tuple[Array, Array]) -> list[_Values]:
-    """L and R at the places of each length, which are the coils' alone: all windings over plates prepared once."""
+    """Return L and R at the places of each length of the coils alone: all windings over plates prepared once."""
     sensor, n = asked.model.sensor, len(asked.model.sensor.coils)
     added: list[Any] = []
     which: list[dict[int, list[tuple[int, int]]]] = [{} for _ in lengths]
@@ -257,7 +257,7 @@ def _of_coils(asked: _Asked, lengths: Sequence[_Length], centre: tuple[Array, Ar
 
 
 def _reaction(asked: _Asked, sensor: Sensor) -> Complex:
-    """Delta Z of a scene whose coils may lie in each other; none without plates."""
+    """Return Delta Z of a scene whose coils may lie in each other; none without plates."""
     shape = len(asked.rows), len(sensor.coils), len(sensor.coils)
     if sensor.target is None and not sensor.conductors:
         return np.zeros(shape, dtype=complex)
@@ -266,7 +266,7 @@ def _reaction(asked: _Asked, sensor: Sensor) -> Complex:
 
 
 def _of_alike(asked: _Asked, length: _Length, centre: tuple[Array, Array]) -> Array:
-    """Derivatives and errors by a length of a plate that is divided alike, (4, p, n, n)."""
+    """Return derivatives and errors by a length of a plate that is divided alike, (4, p, n, n)."""
     sensor, single = asked.model.sensor, asked.model.tolerance >= _SINGLE
     stencil = next(one for one in SECOND_ORDER if length.reached(sensor, one.places))
     found = {m: np.stack(asked.answer(length.scenes.get(m, sensor), single=single)) for m in stencil.places}
@@ -276,7 +276,7 @@ def _of_alike(asked: _Asked, length: _Length, centre: tuple[Array, Array]) -> Ar
 
 
 def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Array, Array], Sequence[float]]) -> Array:
-    """Derivatives and errors by a length that changes what is prepared, (4, p, n, n); `known` L and R, and changes."""
+    """Return derivatives and errors by a length that changes what is prepared (4, p, n, n); `known` L, R, changes."""
     sensor, (centre, largest) = asked.model.sensor, known
     if getattr(asked.beside(next(iter(length.scenes.values()))), "like", None):
         return _of_alike(asked, length, centre)
@@ -296,6 +296,6 @@ def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Arra
 
 
 def _slope(length: _Length, values: _Values, largest: Sequence[float]) -> tuple[Array, float]:
-    """Slopes of L and R and their errors, shape (4, p, n, n); the worst over the largest changes, by size."""
+    """Return slopes of L and R and their errors, shape (4, p, n, n); the worst over the largest changes, by size."""
     parts = [{place: value[k] for place, value in values.items()} for k in (0, 1)]
     return best_slopes(parts, length.number.step, [most / length.size for most in largest])

@@ -1,4 +1,4 @@
-"""Which preparations of a plate serve a pose, at a frequency, and with what shares?
+"""Find the preparations of a plate that serve a pose at a frequency, and their shares.
 
 A plate is prepared for all clearances g from some c on, and for all frequencies f up to some top. So that one pose has
 one answer whatever else is asked, and curves over pose and frequency have no steps, the preparations form two ladders,
@@ -30,14 +30,9 @@ _FREQUENCY = 2.5e7  # a top [Hz]
 
 
 def clearances(gap: Array, anchor: float) -> list[tuple[Integers, Array]]:
-    """Return the two steps k of the ladder that serve each gap, and their shares.
+    """Return the two steps k of the ladder that serve each gap (p,) [m], and their shares.
 
-    Parameters
-    ----------
-    gap : ndarray, shape (p,)
-        [m]
-    anchor : float
-        A gap from which on step 0 serves alone; see `clearance_of` [m].
+    From the gap `anchor` [m] on step 0 serves alone; see `clearance_of`.
     """
     x = np.log2(gap / anchor) + _NEAR
     step = np.floor(x).astype(np.int64)
@@ -76,10 +71,7 @@ def tops(frequency: float, *, lowest: float = -math.inf) -> list[tuple[float, fl
 def together(parts: Sequence[list[tuple[Integers, Array]]]) -> Iterator[tuple[tuple[int, ...], Integers, Array]]:
     """Yield the steps of several plates that serve some poses together, which poses, and their shares.
 
-    Parameters
-    ----------
-    parts : sequence of list
-        As of `clearances`, for the same poses.
+    `parts` are as of `clearances`, for the same poses.
     """
     for choice in product(*parts):
         steps, share = np.stack([step for step, _ in choice], axis=1), choice[0][1]
@@ -94,6 +86,6 @@ def together(parts: Sequence[list[tuple[Integers, Array]]]) -> Iterator[tuple[tu
 
 
 def _rise(s: Array) -> Array:
-    """w of the module docstring."""
+    """Return w of the module docstring."""
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s**2))

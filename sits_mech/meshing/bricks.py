@@ -1,4 +1,4 @@
-"""How is half a pad divided into bricks? Tensor grids for boxes, rings around a core where anything is round.
+"""Divide half a pad into bricks: tensor grids for boxes, rings around a core where anything is round.
 
 A mesh is a base whose cells are each divided into m parts along every axis. The meshes of one base are a family: where
 in its base cell each cell lies, in the coordinates of the reference brick, is its division.
@@ -59,7 +59,7 @@ def covered(plate: Outline, pad: Outline) -> Outline | None:
 
 
 def _holds(outer: Outline, inner: Outline) -> bool:
-    """Whether a disc lies within a rectangle, or a rectangle within a disc."""
+    """Tell whether a disc lies within a rectangle, or a rectangle within a disc."""
     limit = 1.0 + _SAME
     if outer.is_round:
         return math.hypot(inner.half_x, inner.half_y) <= limit * outer.half_x
@@ -67,31 +67,21 @@ def _holds(outer: Outline, inner: Outline) -> bool:
 
 
 class Division(NamedTuple):
-    """Where the cells of a mesh lie in those of its base.
+    """Where the cells of a mesh lie in those of its base."""
 
-    Attributes
-    ----------
-    base : ndarray, shape (e,)
-        Number of the base cell.
-    part : ndarray, shape (e, d)
-        Number of the part along each axis of the reference cell.
-    low, high : ndarray, shape (e, d)
-        Its ends there, in the base cell's reference coordinates.
-    """
-
-    base: Indices
-    part: Indices
-    low: Array
-    high: Array
+    base: Indices  # (e,) number of the base cell
+    part: Indices  # (e, d) number of the part along each axis of the reference cell
+    low: Array  # (e, d) its lower end there, in reference coordinates
+    high: Array  # (e, d)
 
     @property
     def bases(self) -> int:
-        """How many base cells there are."""
+        """Number of base cells."""
         return int(self.base.max()) + 1
 
     @property
     def doubled(self) -> Division:
-        """Of these cells and as many others, in base cells of their own."""
+        """Division of these cells and as many others, in base cells of their own."""
         return joined([self, self])
 
 
@@ -103,10 +93,7 @@ def joined(divisions: Sequence[Division]) -> Division:
 
 
 def divided(lines: Array, base: int | Array) -> Division:
-    """Return the division of the cells between lines along one axis.
-
-    The base has given lines, which are some of these, or every so many of them.
-    """
+    """Return the division of cells between lines along an axis; the base has given ones of these, or every so many."""
     first = lines[::base] if isinstance(base, int) else base
     cell = np.searchsorted(first, 0.5 * (lines[1:] + lines[:-1])) - 1
     start, size = first[cell], np.diff(first)[cell]
@@ -128,8 +115,7 @@ Lines = tuple[Array, Array, Array]
 
 
 def box_bricks(x: Array, y: Array, z: Array, split: int = 1, base: Lines | None = None) -> tuple[MeshHex, Division]:
-    """Return the bricks between given lines, and their division; every `split`-th line is of the base, or those given.
-    """
+    """Return the bricks between lines, and their division; every `split`-th line is of the base, or those given."""
     own = (split, split, split) if base is None else base
     flat = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
@@ -141,19 +127,9 @@ def ring_bricks(
 ) -> tuple[MeshHex2, Division]:
     """Return half a pad, y >= 0, in rings around a core, and the division of its bricks.
 
-    Parameters
-    ----------
-    target, pad : Outline
-        The pad's is used where `lines` reach beyond the target.
-    lines : tuple of ndarray
-        From the core (0) to the target's outline (1); from there (0) to the pad's (1), or one value where both are the
-        same; and along z.
-    around : int
-        Cells from a corner of the core to the next middle of a side; four times as many go around half the pad.
-    split : int
-        Parts of a base cell along every axis: every so many lines, one is of the base.
-    base : tuple of ndarray, optional
-        Those of the `lines` that are of the base, where they are others.
+    `lines` go from the core (0) to the target's outline (1); from there (0) to the pad's (1), or one value where both
+    are the same; and along z. `around` counts cells from a corner of the core to the next middle of a side; four times
+    as many go around half the pad. Every `split`-th line is of the base, or those in `base`.
     """
     rho, z = _rings(lines), lines[2]
     outwards, through = (split, split) if base is None else (_rings(base), base[2])
@@ -166,19 +142,19 @@ def ring_bricks(
 
 
 def _rings(lines: Lines) -> Array:
-    """Lines outwards: 0 in the middle, 1 at the target's outline, 2 at the pad's."""
+    """Return lines outwards: 0 in the middle, 1 at the target's outline, 2 at the pad's."""
     inside, beside, _ = lines
     return np.concatenate([_CORE + (1.0 - _CORE) * inside, 1.0 + beside[1:]])
 
 
 def _quads(index: Indices) -> Indices:
-    """Cells, as (0, 0), (1, 0), (0, 1), (1, 1), of a grid of numbered points."""
+    """Return cells, as (0, 0), (1, 0), (0, 1), (1, 1), of a grid of numbered points."""
     each = [index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]]
     return np.stack(each, axis=-1).reshape(-1, 4)
 
 
 def _extruded(flat: Array, quads: Indices, across: Division, z: Array, base: int | Array) -> tuple[MeshHex, Division]:
-    """Bricks over flat cells, one layer after the other."""
+    """Return bricks over flat cells, one layer after the other."""
     points = np.vstack([np.column_stack([flat, np.full(len(flat), level)]) for level in z])
     layers = np.arange(len(z) - 1)[:, None] * len(flat)
     corners = ElementHex1().doflocs.astype(int)
@@ -190,13 +166,13 @@ def _extruded(flat: Array, quads: Indices, across: Division, z: Array, base: int
 
 
 def _rings_divided(rho: Array, around: int, split: int, outwards: int | Array) -> Division:
-    """Division of the cells of `_square`."""
+    """Return the division of the cells of `_square`."""
     core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
     return joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
 
 
 def _square(rho: Array, around: int) -> tuple[Array, Indices]:
-    """Corners (n, 2) and cells (m, 4), as (0, 0), (1, 0), (0, 1), (1, 1), of half a square in rings around a core."""
+    """Return corners (n, 2) and cells (m, 4), as of `_quads`, of half a square in rings around a core."""
     core = np.linspace(-1.0, 1.0, 2 * around + 1) * rho[0]
     a, b = np.meshgrid(core, core[around:], indexing="ij")
     inner = np.column_stack([a.ravel(), b.ravel()])
@@ -212,7 +188,7 @@ def _square(rho: Array, around: int) -> tuple[Array, Indices]:
 
 
 def _placed(flat: Array, target: Outline, pad: Outline) -> Array:
-    """Where points of the square, shape (2, n), lie in the pad."""
+    """Return where points of the square, shape (2, n), lie in the pad."""
     rho = np.abs(flat).max(axis=0)
     edge = flat / np.where(rho > 0.0, rho, 1.0)
     core = _on(Outline(target.half_x, target.half_y, False), edge) * (_SHRUNK if target.is_round else 1.0)
@@ -223,7 +199,7 @@ def _placed(flat: Array, target: Outline, pad: Outline) -> Array:
 
 
 def _on(outline: Outline, edge: Array) -> Array:
-    """Points of an outline, shape (2, n), that stand for points of the square's edge."""
+    """Return points of an outline, shape (2, n), that stand for points of the square's edge."""
     a, b = edge
     if outline.is_round:
         side = np.where(a > 0.0, b, 4.0 - b)

@@ -1,4 +1,4 @@
-"""How do bricks stand beside their own images? Mirror images across a plane, copies side by side.
+"""Place bricks beside their own images: mirror images across a plane, copies side by side.
 
 Bricks have 27 nodes each, so that curved ones stay curved; copies are numbered alike, one after the other, and share
 the corners that lie on each other.

@@ -1,4 +1,4 @@
-"""How is a pad divided into bricks where the rims of a disc and of a rectangle, both centred, cross?
+"""Divide a pad into bricks where the rims of a disc and of a rectangle, both centred, cross.
 
 A quarter of what they share, disc of radius r and rectangle |x| <= w, |y| <= h, has its rim from the x axis along the
 side x = w as far as A, along the arc as far as B, and along y = h to the y axis; a side that the disc does not reach is
@@ -47,21 +47,9 @@ def crossing_bricks(
 ) -> tuple[MeshHex2, Division]:
     """Return half a pad, y >= 0, under a target whose rim crosses the pad's, and the division of its bricks.
 
-    Parameters
-    ----------
-    target, pad : Outline
-        A disc and a rectangle, or the other way round, neither within the other.
-    lines : tuple of ndarray
-        From the core (0) to the bonded rim (1); from there (0) away from it (1); and along z.
-    around : int
-        Cells along each side, and along half an arc between two sides.
-    split : int
-        Parts of a base cell along every axis: every so many lines, one is of the base.
-
-    Raises
-    ------
-    ValueError
-        Where they cross at too small an angle, or the arc between two sides is too short.
+    `lines` go from the core (0) to the bonded rim (1), from there (0) away from it (1), and along z; `around` counts
+    cells along each side and along half an arc; every `split`-th line is of the base. ValueError where the rims cross
+    at too small an angle, or the arc between two sides is too short.
     """
     disc, box = (target, pad) if target.is_round else (pad, target)
     r, w, h = disc.half_x, box.half_x, box.half_y

@@ -1,4 +1,4 @@
-"""How does a plan of four-sided patches become bricks? Coons patches between curves, cells between lines, upright.
+"""Divide a plan of four-sided patches into bricks: Coons patches between curves, cells between lines, upright.
 
 A patch with the curves b(s), a(s) below and above and l(t), r(t) at its left and right side has its points at
 
@@ -65,10 +65,7 @@ def part(curve: Curve, begin: float, end: float) -> Curve:
 
 
 def patch_bricks(patches: Sequence[Patch], z: Array, split: int = 1) -> tuple[MeshHex2, Division]:
-    """Return the bricks over a plan of patches between the lines along z, and their division.
-
-    Every `split`-th line of each patch and along z is one of the base.
-    """
+    """Return bricks over patches between lines along z, and their division; every `split`-th line is of the base."""
     points, places = (
         np.concatenate([_upright(patch, z, nodes) for patch in patches])
         for nodes in (ElementHex1().doflocs, ElementHex2().doflocs)
@@ -85,7 +82,7 @@ def patch_bricks(patches: Sequence[Patch], z: Array, split: int = 1) -> tuple[Me
 
 
 def _upright(patch: Patch, z: Array, nodes: Array) -> Array:
-    """Places (e, k, 3) of nodes of the unit cube, shape (k, 3), in every brick over a patch."""
+    """Return places (e, k, 3) of nodes of the unit cube, shape (k, 3), in every brick over a patch."""
     lines = (patch.s, patch.t, z)
     ends = [np.stack([own[:-1], own[1:]], axis=1) for own in lines]
     cells = np.stack(np.meshgrid(*(np.arange(len(own)) for own in ends), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -98,7 +95,7 @@ def _upright(patch: Patch, z: Array, nodes: Array) -> Array:
 
 
 def _blended(patch: Patch, s: Array, t: Array) -> Array:
-    """Points (n, 2) of a patch."""
+    """Return points (n, 2) of a patch."""
     below, above = patch.below(s), patch.above(s)
     (b_0, b_1), (a_0, a_1) = (curve(np.array([0.0, 1.0])) for curve in (patch.below, patch.above))
     s, t = s[:, None], t[:, None]

@@ -1,4 +1,4 @@
-"""How are round pillars divided into bricks? Each in rings like a cylinder of its own (bricks.py), at its own place.
+"""Divide round pillars into bricks, each in rings like a cylinder of its own (bricks.py), at its own place.
 
 The pattern is its own mirror image in y: half of it, y >= 0, is meshed, pillars on the plane by their halves. Pillars
 touch nowhere, and each has base cells of its own.
@@ -24,18 +24,8 @@ def pillar_bricks(
 ) -> tuple[MeshHex2, Division]:  # fmt: skip
     """Return the pillars at y >= 0, half of those that the plane y = 0 cuts through the middle, and their division.
 
-    Parameters
-    ----------
-    disc : Outline
-        Of one pillar.
-    middles : sequence of (x, y)
-        Of all of them; those at y < 0 are the images of others.
-    lines : tuple of ndarray
-        From the core (0) to the pillar's side (1), and along z.
-    around, split : int
-        As of `ring_bricks`.
-    base : tuple of ndarray, optional
-        As of it.
+    `disc` is one pillar's outline, `middles` are of all of them (those at y < 0 are images of others), `lines` go from
+    the core (0) to the pillar's side (1), and along z; the others as of `ring_bricks`.
     """
     first = None if base is None else (base[0], np.zeros(1), base[1])
     half, division = ring_bricks(disc, disc, (lines[0], np.zeros(1), lines[1]), around, split, first)

@@ -1,4 +1,4 @@
-"""How is a mesh refined so that each answer on it can be carried over? Every cell into 2^d, parents known.
+"""Refine a mesh so that answers on it can be carried over: every cell into 2^d, parents known.
 
 The corners of the new cells are the nodes of the quadratic element on the old ones: corners, middles of edges, and of a
 brick those of faces and inside. A new cell is the image of the whole reference cell under
@@ -54,24 +54,12 @@ _DIAGONALS = (
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """A refined mesh, and where each of its cells lies in the mesh that it was made of.
+    """A refined mesh, and where each of its cells lies in the mesh that it was made of."""
 
-    Attributes
-    ----------
-    mesh : skfem.Mesh
-        Of the same kind, with the same groups in `boundaries`.
-    parents : ndarray, shape (f,)
-        Cell of the first mesh in which each cell lies.
-    kinds : ndarray, shape (f,)
-        Which of `maps` each cell has.
-    maps : ndarray, shape (k, d, d + 1)
-        ``(A, b)`` of ``xi_parent = A xi + b``.
-    """
-
-    mesh: Mesh
-    parents: Indices
-    kinds: Indices
-    maps: Array
+    mesh: Mesh  # of the same kind, with the same groups in `boundaries`
+    parents: Indices  # (f,) cell of the first mesh in which each cell lies
+    kinds: Indices  # (f,) which of `maps` each cell has
+    maps: Array  # (k, d, d + 1) (A, b) of xi_parent = A xi + b
 
     def within(self, points: Array) -> Array:
         """Return where points of the reference cell, shape (n, d), lie in the parent by kind, shape (k, n, d)."""
@@ -79,20 +67,7 @@ class Refinement:
 
 
 def refined(mesh: Mesh, times: int) -> Refinement:
-    """Return a mesh whose cells are divided `times` times into 2^d each.
-
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        Tetrahedra, hexahedra or quadrilaterals, straight or quadratic, with or without `boundaries`.
-    times : int
-        0 or more.
-
-    Raises
-    ------
-    ValueError
-        For a mesh of other cells.
-    """
+    """Return a mesh with its cells, straight or curved, divided `times` times into 2^d each; ValueError for others."""
     if type(mesh) not in _ELEMENTS:
         raise ValueError(f"mesh: must be one of {', '.join(kind.__name__ for kind in _ELEMENTS)}; got {type(mesh)}")
     d, count = mesh.dim(), mesh.t.shape[1]
@@ -158,7 +133,7 @@ def _curved(kind: type[Mesh], found: Refinement, coarse: Array) -> Mesh:
 
 
 def _carried(mesh: Mesh, fine: Mesh, nodes: Indices, parents: Indices) -> dict[str, Indices]:
-    """Facets of a refined mesh in each group: all corners on one facet of its parent that is in the group."""
+    """Return facets of a refined mesh in each group: all corners on one facet of its parent that is in the group."""
     _, linear, quadratic = _ELEMENTS[type(mesh)]
     values = shape_values(linear, quadratic.doflocs)
     parent = parents[fine.f2t[0]]
@@ -172,12 +147,12 @@ def _carried(mesh: Mesh, fine: Mesh, nodes: Indices, parents: Indices) -> dict[s
 
 
 def _bricks(corners: Array) -> Array:
-    """Corners of the halves of a square, or of the eighths of a cube, shape (2^d, 2^d, d)."""
+    """Return corners of the halves of a square, or of the eighths of a cube, shape (2^d, 2^d, d)."""
     return np.stack([0.5 * (corners + shift) for shift in product((0.0, 1.0), repeat=corners.shape[1])])
 
 
 def _tetrahedra() -> Array:
-    """Corners of the pieces of a tetrahedron, shape (16, 4, 3): four at its corners, four about each diagonal."""
+    """Return corners of a tetrahedron's pieces, shape (16, 4, 3): four at its corners, four about each diagonal."""
     corners = np.vstack([np.zeros(3), np.eye(3)])
     pieces = [0.5 * (corners + corner) for corner in corners]
     for first, second, ring in _DIAGONALS:
@@ -191,7 +166,7 @@ def _tetrahedra() -> Array:
 
 
 def _by_diagonal(places: Array) -> Indices:
-    """Pieces of each tetrahedron, shape (e, 8), of the nodes of its quadratic element: by its shortest diagonal."""
+    """Return pieces of each tetrahedron (e, 8), of its quadratic element's nodes: by its shortest diagonal."""
     corners, nodes = np.vstack([np.zeros(3), np.eye(3)]), ElementTetP2().doflocs
     middle = {
         edge: int(np.argmin(np.abs(nodes - corners[list(edge)].mean(axis=0)).sum(axis=1)))

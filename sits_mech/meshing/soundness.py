@@ -1,4 +1,4 @@
-"""Is a mesh of the user's one watertight solid, and where is it not? Checks before anything is solved; welding.
+"""Check that a user's mesh is one watertight solid, before anything is solved; say where it is not; find nodes to weld.
 
 A face belongs to one cell, on the surface, or to two that lie on its two sides. Faces of the surface that lie on each
 other are a cut: cells there do not hold together, though nothing shows it. Nodes of two cells that are closer than
@@ -55,14 +55,7 @@ def faces_of(cells: Indices) -> Surface:
 
 
 def joined(points: Array, cells: Indices) -> Indices:
-    """Return for each node the first one that is at its place, itself where it is alone; shape (n,).
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, 3)
-        Corners of cells only [m].
-    cells : ndarray, shape (e, 4) or (e, 8)
-    """
+    """Return for each corner of the cells the first one that is at its place, itself where it is alone; shape (n,)."""
     surface = faces_of(cells)
     own = surface.corners[surface.outer]
     shortest = _shortest_edges(points, own)
@@ -78,21 +71,9 @@ def joined(points: Array, cells: Indices) -> Indices:
 
 
 def check_sound(name: str, points: Array, cells: Indices) -> None:
-    """Refuse a mesh that is no watertight solid.
+    """Refuse a mesh that is no watertight solid: ValueError with one line, what is wrong, how often, and where first.
 
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    points : ndarray, shape (n, 3)
-        Corners of cells only [m].
-    cells : ndarray, shape (e, 4) or (e, 8)
-        None of them flat.
-
-    Raises
-    ------
-    ValueError
-        One line: what is wrong, how often, and where first.
+    `points` (n, 3) are corners of cells only [m]; none of the `cells` (e, 4) or (e, 8) is flat.
     """
     surface = faces_of(cells)
     _refuse(name, points[surface.corners[surface.times[surface.number] > 2]], "faces must belong to one cell or two",
@@ -128,7 +109,7 @@ def _refuse(name: str, bad: Array, rule: str, fault: str, what: str = "faces") -
 
 
 def _shortest_edges(points: Array, faces: Indices) -> Array:
-    """Shortest edge of any face that ends in each node, infinite where none does, shape (n,)."""
+    """Return the shortest edge of any face that ends in each node, infinite where none does, shape (n,)."""
     lengths = np.linalg.norm(points[faces] - points[np.roll(faces, -1, axis=1)], axis=-1)
     found = np.full(len(points), np.inf)
     np.minimum.at(found, faces, lengths)
@@ -137,7 +118,7 @@ def _shortest_edges(points: Array, faces: Indices) -> Array:
 
 
 def _one_sided(points: Array, cells: Indices, surface: Surface) -> Indices:
-    """One face of each pair that two cells on one side of it share."""
+    """Return one face of each pair that two cells on one side of it share."""
     order = np.argsort(surface.number, kind="stable")
     order = order[surface.times[surface.number[order]] == 2]
     first, second = order[::2], order[1::2]
@@ -165,7 +146,7 @@ def _check_touching(name: str, points: Array, faces: Indices, same: Indices) -> 
 
 
 def _within(faces: Array, points: Array, near: Array) -> tuple[Indices, Indices]:
-    """Pairs of a face, corners (f, c, 3), and a point that is nearer to it than `near`, shape (f,)."""
+    """Return pairs of a face, corners (f, c, 3), and a point that is nearer to it than `near`, shape (f,)."""
     middle = faces.mean(axis=1)
     reach = np.linalg.norm(faces - middle[:, None], axis=-1).max(axis=1) + near
     found = cKDTree(points).query_ball_point(middle, reach)
@@ -180,7 +161,7 @@ def _within(faces: Array, points: Array, near: Array) -> tuple[Indices, Indices]
 
 
 def _distance(points: Array, triangles: Array) -> Array:
-    """Distance of points, shape (k, 3), from triangles, shape (k, 3, 3); infinite beside them by more than that."""
+    """Return the distance of points (k, 3) from triangles (k, 3, 3); infinite beside them by more than that."""
     a, b, c = triangles.swapaxes(0, 1)
     normal = np.cross(b - a, c - a)
     double = np.linalg.norm(normal, axis=1)

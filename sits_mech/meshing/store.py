@@ -1,4 +1,4 @@
-"""How does a mesh of the user's own come in? A file that meshio reads, with named groups of faces, lengths in metres.
+"""Read a user's mesh from a file that meshio reads, with named groups of faces, lengths in metres.
 
 Tetrahedra or hexahedra, straight or quadratic. What cannot be solved is refused with one line: no mesh, cells of two
 kinds, a group that is missing or names what is no face, a cell that is flat or inside out, and what is no watertight
@@ -37,21 +37,10 @@ class ReadSolid(NamedTuple):
 
 
 def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -> ReadSolid:
-    """Return the solid in a mesh file.
+    """Return the solid in a mesh file, which must have the named groups.
 
-    Parameters
-    ----------
-    path : str or Path
-        Any format that meshio reads and that has names.
-    groups : sequence of str
-        Names that must be there.
-    weld : bool
-        Whether duplicated nodes are merged; faces that they held apart leave their groups.
-
-    Raises
-    ------
-    ValueError
-        One line: file, what it must hold, what came, and where.
+    `weld` merges duplicated nodes; faces that they held apart leave their groups. ValueError with one line: file, what
+    it must hold, what came, and where.
     """
     name, given = str(path), read_mesh(path)
     kind = _only_kind(name, given)
@@ -107,7 +96,7 @@ def _welded(number: Indices, points: Array, cells: Indices, corners: int) -> tup
 
 
 def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Indices]]:
-    """Numbers of the cells of each kind that belong to a name."""
+    """Return numbers of the cells of each kind that belong to a name."""
     named = {name: own for name, own in mesh.cell_sets_dict.items() if not name.startswith("gmsh:")}
     marks = mesh.cell_data_dict.get("gmsh:physical", {})
     for name, (tag, _) in mesh.field_data.items():
@@ -117,7 +106,7 @@ def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Indices]]:
 
 
 def _facets(what: str, mesh: Mesh, blocks: list[Indices], points: Array, number: Indices) -> Indices:
-    """Numbers of the mesh's outer facets that are the given faces of the file, `number` its nodes in the mesh.
+    """Return numbers of the mesh's outer facets that are the given faces of the file, `number` its nodes in the mesh.
 
     A group that holds faces of cells holds no others; one that holds none belongs to something else in the file.
     """

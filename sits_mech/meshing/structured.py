@@ -1,4 +1,4 @@
-"""How are the lines of a structured mesh spread so that singular corners cost little?
+"""Spread the lines of a structured mesh so that singular corners cost little.
 
 Cells shrink towards each end of a segment by a power law: the i-th of m lines of a half segment of length l lies
 
@@ -18,27 +18,7 @@ from sits_mech.quantities import Array
 
 
 def graded_segment(start: float, end: float, cells: int, beta: float) -> Array:
-    """Return mesh lines from `start` to `end`, graded towards both ends.
-
-    Parameters
-    ----------
-    start, end : float
-        Ends of the segment, any unit of length.
-    cells : int
-        Number of cells, even.
-    beta : float
-        Strength of the grading; 1 is uniform.
-
-    Returns
-    -------
-    ndarray, shape (cells + 1,)
-        Lines in rising order, symmetric about the middle.
-
-    Raises
-    ------
-    ValueError
-        For an odd number of cells, or ends in the wrong order.
-    """
+    """Return ``cells + 1`` mesh lines, rising and symmetric, graded towards both ends; ValueError for odd `cells`."""
     if cells < 2 or cells % 2 or not end > start or not beta >= 1.0:
         raise ValueError(f"segment: needs even cells, start < end, beta >= 1, not {cells}, {start}..{end}, {beta}")
     half = 0.5 * np.linspace(0.0, 1.0, cells // 2 + 1) ** beta
@@ -47,21 +27,7 @@ def graded_segment(start: float, end: float, cells: int, beta: float) -> Array:
 
 
 def graded_lines(breaks: Sequence[float], cells: Sequence[int], beta: float) -> Array:
-    """Return mesh lines through all `breaks`, graded towards each of them.
-
-    Parameters
-    ----------
-    breaks : sequence of float, length n + 1
-        Ends of the n segments, rising.
-    cells : sequence of int, length n
-        Even numbers of cells, one per segment.
-    beta : float
-        Strength of the grading.
-
-    Returns
-    -------
-    ndarray, shape (sum(cells) + 1,)
-    """
+    """Return mesh lines through all `breaks`, graded towards each; an even number of cells for each segment."""
     pieces = [
         graded_segment(a, b, n, beta) for a, b, n in zip(breaks[:-1], breaks[1:], cells, strict=True)
     ]
@@ -69,15 +35,5 @@ def graded_lines(breaks: Sequence[float], cells: Sequence[int], beta: float) -> 
 
 
 def matched_cells(length: float, reference: float, cells: int, beta: float) -> int:
-    """Return the even number of cells that gives a segment the same smallest cell as a reference segment has.
-
-    Parameters
-    ----------
-    length, reference : float
-        Lengths of the segment and of the reference segment, one unit.
-    cells : int
-        Number of cells of the reference segment.
-    beta : float
-        Strength of the grading.
-    """
+    """Return the even number of cells that gives a segment the same smallest cell as a reference segment has."""
     return 2 * max(1, int(np.ceil(0.5 * cells * (length / reference) ** (1.0 / beta) - 1e-9)))

@@ -1,4 +1,4 @@
-"""How is the space between given closed outlines filled with triangles? The one file that knows pygmsh and gmsh.
+"""Fill the space between given closed outlines with triangles. The one file that knows pygmsh and gmsh.
 
 The outlines' vertices become nodes of the mesh exactly as given: no edge of an outline is divided. Inside, triangles
 grow from the edges of the outlines towards those of the outer boundary. gmsh runs on the main thread of a process only.
@@ -25,13 +25,7 @@ class MesherMissing(ValueError):
 
 
 def mesh_generator() -> ModuleType:
-    """Return pygmsh.
-
-    Raises
-    ------
-    MesherMissing
-        If pygmsh, gmsh or the system libraries that gmsh needs are not installed, or off the main thread.
-    """
+    """Return pygmsh; MesherMissing if it, gmsh or gmsh's system libraries are missing, or off the main thread."""
     if threading.current_thread() is not threading.main_thread():
         raise MesherMissing("mesh generator: gmsh must run on the main thread of a process; got another thread")
     try:
@@ -49,27 +43,10 @@ def mesh_generator() -> ModuleType:
 
 
 def fill_between(outer: Array, holes: Sequence[Array]) -> tuple[Array, Index]:
-    """Return triangles that fill `outer` but for the `holes`.
+    """Return points (p, 2) and triangles (m, 3) that fill `outer` (n, 2) but for the `holes` (k, 2), not closed [m].
 
-    Parameters
-    ----------
-    outer : ndarray, shape (n, 2)
-        Corners of the outer outline in order, not closed [m].
-    holes : sequence of ndarray, shape (k, 2)
-        Outlines of the holes, apart from each other [m].
-
-    Returns
-    -------
-    points : ndarray, shape (p, 2)
-        First the corners of `outer`, then those of each hole, in the order given; then the inner nodes [m].
-    triangles : ndarray, shape (m, 3)
-
-    Raises
-    ------
-    MesherMissing
-        If gmsh cannot be used here.
-    ValueError
-        If it cannot mesh these outlines.
+    Points are the corners of `outer`, then of each hole, in the order given, then the inner nodes. MesherMissing if
+    gmsh cannot be used here, ValueError if it cannot mesh these outlines.
     """
     generator = mesh_generator()
     given = np.vstack([outer, *holes])
@@ -98,7 +75,7 @@ def _set_options() -> None:
 
 
 def _loop(geometry: object, outline: Array) -> object:
-    """One closed loop of straight edges that are not to be divided."""
+    """Return one closed loop of straight edges that are not to be divided."""
     kernel: ModuleType = geometry  # type: ignore[assignment]
     sizes = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
     points = [kernel.add_point([x, z, 0.0], mesh_size=size) for (x, z), size in zip(outline, sizes, strict=True)]

@@ -1,4 +1,4 @@
-"""Which forces belong to the inductances? A smooth map of a table, and its inverse where there is exactly one.
+"""Map forces to inductances by a smooth map of a table, and back where there is exactly one answer.
 
     forward    L(F), a `SmoothMap` of each coil's inductance over the forces
     inverse    minimise sum_c (w_c (L_c(F) - L_c))^2, w one over the coil's noise (`inversion`)
@@ -121,7 +121,7 @@ class Calibration:
 
     @cached_property
     def code_calibration(self) -> Calibration:
-        """The same loads in codes of the converter; made once."""
+        """Calibration of the same loads in codes of the converter; made once."""
         if self.in_codes is None:
             raise ValueError("codes: must come from a sensor and its table; this calibration has inductances alone")
         return self.in_codes()
@@ -165,7 +165,7 @@ class Calibration:
 
     @cached_property
     def search(self) -> Search:
-        """What finds the forces of readings."""
+        """Search for the forces of readings."""
         return Search(self.map, self.domain, self.weights, self.full_scale, self.seeds)
 
     def inverse(self, L: ArrayLike) -> Inverse:
@@ -228,7 +228,7 @@ class Calibration:
 
     @cached_property
     def no_inverse(self) -> tuple[str, ...]:
-        """Where there is no inverse, in words."""
+        """Reason, or regions, without an inverse, in words."""
         why = f"{', '.join(self.unresolved)}: errors of map and table are twice the range"
         return (why,) if self.unresolved and len(self.coils) >= len(self.forces) else self.domain.regions
 
@@ -236,27 +236,12 @@ class Calibration:
 def calibration(
     data: xr.Dataset, L0: Sequence[float] | None = None, noise: Sequence[float] | None = None
 ) -> Calibration:
-    """Return the calibration that a table holds.
+    """Return the calibration that a table holds, in henry where `L0` is given or the table is in henry.
 
-    Parameters
-    ----------
-    data : Dataset
-        With L over (forces, coil, coil_2) and L0, as from `calibrate`, or L over (forces, coil); forces are the
-        components of the load with more than one value. Loads without an answer, by ``status`` or L, are left out.
-    L0 : sequence of float, optional
-        Inductances without target [H], for tables per metre of depth: the table's relative change is taken of them.
-    noise : sequence of float, optional
-        Of each coil, for the weights; equal by default.
-
-    Returns
-    -------
-    Calibration
-        In henry where `L0` is given or the table is in henry.
-
-    Raises
-    ------
-    ValueError
-        When there is no force with more than one value, or too few loads.
+    `data` has L over (forces, coil, coil_2) and L0, as from `calibrate`, or L over (forces, coil); forces are the
+    components of the load with more than one value. Loads without an answer, by ``status`` or L, are left out. `L0` [H]
+    is for tables per metre of depth: the table's relative change is taken of it. `noise` of each coil weighs, equal by
+    default. ValueError when there is no force with more than one value, or too few loads.
     """
     names = several(data)
     if not names:
@@ -288,25 +273,10 @@ def calibration_of(
     points: ArrayLike, L: ArrayLike, *, forces: Sequence[str], coils: Sequence[str],
     free: tuple[str, ArrayLike], noise: Sequence[float] | None = None,
 ) -> Calibration:  # fmt: skip
-    """Return the calibration through scattered loads.
+    """Return the calibration through scattered loads (m, d) [N, N m] with the inductances L (m, n).
 
-    Parameters
-    ----------
-    points : array_like, shape (m, d)
-        The loads [N, N m].
-    L : array_like, shape (m, n)
-        Inductance of each coil.
-    forces, coils : sequence of str
-        Names of the d forces and the n coils.
-    free : tuple
-        Unit of the inductances and their values without target, shape (n,).
-    noise : sequence of float, optional
-        Of each coil [unit], for the weights; equal by default.
-
-    Raises
-    ------
-    ValueError
-        When loads are too few, values not finite, or an inductance does not change.
+    `free` has the unit of the inductances and their values without target; `noise` of each coil weighs, equal by
+    default. ValueError when loads are too few, values not finite, or an inductance does not change.
     """
     L = np.asarray(L, dtype=float)
     found = fit_map(forces, points, L)

@@ -1,4 +1,4 @@
-"""What does an inductance-to-digital converter make of a coil? Frequency, code, resistance, drive, noise, and back.
+"""Model an inductance-to-digital converter: frequency, code, resistance, drive, noise of a coil, and back.
 
 A coil L with R in series and C across it, driven at its parallel resonance:
 
@@ -19,7 +19,7 @@ It is a default, not a measurement of your board. Then sigma_L / L = 2 sigma_f /
 Neglected: the shift of the zero of phase by 1 / (2 Q^2), the same for all loads but for Q's change; phase noise of the
 reference. Sources: data sheets SNOSCY9A (LDC1612, LDC1614) and SNOSD01D (LDC1101), their pages on the web read for the
 limits, the registers and 16 RCOUNT + 4; as quoted by published drivers of the parts: the drive's 32 currents, 692 ns +
-5 / f_ref, 35 MHz for one coil alone, and of the LDC1101 16 RCOUNT + 55, MIN_FREQ and R_p_min. Numbers only.
+5 / f_ref, 35 MHz for one coil alone, and of the LDC1101 16 RCOUNT + 55, MIN_FREQ and R_p_min.
 """
 
 from __future__ import annotations
@@ -43,68 +43,28 @@ _NOISE = 1.5  # over the error of a line through ideal edges: see above
 
 @dataclass(frozen=True)
 class Converter:
-    """What a part can do, from its data sheet.
-
-    Attributes
-    ----------
-    name, source : str
-        The part and where its numbers are from.
-    channels, bits : int
-        Coils it reads one after the other; width of the code.
-    frequency : tuple of float
-        Least and greatest of the coil [Hz].
-    R_p : tuple of float
-        Least and greatest parallel resistance it can drive [ohm].
-    clock : tuple of float
-        Least and greatest of an external clock [Hz].
-    reference : tuple of float
-        Greatest reference frequency, reading several coils and one alone [Hz].
-    ratio : float
-        The coil's frequency, divided, must stay below the reference frequency over this.
-    amplitude : tuple of float
-        Least and greatest recommended, peak [V].
-    drive : tuple of float
-        Currents of the drive's settings, in the order of the codes [A].
-    R_p_min : tuple of float
-        Of a part that regulates its amplitude: its settings, descending, in that order [ohm]; empty for the others.
-    dividers : tuple of int
-        Of the coil's frequency.
-    divide_from : float
-        Frequency of the coil from which on it must be divided [Hz].
-    stops_below : float
-        Amplitude below which the oscillation may stop, peak [V].
-    rcount : tuple of int
-        Least and greatest reference count.
-    overhead : float
-        Periods of the reference that a conversion takes besides 16 RCOUNT.
-    switch : tuple of float
-        Time to go to the next channel: fixed [s], and in periods of the reference.
-    register_bits : int
-        Width of a register.
-    registers : callable
-        What it is set up with: a `FrontEnd` to address, name and value of each register.
-    """
+    """What a part can do, from its data sheet; pairs are least and greatest."""
 
     name: str
-    source: str
-    channels: int
-    bits: int
-    frequency: tuple[float, float]
-    R_p: tuple[float, float]
-    clock: tuple[float, float]
-    reference: tuple[float, float]
-    ratio: float
-    amplitude: tuple[float, float]
-    drive: tuple[float, ...]
-    rcount: tuple[int, int]
-    overhead: float
-    switch: tuple[float, float]
-    R_p_min: tuple[float, ...] = ()
-    dividers: tuple[int, ...] = (1,)
-    divide_from: float = np.inf
-    stops_below: float = 0.0
+    source: str  # of the numbers
+    channels: int  # coils it reads one after the other
+    bits: int  # of the code
+    frequency: tuple[float, float]  # of the coil [Hz]
+    R_p: tuple[float, float]  # parallel resistance it can drive [ohm]
+    clock: tuple[float, float]  # external [Hz]
+    reference: tuple[float, float]  # greatest reference frequency, reading several coils and one alone [Hz]
+    ratio: float  # the coil's frequency, divided, stays below the reference frequency over this
+    amplitude: tuple[float, float]  # recommended, peak [V]
+    drive: tuple[float, ...]  # currents of the drive's settings, in the order of the codes [A]
+    rcount: tuple[int, int]  # reference count
+    overhead: float  # periods of the reference that a conversion takes besides 16 RCOUNT
+    switch: tuple[float, float]  # time to go to the next channel: fixed [s], and in periods of the reference
+    R_p_min: tuple[float, ...] = ()  # settings, descending, of a part that regulates its amplitude [ohm]
+    dividers: tuple[int, ...] = (1,)  # of the coil's frequency
+    divide_from: float = np.inf  # frequency of the coil from which on it must be divided [Hz]
+    stops_below: float = 0.0  # amplitude below which the oscillation may stop, peak [V]
     register_bits: int = 16
-    registers: Callable[[FrontEnd], Registers] = no_registers
+    registers: Callable[[FrontEnd], Registers] = no_registers  # what it is set up with
 
 
 _DRIVE_161X = (
@@ -164,21 +124,9 @@ def parallel_resistance(L: ArrayLike, R: ArrayLike, capacitance: float) -> Array
 
 
 def resonance(inductance: Callable[[float], float], capacitance: float, bounds: tuple[float, float]) -> float:
-    """Return the frequency at which a coil whose inductance depends on it resonates with a capacitance.
+    """Return the frequency [Hz] at which a coil of an inductance L(f) [H] resonates with a capacitance [F].
 
-    Parameters
-    ----------
-    inductance : callable
-        Frequency [Hz] to inductance [H].
-    capacitance : float
-        [F].
-    bounds : tuple of float
-        Least and greatest frequency to look in [Hz].
-
-    Raises
-    ------
-    ValueError
-        When there is no resonance between them.
+    ValueError when there is none between the bounds [Hz].
     """
 
     low, high = bounds

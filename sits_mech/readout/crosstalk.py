@@ -1,4 +1,4 @@
-"""How well do the signals resolve the forces? Sensitivity, crosstalk of every force into every signal, rotation.
+"""Find how well the signals resolve the forces: sensitivity, crosstalk of every force into every signal, rotation.
 
 For a table over any components of a load. Three of them have a signal of their own [% of L0],
 
@@ -20,7 +20,7 @@ to one factor between -1 and 1 each, and a rest a = e - sum_j |m_j| of its own. 
     sum_j |f(y + m_j) - f(y)|  +  (sum_i (df/dy_i a_i)^2)^1/2,
 
 so that what is alike at the loads that a figure compares cancels. Of a table without such parts nothing is known of how
-its errors go together: a = e, and the worst of all signs counts, sum_i |df/dy_i| a_i. Numbers only.
+its errors go together: a = e, and the worst of all signs counts, sum_i |df/dy_i| a_i.
 """
 
 from __future__ import annotations
@@ -42,11 +42,7 @@ FORCES = ("F_z", "F_x", "F_y")
 def signals_of(data: xr.Dataset) -> dict[str, str]:
     """Return the variable with the signal of each component of a load that has one of its own, F_z first.
 
-    Parameters
-    ----------
-    data : Dataset
-        With the signals of any coils, and the published ones of a pair, which stand for theirs; but a pair on y has
-        no signal along x, whatever L1 - L2 is.
+    The published signals of a pair stand for theirs; but a pair on y has no signal along x, whatever L1 - L2 is.
     """
     each = zip(FORCES, SIGNALS, strict=True)
     found = {force: name for force, name in each if name in data and np.nan_to_num(data[name]).any()}
@@ -222,17 +218,9 @@ def _share(values: xr.DataArray, other: str, full_scale: float) -> xr.DataArray:
 
 
 def rotation_error(data: xr.Dataset) -> xr.Dataset:
-    """Return what the target's rotation alone is mistaken for.
+    """Return what the target's rotation alone is mistaken for: ``F_x_error`` [N], ``d_h_error`` [m], and those of F_y.
 
-    Parameters
-    ----------
-    data : Dataset
-        As for `sensitivity`, with the place d_h or d_y [m] and the signals ``_untilted`` [%].
-
-    Returns
-    -------
-    Dataset
-        ``F_x_error`` [N] and ``d_h_error`` [m] over the loads where they vary F_x, and those of F_y.
+    `data` is as for `sensitivity`, with the place d_h or d_y [m] and the signals ``_untilted`` [%].
     """
     found = {}
     for force, (place, signal, level) in _turned(data).items():
@@ -255,10 +243,7 @@ def _turned(data: xr.Dataset) -> dict[str, tuple[str, str, str]]:
 def largest_rotation(data: xr.Dataset) -> dict[str, tuple[float, float]]:
     """Return the rotation error where it is largest, with its own error: of ``F_x`` [N], ``d_h`` [m], F_y and d_y.
 
-    Parameters
-    ----------
-    data : Dataset
-        As for `rotation_error`, with the errors of the signals; a force of one value has none.
+    `data` is as for `rotation_error`, with the errors of the signals; a force of one value has none.
     """
     wrong, found = rotation_error(data), {}
     needed = {*signals_of(data).values(), *(name for each in _turned(data).values() for name in each)}

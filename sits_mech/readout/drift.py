@@ -1,4 +1,4 @@
-"""What does a readout make of a sensor that gets warmer? Drift of zero and of gain, and the share of each cause.
+"""Find how a readout drifts as the sensor gets warmer: drift of zero and of gain, and the share of each cause.
 
 Readings L(F) of a calibration change by s_c(F) = dL/dT_c with the temperature, by some causes c. At a load F that is
 held, an inverse F(L) that knows nothing of it then answers
@@ -30,37 +30,19 @@ _ROUNDING = 1e-12  # of the range of a component per kelvin: what symmetry forbi
 
 @dataclass(frozen=True)
 class Drift:
-    """Drift of a readout with temperature: d components of a load, c causes.
-
-    Attributes
-    ----------
-    forces, causes : tuple of str
-    zero : ndarray, shape (d, c)
-        Of the load nearest to none [N/K, N m/K].
-    gain : ndarray, shape (d, c)
-        Of each component [1/K]; NaN where it has one value alone.
-    """
+    """Drift of a readout with temperature: d components of a load, c causes."""
 
     forces: tuple[str, ...]
     causes: tuple[str, ...]
-    zero: Array
-    gain: Array
+    zero: Array  # (d, c) at the load nearest to none [N/K, N m/K]
+    gain: Array  # (d, c) of each component [1/K]; NaN where it has one value alone
 
 
 def drift(cal: Calibration, slopes: xr.DataArray) -> Drift:
     """Return the drift of zero and gain of a calibration's inverse.
 
-    Parameters
-    ----------
-    cal : Calibration
-        With an inverse.
-    slopes : DataArray, dims (*forces, thermal_cause, coil)
-        Of the readings, by each cause [unit of the calibration per K]; NaN where a load has none.
-
-    Raises
-    ------
-    ValueError
-        When the components are not resolved, or the load nearest to none has no slopes or no inverse.
+    `slopes`, dims (*forces, thermal_cause, coil), are of the readings [unit of the calibration per K], NaN where a load
+    has none. ValueError when the components are not resolved, or the load nearest to none has no slopes or no inverse.
     """
     check_resolved(cal)
     axes = [slopes[name].to_numpy() for name in cal.forces]
@@ -84,7 +66,7 @@ def drift(cal: Calibration, slopes: xr.DataArray) -> Drift:
 
 
 def _answers(cal: Calibration, axes: list[Array], values: Array, places: list[tuple[int, ...]]) -> Array:
-    """What is read of loads by each cause, shape (p, d, c) [N/K]; NaN where there is no inverse."""
+    """Return the forces read by each cause, shape (p, d, c) [N/K]; NaN where there is no inverse."""
     loads = np.array([[axis[i] for axis, i in zip(axes, place, strict=True)] for place in places])
     own = np.array([values[place] for place in places])  # (p, c, n)
     found = np.einsum("pdn,pcn->pdc", cal.answers(loads), own)

@@ -1,4 +1,4 @@
-"""How must the converter be set for these coils, how fast and how quiet is it then, and what can it not follow?
+"""Set the converter for given coils, and tell how fast and how quiet it is then, and what it cannot follow.
 
 For every coil over all loads, L from L_low to L_high with R_p from R_p_low to R_p_high:
 
@@ -9,7 +9,7 @@ For every coil over all loads, L from L_low to L_high with R_p from R_p_low to R
     time of a coil     settling 16 SETTLECOUNT / f_ref + conversion (16 RCOUNT + 4) / f_ref + switch 692 ns + 5 / f_ref
 
 The channels go one after the other; an idle coil is grounded by the part. A single coil neither settles nor switches
-between conversions. Sources: data sheets SNOSCY9A and SNOSD01D. Numbers only.
+between conversions. Sources: data sheets SNOSCY9A and SNOSD01D.
 """
 
 from __future__ import annotations
@@ -36,55 +36,29 @@ _NEAR = 0.2  # of the solved frequency: nearer, skins are the same to some perce
 
 @dataclass(frozen=True)
 class FrontEnd:
-    """A converter set for a sensor; arrays are of shape (n,), one entry a coil.
-
-    Attributes
-    ----------
-    part : Converter
-    reference : float
-        Reference frequency after its divider [Hz].
-    rcount, input_divider, reference_divider : int
-    settlecount, drive : ndarray of int
-        Settings of each channel.
-    frequency : ndarray, shape (n, 2)
-        Least and greatest of each coil [Hz].
-    code : ndarray, shape (n, 2)
-        Their codes.
-    R_p, Q, amplitude : ndarray, shape (n, 2)
-        Least and greatest [ohm, -, V].
-    channel_time : ndarray
-        Of each coil, settling and switching included [s].
-    rate : float
-        Readings of all coils per second [1/s].
-    noise : ndarray
-        Of each inductance, one standard deviation [H].
-    warnings : tuple of str
-        What the part cannot follow, in plain words; empty where all is well.
-    registers : tuple of tuple
-        Address, name and value of each register.
-    """
+    """A converter set for a sensor; arrays are of shape (n,) or (n, 2), least and greatest, one entry a coil."""
 
     part: Converter
-    reference: float
+    reference: float  # frequency after its divider [Hz]
     rcount: int
     input_divider: int
     reference_divider: int
-    settlecount: Array
-    drive: Array
-    frequency: Array
-    code: Array
-    R_p: Array
-    Q: Array
-    amplitude: Array
-    channel_time: Array
-    rate: float
-    noise: Array
-    warnings: tuple[str, ...]
-    registers: tuple[tuple[int, str, int], ...]
+    settlecount: Array  # (n,) integers
+    drive: Array  # (n,) codes
+    frequency: Array  # (n, 2) [Hz]
+    code: Array  # (n, 2)
+    R_p: Array  # (n, 2) [ohm]
+    Q: Array  # (n, 2)
+    amplitude: Array  # (n, 2) [V]
+    channel_time: Array  # (n,) settling and switching included [s]
+    rate: float  # readings of all coils per second [1/s]
+    noise: Array  # (n,) of each inductance, one standard deviation [H]
+    warnings: tuple[str, ...]  # what the part cannot follow
+    registers: tuple[tuple[int, str, int], ...]  # address, name and value of each
 
     @property
     def period(self) -> float:
-        """How long a scan of all coils takes [s]."""
+        """Time of a scan of all coils [s]."""
         return 1.0 / self.rate
 
     def off(self, solved: float) -> str:
@@ -99,26 +73,12 @@ def front_end(
     part: Converter, L: ArrayLike, R: ArrayLike, capacitance: float, *, clock: float | None = None,
     rcount: int = 0xFFFF, noise: float | None = None,
 ) -> FrontEnd:  # fmt: skip
-    """Return the settings of a converter for coils over all their loads.
+    """Return a converter's settings for n coils over m loads, L and R (m, n) at the terminals, leads included [H, ohm].
 
-    Parameters
-    ----------
-    part : Converter
-    L, R : array_like, shape (m, n)
-        Inductance and series resistance of each coil at its terminals, leads included, over m loads [H, ohm].
-    capacitance : float
-        Across each coil, of pins and cable too [F].
-    clock : float, optional
-        External clock [Hz]; the part's greatest by default.
-    rcount : int
-        Reference count: longer conversions are quieter.
-    noise : float, optional
-        Relative noise of the frequency as measured, one standard deviation; the default of `relative_noise` otherwise.
-
-    Raises
-    ------
-    ValueError
-        When L, R, the capacitance, the clock or the count is none the part can have.
+    `capacitance` is across each coil, of pins and cable too [F]; `clock` external, the part's greatest by default [Hz];
+    `rcount` the reference count: longer conversions are quieter; `noise` the relative noise of the frequency as
+    measured, one standard deviation, by default of `relative_noise`. ValueError when one of these is none the part can
+    have.
     """
     L, R = np.atleast_2d(np.asarray(L, dtype=float)), np.atleast_2d(np.asarray(R, dtype=float))
     clock = check_settings(part, clock, rcount)

@@ -1,4 +1,4 @@
-"""Which forces show a reading? Gauss-Newton from the nearest load of a fine grid, many readings at once.
+"""Find the forces of readings: Gauss-Newton from the nearest load of a fine grid, many readings at once.
 
     x <- x + (W J)^+ W (L - L(x)),    J = dL/dx, W the weights, (W J)^+ = R^-1 Q^T from W J = Q R by Gram-Schmidt
 
@@ -79,15 +79,7 @@ class Inverse:
 
 @dataclass(frozen=True)
 class Search:
-    """The inverse of a map in scaled forces.
-
-    Attributes
-    ----------
-    map, domain, weights, full_scale
-        As of `Calibration`.
-    seeds : tuple of ndarray
-        Starting points, an array for each part of the domain, the valid first.
-    """
+    """The inverse of a map in scaled forces; fields as of `Calibration`."""
 
     map: SmoothMap
     domain: Domain

@@ -1,4 +1,4 @@
-"""Which loads does a table hold? Components of a wrench that vary, those that are the same throughout, slices of both.
+"""Find the loads of a table: components of a wrench that vary, those that are the same throughout, slices of both.
 
 A component that varies is a dimension of the table; one that is the same for all loads, and not zero, is a coordinate
 without dimension; what is neither is zero.

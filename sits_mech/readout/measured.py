@@ -1,4 +1,4 @@
-"""What did a bench record? A table of forces, or of poses that stages set, and of inductances or codes.
+"""Read what a bench recorded: a table of forces, or of poses that stages set, and of inductances or codes.
 
 A file has a row of column names and rows of numbers, separated by commas, semicolons or tabs; what precedes the names
 or starts with # is passed over. Columns, in any order, a unit in brackets (SI without one):
@@ -41,47 +41,23 @@ class Tank:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a bench recorded.
+    """What a bench recorded."""
 
-    Attributes
-    ----------
-    forces : ndarray, shape (m, d)
-        In the order asked for [N]; d is 0 where poses were recorded.
-    L : ndarray, shape (m, n)
-        [H].
-    source : str
-        File it came from.
-    poses : ndarray, shape (m, 6), or None
-        Where stages have put the target, in the order of `POSE` [m, rad]; d_v is infinite where there was none.
-    """
-
-    forces: Array
-    L: Array
-    source: str
-    poses: Array | None = None
+    forces: Array  # (m, d) in the order asked for [N, N m]; d is 0 where poses were recorded
+    L: Array  # (m, n) [H]
+    source: str  # file it came from
+    poses: Array | None = None  # (m, 6) of the target, set by stages, as `POSE` [m, rad]; d_v infinite: no target
 
 
 def read_measured(
     path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,
     held: Mapping[str, float] | None = None,
 ) -> Measured:  # fmt: skip
-    """Read a measurement.
+    """Read a measurement of the forces and coils of a model; without forces the file must have poses.
 
-    Parameters
-    ----------
-    path : str or Path
-    forces, coils : sequence of str
-        What the model has, such as ("F_x", "F_z") and ("C1", "C2"); without forces the file must have poses.
-    tank : Tank, optional
-        Needed where the file holds codes.
-    held : mapping, optional
-        Other components of the load that the model has, of one value each [N, N m]; what is neither is zero.
-
-    Raises
-    ------
-    SceneError
-        When the file cannot be read, a column is missing or of an unknown unit, there are fewer than four rows of
-        loads, or the file has other loads than the model.
+    `tank` is needed where the file holds codes; `held` are other components of the load that the model has, of one
+    value each [N, N m]; what is neither is zero. SceneError when the file cannot be read, a column is missing or of an
+    unknown unit, there are fewer than four rows of loads, or the file has other loads than the model.
     """
     lines = input_text(path, "a readable measurement", errors="replace").splitlines()
     lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]

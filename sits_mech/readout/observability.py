@@ -1,4 +1,4 @@
-"""Which components of a load do the coils resolve? Singular values of the slopes, over noise and full scale.
+"""Tell which components of a load the coils resolve, by singular values of the slopes over noise and full scale.
 
     W = diag(1 / noise) dL/dF diag(full scale) = U diag(s) V^T
 
@@ -25,49 +25,20 @@ _SHARE = 1e-2  # of a component that may lie in unseen directions
 
 @dataclass(frozen=True)
 class Observability:
-    """What n coils say of p components.
-
-    Attributes
-    ----------
-    names : tuple of str
-    resolved : tuple of str
-        Components that the coils read whatever the others are.
-    resolution : ndarray, shape (p,)
-        Standard deviation of each, infinite where it is not resolved [as the full scale].
-    alone : ndarray, shape (p,)
-        How far each, alone at full scale, moves the coils: root of the sum of squares, in their noise.
-    signal : ndarray, shape (p,)
-        Singular values s, largest first; zero for those that no coil is left for.
-    unseen : tuple of str
-        In words: loads that do not move the coils, the largest component at full scale [as it is].
-    """
+    """What n coils say of p components."""
 
     names: tuple[str, ...]
-    resolved: tuple[str, ...]
-    resolution: Array
-    alone: Array
-    signal: Array
-    unseen: tuple[str, ...]
+    resolved: tuple[str, ...]  # components that the coils read whatever the others are
+    resolution: Array  # (p,) standard deviation, infinite where not resolved [as the full scale]
+    alone: Array  # (p,) how far each, alone at full scale, moves the coils: root of the sum of squares, in noise
+    signal: Array  # (p,) singular values s, largest first; zero for those that no coil is left for
+    unseen: tuple[str, ...]  # in words: loads that do not move the coils, the largest component at full scale
 
 
 def observability(names: Sequence[str], slopes: ArrayLike, noise: ArrayLike, full_scale: ArrayLike) -> Observability:
-    """Return which components of a load the coils resolve.
+    """Return which of p components the coils resolve, by slopes (n, p), noise (n,) and full scale (p,).
 
-    Parameters
-    ----------
-    names : sequence of str
-        Of the p components.
-    slopes : array_like, shape (n, p)
-        Of the inductances by the components.
-    noise : array_like, shape (n,)
-        Standard deviation of each inductance, positive.
-    full_scale : array_like, shape (p,)
-        Of each component, positive.
-
-    Raises
-    ------
-    ValueError
-        When shapes differ, or noise or full scale are not positive.
+    ValueError when shapes differ, or noise or full scale are not positive.
     """
     J, s, F = (np.asarray(item, dtype=float) for item in (slopes, noise, full_scale))
     if J.shape != (s.size, F.size) or F.size != len(names):

@@ -1,4 +1,4 @@
-"""How good is the sensor? Range, linearity, sensitivity, crosstalk, resolution, condition, hysteresis.
+"""Find a sensor's figures: range, linearity, sensitivity, crosstalk, resolution, condition, hysteresis.
 
 Of a calibration L(F) with the slopes dL/dF, over the loads where it has an inverse; F are any components of a load:
 
@@ -42,89 +42,43 @@ _READS = 1e-3  # of the largest possible weight: below it the coils share a coor
 class Quality:
     """Figures of a sensor; d components of a load ("forces"), n coils.
 
-    Attributes
-    ----------
-    forces, coils : tuple of str
-    full_scale : ndarray, shape (d, 2)
-        Least and greatest [N, N m].
-    signal_range : ndarray, shape (n,)
-        Range of each inductance, over its free-space value [-].
-    error_range : ndarray, shape (n,)
-        What the errors of the table's inductances allow of it, as of all errors NaN without a table [-].
-    linearity : ndarray, shape (d,)
-        Of the signal that belongs to each force, over its range [-].
-    sensitivity : ndarray, shape (n, d)
-        Slopes at the least loads, over the free-space value [1/N, 1/(N m)].
-    error_sensitivity : ndarray, shape (n, d)
-        What the errors of the table's inductances allow of them, by differences of its loads [1/N, 1/(N m)].
-    crosstalk, crosstalk_after : ndarray, shape (d, d)
-        Of a linear readout and of the inverse; row: the force that is read; column: the force that is applied at full
-        scale; over the row's full scale [-]. The latter NaN without a table.
-    crosstalk_error : ndarray, shape (d,)
-        What the errors of the table's inductances allow of the former [-].
-    resolution, by_model : ndarray, shape (d, 3)
-        Least, median and greatest over the loads: standard deviation of each force by the noise, infinite where it is
-        not resolved, and what the errors of the table's inductances allow, NaN without a table [N, N m].
-    by_map : ndarray, shape (d,)
-        The greatest that the map's error allows; NaN where there is no inverse [N, N m].
-    condition : tuple of float
-        Least and greatest; infinite where there are more forces than coils [-].
-    seen : Observability
-        Which of the forces the coils resolve, in the middle of the table.
-    valid_share : float
-        Of the loads that have an inverse [-].
-    no_inverse : tuple of str
-        The others, named.
-    map_error : float
-        Over full scale of a coil [-].
-    hysteresis : ndarray, shape (d,)
-        Over the full scale of each force; NaN where no branches are given [-].
+    Figures by the errors of the table's inductances (error_range, error_sensitivity, crosstalk_error, by_model) and
+    crosstalk_after are NaN without a table. Crosstalk: row the force that is read, column the one that is applied at
+    full scale; over the row's full scale.
     """
 
     forces: tuple[str, ...]
     coils: tuple[str, ...]
-    full_scale: Array
-    signal_range: Array
-    error_range: Array
-    linearity: Array
-    sensitivity: Array
-    error_sensitivity: Array
-    crosstalk: Array
-    crosstalk_error: Array
-    crosstalk_after: Array
-    resolution: Array
-    by_model: Array
-    by_map: Array
-    condition: tuple[float, float]
-    seen: Observability
-    valid_share: float
-    no_inverse: tuple[str, ...]
-    map_error: float
-    hysteresis: Array
+    full_scale: Array  # (d, 2) least and greatest [N, N m]
+    signal_range: Array  # (n,) range of each inductance, over its free-space value [-]
+    error_range: Array  # (n,) of it [-]
+    linearity: Array  # (d,) of the signal that belongs to each force, over its range [-]
+    sensitivity: Array  # (n, d) slopes at the least loads, over the free-space value [1/N, 1/(N m)]
+    error_sensitivity: Array  # (n, d) of them, by differences of the table's loads [1/N, 1/(N m)]
+    crosstalk: Array  # (d, d) of a linear readout [-]
+    crosstalk_error: Array  # (d,) of it [-]
+    crosstalk_after: Array  # (d, d) of the inverse [-]
+    resolution: Array  # (d, 3) least, median, greatest deviation by noise, infinite where not resolved [N, N m]
+    by_model: Array  # (d, 3) least, median, greatest error of each force [N, N m]
+    by_map: Array  # (d,) greatest that the map's error allows; NaN where there is no inverse [N, N m]
+    condition: tuple[float, float]  # least and greatest; infinite where there are more forces than coils [-]
+    seen: Observability  # which of the forces the coils resolve, in the middle of the table
+    valid_share: float  # of the loads that have an inverse [-]
+    no_inverse: tuple[str, ...]  # the others, named
+    map_error: float  # over full scale of a coil [-]
+    hysteresis: Array  # (d,) over the full scale of each force; NaN where no branches are given [-]
 
 
 def quality(
     cal: Calibration, noise: ArrayLike, *, table: xr.Dataset | None = None,
     branches: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Quality:  # fmt: skip
-    """Return the figures of a sensor.
+    """Return the figures of a sensor; `noise` (n,) is the standard deviation of each inductance [unit].
 
-    Parameters
-    ----------
-    cal : Calibration
-    noise : array_like, shape (n,)
-        Standard deviation of each inductance [unit].
-    table : Dataset, optional
-        ``L`` and ``error_L`` over (*forces, coil), NaN where a load has none [unit]; ``weights`` (signal, coil) of the
-        signals of F_z, F_x and F_y, as from `weights_of`. Signed parts of the errors, ``shared_L`` (part, ...) and
-        ``alone_L`` (cause, ...), where they are known.
-    branches : tuple of array_like, optional
-        Inductances (m, n) at the same loads, loading and unloading [unit].
-
-    Raises
-    ------
-    ValueError
-        When the noise is not one positive number for each coil.
+    `table` has ``L`` and ``error_L`` over (*forces, coil), NaN where a load has none [unit]; ``weights`` (signal, coil)
+    of the signals of F_z, F_x and F_y, as from `weights_of`; signed parts of the errors, ``shared_L`` (part, ...) and
+    ``alone_L`` (cause, ...), where they are known. `branches` are inductances (m, n) at the same loads, loading and
+    unloading [unit]. ValueError when the noise is not one positive number for each coil.
     """
     noise = np.asarray(noise, dtype=float)
     if noise.shape != (len(cal.coils),) or not np.all(noise > 0.0):
@@ -207,8 +161,9 @@ def _linear_error(table: xr.Dataset | None, sums: Array) -> Array:
 
 
 def _parts(table: xr.Dataset, forces: tuple[str, ...]) -> tuple[Array, Array, Array]:
-    """Return the errors of the inductances at m loads: the parts that loads share (j, m, n), those that each has for
-    itself (k, m, n), both with their signs, and the rest (m, n).
+    """Return the errors of the inductances at m loads: shared parts (j, m, n), own parts (k, m, n), the rest (m, n).
+
+    Shared and own parts have their signs.
     """
     whole = table["error_L"].transpose(*forces, "coil").to_numpy()
     n = whole.shape[-1]

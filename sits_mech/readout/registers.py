@@ -1,6 +1,6 @@
-"""Which registers set a part as it was decided? Address, name and value of each, in the order to write them.
+"""List the registers that set up a part: address, name and value of each, in the order to write them.
 
-Sources: data sheets SNOSCY9A (LDC1612, LDC1614) and SNOSD01D (LDC1101). Numbers only.
+Sources: data sheets SNOSCY9A (LDC1612, LDC1614) and SNOSD01D (LDC1101).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What does the sensor show? Signals that follow from where its coils are, in percent of the mean inductance L0.
+"""Combine inductances to signals by the places of the coils, in percent of the mean inductance L0.
 
     dL_v = 100 sum_i (L_i - L0_i) / sum_i L0_i              answers a normal force
     dL_x = 100 sum_i w_i (L_i - L0_i) / mean_i L0_i         answers a shear force along x; dL_y alike
@@ -62,7 +62,7 @@ class Signals:
 
     @property
     def known(self) -> dict[str, Value]:
-        """Those that the coils have, with their errors, by name."""
+        """Signals that the coils have, with their errors, by name."""
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
@@ -73,18 +73,9 @@ def told(names: Container[Any]) -> tuple[str, ...]:
 
 
 def weights_of(centres: ArrayLike, radius: float) -> Array:
-    """Return the weights of dL_v, dL_x and dL_y, in units of the mean L0.
+    """Return the weights of dL_v, dL_x and dL_y in units of the mean L0, shape (3, n), of coils' axes (n, 2) [m].
 
-    Parameters
-    ----------
-    centres : array_like, shape (n, 2)
-        x and y of each coil's axis [m].
-    radius : float
-        Outer radius of the largest coil [m].
-
-    Returns
-    -------
-    ndarray, shape (3, n)
+    `radius` is the outer one of the largest coil [m].
     """
     places = np.asarray(centres, dtype=float)
     away = (places - places.mean(axis=0)).T
@@ -100,19 +91,9 @@ def rows_of(weights: Array) -> Array:
 
 
 def combine(L: Array, weights: Array) -> Array:
-    """Return the combinations of inductances that the signals are made of.
+    """Return the combinations of inductances (..., n) that the signals are made of, shape (..., r), in the unit of L.
 
-    Parameters
-    ----------
-    L : ndarray, shape (..., n)
-        Inductance of each coil.
-    weights : ndarray, shape (3, n)
-        As from `weights_of`.
-
-    Returns
-    -------
-    ndarray, shape (..., r)
-        In the unit of L; r is 3, and 5 for one or two coils.
+    r is 3, and 5 for one or two coils.
     """
     return np.asarray(L @ rows_of(weights).T)
 
@@ -124,28 +105,9 @@ def signal_changes(change: Array, L0: Array, weights: Array) -> dict[str, Array]
 
 
 def signals(L: Array, L0: Array, weights: Array, errors: ArrayLike = 0.0) -> Signals:
-    """Return the signals with their errors.
+    """Return the signals of inductances L (..., n), L0 (n,), with `errors` (..., r) of what `combine` returns.
 
-    Parameters
-    ----------
-    L : ndarray, shape (..., n)
-        Inductance of each coil.
-    L0 : ndarray, shape (n,)
-        The same without target.
-    weights : ndarray, shape (3, n)
-        As from `weights_of`.
-    errors : array_like, shape (..., r)
-        Estimated absolute errors of what `combine` returns.
-
-    Returns
-    -------
-    Signals
-        Of shape (...).
-
-    Raises
-    ------
-    ValueError
-        When the numbers of coils differ or L0 is not positive.
+    ValueError when the numbers of coils differ or L0 is not positive.
     """
     if L.shape[-1] != len(L0) or weights.shape[-1] != len(L0):
         counts = f"{L.shape[-1]}, {len(L0)} and {weights.shape[-1]}"

@@ -1,4 +1,4 @@
-"""How is the plane divided around the metal? Graded tensor triangles in each plate, gmsh between, a circle around all.
+"""Divide the plane around the metal: graded tensor triangles in each plate, gmsh between, a circle around all.
 
 Every part is a rectangle in the section: target, ground plane, ferrite backing. Its own axes xi (along) and eta (up
 from the middle of the bottom face) are turned clockwise by alpha. Along each axis nodes follow a wanted size
@@ -31,33 +31,17 @@ _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer sk
 
 @dataclass(frozen=True)
 class Fineness:
-    """Sizes of the division.
+    """Sizes of the division."""
 
-    Attributes
-    ----------
-    skin : float
-        First cell over the skin depth.
-    edge : float
-        First cell over the thickness, where that is smaller.
-    growth : float
-        Increase of cell size per distance from a face.
-    near : float
-        Largest cell over the distance to a coil or another part.
-    share : float
-        Largest cell over the side.
-    around : float
-        Edges of the outer circle.
-    """
-
-    skin: float
-    edge: float
-    growth: float
-    near: float
-    share: float
-    around: float
+    skin: float  # first cell over the skin depth
+    edge: float  # first cell over the thickness, where that is smaller
+    growth: float  # increase of cell size per distance from a face
+    near: float  # largest cell over the distance to a coil or another part
+    share: float  # largest cell over the side
+    around: float  # edges of the outer circle
 
     def times(self, factor: float) -> Fineness:
-        """All sizes larger by `factor`; never less than two cells across a thickness."""
+        """Return all sizes larger by `factor`; never less than two cells across a thickness."""
         return Fineness(
             self.skin * factor, min(self.edge * factor, 0.5), self.growth * factor, self.near * factor,
             self.share * factor, self.around / factor,
@@ -66,23 +50,12 @@ class Fineness:
 
 @dataclass(frozen=True)
 class Division:
-    """The divided plane.
-
-    Attributes
-    ----------
-    mesh : MeshTri
-    part : ndarray, shape (elements,)
-        0 in air, k + 1 in plate k.
-    centre : complex
-        Of the outer circle [m].
-    radius : float
-        Of the outer circle [m].
-    """
+    """The divided plane."""
 
     mesh: MeshTri
-    part: Index
-    centre: complex
-    radius: float
+    part: Index  # (elements,) 0 in air, k + 1 in plate k
+    centre: complex  # of the outer circle [m]
+    radius: float  # of the outer circle [m]
 
 
 def divide_plane(
@@ -92,25 +65,10 @@ def divide_plane(
     fineness: tuple[Fineness, ...],
     ground: float | None = None,
 ) -> Division:
-    """Divide the plane around `plates` up to a circle.
+    """Divide the plane around plates, apart from each other, up to a circle.
 
-    Parameters
-    ----------
-    plates : tuple of Plate
-        At least one; apart from each other.
-    bars : ndarray of complex
-        Places of the coils' bars x + j z [m].
-    skin_depths : ndarray, shape (plates,)
-        [m].
-    fineness : tuple of Fineness
-        One a plate; the circle takes the finest `around`.
-    ground : float, optional
-        Radius of the circle about the origin where A = 0 [m].
-
-    Raises
-    ------
-    ValueError
-        If plates reach beyond the grounded circle.
+    `bars` are the places x + j z of the coils' bars, `skin_depths` and `fineness` one a plate (the circle takes the
+    finest `around`), `ground` the radius where A = 0 [m]. ValueError if plates reach beyond the grounded circle.
     """
     centre, radius, around = _outer_circle(plates, max(f.around for f in fineness), ground)
     grids = []
@@ -125,7 +83,7 @@ def divide_plane(
 
 
 def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None) -> tuple[complex, float, int]:
-    """Centre and radius of the circle, and its number of edges."""
+    """Return the centre and radius of the circle, and its number of edges."""
     corners = np.concatenate([plate.corners for plate in plates])
     if ground is None:
         centre = complex((corners.real.min() + corners.real.max()) / 2, (corners.imag.min() + corners.imag.max()) / 2)
@@ -140,7 +98,7 @@ def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None
 
 
 def _vertex_radius(radius: float, around: int) -> float:
-    """Where a polygon's corners must be for its mean ln r to be that of the circle."""
+    """Return the radius of a polygon's corners at which its mean ln r is that of the circle."""
     half = np.pi / around
     angle = half * (np.polynomial.legendre.leggauss(8)[0])
     weights = np.polynomial.legendre.leggauss(8)[1] / 2
@@ -148,14 +106,14 @@ def _vertex_radius(radius: float, around: int) -> float:
 
 
 def outline_samples(plate: Plate) -> Complex:
-    """Points along a plate's outline."""
+    """Return points along a plate's outline."""
     sides = np.concatenate([plate.corners, plate.corners[:1]])
     steps = np.linspace(0.0, 1.0, 200)
     return np.concatenate([a + (b - a) * steps for a, b in zip(sides[:-1], sides[1:], strict=True)])
 
 
 def _grid(plate: Plate, sources: Complex, skin_depth: float, fineness: Fineness) -> Complex:
-    """Places of the tensor nodes, shape (along, up)."""
+    """Return places of the tensor nodes, shape (along, up)."""
     first = min(fineness.skin * skin_depth, fineness.edge * plate.thickness)
     first = max(first, _SMALLEST * max(plate.width, plate.thickness))
     local = (sources - plate.bottom) * np.exp(1j * plate.alpha)
@@ -186,7 +144,7 @@ def graded_nodes(length: float, size: Callable[[Array], Array], first: float) ->
 
 
 def _rim(grid: Complex) -> tuple[Index, Index]:
-    """Indices of a grid's outline, counter-clockwise."""
+    """Return indices of a grid's outline, counter-clockwise."""
     n, m = grid.shape
     i = np.concatenate([np.arange(n - 1), np.full(m - 1, n - 1), np.arange(n - 1, 0, -1), np.zeros(m - 1, dtype=int)])
     j = np.concatenate([np.zeros(n - 1, dtype=int), np.arange(m - 1), np.full(n - 1, m - 1), np.arange(m - 1, 0, -1)])
@@ -194,12 +152,12 @@ def _rim(grid: Complex) -> tuple[Index, Index]:
 
 
 def _pairs(places: Complex) -> Array:
-    """Complex places as rows x, z."""
+    """Return complex places as rows x, z."""
     return np.column_stack([places.real, places.imag])
 
 
 def _tensor_triangles(number: Index) -> Index:
-    """Two triangles a cell, the diagonals mirrored about the grid's middle; shape (m, 3)."""
+    """Return two triangles a cell, the diagonals mirrored about the grid's middle; shape (m, 3)."""
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     i, j = np.indices(a.shape)
     rising = (i < a.shape[0] / 2) == (j < a.shape[1] / 2)

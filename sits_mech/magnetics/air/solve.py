@@ -80,30 +80,14 @@ def _harmonic(v, w):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True)
 class FieldSolution:
-    """The field of every coil, one ampere each, at one order.
+    """The field of every coil, one ampere each, at one order."""
 
-    Attributes
-    ----------
-    basis : Basis
-        Finite element basis on the whole mesh.
-    u : ndarray of complex, shape (dofs, n)
-        A in the plates, A_r in the air [V s/m per A].
-    g : ndarray, shape (dofs, n)
-        A_c at the plates' nodes, 0 elsewhere [V s/m per A].
-    e : ndarray of complex, shape (plates, n)
-        Common potential of each plate [V s/m per A].
-    flux : ndarray of complex, shape (n, n)
-        Phi [H/m].
-    residual : float
-        Of the linear system, relative to its right-hand side.
-    """
-
-    basis: Basis
-    u: Complex
-    g: Array
-    e: Complex
-    flux: Complex
-    residual: float
+    basis: Basis  # on the whole mesh
+    u: Complex  # (dofs, n) A in the plates, A_r in the air [V s/m per A]
+    g: Array  # (dofs, n) A_c at the plates' nodes, 0 elsewhere [V s/m per A]
+    e: Complex  # (plates, n) common potential of each plate [V s/m per A]
+    flux: Complex  # (n, n) Phi [H/m]
+    residual: float  # of the linear system, relative to its right-hand side
 
 
 def solve_field(
@@ -114,21 +98,7 @@ def solve_field(
     order: int,
     ground: float | None = None,
 ) -> FieldSolution:
-    """Solve for every coil, one ampere each.
-
-    Parameters
-    ----------
-    division : Division
-    plates : tuple of Plate
-        Those of `division`, in its order.
-    coils : tuple of Track
-    omega : float
-        [rad/s].
-    order : int
-        2 or 3.
-    ground : float, optional
-        R_b [m].
-    """
+    """Solve for every coil, one ampere each, with elements of order 2 or 3; omega [rad/s], `ground` R_b [m]."""
     basis = Basis(division.mesh, _ELEMENTS[order](), intorder=2 * order)
     parts = [basis.with_elements(np.flatnonzero(division.part == k)) for k in range(len(plates) + 1)]
     stiffness = [_stiffness.assemble(part).tocsr() for part in parts]
@@ -154,12 +124,12 @@ def solve_field(
 
 
 def _dofs(part: Basis) -> NDArray[np.int64]:
-    """Unknowns of a part, its rim included."""
+    """Return unknowns of a part, its rim included."""
     return np.asarray(np.unique(part.element_dofs))
 
 
 def _source(basis: Basis, parts: list[Basis], coils: tuple[Track, ...], ground: float | None) -> Array:
-    """g: the coils' potential at the plates' nodes."""
+    """Return g: the coils' potential at the plates' nodes."""
     g = np.zeros((basis.N, len(coils)))
     dofs = np.unique(np.concatenate([_dofs(part) for part in parts]))
     x, z = basis.doflocs[:, dofs]
@@ -168,7 +138,7 @@ def _source(basis: Basis, parts: list[Basis], coils: tuple[Track, ...], ground: 
 
 
 def _open_boundary(basis: Basis, division: Division, ground: float | None) -> csr_matrix:
-    """b(u, v) as a matrix."""
+    """Return b(u, v) as a matrix."""
     facets = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundary_facets(), intorder=2 * basis.elem.maxdeg + 2)
     rows, factors = [], []
     for m in range(int(_HARMONICS * len(facets.find)) + 1):
@@ -181,7 +151,7 @@ def _open_boundary(basis: Basis, division: Division, ground: float | None) -> cs
 
 
 def _exterior(m: int, radius: float, ground: float | None) -> float:
-    """Flux per amplitude of one harmonic over the square of its circle integral's norm."""
+    """Return the flux per amplitude of one harmonic over the square of its circle integral's norm."""
     if m == 0:
         return 1.0 if ground is None else float(1.0 / (2 * np.pi * np.log(ground / radius)))
     q = 0.0 if ground is None else (radius / ground) ** (2 * m)
@@ -233,7 +203,7 @@ def element_errors(
 def _field_on(
     solution: FieldSolution, elements: NDArray[np.int64], quadrature: tuple[Array, Array], part: int
 ) -> tuple[Complex, Complex]:
-    """Gradient (coils, 2, elements, points) and value less e_k (coils, elements, points) in elements of one part."""
+    """Return gradient (coils, 2, elements, points) and value less e_k (coils, elements, points) in one part."""
     basis = Basis(solution.basis.mesh, solution.basis.elem, elements=elements, quadrature=quadrature)
     u = solution.u - solution.g if part == 0 else solution.u
     e = np.zeros(u.shape[1]) if part == 0 else solution.e[part - 1]

@@ -37,25 +37,13 @@ _GAUSS_FINE = np.polynomial.legendre.leggauss(6)
 
 @dataclass(frozen=True)
 class Track:
-    """One coil's bars in the section y = 0, all of one size, in series.
+    """One coil's bars in the section y = 0, all of one size, in series."""
 
-    Attributes
-    ----------
-    place : ndarray of complex, shape (n,)
-        Centres x + j z [m].
-    tilt : ndarray, shape (n,)
-        Clockwise rotation of each bar [rad].
-    sign : ndarray, shape (n,)
-        +1 where a positive coil current runs along +y.
-    width, thickness : float
-        [m].
-    """
-
-    place: Complex
-    tilt: Array
-    sign: Array
-    width: float
-    thickness: float
+    place: Complex  # (n,) centres x + j z [m]
+    tilt: Array  # (n,) clockwise rotation of each bar [rad]
+    sign: Array  # (n,) +1 where a positive coil current runs along +y
+    width: float  # [m]
+    thickness: float  # [m]
 
 
 def tracks(sensor: Sensor) -> tuple[Track, ...]:
@@ -64,7 +52,7 @@ def tracks(sensor: Sensor) -> tuple[Track, ...]:
 
 
 def _track(coil: Coil, substrate_radius: float | None) -> Track:
-    """One coil's bars."""
+    """Return one coil's bars."""
     bars = coil_bars(coil)
     if substrate_radius is None:
         return Track(bars.x + 1j * bars.z, np.zeros_like(bars.x), bars.sign, bars.width, bars.thickness)
@@ -74,27 +62,16 @@ def _track(coil: Coil, substrate_radius: float | None) -> Track:
 
 
 def coil_potentials(coils: tuple[Track, ...], points: Complex, radius: float | None = None) -> Array:
-    """Return the vector potential of every coil per ampere.
+    """Return the vector potential of every coil at places x + j z (p,) [m], shape (p, n_coils) [V s/m per A].
 
-    Parameters
-    ----------
-    coils : tuple of Track
-    points : ndarray of complex, shape (p,)
-        Places x + j z [m].
-    radius : float, optional
-        R_b of a circle about the origin where A = 0; None for free space [m].
-
-    Returns
-    -------
-    ndarray, shape (p, n_coils)
-        [V s/m per A].
+    `radius` is R_b of a circle about the origin where A = 0; None for free space [m].
     """
     columns = [sum(_bar_logs(coil, k, points, radius) * coil.sign[k] for k in range(coil.sign.size)) for coil in coils]
     return np.asarray(-mu_0 / (2 * np.pi) * np.column_stack(columns))
 
 
 def _bar_logs(coil: Track, k: int, points: Complex, radius: float | None) -> Array:
-    """Mean ln r from bar k to points; less its image's."""
+    """Return the mean ln r from bar k to points; less its image's."""
     offset = (points - coil.place[k]) * np.exp(1j * coil.tilt[k])
     logs = mean_log_at(offset.real, offset.imag, coil.width, coil.thickness)
     if radius is not None:
@@ -118,7 +95,7 @@ def mean_log_at(x: Array, z: Array, width: float, thickness: float) -> Array:
 
 
 def _corner(x: Array, z: Array) -> Array:
-    """G of the module docstring: odd in x and in z."""
+    """Return G of the module docstring: odd in x and in z."""
     square = x * x + z * z
     u, v = np.abs(x), np.abs(z)
     angle = np.arctan2(v, u)
@@ -127,7 +104,7 @@ def _corner(x: Array, z: Array) -> Array:
 
 
 def _by_filaments(x: Array, z: Array, width: float, thickness: float) -> Array:
-    """Mean ln r by nine Gauss filaments."""
+    """Return the mean ln r by nine Gauss filaments."""
     nodes, weights = _GAUSS
     total = np.zeros(x.shape)
     for s, ws in zip(nodes, weights, strict=True):
@@ -147,7 +124,7 @@ def free_inductance(coils: tuple[Track, ...], radius: float | None = None) -> Ar
 
 
 def _linkage(coil: Track, driven: tuple[Track, ...], radius: float | None) -> float:
-    """Mean potential over each bar of `coil`, summed with signs."""
+    """Return the mean potential over each bar of `coil`, summed with signs."""
     nodes, weights = _GAUSS_FINE
     s, q = np.meshgrid(nodes * coil.width / 2, nodes * coil.thickness / 2, indexing="ij")
     inside = (s + 1j * q).ravel() * np.exp(-1j * coil.tilt)[:, None]

@@ -54,26 +54,14 @@ _GAUSS = np.polynomial.legendre.leggauss(5)
 
 @dataclass(frozen=True)
 class DiscProblem:
-    """What a division of the disc must serve.
+    """What a division of the disc must serve."""
 
-    Attributes
-    ----------
-    radius, thickness, conductivity : float
-        Of the disc [m, m, S/m].
-    coil : Coil
-        On the same axis.
-    gaps : tuple of float
-        Smallest and largest distance of the coil plane to the disc, different [m].
-    skin_depth : float
-        Smallest skin depth [m].
-    """
-
-    radius: float
-    thickness: float
-    conductivity: float
-    coil: Coil
-    gaps: tuple[float, float]
-    skin_depth: float
+    radius: float  # of the disc [m]
+    thickness: float  # [m]
+    conductivity: float  # [S/m]
+    coil: Coil  # on the same axis
+    gaps: tuple[float, float]  # smallest and largest distance of the coil plane to the disc, different [m]
+    skin_depth: float  # smallest one [m]
 
 
 @dataclass(frozen=True)
@@ -87,21 +75,11 @@ class Row:
 
 @dataclass(frozen=True)
 class Disc:
-    """A disc at one level of division.
+    """A disc at one level of division."""
 
-    Attributes
-    ----------
-    modes : tuple of Modes
-        Even and odd class, without shapes; their field functions are Chebyshev polynomials of ln d_v.
-    rings : int
-        Number of rings in the whole disc.
-    gaps : tuple of float
-        Range of d_v [m].
-    """
-
-    modes: tuple[Modes, Modes]
-    rings: int
-    gaps: tuple[float, float]
+    modes: tuple[Modes, Modes]  # even and odd class, without shapes; their field functions are Chebyshev's of ln d_v
+    rings: int  # in the whole disc
+    gaps: tuple[float, float]  # range of d_v [m]
 
     def reaction(self, d_v: Array, omega: float) -> Complex:
         """Return Delta Z [ohm] at heights within the range of the gaps, shape (p,)."""
@@ -113,14 +91,7 @@ class Disc:
 
 
 def prepare_disc(problem: DiscProblem, level: int) -> Disc:
-    """Divide the disc, halving the coarsest cells `level` times, and find its modes.
-
-    Parameters
-    ----------
-    problem : DiscProblem
-    level : int
-        0 is the coarsest; each next one has four times the rings.
-    """
+    """Divide the disc, halving the coarsest cells `level` times, each time four times the rings, and find its modes."""
     rows = divided_disc(problem, level)
     rings = _rings(rows)
     R = 2.0 * np.pi * rings.radius / (problem.conductivity * rings.width * rings.height)
@@ -157,7 +128,7 @@ def count_rings(problem: DiscProblem, level: int) -> int:
 
 
 def _across(problem: DiscProblem, first: float, height: float) -> Array:
-    """Nodes along the radius of cells `height` above the coil plane, fine at the rim and over the coil."""
+    """Return nodes along the radius of cells `height` above the coil plane, fine at the rim and over the coil."""
     inner, outer = problem.coil.inner_diameter / 2, problem.coil.outer_diameter / 2
     r, step = [problem.radius], first
     while r[-1] > step / 2:
@@ -175,14 +146,14 @@ def _fitted(descending: list[float]) -> Array:
 
 
 def _quartered(row: Row) -> tuple[Row, Row]:
-    """Both halves of a row, every cell halved along r."""
+    """Return both halves of a row, every cell halved along r."""
     r = np.sort(np.concatenate([row.r, (row.r[1:] + row.r[:-1]) / 2]))
     middle = (row.low + row.high) / 2
     return Row(row.low, middle, r), Row(middle, row.high, r)
 
 
 def _rings(rows: list[Row]) -> Sections:
-    """The cells of all rows."""
+    """Return the cells of all rows."""
     parts = [
         ((row.r[1:] + row.r[:-1]) / 2, np.full(row.r.size - 1, (row.low + row.high) / 2), np.diff(row.r),
          np.full(row.r.size - 1, row.high - row.low))
@@ -193,7 +164,7 @@ def _rings(rows: list[Row]) -> Sections:
 
 
 def _mutual(rings: Sections, others: Sections) -> Array:
-    """Symmetric mutual inductances, some rows at a time from the diagonal on.
+    """Return symmetric mutual inductances, some rows at a time from the diagonal on.
 
     Near pairs need unlike points in the two sections: the mean of both orders is taken.
     """
@@ -215,12 +186,12 @@ def _mutual(rings: Sections, others: Sections) -> Array:
 
 
 def _part(rings: Sections, some: NDArray[np.int64]) -> Sections:
-    """Some of the rings."""
+    """Return some of the rings."""
     return Sections(rings.radius[some], rings.z[some], rings.width[some], rings.height[some])
 
 
 def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
-    """Chebyshev coefficients of the coil's flux through each cell, even and odd part; (m, n), [V s per A]."""
+    """Return Chebyshev coefficients of the coil's flux through each cell, even and odd part; (m, n), [V s per A]."""
     count = _terms(problem.gaps)
     u = np.cos(np.pi * (np.arange(count) + 0.5) / count)
     low, high = np.log(problem.gaps)
@@ -239,7 +210,7 @@ def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
 
 
 def _through(row: Row, k: Array, c: Array, half: float) -> Array:
-    """Flux through a row's cells in the lower and the upper half; nothing overflows for k t >> 1; shape (2, m, n)."""
+    """Return flux through a row's cells in the lower and the upper half (2, m, n); no overflow for k t >> 1."""
     nodes, weights = _GAUSS
     radius = ((row.r[1:] + row.r[:-1]) / 2)[:, None] + np.diff(row.r)[:, None] / 2 * nodes
     along = np.pi * np.einsum("ng,qng,g->qn", radius, j1(k[:, None, None] * radius), weights)
@@ -250,7 +221,7 @@ def _through(row: Row, k: Array, c: Array, half: float) -> Array:
 
 
 def _waves(problem: DiscProblem) -> Iterator[tuple[Array, Array]]:
-    """Wave numbers k [1/m] and their weights, some at a time, for all gaps of the problem.
+    """Return wave numbers k [1/m] and their weights, some at a time, for all gaps of the problem.
 
     Panels halve towards k = 0 until exp(-k gap) is smooth on the lowest, and are cut where the waves over the disc and
     the coil turn too often for one rule.
@@ -272,12 +243,12 @@ def _waves(problem: DiscProblem) -> Iterator[tuple[Array, Array]]:
 
 
 def _terms(gaps: tuple[float, float]) -> int:
-    """Terms of the series in ln d_v, by the distance of its singularity."""
+    """Return terms of the series in ln d_v, by the distance of its singularity."""
     return 4 + int(np.ceil(_DIGITS / np.arcsinh(np.pi / np.log(gaps[1] / gaps[0]))))
 
 
 def _chebyshev(gaps: tuple[float, float], d_v: Array, count: int) -> Array:
-    """Chebyshev polynomials of ln d_v over the range of the gaps, shape (p, m)."""
+    """Return Chebyshev polynomials of ln d_v over the range of the gaps, shape (p, m)."""
     low, high = np.log(gaps)
     x = np.clip((2 * np.log(d_v) - low - high) / (high - low), -1.0, 1.0)
     return np.asarray(np.cos(np.arccos(x)[:, None] * np.arange(count)))

@@ -1,4 +1,4 @@
-"""What does an infinite plate, half-space or stack of layers reflect of a coil's field, wave number by wave number?
+"""Reflect a coil's field at an infinite plate, half-space or stack of layers, wave number by wave number.
 
 ``exp(+j omega t)``; the layers fill z > gap, air below and above them, all linear and isotropic:
 
@@ -39,35 +39,15 @@ _ARRAYS = 4  # of a number for each ring and wave number, beside those at the Ga
 
 @dataclass(frozen=True)
 class Layer:
-    """One layer of an infinite stack.
+    """One layer of an infinite stack."""
 
-    Attributes
-    ----------
-    conductivity : float
-        [S/m]; infinite for a perfect conductor.
-    thickness : float
-        [m]; infinite for a half-space, which must come last.
-    relative_permeability : float
-        [-].
-    """
-
-    conductivity: float
-    thickness: float = np.inf
-    relative_permeability: float = 1.0
+    conductivity: float  # [S/m]; infinite for a perfect conductor
+    thickness: float = np.inf  # [m]; infinite for a half-space, which must come last
+    relative_permeability: float = 1.0  # [-]
 
 
 def reflection(k: Array, omega: float, layers: Sequence[Layer]) -> Complex:
-    """Return Gamma(k) at the face of a stack; -1 is a perfect conductor, 0 is air.
-
-    Parameters
-    ----------
-    k : ndarray
-        Radial wave number, positive [1/m].
-    omega : float
-        Angular frequency [rad/s].
-    layers : sequence of Layer
-        Nearest to the coil first; air behind the last.
-    """
+    """Return Gamma(k) at the face of a stack, nearest layer first, air behind it; -1 is a perfect conductor, 0 air."""
     air = Layer(0.0)
     stack = [air, *layers, air]
     gamma = np.zeros(np.shape(k), dtype=complex)
@@ -85,33 +65,21 @@ def reflection(k: Array, omega: float, layers: Sequence[Layer]) -> Complex:
 
 
 def _wave_number(k: Array, omega: float, layer: Layer) -> Complex:
-    """q of a layer, with positive real part [1/m]."""
+    """Return q of a layer, with positive real part [1/m]."""
     return np.asarray(np.sqrt(k**2 + 1j * omega * mu_0 * layer.relative_permeability * layer.conductivity))
 
 
 def _interface(k: Array, omega: float, near: Layer, far: Layer) -> Complex:
-    """r_ij of the module docstring."""
+    """Return r_ij of the module docstring."""
     m, n = near.relative_permeability, far.relative_permeability
     difference = k**2 * (n - m) * (n + m) + 1j * omega * mu_0 * m * n * (near.conductivity * n - far.conductivity * m)
     return np.asarray(difference / (_wave_number(k, omega, near) * n + _wave_number(k, omega, far) * m) ** 2)
 
 
 def spectrum(rings: Sections, k: Array, *, points: int = 4) -> Array:
-    """Return S(k): the section means of ``a J1(k a) exp(k z)``, summed over rings below z = 0 [m].
+    """Return S(k), shape (n,) [m]: section means of ``a J1(k a) exp(k z)``, summed over rings of 1 A below z = 0.
 
-    Parameters
-    ----------
-    rings : Sections
-        Carrying one ampere each, with their signs.
-    k : ndarray, shape (n,)
-        [1/m].
-    points : int
-        Gauss points along each ring's width.
-
-    Raises
-    ------
-    ValueError
-        Where it would take more memory than the process may.
+    `points` are Gauss points along each ring's width. ValueError where it would take more memory than the process may.
     """
     needed, limit = 8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size, memory_limit()
     if needed > limit:

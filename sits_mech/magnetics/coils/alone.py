@@ -1,4 +1,4 @@
-"""What are the coils without any other metal? Inductances in free space and direct-current resistances.
+"""Inductances in free space and direct-current resistances of the coils, without any other metal.
 
 In space: the coils' rings, spirals or straight tracks, in henry and ohm. In the section y = 0: there and back, per
 metre of depth.
@@ -34,7 +34,7 @@ def track_resistance(coil: Coil) -> float:
 
 
 def track_resistances(coils: tuple[Coil, ...]) -> Array:
-    """Return that of each coil, shape (n,) [ohm]."""
+    """Return the direct-current resistance of each coil, shape (n,) [ohm]."""
     return np.array([track_resistance(coil) for coil in coils])
 
 

@@ -1,4 +1,4 @@
-"""What is a coil's own capacitance, roughly? By the energy between its tracks, the voltage falling evenly along them.
+"""Estimate a coil's own capacitance by the energy between its tracks, the voltage falling evenly along them.
 
 With v the voltage at a place over that of the coil, falling from 1 to 0 in proportion to the length in series,
 
@@ -53,7 +53,7 @@ def self_resonance(coil: Coil, L: float) -> float:
 
 
 def _in_series(coil: Coil) -> list[tuple[Array, float]]:
-    """Centre lines in series: turns of layers alternate from outside in and from inside out."""
+    """Return centre lines in series: turns of layers alternate from outside in and from inside out."""
     lines = coil_lines(coil)
     if coil.shape == "path":
         return lines
@@ -62,7 +62,7 @@ def _in_series(coil: Coil) -> list[tuple[Array, float]]:
 
 
 def _between_layers(coil: Coil) -> float:
-    """The first sum of the module docstring [F]."""
+    """Return the first sum of the module docstring [F]."""
     heights = coil.heights
     if len(heights) < 2:
         return 0.0
@@ -86,7 +86,7 @@ def _between_layers(coil: Coil) -> float:
 
 
 def _samples(coil: Coil) -> tuple[Array, Array, Array, Array]:
-    """Places along the tracks, at most a width apart, with direction, voltage, and length and width of each."""
+    """Return places along the tracks, at most a width apart, with direction, voltage, and length and width of each."""
     parts = [(line[:-1], line[1:], width) for line, width in _in_series(coil)]
     start, end = (np.vstack([part[k] for part in parts]) for k in (0, 1))
     width = np.concatenate([np.full(len(a), w) for a, _, w in parts])
@@ -103,7 +103,7 @@ def _samples(coil: Coil) -> tuple[Array, Array, Array, Array]:
 
 
 def _between_turns(coil: Coil) -> float:
-    """The second sum of the module docstring, with the rings that stand for the coil [F]."""
+    """Return the second sum of the module docstring, with the rings that stand for the coil [F]."""
     rings = standing_rings(coil)
     around = 2.0 * np.pi * rings.radius
     total = 0.0

@@ -1,4 +1,4 @@
-"""What is a coil's field far away? The field itself, a bound on it in closed form, and one on the coil's inductance.
+"""A coil's field far away, a bound on it in closed form, and one on the coil's inductance.
 
 A flat loop of 1 A is a sheet of dipoles over its area. No dipole m has more than m/(2 pi d^3) at a distance d, so that
 at R from the middle of rings of radius a_k, the farthest of which is b away from there,
@@ -39,9 +39,9 @@ def coil_field(coil: Coil, points: Array, step: float) -> Array:
 
 
 def field_bound(coil: Coil, distance: float) -> float:
-    """Return how much |H| of a round coil is at most, at and beyond a distance from the middle of its top [1/m].
+    """Return the largest |H| of a round coil at and beyond a distance from the middle of its top [1/m], by formula (1).
 
-    By formula (1); infinite where the distance is within the coil, or the coil is not round.
+    Infinite where the distance is within the coil, or the coil is not round.
     """
     reach = math.hypot(0.5 * coil.outer_diameter, coil.height)
     if not coil.is_round or distance <= reach:

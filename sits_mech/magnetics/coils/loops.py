@@ -50,45 +50,23 @@ _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another 
 
 
 def mutual_loops(a: ArrayLike, b: ArrayLike, d: ArrayLike) -> Array:
-    """Return the mutual inductance of coaxial circular filaments [H].
-
-    Parameters
-    ----------
-    a, b : array_like
-        Radii, not negative [m].
-    d : array_like
-        Distance of their planes [m].
-
-    Returns
-    -------
-    ndarray
-        In the broadcast shape; infinite where the filaments coincide.
-    """
+    """Return the mutual inductance [H] of coaxial filaments, radii a, b, distance d [m]; infinite if they coincide."""
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     return np.asarray((a * b) ** 2 * _reduced(a, b, np.asarray(d, dtype=float)))
 
 
 def _reduced(a: Array, b: Array, d: Array) -> Array:
-    """M / (a b)^2, finite for a or b = 0."""
+    """Return M / (a b)^2, finite for a or b = 0."""
     far, near = np.hypot(a + b, d), np.hypot(a - b, d)
     total = far + near
     return np.asarray(16.0 / 3.0 * mu_0 / total**3 * elliprd(0.0, 4.0 * far * near / total**2, 1.0))
 
 
 def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = (3, 3)) -> Array:
-    """Return the mutual inductances of coaxial rings; a ring with itself gives its self-inductance [H].
+    """Return the mutual inductances (n, m) of coaxial rings [H]; of a ring with itself its self-inductance.
 
-    Parameters
-    ----------
-    first, second : Sections
-        n and m rings.
-    points : tuple of int
-        Gauss points along r and z for the regular part; the second section takes one more along r.
-
-    Returns
-    -------
-    ndarray, shape (n, m)
-        Symmetric to rounding only up to the quadrature when `first` is `second`; see `ring_inductance`.
+    `points` are Gauss points along r and z for the regular part, one more along r in the second section; the result is
+    symmetric only up to this quadrature (see `ring_inductance`).
     """
     column = Sections(first.radius[:, None], first.z[:, None], first.width[:, None], first.height[:, None])
     return paired_mutual(column, second, points, (points[0] + 1, points[1]))
@@ -97,11 +75,7 @@ def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = 
 def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], others: tuple[int, int]) -> Array:
     """Return the mutual inductances of rings of one shape with those of another, pair by pair as they broadcast [H].
 
-    Parameters
-    ----------
-    first, second : Sections
-    points, others : tuple of int
-        Gauss points of the first and the second section along r and z; where sections meet they must be unlike along r.
+    `points`, `others` are Gauss points of each section along r and z; where sections meet they must differ along r.
     """
     a, b = first.radius, second.radius
     d = second.z - first.z
@@ -123,13 +97,13 @@ def ring_inductance(rings: Sections, *, points: tuple[int, int] = (3, 3)) -> Arr
 
 @lru_cache(maxsize=64)
 def _gauss(count: int) -> tuple[Array, Array]:
-    """Gauss points on (-1, 1) and their weights."""
+    """Return Gauss points on (-1, 1) and their weights."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return nodes, weights
 
 
 def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Array, float]]:
-    """Gauss points of the sections: offsets along r and z from the centres and their weight."""
+    """Return Gauss points of the sections: offsets along r and z from the centres and their weight."""
     (gr, wr), (gz, wz) = map(_gauss, points)
     return [
         (rings.width / 2 * r, rings.height / 2 * z, float(u * v / 4))
@@ -139,23 +113,11 @@ def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Arra
 
 
 def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings: str = "rings") -> Array:
-    """Return the free-space inductance matrix of coils with parallel axes [H].
+    """Return the free-space inductance matrix of n coils with parallel axes, none overlapping, shape (n, n) [H].
 
+    `tolerance` is the relative error of each mutual inductance of rings, against both self-inductances. Round coils are
+    "rings" or a "spiral"; others are straight tracks, and so are round ones for their mutual inductances with them.
     Equal windings, and equal pairs of them at equal places of each other, are computed once.
-
-    Parameters
-    ----------
-    coils : sequence of Coil
-        n coils, none overlapping another.
-    tolerance : float
-        Relative error of each mutual inductance of rings, against the two coils' self-inductances.
-    windings : str
-        Of round coils: "rings", or their true path as a "spiral". Other shapes are straight tracks, and so is what is
-        round for its mutual inductances with them.
-
-    Returns
-    -------
-    ndarray, shape (n, n)
     """
     kinds, _ = kinds_of(coils)
     rings = [coil_sections(kind) if kind.is_round and windings == "rings" else None for kind in kinds]
@@ -176,17 +138,14 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings
 
 
 def _own(rings: Sections | None, tracks: Tracks | None) -> float:
-    """Self-inductance of a winding as rings, or as tracks [H]."""
+    """Return the self-inductance of a winding as rings, or as tracks [H]."""
     if rings is not None:
         return series_inductance(rings)
     return linkage(tracks, tracks) if tracks is not None else 0.0
 
 
 def series_inductance(rings: Sections) -> float:
-    """Return the inductance of coaxial rings in series [H]; layers of equal turns share what depends on their distance.
-
-    So that a coil of n layers costs n pairs of them, not n^2.
-    """
+    """Return the inductance of coaxial rings in series [H]; a coil of n equal layers costs n pairs of them, not n^2."""
     sign = np.broadcast_to(rings.sign, rings.radius.shape)
     levels, level = np.unique(rings.z, return_inverse=True)
     layers = [_taken(rings, level == k) for k in range(levels.size)]
@@ -211,12 +170,12 @@ def series_inductance(rings: Sections) -> float:
 
 
 def _taken(rings: Sections, some: NDArray[np.bool_]) -> Sections:
-    """Some of the rings, without their signs."""
+    """Return some of the rings, without their signs."""
     return Sections(rings.radius[some], rings.z[some], rings.width[some], rings.height[some])
 
 
 def _alike(first: Sections, second: Sections) -> bool:
-    """Whether two layers have the same rings."""
+    """Tell whether two layers have the same rings."""
     pairs = ((first.radius, second.radius), (first.width, second.width), (first.height, second.height))
     return all(np.array_equal(a, b) for a, b in pairs)
 
@@ -224,14 +183,7 @@ def _alike(first: Sections, second: Sections) -> bool:
 def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:
     """Return the mutual inductance of two windings with parallel axes, all their rings in series [H].
 
-    Parameters
-    ----------
-    first, second : Sections
-        The windings' rings, each about its own axis; they must not cut each other.
-    distance : float
-        Of the axes [m].
-    error : float
-        Absolute error asked of the quadrature around the loops [H].
+    `distance` is of the axes [m]; rings must not cut each other. `error` is asked of the quadrature, absolute [H].
     """
     b, zb, wb = _filaments(second)
     heights, level = np.unique(zb, return_inverse=True)
@@ -252,7 +204,7 @@ def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, e
 
 
 def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Chebyshev:
-    """M(a, rho, d) / rho^2 of all filaments of a winding at one height, over a range of rho away from them.
+    """Return M(a, rho, d) / rho^2 of all filaments of a winding at one height, over a range of rho away from them.
 
     Analytic but for rho = a +- j d, whose nearest ellipse tells how many polynomials reach rounding.
     """
@@ -268,7 +220,7 @@ def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Cheby
 
 
 def _filaments(rings: Sections) -> tuple[Array, Array, Array]:
-    """Rings as 2 x 2 Gauss filaments each: radii, heights and weights, flat."""
+    """Return rings as 2 x 2 Gauss filaments each: radii, heights and weights, flat."""
     parts = [
         (rings.radius + r, rings.z + z, np.broadcast_to(rings.sign * weight, r.shape))
         for r, z, weight in _offsets(rings, (2, 2))

@@ -38,28 +38,14 @@ _PAD = 24  # cells of the table beyond the region, where the spline is not moved
 
 
 def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
-    """Return A of a coil's rings per ampere.
-
-    Parameters
-    ----------
-    coil : Coil
-    points : ndarray, shape (n, 3)
-        [m].
-    across : int
-        Gauss filaments across each track.
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        [V s / (A m)]
-    """
+    """Return A of a coil's rings at points (n, 3) [m], shape (n, 3) [V s / (A m)]; `across` filaments a track."""
     x, y = points[:, 0] - coil.centre[0], points[:, 1] - coil.centre[1]
     profile = _profile(coil, np.hypot(x, y), points[:, 2], across)
     return np.column_stack([-y * profile, x * profile, np.zeros(x.size)])
 
 
 def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
-    """P of the module docstring, all rings in series."""
+    """Return P of the module docstring, all rings in series."""
     rings = coil_sections(coil)
     nodes, weights = np.polynomial.legendre.leggauss(across)
     total = np.zeros(np.broadcast(rho, z).shape)
@@ -83,22 +69,16 @@ def coil_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
 
 @lru_cache(maxsize=32)
 def _straight(coil: Coil, windings: str, across: int) -> Potential:
-    """A of a coil's straight tracks."""
+    """Return A of a coil's straight tracks."""
     return track_potential(coil_tracks(coil, windings), across=across)
 
 
 def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
     """Return a function that gives A of a coil about z anywhere in a region, (p, 3, q) to (p, c, q); c = 2 without A_z.
 
-    Parameters
-    ----------
-    winding : Coil
-        Its centre plays no part.
-    windings : str
-        "rings" or "spiral", of round coils.
-    region : tuple of float
-        Height from which on the potential is tabulated, greatest height and distance from the axis [m]. What is found
-        at a point does not depend on the last two.
+    `region`: height from which on the potential is tabulated, greatest height and distance from the axis [m]; what is
+    found at a point does not depend on the last two. `windings` are "rings" or "spiral"; the coil's centre plays no
+    part.
     """
     winding = winding.model_copy(update={"centre": (0.0, 0.0)})
     across = 1 if region[0] > 3 * winding.track_width else 2
@@ -120,7 +100,7 @@ class _Table:
     start: float
 
     def potential(self, points: Array) -> Array:
-        """A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
+        """Return A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
         below = z < math.exp(self.start + 0.5 * _PAD * self.steps[1])
         u = np.arcsinh(np.hypot(x, y) * (1.0 / self.scale)) * (1.0 / self.steps[0])
@@ -133,18 +113,18 @@ class _Table:
 
 
 def _in_columns(points: Array) -> Array:
-    """Points (p, 3, q) as (p q, 3)."""
+    """Return points (p, 3, q) as (p q, 3)."""
     return np.swapaxes(points, 1, 2).reshape(-1, 3)
 
 
 def _in_rows(A: Array, points: Array) -> Array:
-    """Vectors (p q, 3) at points (p, 3, q) in their shape."""
+    """Return vectors (p q, 3) at points (p, 3, q) in their shape."""
     return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)
 
 
 @lru_cache(maxsize=16)
 def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
-    """P of a winding's rings for heights from `lowest` to 2^high and distances up to 2^reach [m].
+    """Return P of a winding's rings for heights from `lowest` to 2^high and distances up to 2^reach [m].
 
     Its nodes do not depend on `high` and `reach`, only their number does.
     """

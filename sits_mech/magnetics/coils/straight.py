@@ -50,10 +50,7 @@ _SMALL = 1e-12  # least square of a distance, over that of a length
 
 
 def linkage(first: Tracks, second: Tracks) -> float:
-    """Return the flux of 1 A in all of the first tracks through all of the second [H].
-
-    Of the same tracks, their self-inductance in series.
-    """
+    """Return the flux of 1 A in the first tracks through the second [H]; of the same ones, their self-inductance."""
     total, own = 0.0, first is second
     step = max(1, _PAIRS // len(second.start))
     for begin in range(0, len(first.start), step):
@@ -71,7 +68,7 @@ def linkage(first: Tracks, second: Tracks) -> float:
 
 
 def _pairs(first: Tracks, second: Tracks, index: tuple[Array, Array], cosine: Array) -> Array:
-    """M of some pairs [H]."""
+    """Return M of some pairs [H]."""
     i, j = index
     way, other = first.way[i], second.way[j]
     gap = second.start[j] - first.start[i]
@@ -101,17 +98,17 @@ def _pairs(first: Tracks, second: Tracks, index: tuple[Array, Array], cosine: Ar
 
 
 def _left(place: Array, way: Array) -> Array:
-    """How far places are to the left of lines through the origin."""
+    """Return the distance of places to the left of lines through the origin."""
     return np.asarray(way[:, 0] * place[:, 1] - way[:, 1] * place[:, 0])
 
 
 def _G(x: Array, d: Array) -> Array:
-    """G of the module docstring."""
+    """Return G of the module docstring."""
     return np.asarray(x * np.arcsinh(x / d) - np.hypot(x, d))
 
 
 def _corner(s: Array, t: Array, d2: Array, angle: tuple[Array, Array]) -> Array:
-    """The bracket of the module docstring, real for d^2 < 0 as well."""
+    """Return the bracket of the module docstring, real for d^2 < 0 as well."""
     c, n = angle
     least = _SMALL * (s * s + t * t) + np.finfo(float).tiny
     R = np.sqrt(np.maximum(d2 + s * s + t * t - 2.0 * s * t * c, least))
@@ -124,24 +121,17 @@ def _corner(s: Array, t: Array, d2: Array, angle: tuple[Array, Array]) -> Array:
 
 
 def _area(x: Array, square: Array, least: Array) -> Array:
-    """asinh(x / p) by the square of p, or where that is negative what continues it, sign(x) acosh(|x| / |p|)."""
+    """Return asinh(x / p) by the square of p, or where that is negative what continues it, sign(x) acosh(|x| / |p|)."""
     ratio = x / np.sqrt(np.maximum(np.abs(square), least))
     return np.where(square < 0.0, np.sign(x) * np.arccosh(np.maximum(np.abs(ratio), 1.0)), np.arcsinh(ratio))
 
 
 def track_potential(tracks: Tracks, *, across: int = 1) -> Potential:
-    """Return a function that gives A_x and A_y of 1 A in all tracks, (p, 3, q) to (p, 2, q), off the tracks.
-
-    Parameters
-    ----------
-    tracks : Tracks
-    across : int
-        Gauss filaments across each.
-    """
+    """Return a function that gives A_x and A_y of 1 A in all tracks, (p, 3, q) to (p, 2, q), off the tracks."""
     strands = [(_strand(strand), share) for strand, share in tracks.strands(across)]
 
     def potential(points: Array) -> Array:
-        """A at points [m], [V s / (A m)]."""
+        """Return A at points [m], [V s / (A m)]."""
         p, _, q = points.shape
         flat = np.swapaxes(points, 0, 1).reshape(3, -1)
         A = np.sum([share * _strand_potential(strand, flat) for strand, share in strands], axis=0)
@@ -159,7 +149,7 @@ class _Strand:
 
 
 def _strand(tracks: Tracks) -> _Strand:
-    """Filaments sorted by direction; those that run against it turned, with a negative length."""
+    """Return filaments sorted by direction; those that run against it turned, with a negative length."""
     ends = np.vstack([tracks.start, tracks.end])
     places, number = np.unique(ends, axis=0, return_inverse=True)
     start, end = np.split(number.ravel(), 2)
@@ -173,7 +163,7 @@ def _strand(tracks: Tracks) -> _Strand:
 
 
 def _strand_potential(strand: _Strand, points: Array) -> Array:
-    """A over mu0 / (4 pi) at points (3, m), shape (2, m); filaments of one direction share their logarithms."""
+    """Return A over mu0 / (4 pi) at points (3, m), shape (2, m); filaments of one direction share their logarithms."""
     places, A = strand.places, np.zeros((2, points.shape[1]))
     step = max(1, _HELD // len(places))
     for first in range(0, points.shape[1], step):

@@ -1,4 +1,4 @@
-"""What a readout sees at a coil's terminals: idle coils shorted or open, leads, parallel capacitance.
+"""Impedance that a readout sees at a coil's terminals: idle coils shorted or open, leads, parallel capacitance.
 
 With the coils' own series resistance and the leads on the diagonal, ``Z = R + j omega L`` (n x n) links voltages and
 currents, V = Z I. One coil is driven at a time. An open idle coil carries no current: the driven one shows Z_ii. A
@@ -23,27 +23,10 @@ from sits_mech.scene.sensor import Readout
 
 
 def terminal_impedance(Z: ArrayLike, R_coil: ArrayLike, readout: Readout, omega: float) -> Complex:
-    """Return the impedance that each coil shows at the end of its leads, before the capacitance [ohm].
+    """Return the impedance of each coil at the end of its leads, before the capacitance, shape (..., n) [ohm].
 
-    Parameters
-    ----------
-    Z : array_like, complex, shape (..., n, n)
-        Coil-by-coil impedance without the coils' own resistance [ohm].
-    R_coil : array_like, shape (n,)
-        The coils' own resistance, direct or alternating [ohm].
-    readout : Readout
-        Leads and what the idle coils do.
-    omega : float
-        Angular frequency [rad/s].
-
-    Returns
-    -------
-    ndarray, complex, shape (..., n)
-
-    Raises
-    ------
-    ValueError
-        If Z is not square or R_coil does not fit it.
+    Z (..., n, n) is without the coils' own resistances R_coil (n,), direct or alternating; omega [rad/s]. ValueError if
+    Z is not square or R_coil does not fit it.
     """
     Z, R_coil = np.asarray(Z, dtype=complex), np.asarray(R_coil, dtype=float)
     n = Z.shape[-1] if Z.ndim >= 2 else 0

@@ -44,31 +44,18 @@ _MOST = 4000  # filaments: an eigenproblem of ten seconds
 
 @dataclass(frozen=True)
 class TrackSpectrum:
-    """A coil's own series impedance over frequency, without target.
+    """A coil's own series impedance over f frequencies, without target, with estimated absolute errors."""
 
-    Attributes
-    ----------
-    R : ndarray, shape (f,)
-        Resistance with skin and proximity effect [ohm].
-    shift : ndarray, shape (f,)
-        What the uneven current takes from the inductance: L(f) - L(0) [H].
-    error_R, error_shift : ndarray, shape (f,)
-        Estimated absolute errors.
-    """
-
-    R: Array
-    shift: Array
-    error_R: Array
-    error_shift: Array
+    R: Array  # (f,) with skin and proximity effect [ohm]
+    shift: Array  # (f,) what the uneven current takes from the inductance: L(f) - L(0) [H]
+    error_R: Array  # (f,)
+    error_shift: Array  # (f,)
 
 
 def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     """Return a coil's own resistance and change of inductance at each frequency [Hz], in free space.
 
-    Raises
-    ------
-    ValueError
-        If a frequency is not positive, or the highest one's skin depth asks for more filaments than fit.
+    ValueError if a frequency is not positive, or the highest one's skin depth asks for more filaments than fit.
     """
     hertz = np.asarray(frequencies, dtype=float)
     if hertz.size == 0 or not np.all((hertz > 0.0) & np.isfinite(hertz)):
@@ -92,7 +79,7 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
 
 
 def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity: float) -> Array:
-    """R and L(f) - L(0) of all turns in series with one division, shape (2, f)."""
+    """Return R and L(f) - L(0) of all turns in series with one division, shape (2, f)."""
     modes = _modes(rings, cells, conductivity)
     C, ones = modes.coupling, np.broadcast_to(rings.sign, rings.radius.shape)  # the current in each turn
     rest = C.T @ np.linalg.solve(C @ C.T, ones)
@@ -105,7 +92,7 @@ def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity:
 
 
 def _modes(rings: Sections, cells: tuple[int, int], conductivity: float) -> Modes:
-    """Modes of the filaments, seen by turns."""
+    """Return modes of the filaments, seen by turns."""
     parts = divided(rings, cells)
     R = 2.0 * np.pi * parts.radius / (conductivity * parts.width * parts.height)
     share = np.repeat(np.eye(rings.radius.size), cells[0] * cells[1], axis=1)

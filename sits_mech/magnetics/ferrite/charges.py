@@ -1,4 +1,4 @@
-"""How do uniformly magnetised boxes act on each other? By the charges on their faces, in closed form.
+"""Interaction of uniformly magnetised boxes by the charges on their faces, in closed form.
 
 Two boxes with magnetisations M, M' have the energy ``mu0 M . K M'``, with
 
@@ -36,17 +36,10 @@ _APART = 12.0  # and largest sides between them, at least: the dipoles' own erro
 
 
 def box_charges(x: Array, y: Array, z: Array) -> Array:
-    """Return K between the boxes of one octant and all boxes of the mirrored tensor mesh.
+    """Return K [m^3] between the boxes of one octant and all of the mirrored tensor mesh, shape (6, 2, 2, 2, n, n).
 
-    Parameters
-    ----------
-    x, y, z : ndarray
-        Nodes of the positive half axes, from 0 [m].
-
-    Returns
-    -------
-    ndarray, shape (6, 2, 2, 2, n, n)
-        K [m^3] by `PAIRS`; the next axes tell whether the second box is mirrored in x, y, z. Boxes run z fastest.
+    The first axis is `PAIRS`; the next tell whether the second box is mirrored in x, y, z. Boxes run z fastest; x, y, z
+    are nodes of the positive half axes, from 0 [m].
     """
     scale = max(axis[-1] for axis in (x, y, z))
     axes = [_Axis.of(axis / scale) for axis in (x, y, z)]
@@ -64,21 +57,18 @@ def box_charges(x: Array, y: Array, z: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Axis:
-    """Cells of a half axis by all cells along it: distances of nodes, which pair has which and its sign; sides.
+    """Cells of a half axis by all cells along it: distances of nodes, which pair has which and its sign; sides."""
 
-    `values` (m), `index` and `sign` (n + 1, 2 n + 1); `first` (n), `second` (2 n) sides, `apart` (n, 2 n).
-    """
-
-    values: Array
-    index: Integers
-    sign: Array
-    first: Array
-    second: Array
-    apart: Array
+    values: Array  # (m,)
+    index: Integers  # (n + 1, 2 n + 1)
+    sign: Array  # (n + 1, 2 n + 1)
+    first: Array  # (n,)
+    second: Array  # (2 n,)
+    apart: Array  # (n, 2 n)
 
     @classmethod
     def of(cls, nodes: Array) -> _Axis:
-        """Those of the nodes of a half axis."""
+        """Return the cells between the nodes of a half axis."""
         full = np.concatenate([-nodes[:0:-1], nodes])
         apart = nodes[:, None] - full
         values, index = np.unique(np.round(np.abs(apart), 15), return_inverse=True)
@@ -89,7 +79,7 @@ class _Axis:
 
 
 def _integrated(axes: list[_Axis], a: int, b: int) -> Array:
-    """4 pi K_ab by differences, shape (n_x, 2 n_x, n_y, 2 n_y, n_z, 2 n_z)."""
+    """Return 4 pi K_ab by differences, shape (n_x, 2 n_x, n_y, 2 n_y, n_z, 2 n_z)."""
     order = [a, *(k for k in range(3) if k != a)] if a == b else [a, b, 3 - a - b]
     values = [axes[k].values for k in order]
     function: Callable[..., Array] = _diagonal if a == b else _mixed
@@ -103,14 +93,14 @@ def _integrated(axes: list[_Axis], a: int, b: int) -> Array:
 
 
 def _diagonal(x: Array, y: Array, z: Array) -> Array:
-    """f of the module docstring at distances that are not negative."""
+    """Return f of the module docstring at distances that are not negative."""
     r = np.sqrt(x * x + y * y + z * z)
     total = y * (z * z - x * x) / 2 * _asinh(y, x, z) + z * (y * y - x * x) / 2 * _asinh(z, x, y)
     return np.asarray(total - x * y * z * np.arctan2(y * z, x * r) + (2 * x * x - y * y - z * z) * r / 6)
 
 
 def _mixed(x: Array, y: Array, z: Array) -> Array:
-    """g of the module docstring at distances that are not negative."""
+    """Return g of the module docstring at distances that are not negative."""
     r = np.sqrt(x * x + y * y + z * z)
     total = x * y * z * _asinh(z, x, y)
     total = total + y * (3 * z * z - y * y) / 6 * _asinh(x, y, z) + x * (3 * z * z - x * x) / 6 * _asinh(y, x, z)
@@ -119,13 +109,13 @@ def _mixed(x: Array, y: Array, z: Array) -> Array:
 
 
 def _asinh(a: Array, b: Array, c: Array) -> Array:
-    """asinh(a / sqrt(b^2 + c^2)), zero where its factor vanishes."""
+    """Return asinh(a / sqrt(b^2 + c^2)), zero where its factor vanishes."""
     rho = np.sqrt(b * b + c * c)
     return np.asarray(np.arcsinh(a / np.where(rho > 0.0, rho, 1.0)))
 
 
 def _far(axes: list[_Axis]) -> tuple[NDArray[np.bool_], Array]:
-    """Which boxes are dipoles to each other, and the square of their distance, in the shape of `_integrated`."""
+    """Tell which boxes are dipoles to each other; return their squared distance too, in the shape of `_integrated`."""
     square, volume, largest = np.zeros((1,) * 6), np.ones((1,) * 6), np.zeros((1,) * 6)
     for k, axis in enumerate(axes):
         square = square + _shaped(axis.apart**2, k)
@@ -135,7 +125,7 @@ def _far(axes: list[_Axis]) -> tuple[NDArray[np.bool_], Array]:
 
 
 def _dipoles(axes: list[_Axis], square: Array, a: int, b: int) -> Array:
-    """4 pi K_ab of dipoles."""
+    """Return 4 pi K_ab of dipoles."""
     volume = np.ones((1,) * 6)
     for k, axis in enumerate(axes):
         volume = volume * _shaped(axis.first[:, None] * axis.second, k)
@@ -145,5 +135,5 @@ def _dipoles(axes: list[_Axis], square: Array, a: int, b: int) -> Array:
 
 
 def _shaped(pairs: Array, k: int) -> Array:
-    """Pairs of cells along one axis, in the shape of `_integrated`."""
+    """Return pairs of cells along one axis, in the shape of `_integrated`."""
     return pairs.reshape(*(1,) * (2 * k), *pairs.shape, *(1,) * (4 - 2 * k))

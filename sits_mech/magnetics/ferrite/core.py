@@ -1,4 +1,4 @@
-"""What does a fixed permeable plate that does not conduct answer to the coils, and to the currents around it?
+"""Answer of a fixed permeable plate that does not conduct to the coils, and to the currents around it.
 
 Magnetisation M [A/m], uniform in each box of a tensor mesh, with the susceptibility chi = mu_r (1 - j tan delta) - 1:
 
@@ -62,22 +62,14 @@ _NEXT = {"plate": (0.45, 0.2), "block": (0.0, 0.7)}
 
 @dataclass(frozen=True, eq=False)
 class Core:
-    """A permeable plate, ready to answer.
+    """A permeable plate, ready to answer."""
 
-    Attributes
-    ----------
-    frame : Sheeted
-        Its box and the combinations of fields that its classes see, without modes.
-    response : ndarray, shape (r + n, r + n)
-        Y / (j omega) of the combinations and of n coils after them, symmetric [A^2 / J].
-    """
-
-    frame: Sheeted
-    response: Complex
+    frame: Sheeted  # its box and the combinations of fields that its classes see, without modes
+    response: Complex  # (r + n, r + n) Y / (j omega) of combinations, then n coils, symmetric [A^2 / J]
 
     @property
     def box(self) -> Box:
-        """Of its fields."""
+        """Box of its fields."""
         return self.frame.box
 
     @property
@@ -87,7 +79,7 @@ class Core:
 
     @property
     def unknowns(self) -> int:
-        """Its size as a discrete problem."""
+        """Size of the discrete problem."""
         return self.frame.unknowns
 
     @property
@@ -104,20 +96,10 @@ class Core:
 def prepared_core(
     plate: Target, susceptibility: complex, rung: Rung, clearance: float, sources: Sources
 ) -> tuple[Core, Core]:
-    """Return a permeable plate's answer from three divisions: with S as extrapolated, and off by its estimated error.
+    """Return a permeable rectangle's answer from three divisions: S extrapolated, and off by its estimated error.
 
-    Parameters
-    ----------
-    plate : Target
-        A rectangle.
-    susceptibility : complex
-        As for `prepare_core`.
-    rung : Rung
-        Gives the digits that fields keep, and how many boxes there are along the sides.
-    clearance : float
-        From other plates [m].
-    sources : Sources
-        Coils around.
+    `clearance` is from other plates [m]; the rung gives the digits that fields keep, and the number of boxes along the
+    sides.
     """
     half = np.array([*plate.extent, plate.thickness]) / 2
     length = min(field_length(coil, sources.distance + half[2]) for coil in sources.coils)
@@ -139,17 +121,9 @@ def prepared_core(
 def prepare_core(
     divisions: Sequence[tuple[Array, Array, Array]], susceptibility: complex, box: Box, sources: Sources
 ) -> tuple[Core, ...]:
-    """Find what a plate answers on several divisions.
+    """Find what a plate of susceptibility chi answers on several divisions, nodes of the half axes from the middle [m].
 
-    Parameters
-    ----------
-    divisions : sequence of three ndarray
-        The finest first, whose combinations of fields serve for all: nodes of the half axes from the middle [m].
-    susceptibility : complex
-        chi of the module docstring [-].
-    box : Box
-    sources : Sources
-        Coils around.
+    The finest comes first; its combinations of fields serve for all.
     """
     bases: list[Basis] = []
     found = []
@@ -194,13 +168,13 @@ def halved(nodes: Array, parts: int) -> Array:
 
 
 def _volumes(axes: Sequence[Array]) -> Array:
-    """Of the octant's boxes, z fastest [m^3]."""
+    """Return the volumes of the octant's boxes, z fastest [m^3]."""
     x, y, z = (np.diff(axis) for axis in axes)
     return np.asarray((x[:, None, None] * y[:, None] * z).ravel())
 
 
 def _class_matrix(K: Array, inverse: Any, parity: tuple[int, ...]) -> Complex:
-    """V/chi + K of one class on the octant's boxes, component first."""
+    """Return V/chi + K of one class on the octant's boxes, component first."""
     n = inverse.size
     A = np.zeros((3, n, 3, n), dtype=inverse.dtype)
     for (a, b), images in zip(PAIRS, K, strict=True):
@@ -216,7 +190,7 @@ def _class_matrix(K: Array, inverse: Any, parity: tuple[int, ...]) -> Complex:
 
 
 def _polynomial_curls(axes: Sequence[Array], box: Box, parity: tuple[int, ...]) -> tuple[Integers, Array]:
-    """Which coefficients of three components a class sees, and the integrals of their curl over all eight images."""
+    """Return which coefficients a class sees, and the integrals of their curl over all eight images."""
     steps, means = zip(*(_along(axis / half, n) for axis, half, n in zip(axes, box.half, box.order, strict=True)),
                        strict=True)  # fmt: skip
     n = [axis.size - 1 for axis in axes]
@@ -234,7 +208,7 @@ def _polynomial_curls(axes: Sequence[Array], box: Box, parity: tuple[int, ...]) 
 
 
 def _along(nodes: Array, order: int) -> tuple[Array, Array]:
-    """Differences and integrals of T_0 ... between nodes of [-1, 1], shape (order, n)."""
+    """Return differences and integrals of T_0 ... between nodes of [-1, 1], shape (order, n)."""
     k = np.arange(order + 1)
     T = np.cos(k[:, None] * np.arccos(np.clip(nodes, -1.0, 1.0)))
     integral = np.empty((order, nodes.size))
@@ -247,7 +221,7 @@ def _along(nodes: Array, order: int) -> tuple[Array, Array]:
 
 
 def _coil_curls(axes: Sequence[Array], sources: Sources) -> Array:
-    """Integrals of curl A of each coil over all boxes of all octants, shape (3, 2 n_x, 2 n_y, 2 n_z, c)."""
+    """Return integrals of curl A of each coil over all boxes of all octants, shape (3, 2 n_x, 2 n_y, 2 n_z, c)."""
     full = [np.concatenate([-axis[:0:-1], axis]) for axis in axes]
     s, w = np.polynomial.legendre.leggauss(_GAUSS)
     curls = np.zeros((3, *(axis.size - 1 for axis in full), len(sources.coils)))
@@ -269,7 +243,7 @@ def _coil_curls(axes: Sequence[Array], sources: Sources) -> Array:
 
 
 def _folded(curls: Array, parity: tuple[int, ...]) -> Array:
-    """Sums over the images of all octants with a class's signs, shape (c, 3 n)."""
+    """Return sums over the images of all octants with a class's signs, shape (c, 3 n)."""
     total = curls
     for e, sign in enumerate(parity):
         n = total.shape[e + 1] // 2
@@ -280,7 +254,7 @@ def _folded(curls: Array, parity: tuple[int, ...]) -> Array:
 
 
 def _strongest(A: Complex, G: Array, rows: Integers, size: Array) -> Basis:
-    """Few combinations of fields in which a class sees nearly all."""
+    """Return a few combinations of fields in which a class sees nearly all."""
     driven = G * size[:, None]
     values, vectors = eigh(driven @ solve(A.real, driven.T, assume_a="sym"))
     some = values > _KEEP**2 * values[-1]
@@ -288,13 +262,13 @@ def _strongest(A: Complex, G: Array, rows: Integers, size: Array) -> Basis:
 
 
 def _combined(basis: Basis, box: Box, rows: Integers, G: Array) -> Array:
-    """G of a class's combinations, from that of the coefficients in ascending `rows`."""
+    """Return G of a class's combinations, from that of the coefficients in ascending `rows`."""
     size = decay_scale(box)[basis.rows, None]
     return np.asarray((basis.fields * size).T @ (G[np.searchsorted(rows, basis.rows)] * size))
 
 
 def _joined(blocks: Sequence[Complex], count: int) -> Complex:
-    """All classes' responses, each with the coils last, as one with the coils last."""
+    """Return all classes' responses, each with the coils last, as one with the coils last."""
     sizes = [len(block) - count for block in blocks]
     ends = np.cumsum([0, *sizes])
     S = np.zeros((int(ends[-1]) + count,) * 2, dtype=blocks[0].dtype)

@@ -28,22 +28,12 @@ _PAIRS = 30_000  # pairs of points and filaments held at once, so that they stay
 
 @dataclass(frozen=True)
 class Filaments:
-    """All coils' currents as line currents.
+    """All coils' currents as line currents."""
 
-    Attributes
-    ----------
-    x, z : ndarray, shape (k,)
-        [m].
-    current : ndarray, shape (k, n)
-        Current of each filament per ampere in each coil.
-    radius : float or None
-        R_b of the grounded circle; None for free space [m].
-    """
-
-    x: Array
-    z: Array
-    current: Array
-    radius: float | None
+    x: Array  # (k,) [m]
+    z: Array  # (k,) [m]
+    current: Array  # (k, n) of each filament per ampere in each coil
+    radius: float | None  # R_b of the grounded circle; None for free space [m]
 
 
 def filaments(coils: tuple[Bars, ...], clearance: float, error: float, radius: float | None) -> Filaments:
@@ -60,7 +50,7 @@ def filaments(coils: tuple[Bars, ...], clearance: float, error: float, radius: f
 
 
 def _gauss(side: float, clearance: float, error: float) -> tuple[Array, Array]:
-    """Gauss rule for 1/(p - p_k) over a side of a bar, from its own ellipse of convergence."""
+    """Return Gauss rule for 1/(p - p_k) over a side of a bar, from its own ellipse of convergence."""
     rate = np.arcsinh(2 * (clearance + side / 2) / side)
     count = max(1, int(np.ceil(-np.log(error) / (2 * rate))))
     nodes, weights = np.polynomial.legendre.leggauss(count)
@@ -68,22 +58,10 @@ def _gauss(side: float, clearance: float, error: float) -> tuple[Array, Array]:
 
 
 def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> Array:
-    """Return what a plate sees of the coils at its nodes.
+    """Return what a plate sees of n coils at its m nodes in p poses, shape (p, n, 2 m) or (p, n, 2 m + 1).
 
-    Parameters
-    ----------
-    source : Filaments
-    pose : Pose
-        Fields of shape (p,).
-    thickness : float
-        Of the plate [m].
-    nodes : ndarray, shape (m,)
-        xi + j eta from the centre of the section [m].
-
-    Returns
-    -------
-    ndarray, shape (p, n_coils, 2 m) or (p, n_coils, 2 m + 1)
-        Re f' and Im f' at the nodes [V s/m^2 per A]; with a grounded circle, A at the centre follows [V s/m per A].
+    Re f' and Im f' at the nodes xi + j eta from the centre of the section [V s/m^2 per A]; with a grounded circle, A at
+    the centre follows [V s/m per A].
     """
     middle, turn = _middle(pose, thickness)
     slope = _slope(source, (middle + turn * nodes).ravel()).reshape(middle.size, nodes.size, -1) * turn[..., None]
@@ -94,7 +72,7 @@ def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> 
 
 
 def circle_samples(pose: Pose, thickness: float, nodes: Complex, radius: float, terms: int) -> Array:
-    """Return the same of Re, then Im of ``(p / R_b)^m, m = 1 ... terms``; shape (p, 2 terms, 2 nodes + 1)."""
+    """Return samples of Re, then Im of ``(p / R_b)^m, m = 1 ... terms``; shape (p, 2 terms, 2 nodes + 1)."""
     middle, turn = _middle(pose, thickness)
     m = np.arange(1, terms + 1)[:, None]
     points, turn = ((middle + turn * nodes) / radius)[:, None], turn[:, None]
@@ -106,14 +84,14 @@ def circle_samples(pose: Pose, thickness: float, nodes: Complex, radius: float, 
 
 
 def _middle(pose: Pose, thickness: float) -> tuple[Complex, Complex]:
-    """Centre of the section and the factor exp(-j alpha), both of shape (p, 1)."""
+    """Return centre of the section and the factor exp(-j alpha), both of shape (p, 1)."""
     turn = np.exp(-1j * np.atleast_1d(pose.alpha))[:, None]
     centre = (np.atleast_1d(pose.d_h) + 1j * np.atleast_1d(pose.d_v))[:, None]
     return centre + 0.5j * thickness * turn, turn
 
 
 def _slope(source: Filaments, points: Complex) -> Complex:
-    """f' of every coil at points, shape (points, coils)."""
+    """Return f' of every coil at points, shape (points, coils)."""
     result = np.empty((points.size, source.current.shape[1]), dtype=complex)
     step = max(1, _PAIRS // source.x.size)
     for start in range(0, points.size, step):
@@ -131,7 +109,7 @@ def _slope(source: Filaments, points: Complex) -> Complex:
 
 
 def _potential(source: Filaments, points: Complex, radius: float) -> Array:
-    """Re f of every coil at points inside the grounded circle, shape (points, coils)."""
+    """Return Re f of every coil at points inside the grounded circle, shape (points, coils)."""
     places = source.x + 1j * source.z
     image = radius - points[:, None] * places.conj() / radius
     logs = np.log(np.abs(points[:, None] - places)) - np.log(np.abs(image))

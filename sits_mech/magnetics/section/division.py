@@ -1,4 +1,4 @@
-"""How a plate's section is divided into bars, with two coarser divisions that say and mend the finest one's error.
+"""Divide a plate's section into bars, with two coarser divisions that estimate and mend the finest one's error.
 
 A rectangle is symmetric about both middle planes: its quadrant x, z > 0 and four parities describe it whole. The
 quadrant has tensor cells, fine at the faces and the ends, in numbers that four divides. Joining them two by two in both
@@ -28,80 +28,40 @@ _LEVELS = 3
 
 @dataclass(frozen=True)
 class Resolution:
-    """How fine the plate is divided.
+    """How fine the plate is divided."""
 
-    Attributes
-    ----------
-    skin : float
-        First cell at the surface over the skin depth.
-    growth : float
-        Ratio of neighbouring cells.
-    along : float
-        Largest cell along the plate over a quarter of its width; largest cell through it over its thickness.
-    near : float
-        Largest cell along the plate and first one below its faces, over the field's grain.
-    terms : float
-        Digits (natural logarithm) that the samples keep.
-    """
-
-    skin: float
-    growth: float
-    along: float
-    near: float
-    terms: float
+    skin: float  # first cell at the surface over the skin depth
+    growth: float  # ratio of neighbouring cells
+    along: float  # largest cell along over a quarter of the width; through, over the thickness
+    near: float  # largest cell along and first one below the faces, over the field's grain
+    terms: float  # digits (natural logarithm) that the samples keep
 
 
 @dataclass(frozen=True)
 class Lengths:
-    """Smallest lengths that a prepared plate resolves.
+    """Smallest lengths that a prepared plate resolves."""
 
-    Attributes
-    ----------
-    clearance : float
-        Distance to a coil or to another plate [m].
-    grain : float
-        Over which the field along the plate changes: the clearance, or more where wide coils are close [m].
-    skin_depth : float
-        [m].
-    """
-
-    clearance: float
-    grain: float
-    skin_depth: float
+    clearance: float  # distance to a coil or to another plate [m]
+    grain: float  # over which the field along the plate changes: the clearance, or more near wide coils [m]
+    skin_depth: float  # [m]
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Rectangular cells.
+    """Rectangular cells."""
 
-    Attributes
-    ----------
-    x, z : ndarray, shape (n,)
-        Centres [m].
-    width, height : ndarray, shape (n,)
-        Sizes along x and z [m].
-    """
-
-    x: Array
-    z: Array
-    width: Array
-    height: Array
+    x: Array  # (n,) centres [m]
+    z: Array  # (n,)
+    width: Array  # (n,) along x [m]
+    height: Array  # (n,) along z [m]
 
 
 @dataclass(frozen=True)
 class Division:
-    """One quadrant's cells.
+    """One quadrant's cells."""
 
-    Attributes
-    ----------
-    cells : Cells
-        Bars of the quadrant x, z > 0 about the section's centre.
-    share : csr_array, shape (cells, finest cells)
-        P: part of each finest cell in a cell's area.
-    """
-
-    cells: Cells
-    share: csr_array
+    cells: Cells  # bars of the quadrant x, z > 0 about the section's centre
+    share: csr_array  # (cells, finest cells) P: part of each finest cell in a cell's area
 
     def joined(self, matrix: Array) -> Array:
         """Return the means over this division's cells of a matrix (finest cells, n) of means over the finest ones."""
@@ -109,16 +69,7 @@ class Division:
 
 
 def divisions(size: tuple[float, float], resolution: Resolution, lengths: Lengths) -> tuple[Division, ...]:
-    """Return the finest, the middle and the coarse division of a section.
-
-    Parameters
-    ----------
-    size : tuple of float
-        Width w and thickness t [m].
-    resolution : Resolution
-    lengths : Lengths
-        Smallest ones that have to be resolved.
-    """
+    """Return the finest, the middle and the coarse division of a section of width w and thickness t [m]."""
     x, z = (_nodes(*ends) for ends in _grading(size, resolution, lengths))
     finest = _quadrant_cells(x, z)
     found = []
@@ -158,7 +109,7 @@ def _grading(
 
 
 def _sizes(length: float, first: float, largest: float, growth: float) -> tuple[list[float], int]:
-    """Cells that grow from `first` until they fill `length` or are the largest, and how many largest ones follow."""
+    """Return cells that grow from `first` up to `length` or the largest, and how many largest ones follow."""
     sizes = [min(first, length)]
     filled = sizes[0]
     while filled < length and sizes[-1] < largest:
@@ -174,7 +125,7 @@ def _parts(count: int) -> int:
 
 
 def _graded(length: float, first: float, largest: float, growth: float) -> Array:
-    """Nodes of [0, length]: cells grow from `first`, at the end, by at most `growth` up to `largest`."""
+    """Return nodes of [0, length]: cells grow from `first`, at the end, by at most `growth` up to `largest`."""
     sizes, equal = _sizes(length, first, largest, growth)
     steps = np.concatenate([sizes, np.full(equal, largest)])
     nodes = length - np.concatenate([[0.0], np.cumsum(steps * (length / steps.sum()))])
@@ -183,14 +134,14 @@ def _graded(length: float, first: float, largest: float, growth: float) -> Array
 
 
 def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> Cells:
-    """Tensor cells between the nodes of two half axes."""
+    """Return tensor cells between the nodes of two half axes."""
     x, z = np.meshgrid((nodes_x[1:] + nodes_x[:-1]) / 2, (nodes_z[1:] + nodes_z[:-1]) / 2, indexing="ij")
     width, height = np.meshgrid(np.diff(nodes_x), np.diff(nodes_z), indexing="ij")
     return Cells(x.ravel(), z.ravel(), width.ravel(), height.ravel())
 
 
 def _nodes(length: float, first: float, largest: float, growth: float) -> Array:
-    """Graded nodes of [0, length], their intervals in a number that four divides."""
+    """Return graded nodes of [0, length], their intervals in a number that four divides."""
     from scipy.interpolate import PchipInterpolator
 
     nodes = _graded(length, first, largest, growth)

@@ -27,14 +27,9 @@ _NEAR = 3.5  # in the longest side of either bar
 
 
 def mean_log(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
-    """Return the mean of ln r between rectangular bars, all arguments broadcast together.
+    """Return the mean of ln r between rectangular bars, all arguments broadcast together, in any unit.
 
-    Parameters
-    ----------
-    dx, dz : ndarray
-        Centre of the second bar less centre of the first (any unit; the result is ln of that unit).
-    first, second : tuple of ndarray
-        Width (along x) and thickness (along z) of each bar.
+    dx, dz are of the second bar's centre less the first's; each bar has its width (along x) and thickness (along z).
     """
     dx, dz, a1, b1, a2, b2 = np.broadcast_arrays(dx, dz, *first, *second)
     near = dx**2 + dz**2 < (_NEAR * np.maximum(np.maximum(a1, a2), np.maximum(b1, b2))) ** 2
@@ -46,7 +41,7 @@ def mean_log(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Arr
 
 
 def _near(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
-    """Closed form: double second difference of K."""
+    """Return closed form: double second difference of K."""
     total = np.zeros(dx.shape)
     for x, sign_x in _corners(dx, first[0], second[0]):
         for z, sign_z in _corners(dz, first[1], second[1]):
@@ -55,13 +50,13 @@ def _near(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Array,
 
 
 def _corners(d: Array, side1: Array, side2: Array) -> list[tuple[Array, float]]:
-    """Distances between the ends of two intervals, with their signs in the second difference."""
+    """Return distances between the ends of two intervals, with their signs in the second difference."""
     outer, inner = (side1 + side2) / 2, (side1 - side2) / 2
     return [(np.abs(d + outer), 1.0), (np.abs(d + inner), -1.0), (np.abs(d - inner), -1.0), (np.abs(d - outer), 1.0)]
 
 
 def _antiderivative(x: Array, z: Array) -> Array:
-    """K of the module docstring for x, z >= 0."""
+    """Return K of the module docstring for x, z >= 0."""
     xx, zz, xz = x * x, z * z, x * z
     square = xx + zz
     log = np.log(np.where(square > 0.0, square, 1.0))
@@ -71,7 +66,7 @@ def _antiderivative(x: Array, z: Array) -> Array:
 
 
 def _far(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
-    """Moment expansion."""
+    """Return the moment expansion."""
     p2, p4, p6 = _moments(*first)
     q2, q4, q6 = _moments(*second)
     m2, m4 = p2 + q2, p4 + 6 * p2 * q2 + q4
@@ -83,7 +78,7 @@ def _far(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Array, 
 
 
 def _moments(a: Array, b: Array) -> tuple[Array, Array, Array]:
-    """Means of (x + jz)^k, k = 2, 4, 6, over a rectangle a by b about its centre."""
+    """Return means of (x + jz)^k, k = 2, 4, 6, over a rectangle a by b about its centre."""
     x2, x4, x6 = a**2 / 12, a**4 / 80, a**6 / 448
     z2, z4, z6 = b**2 / 12, b**4 / 80, b**6 / 448
     return x2 - z2, x4 - 6 * x2 * z2 + z4, x6 - 15 * x4 * z2 + 15 * x2 * z4 - z6

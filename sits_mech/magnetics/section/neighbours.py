@@ -27,15 +27,7 @@ from sits_mech.quantities import Array, Complex, Pose
 
 @dataclass(frozen=True)
 class SectionPlate:
-    """A plate in its place, ready to answer.
-
-    Attributes
-    ----------
-    place : Plate
-        Where it is.
-    prepared : PreparedPlate
-        Its modes.
-    """
+    """A plate in its place, ready to answer."""
 
     place: Plate
     prepared: PreparedPlate
@@ -46,15 +38,7 @@ def coupled_reaction(
 ) -> Complex:
     """Return Delta Z of the coils over several plates, shape (n, n) [ohm/m]; not yet symmetrised.
 
-    Parameters
-    ----------
-    plates : tuple of SectionPlate
-    source : Filaments
-        All coils, in free space.
-    omega : float
-        [rad/s].
-    finest : int
-        Finest division in use; from 1 on for the check.
+    `source` are all coils, in free space; omega [rad/s]; `finest` division in use, from 1 on for the check.
     """
     own = [_rows(plate, source) for plate in plates]
     ends = np.cumsum([0, *(rows.shape[0] for rows in own)])
@@ -74,14 +58,14 @@ def coupled_reaction(
 
 
 def _rows(plate: SectionPlate, source: Filaments) -> Array:
-    """Coefficients of a source's potential on a plate, shape (k, columns of the source)."""
+    """Return coefficients of a source's potential on a plate, shape (k, columns of the source)."""
     place = plate.place
     pose = Pose(np.array([place.bottom.real]), np.array([place.bottom.imag]), np.array([place.alpha]))
     return plate.prepared.coefficients(samples(source, pose, place.thickness, plate.prepared.nodes)[0]).T
 
 
 def _emitted(plate: SectionPlate, omega: float, finest: int) -> tuple[Filaments, Filaments]:
-    """A plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
+    """Return a plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
     places, currents = plate.prepared.currents(omega, finest)
     p = plate.place.placed(places + 0.5j * plate.place.thickness)
     return Filaments(p.real, p.imag, currents.real, None), Filaments(p.real, p.imag, currents.imag, None)

@@ -37,25 +37,14 @@ _MOST_BARS, _MOST_NODES = 11_200, 1_500  # about a minute and two gigabytes
 class PreparedPlate:
     """A plate prepared for all poses with at least its clearance and all frequencies up to its skin depth.
 
-    Attributes
-    ----------
-    thickness : float
-        t [m].
-    nodes : ndarray, shape (m,)
-        Where the plate samples f', xi + j eta from the centre of the section [m].
-    basis : ndarray, shape (k, samples)
-        From samples to coefficients, class by class.
-    modes : tuple of tuple of Modes
-        For each division, from the finest on, one set a mirror class in the order of `sampling.CLASSES`.
-    cells : tuple of Cells
-        Bars of the quadrant x, z > 0 about the section's centre, of each division.
+    `modes` and `cells` are of each division, from the finest on; modes one set a mirror class as `sampling.CLASSES`.
     """
 
-    thickness: float
-    nodes: Complex
-    basis: Array
+    thickness: float  # t [m]
+    nodes: Complex  # (m,) where the plate samples f', xi + j eta from the centre of the section [m]
+    basis: Array  # (k, samples) from samples to coefficients, class by class
     modes: tuple[tuple[Modes, ...], ...]
-    cells: tuple[Cells, ...]
+    cells: tuple[Cells, ...]  # bars of the quadrant x, z > 0 about the section's centre
 
     @property
     def bars(self) -> int:
@@ -74,14 +63,9 @@ class PreparedPlate:
         return np.asarray(fine + (fine - coarse) / 3)
 
     def currents(self, omega: float, finest: int = 0) -> tuple[Complex, Complex]:
-        """Return the centres xi + j eta of all bars and their currents for a unit of each coefficient.
+        """Return the centres xi + j eta (b,) of all bars [m] and their currents (b, k) per unit coefficient [A].
 
-        Returns
-        -------
-        places : ndarray, shape (b,)
-            From the centre of the section, bars of the division `finest` and of the next [m].
-        currents : ndarray, shape (b, k)
-            Those of the finer bars weigh 4/3, those of the coarser ones -1/3 [A per unit].
+        Bars of the division `finest` and of the next; currents of the finer ones weigh 4/3, of the coarser ones -1/3.
         """
         places: list[Complex] = []
         rows: list[Complex] = []
@@ -99,24 +83,9 @@ def prepare_plate(
     size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
     return_radius: float | None = None,
 ) -> PreparedPlate:
-    """Divide a plate and find its modes.
+    """Divide a plate of width w and thickness t [m] and find its modes; SolveFailed if its bars do not fit.
 
-    Parameters
-    ----------
-    size : tuple of float
-        Width w and thickness t [m].
-    conductivity : float
-        [S/m].
-    resolution : Resolution
-    lengths : Lengths
-        Smallest ones that have to be resolved.
-    return_radius : float, optional
-        Radius R_b where A = 0 for a plate with free net current; None for an isolated plate [m].
-
-    Raises
-    ------
-    SolveFailed
-        If the plate is so wide for its clearance that its bars do not fit.
+    `return_radius` is R_b, where A = 0 for a plate with free net current; None for an isolated plate [m].
     """
     _check_size(bars_of(size, resolution, lengths), size, lengths.clearance, resolution.terms)
     levels = divisions(size, resolution, lengths)
@@ -146,14 +115,14 @@ def prepare_plate(
 
 
 def _modes(level: Division, L: Array, fields: Array, conductivity: float, isolated: bool) -> Modes:
-    """Modes of one class on one division, from the finest one's inductances and fields."""
+    """Return modes of one class on one division, from the finest one's inductances and fields."""
     R = 1.0 / (conductivity * level.cells.width * level.cells.height)
     own = level.joined(level.joined(L).T)
     return eddy_modes(own, R, 2.0 * level.joined(fields).T, constraint=np.ones(R.size) if isolated else None)
 
 
 def _combined(images: tuple[Array, ...], parities: tuple[float, float]) -> Array:
-    """Sum over the four images with a class's signs."""
+    """Return the sum over the four images with a class's signs."""
     return np.asarray(sum(sign * image for sign, image in zip(signs(parities), images, strict=True)))
 
 
@@ -170,7 +139,7 @@ def _check_size(bars: int, size: tuple[float, float], clearance: float, terms: f
 
 
 def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
-    """Mean ln(r / unit) from each cell to each cell's own place and its images in x, in z and in both."""
+    """Return the mean ln(r / unit) from each cell to each cell's own place and its images in x, in z and in both."""
     x, z = cells.x, cells.z
     first = (cells.width[:, None], cells.height[:, None])
     second = (cells.width, cells.height)
@@ -183,13 +152,13 @@ def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
 
 
 def _sampled(nodes: Complex, charges: Complex) -> tuple[Array, ...]:
-    """Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
+    """Return Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
     slopes = (1.0 / (nodes[:, None] - image) for image in mirrored(charges))
     return tuple(np.concatenate([slope.real, slope.imag]) for slope in slopes)
 
 
 def _potentials(cells: Cells, charges: Complex) -> tuple[Array, ...]:
-    """Mean of ln|p - p_k| over each cell, less that of the section's centre; each (cells, charges)."""
+    """Return the mean of ln|p - p_k| over each cell, less that of the section's centre; each (cells, charges)."""
     means = []
     for image in mirrored(charges):
         mean = np.zeros((cells.x.size, charges.size))

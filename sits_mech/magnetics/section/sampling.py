@@ -1,4 +1,4 @@
-"""Where a plate samples the field above the coils: few nodes in its section that carry every field from outside.
+"""Place the samples of the field above the coils: few nodes in a plate's section that carry every field from outside.
 
 Sources stay at least a clearance g away from the rectangle w x t. Two unknown densities, one inductance kernel
 phi = -ln r, tell how many complex samples N and where: charge the rectangle's rim to 1 and the curve at distance g
@@ -54,23 +54,10 @@ def probe_charges(size: tuple[float, float], clearance: float) -> Complex:
 
 
 def sample_nodes(size: tuple[float, float], clearance: float, terms: float) -> tuple[Complex, int]:
-    """Return one quadrant's places where the plate samples f', and the number of their copies in all quadrants.
+    """Return one quadrant's places xi + j eta [m] where the plate samples f', and their copies: 4, or 2 on an axis.
 
-    Parameters
-    ----------
-    size : tuple of float
-        Width w and thickness t of the section [m].
-    clearance : float
-        Smallest distance g of a source [m].
-    terms : float
-        Digits (natural logarithm) of an energy that the samples keep.
-
-    Returns
-    -------
-    places : ndarray, shape (m,)
-        xi + j eta from the centre of the section [m]; all nodes are those of `all_nodes`.
-    copies : int
-        4, or 2 where the places lie on an axis.
+    `size` is width w and thickness t, `clearance` the smallest distance g of a source [m]; `terms` are the digits
+    (natural logarithm) of an energy that the samples keep. All nodes are those of `all_nodes`.
     """
     if size[1] > size[0]:
         places, copies = sample_nodes((size[1], size[0]), clearance, terms)
@@ -92,7 +79,7 @@ def all_nodes(places: Complex, copies: int) -> Complex:
 
 
 def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array:
-    """Charges of one quadrant's inner panels at potential 1 against the outer curve at 0; all images have the same."""
+    """Return charges of one quadrant's inner panels at potential 1 against the outer curve at 0."""
     places, lengths = (np.concatenate(pair) for pair in zip(inner, outer, strict=True))
     matrix = np.zeros((places.size,) * 2)
     for image in (places, -places.conj(), places.conj(), -places):
@@ -107,7 +94,7 @@ def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array
 
 
 def _equal_parts(curve: tuple[Complex, Array], density: Array, parts: int) -> Complex:
-    """Middles of equal parts of the charge along a curve of panels."""
+    """Return middles of equal parts of the charge along a curve of panels."""
     places, _ = curve
     edges = np.concatenate([[0.0], np.cumsum(np.maximum(density, 0.0))])
     middles = (edges[1:] + edges[:-1]) / 2
@@ -116,7 +103,7 @@ def _equal_parts(curve: tuple[Complex, Array], density: Array, parts: int) -> Co
 
 
 def _rectangle(half_width: float, half_height: float, step: float) -> tuple[Complex, Array]:
-    """Panels (middles, lengths) on one quadrant of a rectangle's rim or of a line, finer towards corner and end."""
+    """Return panels (middles, lengths) on a quadrant of a rectangle's rim or a line, finer towards corner and end."""
     corner = complex(half_width, half_height)
     top = _panels(corner - half_width, corner, step)
     if half_height == 0.0:
@@ -126,14 +113,14 @@ def _rectangle(half_width: float, half_height: float, step: float) -> tuple[Comp
 
 
 def _panels(start: complex, end: complex, step: float) -> tuple[Complex, Array]:
-    """Panels of a straight line, finer towards its end."""
+    """Return panels of a straight line, finer towards its end."""
     length = abs(end - start)
     edges = np.sin(np.linspace(0.0, np.pi / 2, 9 + int(np.ceil(np.pi / 2 * length / step))))
     return start + (end - start) * (edges[1:] + edges[:-1]) / 2, length * np.diff(edges)
 
 
 def _offset_curve(size: tuple[float, float], distance: float, step: float) -> tuple[Complex, Array]:
-    """Panels on one quadrant of the curve at `distance` around a rectangle."""
+    """Return panels on one quadrant of the curve at `distance` around a rectangle."""
     corner = complex(size[0] / 2, size[1] / 2)
     arc = np.pi / 2 * distance
     counts = [max(3, int(np.ceil(length / step))) for length in (corner.real, arc, corner.imag)]
@@ -149,16 +136,8 @@ def _offset_curve(size: tuple[float, float], distance: float, step: float) -> tu
 def fit(samples: Array, fields: Array, parities: tuple[float, float], copies: int) -> tuple[Array, Array]:
     """Return the basis S^-1 U^T, shape (k, copies x samples), and the field of each coefficient, shape (cells, k).
 
-    Parameters
-    ----------
-    samples : ndarray, shape (2 m, q)
-        Real, then imaginary parts of f' at one quadrant's m nodes, for each test charge with its images.
-    fields : ndarray, shape (cells, q)
-        Mean potential that each charge with its images gives in each cell.
-    parities : tuple of float
-        Of the class.
-    copies : int
-        4 where every node has three images, 2 where the nodes lie on an axis.
+    `samples` (2 m, q) are real, then imaginary parts of f' at one quadrant's m nodes, for each test charge with its
+    images; `fields` (cells, q) their mean potential in each cell; `copies` is 4, or 2 where the nodes lie on an axis.
     """
     U, S, V = np.linalg.svd(samples, full_matrices=False)
     kept = S > _CUT * S[0]

@@ -47,7 +47,7 @@ class Problem:
         return [m.T.tocsr() for m in self.parts[2]]
 
     def factors(self) -> Complex:
-        """Factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
+        """Return the factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
         result = np.zeros((self.plan.group.shape[0], 2, 3, 3), dtype=complex)
         for s in (0, 1):
             flip = self.mirror if s else 1
@@ -57,7 +57,7 @@ class Problem:
 
 
 def problems(plan: Plan, levels: Array, depth: float) -> Iterator[tuple[tuple[int, int], Problem]]:
-    """The classes of a plate that have currents, by order and mirror; `levels` and `depth` as of `prepare_sheets`."""
+    """Return the classes of a plate with currents, by order and mirror; `levels`, `depth` as of `prepare_sheets`."""
     sums = plan_sums(plan, depth)
     for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
         flows = sums.flows(character)
@@ -76,7 +76,7 @@ def first_alike(divisions: Sequence[tuple[Plan, Array]]) -> list[int]:
 
 
 def stacked(plan: Plan, levels: Array) -> Prisms:
-    """The upper half's cells, sheet fastest."""
+    """Return the upper half's cells, sheet fastest."""
     count = levels.size - 1
     cells = plan.cells.shape[0]
     corners = np.repeat(plan.nodes[plan.cells], count, axis=0)
@@ -84,7 +84,7 @@ def stacked(plan: Plan, levels: Array) -> Prisms:
 
 
 def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
-    """Mean 1/r from each cell to each cell's images, shape (g, 2, n, n)."""
+    """Return the mean 1/r from each cell to each cell's images, shape (g, 2, n, n)."""
     if plan.tensor is not None:
         boxes = box_means(*plan.tensor, levels)
         n = boxes.shape[-1]
@@ -98,7 +98,7 @@ def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
 
 
 def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
-    """Prisms moved by a plane isometry and, for mirror = -1, through the plane z = 0."""
+    """Return prisms moved by a plane isometry and, for mirror = -1, through the plane z = 0."""
     corners = prisms.corners @ g.T
     if np.linalg.det(g) < 0:
         corners = corners[:, ::-1]
@@ -108,7 +108,7 @@ def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
 
 
 def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
-    """L and R of one class; real if its character is."""
+    """Return L and R of one class; real if its character is."""
     loops = problem.loops
     pairs, weights, moments = problem.parts
     L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)
@@ -122,14 +122,14 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
 
 
 def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:
-    """L and R of one class on unknowns of like resistance, and the unit of each."""
+    """Return L and R of one class on unknowns of like resistance, and the unit of each."""
     L, R = matrices(problem, means, conductivity)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
     return L * unit[:, None] * unit, R * unit[:, None] * unit, unit
 
 
 def driven(problem: Problem, driving: Array) -> Complex:
-    """Fluxes of coils in one class, from their A in its images (g, 2, n, 3, c); (c, unknowns)."""
+    """Return fluxes of coils in one class, from their A in its images (g, 2, n, 3, c); (c, unknowns)."""
     pairs, weights, _ = problem.parts
     B: Any = np.zeros((driving.shape[-1], problem.loops.unknowns), dtype=weights.dtype)
     for a in range(3):
@@ -140,7 +140,7 @@ def driven(problem: Problem, driving: Array) -> Complex:
 
 
 def mixed(weights: Any, images: Array) -> Any:
-    """Sums of the images' arrays, one a row of weights; real if the weights are. One product reads them all once."""
+    """Return sums of the images' arrays, one a row of weights, real if these are; one product reads them once."""
     rows = np.vstack([weights.real, weights.imag]) if np.iscomplexobj(weights) else weights
     sums = (rows @ images.reshape(weights.shape[1], -1)).reshape(-1, *images.shape[2:])
     return sums[: len(weights)] + 1j * sums[len(weights) :] if np.iscomplexobj(weights) else sums

@@ -1,4 +1,4 @@
-"""What a pose costs in the three-dimensional model: the coils' potential at some points of the plate, and products.
+"""Answer a pose in the three-dimensional model by the coils' potential at some points of the plate, and products.
 
 A coil's potential over the plate is a polynomial (`fields`), of few terms for a coil away from it; a class of modes
 sees few combinations of its coefficients c (`modes`). For each coil, with A in the plate's own axes,
@@ -36,25 +36,10 @@ _FEW = 24  # coils in poses, at one frequency, that are answered mode by mode
 def reactions(
     coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array], frequency: float
 ) -> list[Complex]:
-    """Return what a plate does to the coils' impedance.
+    """Return Delta Z of a plate for n coils, one symmetric array (p, n, n) [ohm] a division.
 
-    Parameters
-    ----------
-    coils : tuple of Coil
-        n coils.
-    windings : str
-        "rings" or "spiral".
-    plates : sequence of Sheeted
-        The plate, divided in one or several ways, as prepared together.
-    poses : tuple of ndarray
-        Rotations (p, 3, 3) and places (p, 3) of the bottom face's centre [m].
-    frequency : float
-        [Hz]
-
-    Returns
-    -------
-    list of ndarray, shapes (p, n, n)
-        Delta Z, one array a division, symmetric [ohm].
+    `plates` are its divisions, as prepared together; poses are rotations (p, 3, 3) and places (p, 3) of the bottom
+    face's centre [m]; frequency [Hz].
     """
     results = np.empty((len(plates), len(poses[1]), len(coils), len(coils)), dtype=complex)
     asked, omega = _asked(plates[0], frequency), 2 * np.pi * frequency
@@ -73,19 +58,9 @@ def answered(
     coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array], frequency: float,
     far: Far,
 ) -> list[tuple[Complex, Complex, Complex]]:  # fmt: skip
-    """Return what a plate does to the coils' impedance, and what it answers to others.
+    """Return what a plate does to the coils' impedance, and answers to others' far combinations U; as `reactions`.
 
-    Parameters
-    ----------
-    coils, windings, plates, poses, frequency
-        As in `reactions`.
-    far : Far
-        U, the plate to others.
-
-    Returns
-    -------
-    list of three ndarray, shapes (p, n, n), (p, k, n), (k, k)
-        Of each division: a^T Y a, not yet symmetrised, U^T Y a and U^T Y U.
+    Of each division: a^T Y a (p, n, n), not yet symmetrised, U^T Y a (p, k, n) and U^T Y U (k, k).
     """
     own = np.concatenate([np.take_along_axis(drive, rank[..., None], axis=1)
                           for _, drive, rank, _ in drives(coils, windings, plates[0], poses)])  # fmt: skip
@@ -100,20 +75,10 @@ def answered(
 def drives(
     coils: tuple[Coil, ...], windings: str, plate: Sheeted, poses: tuple[Array, Array]
 ) -> Iterator[tuple[slice, Array, Integers, Integers]]:
-    """Yield, for some poses after others, what a plate sees of each coil's potential.
+    """Yield, for some poses after others, what a plate sees of each coil's potential; any division sees the same.
 
-    Parameters
-    ----------
-    coils, windings, poses
-        As in `reactions`.
-    plate : Sheeted
-        Any of its divisions: they see the same combinations.
-
-    Yields
-    ------
-    slice, ndarray, ndarray of int, ndarray of int
-        Which poses; a_c of all classes side by side, shape (poses, n, sum of r), coils of high level first; the place
-        of each coil in that order, shape (poses, n); the highest level at each place, shape (n,).
+    Which poses; a_c of all classes side by side (poses, n, sum of r), coils of high level first; the place of each coil
+    in that order (poses, n); the highest level at each place (n,).
     """
     turns, places = poses
     kinds, which = kinds_of(coils)
@@ -158,7 +123,7 @@ def _drive(
 
 @lru_cache(maxsize=64)
 def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[Nodes, list[tuple[Integers, Array]]]:
-    """Where polynomials are found; which of their coefficients each class sees, and its combinations of these."""
+    """Return the nodes of polynomials of an order, each class's coefficients and its combinations of these."""
     box, found = plate.box, []
     order = [size[k] for size, k in zip(box.sizes, needed, strict=True)]
     for basis in plate.bases:
@@ -172,19 +137,19 @@ def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[Nodes, list[tupl
 
 @lru_cache(maxsize=8)
 def _responses(plates: tuple[Sheeted, ...], omega: float) -> tuple[Array, ...]:
-    """Real and imaginary part of each class's Y on all d divisions, shape (r, 2, d, r)."""
+    """Return the real and imaginary part of each class's Y on all d divisions, shape (r, 2, d, r)."""
     answers = zip(*([part.admittance(omega) for part in plate.classes] for plate in plates), strict=True)
     return tuple(np.stack([np.stack([Y.real, Y.imag], axis=1) for Y in each], axis=2) for each in answers)
 
 
 @lru_cache(maxsize=1024)
 def _asked(plate: Sheeted, frequency: float) -> list[int]:
-    """How many coils in poses were asked for: Y costs what some of them do, and serves all that come after."""
+    """Return a counter of coils in poses asked for: Y costs what some of them do, and serves all that come after."""
     return [0]
 
 
 def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
-    """Sum of the classes' reactions for drives (p, n, all classes' r), without Y."""
+    """Return the sum of the classes' reactions for drives (p, n, all classes' r), without Y."""
     start, total = 0, np.zeros((*drive.shape[:2], drive.shape[1]), dtype=complex)
     for basis, part in zip(plate.bases, plate.classes, strict=True):
         r = basis.fields.shape[1]
@@ -194,7 +159,7 @@ def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
 
 
 def _reaction(plates: tuple[Sheeted, ...], drive: Array, levels: Integers, omega: float) -> Complex:
-    """As `_by_modes` on all d divisions in one product, (d, p, n, n), for coils of some levels, high ones first."""
+    """Return `_by_modes` on all d divisions in one product, (d, p, n, n), coils of high levels first."""
     (p, n, _), d = drive.shape, len(plates)
     total = np.zeros((p, n, 2, d, n))
     firsts = _blocks(levels)

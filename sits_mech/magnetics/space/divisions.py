@@ -1,4 +1,4 @@
-"""Which cells, sheets and polynomials has a plate in the three-dimensional model? Prepared by the rung that is asked.
+"""Choose a plate's cells, sheets and polynomials in the three-dimensional model, and prepare it by a rung.
 
 A plate is prepared for all clearances from some on and all frequencies up to some (`stages`). Its coils' field is
 singular a clearance below it, so that polynomials, and cells, grow in number like the plate's width over the clearance,
@@ -76,12 +76,7 @@ def prepared(
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle the coils' currents call for small cells, and the length on which their field changes [m]. A
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
-    so that differences of both are free of what other divisions change.
-
-    Raises
-    ------
-    TooLarge
-        Before the first large array.
+    so that differences are free of what other divisions change. TooLarge before the first large array.
     """
     family, metal = _fitting_family(target, outline, rung, scale, (become, False)), target.metal.conductivity
     found = kept(
@@ -114,7 +109,7 @@ def prepared_near(
 def _fitting_family(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[Target | None, bool]
 ) -> _Family:
-    """A plate's divisions, of what it has become, near or not; refused where they are too large or take too long."""
+    """Return a plate's divisions, of what it has become, near or not; refuse too large or too slow ones."""
     (become, near), limit = way, memory_limit()
     family = _family(target, outline, rung, scale, near)
     family = family if become is None else _carried_to(family, target, become)
@@ -133,7 +128,7 @@ def _fitting_family(
 def _family(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, near: bool
 ) -> _Family:
-    """A plate's divisions, as in `prepared`."""
+    """Return a plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
     half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
@@ -151,7 +146,7 @@ def _family(
 
 
 def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
-    """A plate's divisions with their nodes where another of the same shape has them."""
+    """Return a plate's divisions with their nodes where another of the same shape has them."""
     now, was = (np.array([*plate.extent, plate.thickness]) for plate in (other, target))
     x, y = ((now - was)[:2] / 2).tolist()
     plans = {id(plan): stretched(plan, (x, y), _KEPT * family.depth) for plan, _ in family.divisions}
@@ -162,15 +157,8 @@ def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
 def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
     """Return what the modes of a division take at most, by the module's formula [bytes].
 
-    Parameters
-    ----------
-    plan : Plan
-    sheets : int
-        Of the upper half.
-    depth : float
-        How far from the rim current may pass between sheets [m].
-    polynomials : int
-        Of the box, along all axes.
+    `sheets` are of the upper half, `depth` is how far from the rim current may pass between sheets [m], `polynomials`
+    are of the box, along all axes.
     """
     g, q, n = len(plan.group), polynomials, plan.cells.shape[0] * sheets
     u, c = sheets * most_unknowns(plan, depth), 2 if np.iscomplex(plan.characters).any() else 1
@@ -179,19 +167,19 @@ def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:
-    """A level of a family, from the sizes of its cells on a nominal level."""
+    """Return a level of a family, from the sizes of its cells on a nominal level."""
     return replace(sizes.coarser(nominal), parts=parts)
 
 
 def _interfaces(half: float, depth: float, parts: int) -> Array:
-    """Interfaces of the sheets of the upper half of a plate [m]."""
+    """Return interfaces of the sheets of the upper half of a plate [m]."""
     if half < _SINGLE * depth:
         return np.array([0.0, half])
     return graded_axis(half, _level(replace(_ACROSS, first=_ACROSS.first * depth), parts, _LEVELS[1]))
 
 
 def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> Plan:
-    """Division of the target's outline."""
+    """Return the division of the target's outline."""
     if outline is None and target.shape == "rectangle":
         return rectangle_plan(*target.extent, grading)
     if outline is None and target.shape == "disc":
@@ -226,7 +214,7 @@ def field_length(coil: Coil, distance: float) -> float:
 
 
 def unseen(box: Box) -> float:
-    """Share of the coils' field energy that the box's polynomials miss: rho^-2n."""
+    """Return the share of the coils' field energy that the box's polynomials miss: rho^-2n."""
     return float(max(rho ** (-2.0 * n) for rho, n in zip(box.decay[:2], box.order[:2], strict=True)))
 
 

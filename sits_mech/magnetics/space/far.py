@@ -1,4 +1,4 @@
-"""What is a plate to other plates? A few combinations of fields, which it sees and radiates at a few points.
+"""Reduce a plate, for other plates, to a few combinations of fields, which it sees and radiates at a few points.
 
 Of all that a plate can see (D of its combinations at its box's points, q x 3 x r: `Basis.fields` of the polynomials'
 coefficients there) little comes from beyond a distance c. Whatever comes from there is the field of currents m on the
@@ -53,38 +53,18 @@ class Plate(Hashable, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Far:
-    """A plate as others see it.
+    """A plate as others see it."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (q, 3)
-        From the bottom face's centre [m].
-    moments : ndarray, shape (q, 3, k)
-        C.
-    fields : ndarray, shape (r, k)
-        U.
-    """
-
-    points: Array
-    moments: Array
-    fields: Array
+    points: Array  # (q, 3) from the bottom face's centre [m]
+    moments: Array  # (q, 3, k) C
+    fields: Array  # (r, k) U
 
 
 @lru_cache(maxsize=32)
 def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: int = 0) -> Far:
-    """Return what a plate is to all that is further away than a clearance.
+    """Return what a plate is to all that is further away than a clearance [m]; omega [rad/s].
 
-    Parameters
-    ----------
-    plate : Plate
-    clearance : float
-        [m]
-    omega : float
-        [rad/s]
-    lost : float
-        Which directions are left out, to the strongest.
-    coils : int
-        How many coils of its own it sees, the last of its combinations.
+    Directions weaker than `lost`, to the strongest, are left out; `coils` of its own are the last of its combinations.
     """
     box, Y = plate.box, plate.admittance(omega)
     points, r = box.points(), Y.size
@@ -122,7 +102,7 @@ def responses(plate: Plate, columns: Array, omega: float) -> tuple[Complex, Comp
 
 
 def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:
-    """W and its inverse, by parts of rows: both what is lost in the plate and what is not counts to the largest."""
+    """Return W and its inverse, by parts of rows: both what is lost in the plate and what is not, to the largest."""
     parts = []
     for rows, part in Y.parts:
         own = rows < Y.size - coils
@@ -140,7 +120,7 @@ def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:
 
 
 def _weighted(weights: _Weights, columns: Array) -> Array:
-    """W, or its inverse, times columns; coils' rows as they are."""
+    """Return W, or its inverse, times columns; coils' rows as they are."""
     found = columns.copy()
     for rows, W in weights:
         found[rows] = W @ columns[rows]
@@ -157,7 +137,7 @@ def seen(plate: Plate, field: Array, r: int) -> Array:
 
 
 def _radiated(plate: Plate, moments: Array) -> Array:
-    """D of moments (r, k) at the box's points, shape (q, 3, k)."""
+    """Return D of moments (r, k) at the box's points, shape (q, 3, k)."""
     box, k, start = plate.box, moments.shape[1], 0
     whole = np.zeros((3 * int(np.prod(box.order)), k))
     for basis in plate.bases:
@@ -169,14 +149,14 @@ def _radiated(plate: Plate, moments: Array) -> Array:
 
 
 def _along_axes(box: Box, whole: Array, side: int) -> Array:
-    """From values at the box's points to coefficients along its three axes (side 1), or by the transposed way (0)."""
+    """Take values at the box's points to coefficients along its axes (side 1), or by the transposed way (0)."""
     for k, n in enumerate(box.order):
         whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(side, k + 1)), 0, k + 1)
     return whole
 
 
 def _around(box: Box, clearance: float) -> Array:
-    """Points on the surface of a box grown by a clearance, as dense as its own, from the bottom face's centre."""
+    """Return points on the surface of a box grown by a clearance, as dense as its own, from the bottom's centre."""
     axes = [
         np.concatenate([[1.0], np.cos(np.pi * (np.arange(n) + 0.5) / n), [-1.0]]) * (half + clearance)
         for n, half in zip(box.order, box.half, strict=True)
@@ -189,7 +169,7 @@ def _around(box: Box, clearance: float) -> Array:
 
 
 def _chosen(K: Array) -> tuple[Any, Array]:
-    """Which columns of K carry all others, and the matrix (few, all) that takes these to them."""
+    """Return the columns of K that carry all others, and the matrix (few, all) that takes these to them."""
     count = min(K.shape)
     rows = np.random.default_rng(1).normal(size=(min(4 * _SKETCH, count), len(K))) @ K
     R, order = qr(rows, mode="r", pivoting=True)

@@ -1,4 +1,4 @@
-"""How is a coil's field written over a plate? As products of Chebyshev polynomials on its box, as few as it needs.
+"""Expand a coil's field over a plate in products of Chebyshev polynomials on its box, as few as it needs.
 
 The potential A of a coil is analytic over the plate but for the windings. Along an axis of the box, of half size h, the
 nearest windings lie at a distance ``a h`` from its middle along the axis and ``b h`` across, on the ellipse about the
@@ -30,34 +30,16 @@ _SIZES = (2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 28, 34, 40, 48, 57, 68, 81, 9
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Chebyshev points of a box, and the matrices from values there to coefficients.
+    """Chebyshev points of a box, and the matrices from values there to coefficients."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (q, 3)
-        z fastest, from the bottom face's centre [m].
-    first, others : ndarray
-        Along x, and along y and z together.
-    """
-
-    points: Array
-    first: Array
-    others: Array
+    points: Array  # (q, 3) z fastest, from the bottom face's centre [m]
+    first: Array  # along x
+    others: Array  # along y and z together
 
     def coefficients(self, field: Potential, turns: Array, places: Array) -> Array:
-        """Return a field's coefficients in some poses, in the plate's own axes.
+        """Return a field's coefficients in p poses, in the plate's axes, by component, z fastest; shape (p, 3 q).
 
-        Parameters
-        ----------
-        field : callable
-            As of `winding_potential`.
-        turns, places : ndarray, shapes (p, 3, 3), (p, 3)
-            Poses, in the field's axes [m].
-
-        Returns
-        -------
-        ndarray, shape (p, 3 times the product of orders)
-            By component, z fastest.
+        `field` is as of `winding_potential`; rotations (p, 3, 3) and places (p, 3) are in its axes [m].
         """
         A = field(turns @ self.points.T + places[:, :, None])
         nx, nyz = len(self.first), len(self.others)
@@ -68,27 +50,13 @@ class Nodes:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """Where the fields' polynomials live: the plate's bounding box, and how many of them along each axis.
+    """Where the fields' polynomials live: the plate's bounding box, and how many of them along each axis."""
 
-    Attributes
-    ----------
-    half : ndarray, shape (3,)
-        Half sizes [m].
-    order : tuple of int
-        Chebyshev polynomials along x, y, z.
-    decay : tuple of float
-        rho of each axis: coefficients fall like ``rho^-n``.
-    digits : float
-        Natural logarithm of the accuracy to which fields are kept that need fewer polynomials.
-    clearance : float
-        From the windings, for which it is made [m].
-    """
-
-    half: Array
-    order: tuple[int, int, int]
-    decay: tuple[float, float, float]
-    digits: float = 12.0
-    clearance: float = 1e-3
+    half: Array  # (3,) half sizes [m]
+    order: tuple[int, int, int]  # Chebyshev polynomials along x, y, z
+    decay: tuple[float, float, float]  # rho of each axis: coefficients fall like rho^-n
+    digits: float = 12.0  # natural logarithm of the accuracy kept of fields that need fewer polynomials
+    clearance: float = 1e-3  # from the windings, for which it is made [m]
 
     @property
     def sizes(self) -> list[list[int]]:
@@ -114,15 +82,7 @@ class Box:
         return np.tile(level.ravel(), 3)
 
     def needed(self, coils: Sequence[Coil], turns: Array, places: Array) -> Integers:
-        """Return which of `sizes` each coil's field needs along each axis, shape (p, n, 3).
-
-        Parameters
-        ----------
-        coils : sequence of Coil
-            n coils.
-        turns, places : ndarray, shapes (p, 3, 3), (p, 3)
-            Rotations, and places of the bottom face's centre [m].
-        """
+        """Return which of `sizes` the fields of n coils need along each axis in p poses, shape (p, n, 3)."""
         radius, depth = np.array([(coil.outer_diameter / 2, coil.height / 2) for coil in coils]).T[..., None]
         centres = np.column_stack([[coil.centre for coil in coils], -depth])
         up = turns[:, 2]  # the coils' axis in the plate's own axes
@@ -204,13 +164,7 @@ def gradients(box: Box) -> list[tuple[Integers, Array]]:
 def without_gradients(box: Box, rows: Integers, seen: Array) -> Array:
     """Return what some coefficients drive, less what gradients among them do, which should drive nothing.
 
-    Parameters
-    ----------
-    box : Box
-    rows : ndarray of int, shape (n,)
-        Which of the three components' coefficients, ascending.
-    seen : ndarray, shape (n, m)
-        What each drives, of its size.
+    `rows` (n,) of the three components' coefficients ascend; `seen` (n, m) is what each drives, of its size.
     """
     seen = seen.copy()
     for index, Q in gradients(box):

@@ -33,21 +33,11 @@ _LOOKED_AT = 10_000_000  # cells by edges of rims
 
 @dataclass(frozen=True)
 class Loops:
-    """Operators from the unknowns of one symmetry class to its cells (sheet fastest), all sparse.
+    """Operators from the unknowns of one symmetry class to its cells (sheet fastest), all sparse."""
 
-    Attributes
-    ----------
-    moments : tuple of sparse array
-        x, y and z components of the integral of J over each cell [A m per A].
-    uneven : sparse array
-        Rows whose squares, summed, are the dissipation (times conductivity) of the linear variation [m^-1/2].
-    volume : ndarray
-        Of the cells [m^3].
-    """
-
-    moments: tuple[sp.csr_array, sp.csr_array, sp.csr_array]
-    uneven: sp.csr_array
-    volume: Array
+    moments: tuple[sp.csr_array, sp.csr_array, sp.csr_array]  # x, y, z of the integral of J over a cell [A m per A]
+    uneven: sp.csr_array  # squares of rows, summed: dissipation of the linear variation, times conductivity [m^-1/2]
+    volume: Array  # of the cells [m^3]
 
     @property
     def unknowns(self) -> int:
@@ -56,18 +46,11 @@ class Loops:
 
 
 def class_loops(plan: Plan, heights: Array, symmetry: tuple[Complex, int], *, depth: float = 0.0) -> Loops:
-    """Return the loops of one class.
+    """Return the loops of one class on sheets at heights (l,) of the upper half, from the middle plane up [m].
 
-    Parameters
-    ----------
-    plan : Plan
-    heights : ndarray, shape (l,)
-        Of the sheets of the upper half, from the middle plane up [m].
-    symmetry : tuple
-        The class's row of `plan.characters`; +1 if the lower half carries the same in-plane currents as the upper,
-        -1 if the opposite.
-    depth : float
-        Vertical loops are taken in the cells at the rim and those whose middle is no further from it [m].
+    `symmetry` is the class's row of `plan.characters`, and +1 if the lower half carries the same in-plane currents as
+    the upper, -1 if the opposite. Vertical loops are taken in the cells at the rim and those whose middle is no further
+    from it than `depth` [m].
     """
     character, mirror = symmetry
     return plan_sums(plan, depth).flows(character).loops(heights, mirror)
@@ -77,24 +60,14 @@ def class_loops(plan: Plan, heights: Array, symmetry: tuple[Complex, int], *, de
 class Sums:
     """What all classes of a plan have in common: sums over cells of the outward currents of their edges.
 
-    Attributes
-    ----------
-    plan : Plan
-    seams : Seams
-        Of the plan.
-    area : ndarray, shape (n,)
-        Of the cells [m^2].
-    at_rim : ndarray of bool, shape (n,)
-        Cells that take vertical loops.
-    of_edges : sparse array, shape (5 n, edges)
-        x and y moments [m], the net current, and both weighted sums of opposite edges, one below the other.
+    `of_edges` has x and y moments [m], the net current, and both weighted sums of opposite edges, one below the other.
     """
 
     plan: Plan
     seams: Seams
-    area: Array
-    at_rim: NDArray[np.bool_]
-    of_edges: sp.csr_array
+    area: Array  # (n,) of the cells [m^2]
+    at_rim: NDArray[np.bool_]  # (n,) cells that take vertical loops
+    of_edges: sp.csr_array  # (5 n, edges)
 
     def flows(self, character: Complex) -> Flows:
         """Return the sums of the classes that have a row of `plan.characters`."""
@@ -105,19 +78,11 @@ class Sums:
 
 @dataclass(frozen=True)
 class Flows:
-    """Sums of a plan, as of `Sums`, by the unknowns of one sheet.
+    """Sums of a plan, as of `Sums`, by the unknowns of one sheet."""
 
-    Attributes
-    ----------
-    area : ndarray, shape (n,)
-        Of the cells [m^2].
-    psi, across : sparse array, shape (5 n, unknowns)
-        Of the stream function and of the vertical loops; the net current of the first is zero.
-    """
-
-    area: Array
-    psi: sp.coo_array
-    across: sp.coo_array
+    area: Array  # (n,) of the cells [m^2]
+    psi: sp.coo_array  # (5 n, unknowns) of the stream function, without net current
+    across: sp.coo_array  # (5 n, unknowns) of the vertical loops
 
     def loops(self, heights: Array, mirror: int) -> Loops:
         """Return the loops of one class; arguments as of `class_loops`."""
@@ -127,7 +92,7 @@ class Flows:
         thin = 1.0 / np.sqrt(12.0 * heights)[:, None]
 
         def rows(first: int, last: int, psi: Array, across: Array, scale: Array | None = None) -> sp.csr_array:
-            """Rows of the sums first to last of all cells, on the sheets by both operators."""
+            """Return rows of the sums first to last of all cells, on the sheets by both operators."""
             parts = [(self.psi, psi, 0), (self.across, across, columns[0])]
             each = [_on_sheets(sums, (first * n, last * n), op, start, scale) for sums, op, start in parts]
             values, places = (np.concatenate(both, axis=-1) for both in zip(*each, strict=True))
@@ -153,7 +118,7 @@ def plan_sums(plan: Plan, depth: float) -> Sums:
 def _on_sheets(
     sums: sp.coo_array, within: tuple[int, int], op: Array, start: int, scale: Array | None
 ) -> tuple[Array, Integers]:
-    """Entries and places of the Kronecker product of some rows of sums, scaled, and an operator on the sheets."""
+    """Return the Kronecker product of some rows of sums, scaled, and an operator on the sheets: entries, places."""
     some = (sums.row >= within[0]) & (sums.row < within[1])
     row, column, value = sums.row[some] - within[0], sums.col[some], sums.data[some]
     value = value if scale is None else value * scale[row]
@@ -174,14 +139,14 @@ def most_unknowns(plan: Plan, depth: float) -> int:
 
 
 def _centroids(corners: Array) -> Array:
-    """Centres of area of polygons (m, k, 2)."""
+    """Return centres of area of polygons (m, k, 2)."""
     after = np.roll(corners, -1, axis=1)
     cross = corners[..., 0] * after[..., 1] - corners[..., 1] * after[..., 0]
     return np.asarray(((corners + after) * cross[..., None]).sum(1) / (3 * cross.sum(1, keepdims=True)))
 
 
 def _interfaces(count: int, mirror: int) -> tuple[Array, Array, Array]:
-    """Sheets by interfaces: loop current in a sheet, mean and difference of the vertical current in it.
+    """Return sheets by interfaces: loop current in a sheet, mean and difference of the vertical current in it.
 
     Odd classes have vertical current through the middle plane: its interface comes first.
     """
@@ -194,7 +159,7 @@ def _interfaces(count: int, mirror: int) -> tuple[Array, Array, Array]:
 
 
 def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
-    """Outward currents of all cells' edges (edge fastest) from the plan's free stream-function values."""
+    """Return outward currents of all cells' edges (edge fastest) from the plan's free stream-function values."""
     stands, factor = standing_nodes(plan, seams, character)
     free = (plan.loop < 0) & (factor != 0.0) & (stands == np.arange(stands.size))
     number = np.cumsum(free) - 1
@@ -213,7 +178,7 @@ def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
 
 
 def _near_rim(plan: Plan, centre: Array, depth: float) -> NDArray[np.bool_]:
-    """Cells that touch a rim, or whose middle lies within `depth` of one."""
+    """Return cells that touch a rim, or whose middle lies within `depth` of one."""
     touching = (plan.loop[plan.cells] >= 0).any(1)
     after = np.roll(plan.cells, -1, axis=1)
     rim = (plan.loop[plan.cells] >= 0) & (plan.loop[plan.cells] == plan.loop[after])
@@ -226,7 +191,7 @@ def _near_rim(plan: Plan, centre: Array, depth: float) -> NDArray[np.bool_]:
 
 
 def _tree_flux(plan: Plan, seams: Seams, character: Complex, at_rim: NDArray[np.bool_]) -> sp.csr_array:
-    """Outward currents of all cells' edges from the vertical loops, one a branch of the tree of rim cells.
+    """Return outward currents of all cells' edges from the vertical loops, one a branch of the tree of rim cells.
 
     A current of 1 out of edge e enters the image by g of f's cell, so ``conj(chi(g))`` enters f's cell itself. A link
     to the cell's own image with a factor other than 1 feeds it from nowhere: a branch to the ground.
@@ -253,7 +218,7 @@ def _tree_flux(plan: Plan, seams: Seams, character: Complex, at_rim: NDArray[np.
 
 
 def _levers(lever: Array) -> tuple[sp.csr_array, sp.csr_array]:
-    """Sums over a cell's edges of outward current times the edge middle's x and y from the cell's centre."""
+    """Return sums over a cell's edges of outward current times the edge middle's x and y from the cell's centre."""
     cells = lever.shape[0]
     rows, columns = np.repeat(np.arange(cells), 4), np.arange(4 * cells)
     x, y = (sp.csr_array((lever[..., k].ravel(), (rows, columns)), shape=(cells, 4 * cells)) for k in (0, 1))
@@ -261,7 +226,7 @@ def _levers(lever: Array) -> tuple[sp.csr_array, sp.csr_array]:
 
 
 def _pair_sums(corners: Array, area: Array) -> sp.csr_array:
-    """Weighted sums of the outward currents of opposite edges; in a triangle, of all three."""
+    """Return weighted sums of the outward currents of opposite edges; in a triangle, of all three."""
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     triangle = length[:, 2] == 0.0
     offset = corners - _centroids(corners)[:, None, :]

@@ -45,41 +45,23 @@ _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of anot
 
 @dataclass(frozen=True)
 class Basis:
-    """Combinations of fields.
+    """Combinations of fields."""
 
-    Attributes
-    ----------
-    rows : ndarray of int, shape (n,)
-        Which of the three components' coefficients they hold, by level.
-    fields : ndarray, shape (n, r)
-        The combinations: those of a level's rows alone end with its `widths`.
-    widths : ndarray of int
-        Combinations that fields of each level drive.
-    """
-
-    rows: Integers
-    fields: Array
-    widths: Integers
+    rows: Integers  # (n,) which of the three components' coefficients they hold, by level
+    fields: Array  # (n, r) those of a level's rows alone end with its `widths`
+    widths: Integers  # combinations that fields of each level drive
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """A symmetric matrix that is a sum of parts, each of some rows and the same columns.
+    """A symmetric matrix that is a sum of parts, each of some rows and the same columns."""
 
-    Attributes
-    ----------
-    size : int
-        Rows of the whole.
-    parts : tuple of (ndarray of int, ndarray)
-        Which rows, and the part.
-    """
-
-    size: int
-    parts: tuple[tuple[Integers, Complex], ...]
+    size: int  # rows of the whole
+    parts: tuple[tuple[Integers, Complex], ...]  # which rows, and the part
 
     @property
     def diagonal(self) -> Complex:
-        """Its diagonal, shape (size,)."""
+        """Diagonal, shape (size,)."""
         found = np.zeros(self.size, dtype=complex)
         for rows, part in self.parts:
             found[rows] += np.diag(part)
@@ -96,25 +78,13 @@ class Blocks:
 
 @dataclass(frozen=True, eq=False)
 class Sheeted:
-    """A plate prepared for any pose.
+    """A plate prepared for any pose."""
 
-    Attributes
-    ----------
-    box : Box
-        Of its fields.
-    bases : tuple of Basis
-        Combinations of fields, one a symmetry class.
-    classes : tuple of Modes
-        One a symmetry class, seen through its combinations.
-    unknowns, sheets : int
-        Its size as a discrete problem.
-    """
-
-    box: Box
-    bases: tuple[Basis, ...]
-    classes: tuple[Modes, ...]
-    unknowns: int
-    sheets: int
+    box: Box  # of its fields
+    bases: tuple[Basis, ...]  # combinations of fields, one a symmetry class
+    classes: tuple[Modes, ...]  # one a symmetry class, seen through its combinations
+    unknowns: int  # of the discrete problem
+    sheets: int  # of the discrete problem
 
     @property
     def resolved(self) -> Sheeted:
@@ -133,20 +103,11 @@ class Sheeted:
 def prepare_sheets(
     divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0
 ) -> tuple[Sheeted, ...]:
-    """Find a plate's modes on several divisions.
+    """Find a plate's modes on several divisions, the finest first, whose combinations of fields serve for all.
 
-    Parameters
-    ----------
-    divisions : sequence of (Plan, ndarray of shape (l + 1,))
-        The finest first, whose combinations of fields serve for all. Plan of the outline or of its fundamental part;
-        z of the sheets' interfaces from the middle plane (0) up to the top face [m].
-    conductivity : float
-        [S/m].
-    box : Box
-    highest : float
-        Frequency up to which the modes answer [Hz].
-    depth : float
-        How far from the rim current may pass between sheets [m].
+    A division is the plan of the outline or of its fundamental part, and z (l + 1,) of the sheets' interfaces from the
+    middle plane (0) up to the top face [m]. The modes answer up to the frequency `highest` [Hz]; within `depth` of the
+    rim current may pass between sheets [m].
     """
     bases: dict[tuple[int, int], Basis] = {}
     found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
@@ -194,7 +155,7 @@ def _modes(
     plan: Plan, levels: Array, metal: tuple[float, float], reach: tuple[Box, float],
     bases: dict[tuple[int, int], Basis],
 ) -> tuple[dict[tuple[int, int], Modes], int]:  # fmt: skip
-    """Classes of one division by order and mirror, and unknowns; the first division fills `bases`.
+    """Return classes of one division by order and mirror, and unknowns; the first division fills `bases`.
 
     `metal` is its conductivity and the highest angular frequency.
     """
@@ -218,18 +179,8 @@ def combined(
 ) -> tuple[Basis, Complex]:
     """Return a class's combinations of fields, and their fluxes (r, unknowns).
 
-    Parameters
-    ----------
-    problem : Problem
-    box : Box
-    fields : ndarray
-        Of its polynomials, as of `field_means`.
-    units : tuple of ndarray
-        R and the unit of each unknown, as of `scaled`.
-    basis : Basis or None
-        Those of another division; None: to be found.
-    keep : float
-        Weaker combinations, to the strongest, are left out.
+    `fields` are as of `field_means`, `units` R and the unit of each unknown, as of `scaled`; `basis` is another
+    division's, or None: to be found. Combinations weaker than `keep`, to the strongest, are left out.
     """
     (R, unit), scale = units, decay_scale(box)
     rows, B = _fluxes(problem, fields, None if basis is None else basis.rows)
@@ -241,7 +192,7 @@ def combined(
 
 
 def _resisted(R: Complex, B: Complex, weight: float) -> Array:
-    """Rows of B R^-1/2: what fields drive where nothing but resistance stops the currents."""
+    """Return rows of B R^-1/2: what fields drive where nothing but resistance stops the currents."""
     seen = solve_triangular(cholesky(R, lower=True), B.conj().T, lower=True).conj().T
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
@@ -249,7 +200,7 @@ def _resisted(R: Complex, B: Complex, weight: float) -> Array:
 
 
 def _strongest(seen: Array, keep: float) -> Array:
-    """Few orthonormal combinations of fields in which currents see nearly all, from `seen` (fields, currents).
+    """Return a few orthonormal combinations of fields in which currents see nearly all, from `seen` (fields, currents).
 
     Of many they are sought in what random currents show.
     """
@@ -275,7 +226,7 @@ def _strongest(seen: Array, keep: float) -> Array:
 
 
 def _by_level(box: Box, rows: Integers, fields: Array) -> Basis:
-    """Combinations turned among themselves so that low levels drive the first ones alone, without rows of zeros."""
+    """Turn combinations so that low levels drive the first ones alone, without rows of zeros."""
     kept = np.flatnonzero(fields.any(axis=1))
     level = box.levels()[rows[kept]]
     order = kept[np.argsort(level, kind="stable")]
@@ -285,7 +236,7 @@ def _by_level(box: Box, rows: Integers, fields: Array) -> Basis:
 
 
 def _fluxes(problem: Problem, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
-    """Which of the three components' coefficients one class sees, and their fluxes B (rows, unknowns)."""
+    """Return which of the three components' coefficients a class sees, and their fluxes B (rows, unknowns)."""
     pairs, weights, moments = problem.parts
     means = mixed(weights, fields)
     sees = np.zeros((3, fields.shape[-1]), dtype=bool)

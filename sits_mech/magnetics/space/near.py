@@ -45,63 +45,44 @@ _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact
 
 @dataclass(frozen=True)
 class _Class:
-    """A symmetry class: its loops, L and R on unknowns of like resistance, what scales these, fluxes of combinations of
-    other fields and of coils at rest, and which of all those are its.
-    """
+    """A symmetry class with L and R on unknowns of like resistance."""
 
     problem: Problem
     L: Complex
     R: Complex
-    unit: Array
-    fluxes: Complex
-    columns: Integers
+    unit: Array  # of each unknown
+    fluxes: Complex  # of combinations of other fields and of coils at rest
+    columns: Integers  # which of all those are its
 
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """A plate's division, for any coil and pose.
-
-    Attributes
-    ----------
-    plan : Plan
-    levels : ndarray, shape (l + 1,)
-        z of the sheets' interfaces from the middle plane up [m].
-    coils : Box
-        Of its clearance from the coils, and the order of polynomials through its thickness.
-    classes : tuple
-    highest : float
-        Angular frequency up to which the cells resolve the skin depth [rad/s].
-    box : Box
-        Of other plates' fields.
-    bases : tuple of Basis
-        Combinations of these, one a symmetry class; empty where there are no other plates.
-    sources : int
-        Coils that it sees at rest, after these.
-    """
+    """A plate's division, for any coil and pose."""
 
     plan: Plan
-    levels: Array
-    coils: Box
+    levels: Array  # (l + 1,) z of the sheets' interfaces from the middle plane up [m]
+    coils: Box  # of its clearance from the coils, and the order of polynomials through its thickness
     classes: tuple[_Class, ...]
-    highest: float
-    box: Box
-    bases: tuple[Basis, ...] = ()
-    sources: int = 0
+    highest: float  # angular frequency up to which the cells resolve the skin depth [rad/s]
+    box: Box  # of other plates' fields
+    bases: tuple[Basis, ...] = ()  # combinations of these, one a symmetry class; empty without other plates
+    sources: int = 0  # coils that it sees at rest, after these
 
     @property
     def sheets(self) -> int:
-        """How many there are."""
+        """Number of sheets."""
         return 2 * (self.levels.size - 1)
 
     @property
     def unknowns(self) -> int:
-        """Its size as a discrete problem."""
+        """Size of the discrete problem."""
         return sum(part.problem.loops.unknowns * int(part.problem.weight) for part in self.classes)
 
     @cached_property
     def points(self) -> tuple[Array, Array]:
-        """Points (g, n, q, k, 3) of the plan's cells' images on the heights of the polynomials, from the bottom face's
-        centre [m]; weights of those along the plate, (n, q).
+        """Return points (g, n, q, k, 3) of the cells' images on the polynomials' heights, and weights (n, q).
+
+        Points are from the bottom face's centre [m]; weights are of those along the plate.
         """
         corners = self.plan.nodes[self.plan.cells]
         flat = np.zeros(len(corners))
@@ -117,7 +98,7 @@ class Near:
 
     @cached_property
     def through(self) -> Array:
-        """From values on the heights to means over the sheets of the upper and of the lower half, (2, l, k)."""
+        """Matrix from values on the heights to means over the sheets of the upper and the lower half, (2, l, k)."""
         nodes, weights = np.polynomial.legendre.leggauss(_WITHIN)
         middle, half = (self.levels[1:] + self.levels[:-1]) / 2, np.diff(self.levels) / 2
         z = (middle[:, None] + half[:, None] * nodes) / self.coils.half[2]
@@ -139,16 +120,10 @@ def prepare_near(
     divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0,
     beside: Box | Sources | None = None,
 ) -> tuple[Near, ...]:  # fmt: skip
-    """Return a plate's divisions.
+    """Return a plate's divisions; `divisions` to `depth` as of `prepare_sheets`, `box` of the coils' fields.
 
-    Parameters
-    ----------
-    divisions, conductivity, highest, depth
-        As of `prepare_sheets`.
-    box : Box
-        Of the coils' fields.
-    beside : Box, Sources or None
-        Of other plates' fields, if there are any; or the coils that a plate at rest sees, others' fields on `box`.
+    `beside` is the box of other plates' fields, if there are any; or the coils that a plate at rest sees, others'
+    fields on `box`.
     """
     others, sources = (box, beside) if isinstance(beside, Sources) else (beside, None)
     found: list[dict[tuple[int, int], _Class]] = []
@@ -174,7 +149,7 @@ def _classes(
     plan: Plan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
     bases: dict[tuple[int, int], Basis],
 ) -> dict[tuple[int, int], _Class]:  # fmt: skip
-    """Classes of one division; the first one fills `bases`. `metal`: conductivity, and depth as of `prepare_sheets`."""
+    """Return classes of a division; the first one fills `bases`. `metal`: conductivity, `depth` of `prepare_sheets`."""
     (conductivity, depth), (others, sources) = metal, seen
     prisms, first = stacked(plan, levels), not bases
     means = kernel(plan, levels, prisms)
@@ -216,7 +191,7 @@ def near_answered(
 def _reaction(
     coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array], omega: float
 ) -> Complex:
-    """Delta Z of one division and, to its right, Y of the coils' fields and the combinations, shape (p, n, n + r)."""
+    """Return Delta Z of a division and, to its right, Y of coils' fields and combinations, shape (p, n, n + r)."""
     turns, places = poses
     n, count = len(coils), plate.points[0].size
     result = np.empty((len(places), n, n + plate.seen), dtype=complex)
@@ -230,7 +205,7 @@ def _reaction(
 
 
 def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Complex:
-    """As `_reaction`, of some poses, from the fluxes of n coils in each, (poses times n, unknowns) by class."""
+    """Return `_reaction` of some poses, from the fluxes of n coils in each, (poses times n, unknowns) by class."""
     answer = np.zeros((len(fluxes[0]) // n, n, n + plate.seen), dtype=complex)
     others = _by_others(plate, omega)
     for part, factor, by_others, B in zip(plate.classes, _factors(plate, omega), others, fluxes, strict=True):
@@ -245,54 +220,54 @@ def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Com
 
 @lru_cache(maxsize=2)
 def _admittance(plate: Near, omega: float) -> Blocks:
-    """Y of what a plate sees apart from coils in their poses."""
+    """Return Y of what a plate sees apart from coils in their poses."""
     return Blocks(plate.seen, tuple(
         (part.columns, beyond(partial(_seen, plate, k), omega, plate.highest)) for k, part in enumerate(plate.classes)
     ))  # fmt: skip
 
 
 def _seen(plate: Near, k: int, omega: float) -> Complex:
-    """Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
+    """Return Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
     part = plate.classes[k]
     currents = _currents(_factor(part, omega), part.fluxes) if plate.sources else _by_others(plate, omega)[k]
     return np.asarray(omega**2 * _symmetric(part, part.fluxes @ currents.T))
 
 
 def _currents(factor: Any, B: Complex) -> Complex:
-    """What fluxes (m, unknowns) drive, without -j omega."""
+    """Return the currents that fluxes (m, unknowns) drive, without -j omega."""
     return np.asarray(lu_solve(factor, B.conj().T, check_finite=False).T)
 
 
 def _weight(part: _Class) -> float:
-    """Half of how often a class is there: its fields act on each other both ways."""
+    """Return half of how often a class is there: its fields act on each other both ways."""
     return 0.5 * (part.problem.weight if np.iscomplexobj(part.R) else 1.0)
 
 
 def _symmetric(part: _Class, Z: Complex) -> Complex:
-    """What a class does, from one way of it."""
+    """Return a class's reaction both ways, from one of them."""
     return np.asarray(_weight(part) * (Z + np.swapaxes(Z, -1, -2)))
 
 
 @lru_cache(maxsize=16)
 def _factors(plate: Near, omega: float) -> list[Any]:
-    """LU factors of R + j omega L, class by class."""
+    """Return LU factors of R + j omega L, class by class."""
     return [_factor(part, omega) for part in plate.classes]
 
 
 def _factor(part: _Class, omega: float) -> Any:
-    """LU factors of one class."""
+    """Return LU factors of one class."""
     return lu_factor(part.R + 1j * omega * part.L, overwrite_a=True, check_finite=False)
 
 
 @lru_cache(maxsize=16)
 def _by_others(plate: Near, omega: float) -> list[Complex]:
-    """What the combinations of other plates' fields drive, class by class."""
+    """Return the currents that combinations of other plates' fields drive, class by class."""
     return [_currents(factor, part.fluxes)
             for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]  # fmt: skip
 
 
 def coil_means(coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array]) -> Array:
-    """Mean of A over each cell's images, pose by pose, coils fastest; shape (g, 2, cells, 3, poses times coils)."""
+    """Return means of A over each cell's images, coils fastest, shape (g, 2, cells, 3, poses times coils)."""
     (turns, places), (points, weights) = poses, plate.points
     kinds, which = kinds_of(coils)
     g, n, q, k, _ = points.shape

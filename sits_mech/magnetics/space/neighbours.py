@@ -44,21 +44,11 @@ _LEFT, _STEPS = 1e-5, 12  # of what is refined, and steps until it is solved ane
 
 @dataclass(frozen=True)
 class SpacePlate:
-    """A plate in its places, ready to answer.
+    """A plate in its p places, ready to answer; p = 1 if it does not move."""
 
-    Attributes
-    ----------
-    divisions : tuple of Plate
-        The plate, divided in one or several ways, all with the same box.
-    turns : ndarray, shape (p, 3, 3)
-        Rotations; p = 1 if it does not move.
-    places : ndarray, shape (p, 3)
-        Of the bottom face's centre [m].
-    """
-
-    divisions: tuple[Plate, ...]
-    turns: Array
-    places: Array
+    divisions: tuple[Plate, ...]  # in one or several ways, all with the same box
+    turns: Array  # (p, 3, 3) rotations
+    places: Array  # (p, 3) of the bottom face's centre [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +60,11 @@ class _Placed:
 
     @classmethod
     def of(cls, far: Far, turn: Array, place: Array) -> _Placed:
-        """A plate in one of its places."""
+        """Return a plate in one of its places."""
         return cls(far.points @ turn.T + place, turn @ far.moments)
 
     def linked(self, other: _Placed) -> Array:
-        """P between two, shape (k, k')."""
+        """Return P between two, shape (k, k')."""
         K = mu_0 / (4 * np.pi) / cdist(self.points, other.points)
         field = K @ other.moments.reshape(len(other.points), -1)
         k = self.moments.shape[2]
@@ -83,9 +73,7 @@ class _Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Fixed:
-    """Fixed plates together: where each is, and for each division what all answer: Z_FF, T^T / (j omega) (k, n) and
-    S / (j omega)^2 (k, k).
-    """
+    """Fixed plates together: where each is, and of all, by divisions, Z_FF, T^T / (j omega), S / (j omega)^2."""
 
     placed: tuple[_Placed, ...]
     answers: tuple[tuple[Complex, Complex, Complex], ...]
@@ -94,21 +82,9 @@ class _Fixed:
 def coupled_reactions(
     coils: tuple[Coil, ...], windings: str, target: SpacePlate | None, others: Sequence[SpacePlate], frequency: float
 ) -> list[Complex]:
-    """Return what plates together do to the coils' impedance.
+    """Return Delta Z of plates together, one (p, n, n) [ohm] a division, not yet symmetrised; p = 1 without target.
 
-    Parameters
-    ----------
-    coils, windings, frequency
-        As in `coupling.reactions`.
-    target : SpacePlate or None
-        What moves.
-    others : sequence of SpacePlate
-        Fixed plates, at least one, with as many divisions.
-
-    Returns
-    -------
-    list of ndarray, shapes (p, n, n)
-        Delta Z, one array a division, not yet symmetrised [ohm]; p = 1 without target.
+    `target` is what moves, `others` at least one fixed plate, with as many divisions.
     """
     omega, n = 2 * np.pi * frequency, len(coils)
     where = tuple((tuple(part.turns[0].ravel().tolist()), tuple(part.places[0].tolist())) for part in others)
@@ -139,7 +115,7 @@ def _fixed(
     plates: tuple[tuple[Plate, ...], ...], where: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...], omega: float,
     n: int,
 ) -> _Fixed:  # fmt: skip
-    """Fixed plates together for n coils, by their divisions, and their turns and places."""
+    """Return fixed plates together for n coils, by their divisions, and their turns and places."""
     fars = [seen_from(divisions[0], divisions[0].box.clearance, omega, _FIXED, n) for divisions in plates]
     placed = tuple(
         _Placed.of(far, np.reshape(turn, (3, 3)), np.array(place))
@@ -164,19 +140,18 @@ def _fixed(
 
 
 def _with_coils(plate: Plate, far: Far, omega: float, n: int) -> Complex:
-    """What a plate at rest answers to its n coils and its far combinations, shape (n + k, n + k)."""
+    """Return the answer of a plate at rest to its n coils and its far combinations, shape (n + k, n + k)."""
     own = np.eye(len(far.fields), n, n - len(far.fields))
     return responses(plate, np.hstack([own, far.fields]), omega)[1]
 
 
 def _times(P: Array, X: Complex) -> Complex:
-    """P X for a real P, which is not made complex."""
+    """Return P X for a real P, which is not made complex."""
     return np.asarray((P @ np.ascontiguousarray(X).view(np.float64)).view(np.complex128))
 
 
 def _shielded(factor: Any, Y: Complex, P: Array, S: Complex, h: Complex) -> tuple[Any, Complex]:
-    """Solve (1 - Y P S P^T) x = h: factors of that matrix, or of another division's that refine x in few steps; and x.
-    """
+    """Solve (1 - Y P S P^T) x = h by that matrix's factors, or another division's and few refinements; return both."""
     x = np.zeros_like(h)
     for _ in range(_STEPS if factor is not None else 0):
         left = h - x + Y @ _times(P, S @ _times(P.T, x))

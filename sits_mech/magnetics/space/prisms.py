@@ -39,19 +39,11 @@ _LOST = 1e10  # r^6 over the product of both volumes from which on differences i
 
 @dataclass(frozen=True)
 class Prisms:
-    """Right prisms along z.
+    """Right prisms along z."""
 
-    Attributes
-    ----------
-    corners : ndarray, shape (n, 4, 2)
-        Base polygon, counter-clockwise; a triangle repeats its last corner [m].
-    low, high : ndarray, shape (n,)
-        z of the two faces [m].
-    """
-
-    corners: Array
-    low: Array
-    high: Array
+    corners: Array  # (n, 4, 2) base, counter-clockwise; a triangle repeats its last corner [m]
+    low: Array  # (n,) z of the lower face [m]
+    high: Array  # (n,) of the upper [m]
 
     def some(self, index: Any) -> Prisms:
         """Return some of them."""
@@ -59,17 +51,10 @@ class Prisms:
 
 
 def box_means(x: Array, y: Array, z: Array) -> Array:
-    """Return G between the boxes of one octant and all boxes of the mirrored tensor mesh.
+    """Return G [1/m] between the boxes of one octant and all of the mirrored tensor mesh, shape (2, 2, 2, n, n).
 
-    Parameters
-    ----------
-    x, y, z : ndarray
-        Nodes of the positive half axes, from 0 [m].
-
-    Returns
-    -------
-    ndarray, shape (2, 2, 2, n, n)
-        G [1/m]; the first axes tell whether the second box is mirrored in x, y, z. Boxes run z fastest.
+    The first axes tell whether the second box is mirrored in x, y, z. Boxes run z fastest; x, y, z are nodes of the
+    positive half axes, from 0 [m].
     """
     axes = (x, y, z)
     scale = max(axis[-1] for axis in axes)
@@ -99,22 +84,22 @@ class _Pairs:
 
     @classmethod
     def of(cls, axis: Array) -> _Pairs:
-        """Those of the nodes of a half axis."""
+        """Return the pairs of the cells between the nodes of a half axis."""
         side, centre = np.diff(axis), (axis[1:] + axis[:-1]) / 2
         every = np.concatenate([side[::-1], side])
         first, second = np.broadcast_arrays(side[:, None], every)
         return cls(first, second, centre[:, None] - np.concatenate([-centre[::-1], centre]))
 
     def row(self, i: int) -> _Pairs:
-        """Those of one first cell."""
+        """Return the pairs of one first cell."""
         return _Pairs(self.first[i], self.second[i], self.distance[i])
 
     def scaled(self, factor: float) -> _Pairs:
-        """All lengths times a factor."""
+        """Return all lengths times a factor."""
         return _Pairs(self.first * factor, self.second * factor, self.distance * factor)
 
     def least(self, index: Any, count: int) -> tuple[Array, Array, Array]:
-        """For each distance of nodes, the least that its pairs have of d^2, of d^2 - (FAR side)^2 and of s s'."""
+        """Return, for each distance of nodes, the least d^2, d^2 - (FAR side)^2 and s s' of its pairs."""
         square = self.distance**2
         near = square - (FAR * np.maximum(self.first, self.second)) ** 2
         found = np.full((3, count), np.inf)
@@ -125,7 +110,7 @@ class _Pairs:
 
 
 def _near_table(tables: Sequence[tuple[Any, Any]], pairs: Sequence[_Pairs]) -> Any:
-    """F at all distances that near boxes have, zero elsewhere; quadruple where the differences would lose too much."""
+    """Return F at all distances of near boxes, zero elsewhere; quadruple where the differences lose too much."""
     values = [table[0] for table in tables]
     squares, nears, sides = zip(
         *(pair.least(index, value.size) for pair, (value, index) in zip(pairs, tables, strict=True)), strict=True
@@ -144,13 +129,13 @@ def _near_table(tables: Sequence[tuple[Any, Any]], pairs: Sequence[_Pairs]) -> A
 
 
 def _differences(F: Any, axis: int, index: Any) -> Any:
-    """Minus the second difference of F at the distances along an axis: first cell and second one in its place."""
+    """Return minus the second difference of F at the distances along an axis, first and second cell in its place."""
     whole = np.moveaxis(np.moveaxis(F, axis, 0)[index], (0, 1), (axis, axis + 1))
     return -np.diff(np.diff(whole, axis=axis), axis=axis + 1)
 
 
 def _mean_inverse(F: Array, pairs: Sequence[_Pairs], scale: float) -> Array:
-    """G of differences of F, by its multipole where the boxes are far; axes x second, y first, second, z likewise."""
+    """Return G of differences of F, by multipoles of far boxes; axes x second, y first, second, z likewise."""
     shapes = ((-1, 1, 1, 1, 1), (1, *pairs[1].first.shape, 1, 1), (1, 1, 1, *pairs[2].first.shape))
     largest, square, volume = np.zeros(1), np.zeros(1), np.ones(1)
     parts = []
@@ -166,14 +151,14 @@ def _mean_inverse(F: Array, pairs: Sequence[_Pairs], scale: float) -> Array:
 
 
 def _distances(nodes: Array) -> tuple[Any, Any]:
-    """Different distances between the half axis' nodes and all nodes, and which pair has which."""
+    """Return the different distances between the half axis' nodes and all nodes, and which pair has which."""
     full = np.concatenate([-nodes[:0:-1], nodes])
     values, index = np.unique(np.round(np.abs(nodes[:, None] - full), 15), return_inverse=True)
     return values.astype(np.longdouble), index.reshape(nodes.size, full.size)
 
 
 def _hoer_love(x: Any, y: Any, z: Any) -> Any:
-    """Antiderivative F for x, y, z >= 0."""
+    """Return the antiderivative F for x, y, z >= 0."""
     xx, yy, zz = x * x, y * y, z * z
     r = np.sqrt(xx + yy + zz)
 
@@ -215,12 +200,12 @@ def prism_means(first: Prisms, second: Prisms, *, symmetric: bool = False) -> Ar
 
 
 def _picked(prisms: Prisms, index: Integers) -> Prisms:
-    """Some of the prisms, in the order of `index`."""
+    """Return some of the prisms, in the order of `index`."""
     return Prisms(prisms.corners[index], prisms.low[index], prisms.high[index])
 
 
 def _near(first: Prisms, second: Prisms) -> Array:
-    """Mean over Gauss points of the smaller prism of the larger's potential, pair by pair."""
+    """Return the mean over Gauss points of the smaller prism of the larger's potential, pair by pair."""
     size = [signed_area(prisms.corners) * (prisms.high - prisms.low) for prisms in (first, second)]
     swap = size[0] > size[1]
     outer, inner = _chosen(swap, second, first), _chosen(swap, first, second)
@@ -232,13 +217,13 @@ def _near(first: Prisms, second: Prisms) -> Array:
 
 
 def _chosen(yes: NDArray[np.bool_], first: Prisms, second: Prisms) -> Prisms:
-    """The first's prisms where `yes`, the second's elsewhere."""
+    """Return the first's prisms where `yes`, the second's elsewhere."""
     corners = np.where(yes[:, None, None], first.corners, second.corners)
     return Prisms(corners, np.where(yes, first.low, second.low), np.where(yes, first.high, second.high))
 
 
 def _middle(first: Prisms, second: Prisms) -> Array:
-    """Mean over Gauss points of both prisms, pair by pair."""
+    """Return the mean over Gauss points of both prisms, pair by pair."""
     (p, u), (q, v) = (gauss_points(prisms, 3) for prisms in (first, second))
     p, q = ((points[:, ::2] + points[:, 1::2]) / 2 for points in (p, q))  # one point along z is enough here
     u, v = 2 * u[:, ::2], 2 * v[:, ::2]
@@ -250,21 +235,9 @@ def _middle(first: Prisms, second: Prisms) -> Array:
 
 
 def prism_potential(point: Array, corners: Array, low: Array, high: Array) -> Array:
-    """Return the integral of 1/r over right prisms, one point to each prism.
+    """Return the integral of 1/r over right prisms, one point (n, 3) to each, shape (n,) [m^2].
 
-    Parameters
-    ----------
-    point : ndarray, shape (n, 3)
-        [m].
-    corners : ndarray, shape (n, k, 2)
-        Base polygons, counter-clockwise [m].
-    low, high : ndarray, shape (n,)
-        z of the faces [m].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [m^2]
+    `corners` (n, k, 2) of the bases run counter-clockwise, `low` and `high` (n,) are z of the faces [m].
     """
     a = corners - point[:, None, :2]
     b = np.roll(a, -1, axis=1)
@@ -289,12 +262,12 @@ def prism_potential(point: Array, corners: Array, low: Array, high: Array) -> Ar
 
 
 def _arctan(numerator: Array, d: Array, r: Array) -> Array:
-    """arctan(numerator / (d r)), of d's sign where d vanishes."""
+    """Return arctan(numerator / (d r)), of d's sign where d vanishes."""
     return np.asarray(np.sign(d) * np.arctan2(numerator, np.abs(d) * r))
 
 
 def _edge_log(length: Array, sum_of_distances: Array) -> Array:
-    """Integral of 1/r along an edge, bounded on the edge itself (where its factor vanishes)."""
+    """Return the integral of 1/r along an edge, bounded on the edge itself (where its factor vanishes)."""
     ratio = length / np.maximum(sum_of_distances, 1e-300)
     return np.asarray(2.0 * np.arctanh(np.minimum(ratio, 1.0 - 1e-15)))
 
@@ -328,7 +301,7 @@ class _Shape:
 
 
 def _shape(prisms: Prisms) -> _Shape:
-    """What the far field sees of prisms."""
+    """Return the far field's moments of prisms."""
     points, weights = gauss_points(prisms, 3)
     centre = np.einsum("mpd,mp->md", points, weights)
     offset = points - centre[:, None, :]

@@ -1,4 +1,4 @@
-"""How finely is a plate divided for the three-dimensional model, and what do its divisions tend to?
+"""Choose how finely a plate is divided for the three-dimensional model, and extrapolate its divisions.
 
 A rung of the ladder has three levels along the plate and three across; one of each is shared (`star`). Errors are of
 second order in the cells, but of R along a plate where current crowds at the rim (`limit`). A division that takes more
@@ -22,22 +22,12 @@ from sits_mech.scene.sensor import Target
 
 @dataclass(frozen=True)
 class Rung:
-    """How fine the divisions are.
+    """How fine the divisions are."""
 
-    Attributes
-    ----------
-    along, across : tuple of int
-        Levels of the cells along the plate and of its sheets, the coarsest first.
-    terms : float
-        Digits (natural logarithm) the coils' field keeps.
-    single : bool
-        Whether the coarsest division is all: nothing is extrapolated, and no error told.
-    """
-
-    along: tuple[int, int, int]
-    across: tuple[int, int, int]
-    terms: float
-    single: bool = False
+    along: tuple[int, int, int]  # levels of the cells along the plate, the coarsest first
+    across: tuple[int, int, int]  # levels of its sheets, the coarsest first
+    terms: float  # digits (natural logarithm) the coils' field keeps
+    single: bool = False  # the coarsest division is all: no extrapolation, no error
 
 
 # Asked error of the changes of inductance and resistance -> division; measured in studies/benchmark_sheets.py.
@@ -72,8 +62,7 @@ class TooLarge(ValueError):
 
 
 def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float = math.inf) -> Rung:
-    """Return the rung for an asked error of the changes of inductance and resistance, and plates of so many skin depths
-    from their middle to their faces at most.
+    """Return the rung for an asked error of Delta Z, and plates at most `half` skin depths from middle to face.
 
     Where a third of each half is no thicker than the finest sheet at the face of thick plates, plates begin with one
     sheet a half (at 1.3 skin depths 8e-5 of Delta L off, 2e-3 of R). Where no smooth map divides one of the plates'
@@ -102,10 +91,7 @@ def fitting(
 ) -> tuple[_Plates, Rung, tuple[str, ...]]:
     """Return plates as the first of `rungs_for` divides them that memory holds, it, and what to say of finer ones.
 
-    Raises
-    ------
-    TooLarge
-        Where not even the coarsest one does.
+    TooLarge where not even the coarsest one does.
     """
     *finer, coarsest = rungs_for(tolerance, plates, half)
     said: tuple[str, ...] = ()
@@ -118,13 +104,14 @@ def fitting(
 
 
 def _stem(rung: Rung) -> int:
-    """Which of a rung's levels along the plate the sheets are refined on."""
+    """Return the level along the plate on which a rung's sheets are refined."""
     return rung.along.index(_STEM) if _STEM in rung.along[:2] else 0
 
 
 def star(rung: Rung) -> list[tuple[int, int]]:
-    """Return levels along and across of a rung's divisions: all levels along with the fewest sheets, the finest
-    first; then all other numbers of sheets on one level along. Of a single one, the coarsest of both.
+    """Return levels along and across of a rung's divisions; of a single one, the coarsest of both.
+
+    All levels along with the fewest sheets, the finest first; then all other numbers of sheets on one level along.
     """
     if rung.single:
         return [(rung.along[0], rung.across[0])]
@@ -134,16 +121,10 @@ def star(rung: Rung) -> list[tuple[int, int]]:
 def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float) -> tuple[Complex, Complex]:
     """Return what the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
 
-    Along a plate the error of R falls like the square of the cells, and much faster where the current of a thick plate
-    crowds at the rim in few of them.
-
-    Parameters
-    ----------
-    values : sequence of ndarray, shape (p, n, n)
-        Delta Z of each division; then of the first one, off by another error [ohm].
-    rung : Rung
-    thickness, finest : float
-        Of the plate, and skin depth for which it is divided, over the skin depth.
+    `values` (p, n, n) are Delta Z of each division; then of the first one, off by another error [ohm]. `thickness` of
+    the plate and `finest`, the skin depth for which it is divided, are over the skin depth. Along a plate the error of
+    R falls like the square of the cells, and much faster where the current of a thick plate crowds at the rim in few of
+    them.
     """
     if rung.single:
         return values[0], np.zeros_like(values[0])

@@ -1,4 +1,4 @@
-"""What does a plate that stands still see of the coils? Their potential itself, cell by cell: no polynomial between.
+"""Take the coils' potential itself, cell by cell, without polynomials, over a plate that stands still.
 
 A plate that does not move against a coil c needs one number a mode from it,
 
@@ -32,33 +32,17 @@ _LEVEL = 1e-9  # heights nearer than this are one [m]
 
 @dataclass(frozen=True)
 class Sources:
-    """Coils as a plate at rest sees them.
-
-    Attributes
-    ----------
-    coils : tuple of Coil
-    windings : str
-        "rings" or "spiral".
-    place : tuple of float
-        Of the plate's middle [m].
-    distance : float
-        From the windings to the plate [m].
-    """
+    """Coils as a plate at rest sees them."""
 
     coils: tuple[Coil, ...]
-    windings: str
-    place: tuple[float, float, float]
-    distance: float
+    windings: str  # "rings" or "spiral"
+    place: tuple[float, float, float]  # of the plate's middle [m]
+    distance: float  # from the windings to the plate [m]
 
     def means(self, plan: Plan, prisms: Prisms) -> Array:
-        """Return the mean of each coil's A over each cell's images, shape (g, 2, n, 3, coils) [V s / (A m)].
+        """Return the mean of each coil's A over the images of n prisms, shape (g, 2, n, 3, coils) [V s / (A m)].
 
-        Parameters
-        ----------
-        plan : Plan
-            Whose group moves the cells.
-        prisms : Prisms
-            The upper half's cells, n of them.
+        The plan's group moves the cells; the prisms are the upper half's.
         """
         sides = (prisms.corners.max(1) - prisms.corners.min(1)).max(axis=1)
         away = np.maximum(self._away(plan, prisms) - sides, self.distance)
@@ -75,7 +59,7 @@ class Sources:
         return found
 
     def _away(self, plan: Plan, prisms: Prisms) -> Array:
-        """How far each cell's middle, or an image of it, is from the nearest circle around a coil, in the plan [m]."""
+        """Return each cell's distance, or its images', from the nearest circle around a coil, in the plan [m]."""
         middle = np.stack([prisms.corners.mean(axis=1) @ g.T for g in plan.group]) + self.place[:2]
         apart = [np.linalg.norm(middle - coil.centre, axis=-1) - coil.outer_diameter / 2 for coil in self.coils]
         return np.asarray(np.min(apart, axis=(0, 1)))
@@ -91,7 +75,7 @@ class Sources:
 
 
 def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
-    """A of a coil about z at points, shape (m, 3)."""
+    """Return A of a coil about z at points, shape (m, 3)."""
     from scipy.interpolate import CubicSpline
 
     if windings != "rings" or not coil.is_round:

@@ -1,4 +1,4 @@
-"""Where do the eddy currents of a plate run? Its stream function at one pose and frequency, to draw lines of current.
+"""Stream function of a plate's eddy currents at one pose and frequency, to draw lines of current.
 
 The current through the whole thickness t has no divergence in the plate's plane: ``(K_x, K_y) = (d_y, -d_x) psi``, psi
 = 0 on the rim and one value on the rim of each hole; between two lines of equal psi runs the same current [A].
@@ -34,48 +34,19 @@ from sits_mech.turns import rotation_matrix
 
 @dataclass(frozen=True)
 class Stream:
-    """Stream function of a plate's eddy currents.
+    """Stream function of a plate's eddy currents."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (n, 2)
-        In the target's own axes, from its centre [m].
-    cells : ndarray of int, shape (m, 4)
-        Corners; triangles repeat their last one.
-    psi : ndarray, complex, shape (n,)
-        [A].
-    change : complex
-        What these currents give back to the driven coils: sum of ``I_c Delta Z_cd I_d`` [V A].
-    """
-
-    nodes: Array
-    cells: Integers
-    psi: Complex
-    change: complex
+    nodes: Array  # (n, 2) in the target's own axes, from its centre [m]
+    cells: Integers  # (m, 4) corners; triangles repeat their last one
+    psi: Complex  # (n,) [A]
+    change: complex  # what these currents give back to the driven coils: sum of I_c Delta Z_cd I_d [V A]
 
 
 def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, *, cells: int = 32) -> Stream:
-    """Return the stream function of the target's eddy currents.
+    """Return the stream function of a non-magnetic target's eddy currents over flat coils of `currents` [A].
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With a target that is not magnetic, over flat coils.
-    pose : Pose of float
-    frequency : float
-        [Hz].
-    currents : ndarray, shape (coils,)
-        Of the coils [A].
-    cells : int
-        Largest ones along the narrower side.
-
-    Raises
-    ------
-    Collision
-        If the pose brings the target to the coil plane.
-    ValueError
-        If the frequency is not positive, or beyond the coils' (`check_frequency`); if the scene has no target, or its
-        outline cannot be divided.
+    `cells` are the largest along the narrower side. Collision at the coil plane; ValueError if the frequency [Hz] is
+    not positive or beyond the coils', the scene has no target, or its outline cannot be divided.
     """
     target = sensor.target
     if target is None:
@@ -104,14 +75,14 @@ def placed(points: Array, pose: Pose) -> Array:
 
 
 def _plan(target: Target, cells: int) -> Plan:
-    """Cells of the whole outline, graded to the rim."""
+    """Return cells of the whole outline, graded to the rim."""
     outline = target_outline(target)
     size = float(np.ptp(outline.rim, axis=0).min())
     return outline_plan(outline, Grading(size / (4 * cells), 2.0, size / cells))
 
 
 def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array:
-    """Coils' vector potential at the cells' middles, in the target's own axes, shape (m, 3) [V s/m]."""
+    """Return coils' vector potential at the cells' middles, in the target's own axes, shape (m, 3) [V s/m]."""
     height = 0.0 if sensor.target is None else sensor.target.thickness / 2
     corners = plan.nodes[plan.cells]
     triangle = np.all(corners[:, 2] == corners[:, 3], axis=1)
@@ -125,7 +96,7 @@ def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array
 
 
 def _at_nodes(plan: Plan, found: Complex) -> Complex:
-    """Unknowns at all nodes: zero on the rim, one value on the rim of each hole."""
+    """Return unknowns at all nodes: zero on the rim, one value on the rim of each hole."""
     psi = np.zeros(plan.nodes.shape[0], dtype=complex)
     inner = plan.loop < 0
     count = int(inner.sum())

@@ -1,4 +1,4 @@
-"""Which codes come, and when, while the coils' inductances change? A converter that reads one coil after the other.
+"""Return the codes, and their times, of a converter that reads coil after coil while the inductances change.
 
 The channels go round in their order; channel k of scan s takes ``channel_time[k]`` (front_end.py):
 
@@ -18,7 +18,7 @@ lower frequency (1/f, drift of the reference) is unknown for these parts, and no
 
 Between samples of the history the frequency is a piecewise cubic that overshoots nowhere (F. N. Fritsch, R. E. Carlson,
 SIAM J. Numer. Anal. 17 (1980) 238), integrated exactly. Neglected: how the tank settles after the switch to its
-channel; a resonance that lags its L. Source: data sheets SNOSCY9A, SNOSD01D. Numbers only.
+channel; a resonance that lags its L. Source: data sheets SNOSCY9A, SNOSD01D.
 """
 
 from __future__ import annotations
@@ -38,60 +38,26 @@ _MOST = 10_000_000  # samples of all coils
 
 @dataclass(frozen=True)
 class Samples:
-    """What a converter gives over time; one row a scan, one column a coil.
+    """What a converter gives over time; one row a scan, one column a coil."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (m, n)
-        The middle of the window in which each code was counted [s].
-    ready : ndarray, shape (m, n)
-        When it can be read [s].
-    code : ndarray of int, shape (m, n)
-    L : ndarray, shape (m, n)
-        The inductances that the codes stand for, at the coils' terminals [H].
-    window, period : float
-        How long a code is counted, and how long a scan of all coils takes [s].
-    """
-
-    time: Array
-    ready: Array
-    code: NDArray[np.int64]
-    L: Array
-    window: float
-    period: float
+    time: Array  # (m, n) middle of the window in which each code was counted [s]
+    ready: Array  # (m, n) when it can be read [s]
+    code: NDArray[np.int64]  # (m, n)
+    L: Array  # (m, n) inductances that the codes stand for, at the coils' terminals [H]
+    window: float  # how long a code is counted [s]
+    period: float  # how long a scan of all coils takes [s]
 
 
 def scan(
     front: FrontEnd, capacitance: float, time: ArrayLike, L: ArrayLike, *, start: float | None = None,
     seed: int | np.random.Generator | None = 0,
 ) -> Samples:  # fmt: skip
-    """Return the codes of a converter while inductances change.
+    """Return the codes of a converter, all scans that end within the history, while inductances change.
 
-    Parameters
-    ----------
-    front : FrontEnd
-        The converter, set for these coils over their range: `front_end` of their L and R.
-    capacitance : float
-        Across each coil [F].
-    time : array_like, shape (k,)
-        Of the history, rising [s].
-    L : array_like, shape (k, n)
-        Inductance of each coil at its terminals [H].
-    start : float, optional
-        When the first channel begins to settle [s]; the begin of the history by default.
-    seed : int or Generator or None
-        Of the noise; the same number gives the same codes. None: no noise.
-
-    Returns
-    -------
-    Samples
-        Of all scans that end within the history.
-
-    Raises
-    ------
-    ValueError
-        When time does not rise, L is not one positive number for each time and coil, the history begins after `start`
-        or is shorter than a scan, or the scans are too many.
+    `time` (k,) rises [s], `L` (k, n) is at the terminals [H]; `front` is set for these coils over their range. `start`
+    is when the first channel begins to settle [s], by default with the history; `seed` is of the noise, None for none.
+    ValueError when time does not rise, L is not one positive number for each time and coil, the history begins after
+    `start` or is shorter than a scan, or the scans are too many.
     """
     time, L = np.asarray(time, dtype=float), np.asarray(L, dtype=float)
     first = float(time[0]) if start is None and time.size else float(start or 0.0)
