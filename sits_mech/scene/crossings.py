@@ -1,4 +1,4 @@
-"""Where do tracks of one layer cross or touch? Polylines compared pair by pair."""
+"""Find where tracks of one layer cross or touch; polylines are compared pair by pair."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ _BLOCK = 256  # tracks compared with all others at once
 
 
 def crossing(lines: list[Array]) -> tuple[float, float] | None:
-    """Return a place where polylines of one plane cross or touch, other than end to end; None where they do not.
+    """Return a place where polylines of one plane, (m, 2) each, cross or touch; None where they do not.
 
-    Parameters
-    ----------
-    lines : list of ndarray, shape (m, 2)
-        In series; the end of one may be the beginning of the next.
+    They are in series: the end of one may be the beginning of the next.
     """
     a, b = (np.vstack([line[some] for line in lines]) for some in (slice(None, -1), slice(1, None)))
     step, number = b - a, np.arange(len(a))
@@ -40,7 +37,7 @@ def crossing(lines: list[Array]) -> tuple[float, float] | None:
 
 
 def _folded(a: Array, step: Array, some: slice) -> NDArray[np.bool_]:
-    """Whether two stretches lie on one line and overlap."""
+    """Return whether two stretches lie on one line and overlap."""
     length = np.hypot(step[:, 0], step[:, 1])
     way = step / length[:, None]
     gap = a - a[some, None]
