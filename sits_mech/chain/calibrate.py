@@ -203,7 +203,7 @@ def _shown(rows: Sequence[Row], loads: Sequence[Wrench]) -> list[Row]:
 def _by_temperature(
     sensor: Sensor, name: str, layer: MechanicalModel
 ) -> tuple[list[Parameter], list[Parameter]]:  # fmt: skip
-    """Return the parameters that depend on temperature, and those of them that move the target."""
+    """Return the parameters of the sensor's temperature, and those of them that move the target."""
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"drift: must be asked of the mechanics block, planar or linear; got {name}")
     said = unknown_coefficients(sensor)
@@ -253,8 +253,10 @@ def _untilted(found: Signals) -> dict[str, Any]:
 
 
 def _shared(sensor: Sensor, reading: Reading, parts: Array) -> dict[str, tuple[tuple[str, ...], Array]]:
-    """Return errors of L as variables of a table, shape (p, ...): signed parts that loads share, the magnetic model's
-    last, those of each load alone, and errors of what the rotation does to a signal.
+    """Return errors of L as variables of a table, shape (p, ...).
+
+    Signed parts that loads share, the magnetic model's last, those of each load alone, and errors of what the rotation
+    does to a signal.
     """
     weights, L0 = signal_weights(sensor), np.diagonal(reading.impedance.L0)
     own, level = (signal_changes(change, L0, weights) for change in (reading.shared, reading.shared_untilted))

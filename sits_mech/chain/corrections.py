@@ -1,8 +1,8 @@
 """Correct poses and errors over a grid of loads by what finer meshes change at two of them.
 
 All loads of a grid are solved on the same two meshes. Extrapolation adds a_k, with its sign, to a component k, and
-E_k >= |a_k| is its estimated error. Finer meshes are compared with these, not with the load: with D_k = finer - first
-and e_k the finer answer's own error, at some loads,
+E_k >= |a_k| is its estimated error; both are large where a mesh is too coarse, so that finer meshes are compared with
+these and not with the load. With D_k = finer - first and e_k the finer answer's own error, at some loads,
 
     pose_k += c_k a_k,       c_k = sum D_k a_k / sum E_k^2,
     error_k = r_k E_k,       r_k = max (|D_k - c_k a_k| + s_k e_k)/E_k,       s_k = min(1, 2 max |D_k|/E_k),

@@ -37,21 +37,9 @@ CAUSES = ("conductivity", "plates", "pad", "modulus", "board", "capacitor", "clo
 
 
 def at_temperature(sensor: Sensor, temperature: float | None = None, causes: Collection[str] = CAUSES) -> Sensor:
-    """Return the scene that a sensor is at a temperature: its numbers changed, `temperature` back at 20 degC.
+    """Return the scene that a sensor is at a temperature [K], its own by default; `temperature` is back at 20 degC.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With numbers that hold at 20 degC.
-    temperature : float, optional
-        [K]; the scene's own by default.
-    causes : collection of str
-        Those of `CAUSES` that count.
-
-    Raises
-    ------
-    SceneError
-        Where a coefficient is not known, or the temperature is outside of its range.
+    `causes` are those of `CAUSES` that count. Raises SceneError for an unknown coefficient, or outside its range.
 
     Examples
     --------
@@ -103,7 +91,7 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
 
 
 def unknown_coefficients(sensor: Sensor) -> str:
-    """Name the unknown coefficients that a change with temperature needs; "" where there are none."""
+    """Return why changes with temperature are not known; "" where they are."""
     try:
         check_temperature(sensor, REFERENCE + 1e-3)
     except SceneError as error:

@@ -58,7 +58,7 @@ class Loads(NamedTuple):
 def loads_between(ends: Mapping[str, tuple[float, float]]) -> Loads:
     """Return Chebyshev's points of the range of each component, the ends among them.
 
-    A range to both sides leaves zero out; where the pad is symmetric half of its loads are then images of the others.
+    A range that is even to both sides contains zero, and half of its loads are images where the pad is symmetric.
     """
     count = _COUNTS.get(len(ends), 3)
     each = {name: count - (count > 3 and -ends[name][0] != ends[name][1]) for name in ends}

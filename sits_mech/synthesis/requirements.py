@@ -203,7 +203,7 @@ def _tolerance(table: Mapping[str, Any], sensor: Sensor, space: Space) -> dict[s
 
 
 def _check_scatter(sensor: Sensor, key: str, deviation: float, said: str) -> None:
-    """Refuse a deviation that is too large for a sensor at twice its size."""
+    """Refuse a deviation at twice which no sensor is possible."""
     small = f"tolerance.{key}: must leave a sensor that is off by twice of it; got {said}"
     if key == "modulus" and not _TWICE * deviation < 1.0:
         raise SceneError(small)

@@ -49,7 +49,7 @@ class Ends:
     R: Array  # alike [its resistance]
     error_L: Array
     error_R: Array
-    size: float  # largest error of coils' own L over the section's largest change of L at the pose
+    size: float  # largest of coils' own L with its error, over the section's largest change of L
 
 
 def ends_of_plates(sensor: Sensor, found: Impedance, pose: Pose) -> Ends | None:
