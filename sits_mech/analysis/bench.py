@@ -1,4 +1,4 @@
-"""What does a bench see of a calibrated sensor? Henries at the terminals, settings of the converter, forces.
+"""Convert a table to what a bench measures: henries at the terminals, settings of the converter, forces.
 
 A table in henry is taken as it is. Of a table per metre of depth only the relative change holds, so that
 
@@ -39,22 +39,14 @@ _IDLE = "idle coils: left out, a model per metre overstates their coupling"
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """A coil swinging with its capacitance.
+    """A coil resonating with its capacitance; L and R at the terminals."""
 
-    Attributes
-    ----------
-    coil : str
-        Its name.
-    frequency, L, R, Q, R_p : float
-        Resonance [Hz], inductance [H] and resistance [ohm] at the terminals there, quality, parallel resistance [ohm].
-    """
-
-    coil: str
-    frequency: float
-    L: float
-    R: float
+    coil: str  # name
+    frequency: float  # resonance [Hz]
+    L: float  # [H]
+    R: float  # [ohm]
     Q: float
-    R_p: float
+    R_p: float  # parallel resistance [ohm]
 
 
 def free_inductances(sensor: Sensor) -> Array:
@@ -64,20 +56,12 @@ def free_inductances(sensor: Sensor) -> Array:
 
 @lru_cache(maxsize=16)
 def _free(coils: tuple[Coil, ...]) -> tuple[float, ...]:
-    """Equal coils are solved once."""
+    """Return the inductances, solving equal coils once."""
     return tuple(float(L) for L in np.diagonal(coil_inductances(coils)))
 
 
 def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ...]]:
-    """Return an impedance in henry and ohm, and what had to be left out.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        Its coils are used.
-    found : Impedance
-        Of any unit.
-    """
+    """Return an impedance in henry and ohm, and what had to be left out."""
     if found.unit_L == "H":
         return found, ()
     n = len(sensor.coils)
@@ -91,7 +75,7 @@ def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ..
 
 
 def table_impedance(data: xr.Dataset) -> Impedance:
-    """Return the impedance that a table holds, with what it varies as leading axes; what failed is NaN."""
+    """Return the impedance of a table, with its varied dimensions as leading axes; NaN where a load failed."""
     order = (*varied(data), "coil", "coil_2")
     L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
     L0 = data["L0"].to_numpy()
@@ -101,26 +85,9 @@ def table_impedance(data: xr.Dataset) -> Impedance:
 
 
 def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
-    """Return what each coil shows at the end of its leads over the loads of a table, and what was left out.
+    """Return ``L`` [H] and ``R`` [ohm] at the end of the leads, dims (*varied(data), coil), and what is left out.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`.
-
-    Returns
-    -------
-    Dataset, dims (*varied(data), coil)
-        ``L`` [H] and ``R`` [ohm].
-    tuple of str
-        Left out.
-
-    Raises
-    ------
-    SceneError
-        When the tracks' losses cannot be computed.
+    Raises SceneError when the tracks' losses cannot be computed.
     """
     sensor = at_temperature(sensor)
     found, missing = absolute(sensor, table_impedance(data))
@@ -135,21 +102,11 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
 
 
 def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
-    """Return what a table holds of each coil, driven alone, in henry.
+    """Return the inductance of each coil, driven alone, in henry, dims (*varied(data), coil).
 
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`.
-
-    Returns
-    -------
-    Dataset, dims (*varied(data), coil)
-        ``L`` and ``error_L`` [H], NaN where a load has no result; ``L0`` (coil) [H]; where the table has them the
-        signed parts of the errors, ``shared_L`` (part, ...) and ``alone_L`` (cause, ...) [H], and ``slope_T_L`` and
-        ``slope_T_L_by`` (thermal_cause, ...) [H/K].
+    ``L`` and ``error_L`` [H], NaN where a load has no result; ``L0`` (coil) [H]; where the table has them the signed
+    parts of the errors, ``shared_L`` (part, ...) and ``alone_L`` (cause, ...) [H], and ``slope_T_L`` and
+    ``slope_T_L_by`` (thermal_cause, ...) [H/K].
     """
     found, good = absolute(sensor, table_impedance(data))[0], _converged(data)[..., None]
     L, error_L, L0 = (np.diagonal(part, axis1=-2, axis2=-1) for part in (found.L, found.error_L, found.L0))
@@ -161,12 +118,12 @@ def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
 
 
 def _converged(data: xr.Dataset) -> NDArray[np.bool_]:
-    """Tell which loads of a table have a result, in the order of `varied`."""
+    """Return which loads of a table have a result, in the order of `varied`."""
     return data["status"].transpose(*varied(data)).isin(ANSWERED).to_numpy()
 
 
 def _over_loads(sensor: Sensor, data: xr.Dataset, **each: Array) -> xr.Dataset:
-    """Return values of every coil at every load of a table, shape (*sizes, n), under the loads' and coils' names."""
+    """Return values of every coil at every load, shape (*sizes, n), under the names of loads and coils."""
     loads = varied(data)
     coords = {**{name: data[name] for name in loads}, "coil": [coil.name for coil in sensor.coils]}
     return xr.Dataset({name: ((*loads, "coil"), values) for name, values in each.items()}, coords)
@@ -209,21 +166,8 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
 def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = None) -> Calibration:
     """Return the calibration of a sensor in codes of its converter, not rounded, with idle coils and leads.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Its ``readout`` is used.
-    data : Dataset
-        As from `calibrate`.
-    clock : float, optional
-        External clock [Hz]; the part's greatest by default.
-
-    Raises
-    ------
-    SceneError
-        When the scene has no converter.
-    ValueError
-        When the converter has no settings for this sensor, or the table holds too few loads.
+    `clock` is external [Hz], by default the part's greatest. Raises SceneError without a converter, ValueError when it
+    has no settings for this sensor or the table holds too few loads.
     """
     front, _ = sensor_front_end(sensor, data, clock=clock)
     L = terminals(sensor, data)[0]["L"]
@@ -235,20 +179,20 @@ def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = 
 
 
 def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:
-    """Return the codes, not rounded, of inductances at the terminals [H]; NaN where there is none."""
+    """Return the unrounded codes of inductances at the terminals [H]; NaN where there is none."""
     good, f = np.isfinite(L), np.full(L.shape, np.nan)
     f[good] = tank_frequency(L[good], at_temperature(sensor).readout.parallel_capacitance)
     return code_of(f, front.part, clock_factor(sensor) * front.reference, front.input_divider)
 
 
 def coil_table(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
-    """Return `own_inductances` for `quality`: less loads that have one value, with ``weights`` (signal, coil)."""
+    """Return `own_inductances` for `quality`: without loads of one value, with ``weights`` (signal, coil)."""
     own = own_inductances(sensor, data).assign(weights=(("signal", "coil"), signal_weights(sensor)))
     return own.isel({name: 0 for name in varied(data) if data.sizes[name] == 1}, drop=True)
 
 
 def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:
-    """Return the largest estimated error of each coil's inductance over a table, by the solvers, shape (n,) [H]."""
+    """Return the largest estimated error of each coil's inductance over a table, shape (n,) [H]."""
     own = own_inductances(sensor, data)["error_L"].to_numpy()
     return np.asarray(np.nanmax(own.reshape(-1, len(sensor.coils)), axis=0))
 
@@ -258,21 +202,8 @@ def sensor_front_end(
 ) -> tuple[FrontEnd, tuple[str, ...]]:
     """Return the settings of the scene's converter for all loads of a table, and what was left out.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Its ``readout`` is used.
-    data : Dataset
-        As from `calibrate`.
-    clock, rcount, noise
-        As for `front_end`.
-
-    Raises
-    ------
-    SceneError
-        When the scene has no converter.
-    ValueError
-        When the converter has no such settings.
+    `clock`, `rcount` and `noise` as for `front_end`. Raises SceneError without a converter, ValueError when it has no
+    such settings.
     """
     if sensor.readout.converter == "none":
         raise SceneError(f'{sensor.name}: readout.converter must be a part, such as "LDC1614"; got "none"')
@@ -285,16 +216,9 @@ def sensor_front_end(
 
 
 def branches(sensor: Sensor, data: xr.Dataset, points: int = 41) -> tuple[Array, Array]:
-    """Return the inductances of each coil at the same loads while the last cycle rises and falls, shape (m, n) [H].
+    """Return inductances at the same loads while the last cycle rises and falls, shape (m, n) [H] each.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        What was loaded.
-    data : Dataset
-        As from `load_cycle`; its last cycle starts and ends without load.
-    points : int
-        Loads, even from none to the peak.
+    `data` is from `load_cycle`, its last cycle starting and ending without load; loads are even from none to the peak.
     """
     free = np.diagonal(data["L0"].to_numpy())
     L = np.diagonal(data["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
@@ -309,27 +233,16 @@ def branches(sensor: Sensor, data: xr.Dataset, points: int = 41) -> tuple[Array,
 
 
 def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[OperatingPoint, ...]:
-    """Return where each coil swings with the readout's capacitance at a pose: L and f solved together.
+    """Return where each coil resonates with the readout's capacitance at a pose: L and f solved together.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Its readout gives capacitance, leads and what idle coils do.
-    model : MagneticModel
-        Of the sensor.
-    pose : Pose of float
-
-    Raises
-    ------
-    ValueError
-        When there is no resonance in the converter's range.
+    Raises ValueError when there is no resonance in the converter's range.
     """
     sensor = at_temperature(sensor)
     part = converter("LDC1614" if sensor.readout.converter == "none" else sensor.readout.converter)
     direct = track_resistances(sensor.coils)
 
     def inductance(k: int, f: float) -> float:
-        """Return L of coil k with leads and idle coils; what even current leaves out does not move f."""
+        """Return L of coil k with leads and idle coils; `shift` by skin and proximity effect is left out."""
         found, omega = absolute(sensor, model.impedance(pose, f))[0], 2.0 * np.pi * f
         seen = terminal_impedance(found.R + 1j * omega * found.L, direct, sensor.readout, omega)
         return float(seen.imag[k] / omega)

@@ -1,7 +1,7 @@
-"""What is read over a calibration? Each coil's inductance in henry, and the codes of the scene's converter.
+"""Read a calibration: each coil's inductance in henry, and the codes of the scene's converter.
 
 The inductances are the table's own (`bench.own_inductances`), each coil driven alone; the codes are of what the coils
-show at the end of their leads (`bench.terminals`), swinging with the readout's capacitance.
+show at the end of their leads (`bench.terminals`), resonating with the readout's capacitance.
 """
 
 from __future__ import annotations
@@ -18,40 +18,18 @@ from sits_mech.scene.sensor import Sensor
 
 @dataclass(frozen=True)
 class Readings:
-    """What is read at each load of a table, in the order of `varied`; NaN where a load has no result.
+    """Readings at each load of a table, in the order of `varied`; NaN where a load has no result."""
 
-    Attributes
-    ----------
-    L, error_L : ndarray, shape (*sizes, n)
-        Inductance of each coil and its estimated error [H].
-    L0 : ndarray, shape (n,)
-        Without target [H].
-    front : FrontEnd or None
-        Settings of the converter; None where the sensor has none, or none that fit it.
-    codes : ndarray or None, shape (*sizes, n)
-        What the converter gives, not rounded.
-    left_out : tuple of str
-        One line for each thing that the codes do not have, or why there are none.
-    """
-
-    L: Array
-    error_L: Array
-    L0: Array
-    front: FrontEnd | None
-    codes: Array | None
-    left_out: tuple[str, ...]
+    L: Array  # (*sizes, n) [H]
+    error_L: Array  # estimated [H]
+    L0: Array  # (n,), without target [H]
+    front: FrontEnd | None  # settings of the converter; None without one that fits
+    codes: Array | None  # (*sizes, n), not rounded
+    left_out: tuple[str, ...]  # what the codes leave out, or why there are none
 
 
 def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
-    """Return what is read over a calibration.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        With its readout.
-    data : Dataset
-        As from `calibrate`.
-    """
+    """Return inductances and codes over a calibration."""
     own = own_inductances(sensor, data)
     L, error, L0 = (own[name].to_numpy() for name in ("L", "error_L", "L0"))
     if sensor.readout.converter == "none":

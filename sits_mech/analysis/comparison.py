@@ -1,4 +1,4 @@
-"""How far is a measurement from the model, and which few physical parameters bring them together?
+"""Compare a measurement with the model, and fit the few physical parameters that bring them together.
 
     L_i(F) = L_map,i(F / s) + L_i(pose + moved, scene + changed) - L_i(pose, scene),    pose = map(F / s),
 
@@ -41,52 +41,22 @@ _MODULI = (0.02, 10.0)  # least and greatest factor
 
 @dataclass(frozen=True)
 class Comparison:
-    """A measurement beside the model.
-
-    Attributes
-    ----------
-    measured : Measured
-    fit : ParameterFit
-        In SI.
-    free : tuple of Free
-        What was known of each parameter beforehand.
-    model : callable
-        Values of the parameters, shape (k, p), to inductances, shape (k, m, n) [H].
-    noise : float or None
-        Of a reading [H].
-    predicted : ndarray, shape (m, n)
-        By the scene as it is [H].
-    shear_modulus : float
-        The scene's at small strain, times the fitted factor where it was fitted [Pa].
-    map_error : float
-        Of the map between the table's loads, over each coil's range; 0 where poses were measured.
-    """
+    """A measurement beside the model, with the fitted parameters."""
 
     measured: Measured
-    fit: ParameterFit
-    free: tuple[Free, ...]
-    model: Model
-    noise: float | None
-    predicted: Array
-    shear_modulus: float
-    map_error: float
+    fit: ParameterFit  # in SI
+    free: tuple[Free, ...]  # with what was known of each beforehand
+    model: Model  # parameters (k, p) to inductances (k, m, n) [H]
+    noise: float | None  # of a reading [H]
+    predicted: Array  # (m, n), by the scene as it is [H]
+    shear_modulus: float  # at small strain, as fitted [Pa]
+    map_error: float  # between the table's loads, over each coil's range; 0 for measured poses
 
     def profile(self, name: str, points: int = 9, reach: float = 1.5) -> tuple[Array, Array]:
-        """Return values of a parameter, and how far chi^2 without its own term rises there (`maps.fit.profile`).
+        """Return values of a parameter, and the rise of chi^2 without its own term there (`maps.fit.profile`).
 
-        The rise is over the fit's variance, as the half-widths are.
-
-        Parameters
-        ----------
-        name : str
-        points : int
-        reach : float
-            How far the values go on both sides of the best, in its half-widths.
-
-        Raises
-        ------
-        SceneError
-            When the noise is not known, or the measurement does not determine the parameter.
+        The rise is over the fit's variance; values go `reach` half-widths to both sides of the best. Raises SceneError
+        when the noise is not known, or the measurement does not determine the parameter.
         """
         place = self.fit.names.index(name)
         best, width = float(self.fit.values[place]), float(self.fit.half_widths[place])
@@ -98,15 +68,9 @@ class Comparison:
 
 
 def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tank | None:
-    """Return how the scene's converter, set for a table, makes codes of inductances; None where it cannot.
+    """Return the scene's converter set for a table, as a tank from inductances to codes; None where it has no settings.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    data : Dataset
-        As from `calibrate`.
-    clock : float, optional
-        External clock [Hz]; the part's greatest by default.
+    `clock` is external [Hz], by default the part's greatest.
     """
     try:
         front, _ = sensor_front_end(sensor, data, clock=clock)
@@ -123,26 +87,10 @@ def compare(
 ) -> Comparison:  # fmt: skip
     """Return a measurement beside the model, and the parameters that bring them together.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset or None
-        As from `calibrate`; its loads must reach as far as the measured ones over the modulus that is to be found, or
-        a little less, as far as its map can be followed. Poses need none.
-    measured : Measured
-        Forces in the order of `several`, or poses; inductances at the terminals.
-    free : sequence of str
-        What to fit, each a name of `setup` or a key of the scene, with what is known: ``"gap = 0 +- 0.3 mm"``.
-    noise : float, optional
-        Standard deviation of a reading [H]: what is known is weighed against it.
-    magnetics, tolerance
-        Of the model, for poses without a table.
-
-    Raises
-    ------
-    SceneError
-        When a parameter is unknown, the table is too small, or a value is at the end of its reach.
+    `data` is from `calibrate` and reaches as far as the measured loads over the modulus to be found, or nearly; None
+    for measured poses. `free` are names of `setup` or keys of the scene with what is known: ``"gap = 0 +- 0.3 mm"``; it
+    is weighed against `noise`, the deviation of a reading [H]. Raises SceneError for an unknown parameter, a table that
+    is too small, or a value at the end of its reach.
     """
     known = checked(sensor, free, measured.poses is not None)
     setup = Setup(sensor, known, _maker(data, measured, magnetics, tolerance))
@@ -156,7 +104,7 @@ def compare(
 def _maker(
     data: xr.Dataset | None, measured: Measured, magnetics: str, tolerance: float
 ) -> Callable[[Sensor], MagneticModel]:
-    """Return what makes the magnetic model of a scene: the table's, or that of the poses."""
+    """Return a function that makes the magnetic model of a scene: the table's, or that of the poses."""
     if data is not None:
         request = json.loads(data.attrs["request"])
         loads = [wrench_of(row) for row in points(data)]
@@ -167,7 +115,7 @@ def _maker(
 
 
 def _of_poses(setup: Setup, measured: Measured, poses: Array, noise: float | None) -> Comparison:
-    """Compare what stages have set."""
+    """Compare readings at poses that stages have set."""
     if not np.any(np.isfinite(poses[:, POSE.index("d_v")])):
         raise SceneError(f"{measured.source}: must hold a row with a target; got d_v = inf in all")
 
@@ -182,7 +130,7 @@ def _of_poses(setup: Setup, measured: Measured, poses: Array, noise: float | Non
 
 
 def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float | None) -> Comparison:
-    """Compare what loads have moved."""
+    """Compare readings under loads."""
     sensor, names = setup.sensor, several(data)
     table = _table(sensor, data, names)
     (softest, stiffest), why = _moduli(measured.forces, table, names)
@@ -208,7 +156,7 @@ def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float |
 
 @dataclass(frozen=True)
 class _Table:
-    """Inductances at the terminals over the forces, and the poses, those of its loads as well."""
+    """Maps from forces to inductances at the terminals and to poses, with the poses of the table's loads."""
 
     map: SmoothMap
     places: SmoothMap
@@ -228,12 +176,12 @@ class _Table:
 
     @property
     def error(self) -> float:
-        """Of the map, over each range."""
+        """The error of the map, over each range."""
         return float(np.max(self.map.error / self._ranges()))
 
     @property
     def own(self) -> float:
-        """Root mean square error of the map, over each range, of a grid fine enough to tell it; else zero."""
+        """The rms error of the map, over each range, of a grid fine enough to estimate it; else zero."""
         rms = self.map.rms / self._ranges()
         return float(np.sqrt(np.mean(rms[np.isfinite(rms)] ** 2))) if np.any(np.isfinite(rms)) else 0.0
 

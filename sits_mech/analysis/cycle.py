@@ -1,4 +1,4 @@
-"""What does the sensor show while a load comes and goes? The silicone's rate and softening as hysteresis.
+"""Simulate a load cycle: hysteresis by the silicone's rate and softening.
 
     load s(t) --(viscosity, softening: silicone/history.py)--> elastic share s_e(t) --(chain)--> pose, L, signals
 
@@ -39,36 +39,16 @@ from sits_mech.version import __version__
 
 @dataclass(frozen=True)
 class Programme:
-    """A load over time.
+    """A load over time, as a share of the peak wrench, linear in between."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Not descending; twice the same is a step [s].
-    share : ndarray, shape (n,)
-        Of the peak wrench, 0 to 1, linear in between [-].
-    """
-
-    time: Array
-    share: Array
+    time: Array  # (n,), not descending; twice the same is a step [s]
+    share: Array  # (n,), 0 to 1 [-]
 
 
 def triangle(period: float, cycles: int = 2, samples: int = 200) -> Programme:
-    """Return a load that rises and falls evenly.
+    """Return a load that rises and falls evenly, with `period` from minimum to minimum [s].
 
-    Parameters
-    ----------
-    period : float
-        From one minimum to the next [s]; of a rate in N/s: twice the peak over the rate.
-    cycles : int
-        How often.
-    samples : int
-        Of each cycle, even.
-
-    Raises
-    ------
-    SceneError
-        For a period that is not positive, no cycle, or an odd number of samples.
+    `samples` of each cycle is even. Raises SceneError for values that make no cycle.
     """
     if not 0.0 < period < np.inf:
         raise SceneError(f"period must be a positive time [s]; got {period}")
@@ -88,37 +68,14 @@ def load_cycle(
     magnetics: str = "auto",
     points: int = 17,
 ) -> xr.Dataset:
-    """Return pose, inductance and signals while a load comes and goes.
+    """Return pose, inductance and signals under a load cycle up to `peak`, as a Dataset over time.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Its silicone's ``prony`` and ``mullins`` play their part; a silicone without both shows no loop.
-    peak : Wrench
-        The load at share 1 [N, N m].
-    programme : Programme
-        The share over time, as from `triangle`.
-    tolerance, mechanics, magnetics
-        As for `simulate`.
-    points : int
-        Loads solved, odd and at least 5.
-
-    Returns
-    -------
-    Dataset, dim time
-        ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2) and the signals, each with ``error_``. Attributes:
-        scene, request, ``notes``, ``unit_L``, ``status`` and ``flags``, and of each signal that is `told`
-        ``loop_L_v_percent`` and the like, the width of its loops in percent of its range, a list with one number for
-        each cycle, with ``error_``; NaN where the range is within the signal's error.
-
-    Raises
-    ------
-    SceneError
-        When a model cannot hold the scene, or the programme is none.
-    Collision
-        When the target comes to the coil plane.
-    SolveFailed
-        When the layer has no equilibrium on the way to the peak.
+    ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2) and the signals, each with ``error_``. Attributes: scene,
+    request, ``notes``, ``unit_L``, ``status``, ``flags``, and of each signal that is `told` ``loop_L_v_percent`` and
+    the like: widths of its loops in percent of its range, one for each cycle, with ``error_``; NaN where the range is
+    within the signal's error. A silicone without ``prony`` and ``mullins`` shows no loop. `points`, odd and at least 5,
+    loads are solved. Raises SceneError for a scene or programme that cannot be solved, Collision where the target
+    touches the coil plane, SolveFailed without an equilibrium on the way.
     """
     _check(programme)
     field, by_field = loaded_model(sensor, magnetics, tolerance, [peak])
@@ -152,7 +109,7 @@ def load_cycle(
 
 
 def _notes(sensor: Sensor) -> tuple[str, ...]:
-    """Return why there is no loop, where the silicone can show none, and that friction is not in it."""
+    """Explain why there is no loop, where the silicone can show none, and that friction is left out."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
     slips = ("elastomer.friction: every load comes straight from rest; what slips there and back is not in the loop",)
@@ -163,7 +120,7 @@ def _notes(sensor: Sensor) -> tuple[str, ...]:
 
 
 def _check(programme: Programme) -> None:
-    """Refuse a programme that is none."""
+    """Refuse shares and times that make no programme."""
     time, share = programme.time, programme.share
     if time.ndim != 1 or time.shape != share.shape or time.size < 2:
         raise SceneError(f"time and share must be of one length, from 2 on; got {time.shape} and {share.shape}")
@@ -179,7 +136,7 @@ def _poses(curve: ElasticCurve, kind: str) -> Pose:
 
 
 def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) -> Array:
-    """Return the share of the virgin elastic answer that the pad shows."""
+    """Return the share of the virgin elastic response that the pad shows."""
     if sensor.elastomer is None:
         return programme.share.copy()
     silicone = sensor.elastomer.silicone
@@ -216,7 +173,7 @@ def loops(data: xr.Dataset, name: str) -> dict[str, list[float]]:
 
 
 def _cycles(share: Array) -> list[slice]:
-    """Return where a load rises and falls again, from minimum to minimum."""
+    """Return the slices of a load from minimum to minimum."""
     way = np.sign(np.diff(share))
     moving = np.flatnonzero(way)
     turns = moving[1:][way[moving][1:] > way[moving][:-1]]  # from falling to rising
@@ -225,7 +182,7 @@ def _cycles(share: Array) -> list[slice]:
 
 
 def _loop(share: Array, signal: Array, error: Array) -> tuple[float, float]:
-    """Return width and error of one loop in percent of the signal's range; NaN for a signal within its error."""
+    """Return width and error of one loop in percent of the signal's range; NaN for a range within its error."""
     top = int(np.argmax(share))
     low = max(share[0], share[-1])
     grid = np.linspace(low, share[top], 201)

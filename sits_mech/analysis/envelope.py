@@ -1,11 +1,11 @@
-"""Which forces does a sensor bear? The curve in the plane of forces at which the first of its limits is met.
+"""Find the forces that a sensor bears: the curve in the plane of forces at which the first of its limits is met.
 
 Rays start at no force, at equal angles in the plane of F_x and F_z, each over what it bears alone; where coils stand
 apart along y also in the plane of F_y and F_z. Of rays that are images of one another one is solved (symmetry.py). The
 limits are those of `capacity` (limits.py): stretch at the end of the silicone's data, error of the pose at a tolerance,
 contact with coils or plates, folding, a load that is not carried.
 
-A ray is followed on the first two meshes. Those of a block tell too large a stretch about bonded edges, and bear less:
+A ray is followed on the first two meshes. Those of a block overestimate the stretch at bonded edges, and bear less:
 from there the model goes on with a third mesh, as `pose` does. Where that one does not come to rest the stretch is that
 of the second, here as there: along such rays `pose` goes beyond the data, back, and beyond again over a tenth of the
 load.
@@ -140,7 +140,7 @@ def envelope(
 
 @dataclass
 class _Search:
-    """Ends of rays of a scene on two meshes and on three, of those that are images of one another once."""
+    """Ends of rays of a scene on two meshes and on three, solving one of several images."""
 
     sensor: Sensor
     rough: MechanicalModel
@@ -151,7 +151,7 @@ class _Search:
     finer: dict[Wrench, Capacity] = field(default_factory=dict)
 
     def along(self, plane: tuple[str, str], rays: int) -> Iterator[Ray]:
-        """Give the rays of a plane."""
+        """Yield the rays of a plane."""
         size = {name: float(getattr(load, name)) for load in _first_loads(self.sensor, [plane]) for name in plane}
         for name in plane:
             end = self.end(Wrench(**{name: size[name]}))
@@ -167,11 +167,11 @@ class _Search:
             yield Ray(plane, angle, _times(end.multiple, load), _error(end), end.reason)
 
     def standard(self, load: Wrench) -> Wrench:
-        """The image of a load that is solved for it."""
+        """Return the image of a load that is solved for it."""
         return symmetry_of(self.sensor).standard(load)[0]
 
     def end(self, load: Wrench) -> Capacity:
-        """Where two meshes end, or the only one."""
+        """Return where two meshes end, or the only one."""
         solved = self.standard(load)
         if solved not in self.ends:
             tolerance = math.inf if self.deeper is not None else self.tolerance
@@ -181,7 +181,7 @@ class _Search:
         return self.ends[solved]
 
     def last(self, load: Wrench) -> Capacity:
-        """Where the last mesh ends that is solved, as multiple of the load."""
+        """Return where the last mesh that is solved ends, as a multiple of the load."""
         rough, solved = self.end(load), self.standard(load)
         if self.deeper is None or rough.rest is None:
             return rough
@@ -208,7 +208,7 @@ def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto", tolerance
 
 
 def _error(end: Capacity) -> float:
-    """Relative error of where three meshes end."""
+    """Return the relative error of where three meshes end."""
     if end.rest is None:  # a path that ended, near its largest load or not
         return end.error / end.multiple if end.multiple > 0.0 else math.nan
     if not end.reason.startswith(STRETCH):
@@ -219,12 +219,12 @@ def _error(end: Capacity) -> float:
 
 
 def _times(multiple: float, load: Wrench) -> Wrench:
-    """So many times a load."""
+    """Return a multiple of a load."""
     return Wrench(*(multiple * part if part else 0.0 for part in load.components.tolist()))
 
 
 def _first_loads(sensor: Sensor, planes: Sequence[tuple[str, str]]) -> list[Wrench]:
-    """Loads that are tried first in some planes: stresses of the size of the silicone's modulus under the target."""
+    """Return the loads to try first in some planes: stresses of the size of the silicone's modulus under the target."""
     if sensor.target is None or sensor.elastomer is None:
         return []  # refused with the model
     force = sensor.elastomer.silicone.shear_modulus * math.prod(sensor.target.extent)

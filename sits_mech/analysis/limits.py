@@ -1,4 +1,4 @@
-"""What limits a pad? Stretch against the silicone's data, clearance, the load it carries, rate, spread of its modulus.
+"""Find the limits of a pad: stretch against the silicone's data, clearance, load carried, rate, spread of its modulus.
 
 Of a calibration's table:
 
@@ -62,65 +62,33 @@ _FOLDED = "pass through one another"
 
 @dataclass(frozen=True)
 class Capacity:
-    """How much of a load a pad carries.
+    """The largest multiple of a load that a pad carries."""
 
-    Attributes
-    ----------
-    load : Wrench
-        A corner of the table [N, N m].
-    multiple : float
-        Of it, the largest that is carried; infinite where no limit was met up to 64 times the load.
-    error : float
-        Of the multiple; nan where it is not known.
-    reason : str
-        What comes next.
-    rest : Equilibrium or None
-        The nearest that was solved; None where a path ended.
-    """
-
-    load: Wrench
-    multiple: float
-    error: float
-    reason: str
+    load: Wrench  # a corner of the table [N, N m]
+    multiple: float  # infinite where no limit was met up to 64 times the load
+    error: float  # of the multiple; nan where not known
+    reason: str  # the limit that is met
     rest: Equilibrium | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a pad; what is not known is nan.
+    """Limits of a pad; nan where not known."""
 
-    Attributes
-    ----------
-    stretch, known_stretch : float
-        Largest over the table; that of the data behind the silicone's constants [-].
-    stretch_under : str
-        The load of the former, in words.
-    clearance, error_clearance : float
-        Least over the table, and its error [m].
-    clearance_under : str
-        Its load.
-    hysteresis, left : float
-        Of the displacement: width of the loop of a load that comes and goes in `PERIOD`, what is left `AFTER` [-].
-    spread : float
-        Largest over smallest stress at 100 % strain of the silicone's sources [-].
-    capacity : tuple of Capacity
-        Where it was asked for.
-    """
-
-    stretch: float
-    known_stretch: float
-    stretch_under: str
-    clearance: float
-    error_clearance: float
-    clearance_under: str
-    hysteresis: float
-    left: float
-    spread: float
-    capacity: tuple[Capacity, ...] = field(default=())
+    stretch: float  # largest over the table [-]
+    known_stretch: float  # of the data behind the silicone's constants [-]
+    stretch_under: str  # its load, in words
+    clearance: float  # least over the table [m]
+    error_clearance: float  # [m]
+    clearance_under: str  # its load
+    hysteresis: float  # loop width of a load cycle in `PERIOD`, of the displacement [-]
+    left: float  # remaining displacement `AFTER` it, of the displacement [-]
+    spread: float  # largest over smallest stress at 100 % strain of the silicone's sources [-]
+    capacity: tuple[Capacity, ...] = field(default=())  # where it was asked for
 
 
 def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
-    """Return the limits of a pad that its table and its silicone tell; arguments as from `calibrate`."""
+    """Return the limits of a pad from its table (`calibrate`) and its silicone."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     known = known_stretch(sensor)
     dims, size = data["status"].dims, data["status"].size
@@ -131,7 +99,7 @@ def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
     off = error[:, 1] + half[0] * error[:, 2] + half[1] * error[:, 4]
 
     def under(values: Array) -> tuple[int, str]:
-        """Number and name of the load with the largest value."""
+        """Return number and name of the load with the largest value."""
         k = int(np.nanargmax(values)) if np.any(np.isfinite(values)) else -1
         row = data.isel(dict(zip(dims, np.unravel_index(k % size, data["status"].shape), strict=True)))
         return k, "" if k < 0 else load_words({name: float(row[name]) for name in (*varied(data), *fixed(data))})
@@ -158,7 +126,7 @@ def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Pr
 
 
 def corner_loads(sensor: Sensor, data: xr.Dataset) -> list[Wrench]:
-    """Return the loads of the ends of a table's components, and of zero, without images of others and without none."""
+    """Return the corner loads of a table's components and zero, without images and without the zero load."""
     ranges = {name: (float(data[name].min()), float(data[name].max())) for name in varied(data)}
     return corners(sensor, ranges, fixed(data))
 
@@ -166,16 +134,9 @@ def corner_loads(sensor: Sensor, data: xr.Dataset) -> list[Wrench]:
 def corners(
     sensor: Sensor, ranges: Mapping[str, tuple[float, float]], held: Mapping[str, float] | None = None
 ) -> list[Wrench]:
-    """Return the loads of the ends of some components, and of zero, without images of others and without none.
+    """Return loads of the ends of `ranges` and zero [N, N m], without images by symmetry and without the zero load.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Whose symmetry says which loads are images.
-    ranges : mapping
-        Least and greatest of components that vary [N, N m].
-    held : mapping, optional
-        Of the others [N, N m].
+    `held` are the other components.
     """
     ends = {name: sorted({0.0, *pair}) for name, pair in ranges.items()}
     ends |= {name: [value] for name, value in (held or {}).items()}
@@ -187,22 +148,10 @@ def capacity(
     sensor: Sensor, layer: MechanicalModel, load: Wrench, known_stretch: float, *, tolerance: float = np.inf,
     within: float = _WITHIN,
 ) -> Capacity:  # fmt: skip
-    """Return how much of a load a pad carries, and what comes next.
+    """Return how much of a load, tried first, a pad carries, and the limit that is met.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With target.
-    layer : MechanicalModel
-        Of it, for loads as `symmetry_of` has them solved.
-    load : Wrench
-        Tried first [N, N m].
-    known_stretch : float
-        Of the data behind the silicone's constants [-]; nan: not known, and no limit.
-    tolerance : float
-        Of the pose's relative error; no limit by default.
-    within : float
-        Of the multiple: how well it is located.
+    `layer` is for loads as `symmetry_of` has them solved; `known_stretch` nan is no limit; `tolerance` is of the pose's
+    relative error; the multiple is located to `within`.
     """
     search = _Search(sensor, layer, load, known_stretch, tolerance)
     low, high, tried = 0.0, np.inf, 1.0
@@ -242,7 +191,7 @@ class _Search:
     failed: dict[float, SolveFailed] = field(default_factory=dict)
 
     def margin(self, multiple: float) -> float:
-        """How far a multiple is from its limits, 1 at rest; -1 where it is not carried."""
+        """Return the margin of a multiple from its limits, 1 at rest; -1 where it is not carried."""
         if multiple == 0.0:
             return 1.0
         if multiple not in self.found and multiple not in self.failed:
@@ -256,16 +205,16 @@ class _Search:
         return self.of(self.found[multiple]) if multiple in self.found else -1.0
 
     def of(self, there: Equilibrium) -> float:
-        """The margin of a state."""
+        """Return the margin of a state."""
         return min(value for value, _ in self._margins(there))
 
     def at(self, multiple: float) -> Capacity:
-        """The capacity at a multiple, by the nearest that was solved."""
+        """Return the capacity at a multiple, from the nearest that was solved."""
         there = self.found[min(self.found, key=lambda m: abs(m - multiple))]
         return Capacity(self.load, multiple, np.nan, min(self._margins(there))[1], there)
 
     def _margins(self, there: Equilibrium) -> list[tuple[float, str]]:
-        """Each of them, with its name."""
+        """Return each margin with its name."""
         elastomer = self.sensor.elastomer
         free = 0.0 if elastomer is None else elastomer.standoff + elastomer.thickness
         coils = float(room(self.sensor, there.pose)) / float(room(self.sensor, Pose(0.0, free)))
@@ -281,7 +230,7 @@ class _Search:
 
 
 def _ended(failed: SolveFailed, load: Wrench, reached: float) -> Capacity:
-    """A load path that ended: its largest load where that was found, or how far it was followed."""
+    """Return the capacity of a load path that ended: its largest load, or how far it was followed."""
     why = next((key for key, words in REASONS.items() if any(words in note for note in failed.report.notes)), "")
     if failed.carried is None:
         return Capacity(load, reached, np.nan, _SHORT.get(why, "no equilibrium found beyond: it may carry more"))
@@ -291,13 +240,13 @@ def _ended(failed: SolveFailed, load: Wrench, reached: float) -> Capacity:
 
 
 def _share(part: Wrench, load: Wrench) -> float:
-    """How many times a load another one is that is proportional to it."""
+    """Return the ratio of two proportional loads."""
     whole = load.components
     return float(part.components @ whole / (whole @ whole))
 
 
 def _components(data: xr.Dataset, prefix: str) -> Array:
-    """Poses of a table, or their errors, (n, 6); what it does not have is zero."""
+    """Return poses of a table, or their errors, (n, 6); missing components are zero."""
     found, dims = np.zeros((data["status"].size, len(POSE))), data["status"].dims
     for k, name in enumerate(POSE):
         if f"{prefix}{name}" in data:

@@ -1,4 +1,4 @@
-"""What may a bench have otherwise than the scene says? Where the target stands, what leads and tank add, any number.
+"""Model how a bench may differ from the scene: pose of the target, leads and tank, any number of the scene.
 
     L_i = (L_model,i(pose, scene) + l) (1 + c / C)
 
@@ -59,12 +59,9 @@ class Known:
 
 
 def known(text: str) -> Known:
-    """Return a parameter as it is written: ``gap``, ``gap = 0 +- 0.3 mm``, ``target.width = 8 mm +- 20 um``.
+    """Read a parameter: ``gap``, ``gap = 0 +- 0.3 mm``, ``target.width = 8 mm +- 20 um``.
 
-    Raises
-    ------
-    SceneError
-        When it is neither a name nor a name with a value and a positive deviation of the same dimension.
+    Raises SceneError for anything else, or a deviation that is not positive and of the same dimension.
     """
     match = _PRIOR.fullmatch(text)
     if match is None or (match[1] not in PARAMETERS and "." not in match[1]):
@@ -88,32 +85,17 @@ def known(text: str) -> Known:
 
 @dataclass(frozen=True)
 class Setup:
-    """A bench: the scene, and what it may have otherwise.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    parameters : tuple of Known
-        In the order of the columns of P below.
-    model : callable
-        Makes the magnetic model of a scene.
-    """
+    """A bench: the scene, the parameters by which it may differ, and what makes the magnetic model of a scene."""
 
     sensor: Sensor
-    parameters: tuple[Known, ...]
+    parameters: tuple[Known, ...]  # in the order of the columns of P below
     model: Callable[[Sensor], MagneticModel]
 
     def readings(self, poses: Array, P: Array, L: Array | None = None) -> Array:
         """Return what the bench shows, shape (k, m, n) [H]; NaN where a target would touch the coil plane.
 
-        Parameters
-        ----------
-        poses : ndarray, shape (k, m, 6)
-            Set or computed; d_v is infinite where there is no target.
-        P : ndarray, shape (k, p)
-            Values of the parameters.
-        L : ndarray, shape (k, m, n), optional
-            At the terminals with nothing otherwise, where that is known better than by the model [H].
+        `poses` (k, m, 6) are set or computed, d_v infinite without target; `P` (k, p) are the parameters; `L` (k, m, n)
+        [H] replaces the model at the terminals with nothing changed, where it is known better.
         """
         here = dict(zip((each.name for each in self.parameters), P.T, strict=True))
         if L is None or not here.keys() <= set(_SERIES):
@@ -129,14 +111,9 @@ class Setup:
         return np.asarray((L + lead) * (1.0 + more / self.sensor.readout.parallel_capacitance))
 
     def free(self, poses: Array, ends: Mapping[str, Free]) -> tuple[Free, ...]:
-        """Return the parameters to be fitted with their first values, ends and sizes.
+        """Return the parameters to be fitted with first values, ends and sizes.
 
-        Parameters
-        ----------
-        poses : ndarray, shape (m, 6)
-            Of the measurement, or of the table.
-        ends : mapping
-            Those that are decided elsewhere.
+        `poses` (m, 6) are the measurement's or the table's; `ends` holds parameters that are decided elsewhere.
         """
         reach = _REACH * float(np.min(self._clearances(poses[None])))
         lengths = {"m": reach, "rad": reach / max(self._half(), reach), "H": _LEAD}
@@ -211,21 +188,10 @@ class Setup:
 
 
 def checked(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[Known, ...]:
-    """Return the parameters of some texts, or refuse them.
+    """Return the parameters of texts (see `known`); `posed` tells that poses were measured, not loads.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    texts : sequence of str
-        As for `known`.
-    posed : bool
-        Whether poses were measured, not loads.
-
-    Raises
-    ------
-    SceneError
-        When there is none, one comes twice, is not of such a bench, or a key is no number of the scene or has no
-        deviation.
+    Raises SceneError when there is none, one comes twice, does not fit such a bench, or a key is no number of the scene
+    or has no deviation.
     """
     found = tuple(known(text) for text in texts)
     names = [each.name for each in found]
@@ -252,7 +218,7 @@ def shown_inductances(sensor: Sensor, found: Impedance) -> Array:
 
 
 def _moved(poses: Array, here: Mapping[str, Array]) -> Array:
-    """Return poses (k, m, 6) with what the set-up does to them; without a target nothing."""
+    """Return poses (k, m, 6) as changed by the set-up; unchanged without a target."""
     zero = np.zeros(len(poses))
     part = {name: here.get(name, zero)[:, None] for name in PARAMETERS}
     moved = poses.copy()

@@ -1,4 +1,4 @@
-"""How does what the coils show change with frequency? L(f), R(f), Q(f) of one pose, and what is seen at the terminals.
+"""Calculate L(f), R(f), Q(f) of one pose, and what is seen at the terminals.
 
     Q_i = omega L_ii / (R_ii + R_track,i),
 
@@ -42,48 +42,24 @@ _PER_METRE = "terminals: the model is per metre of depth, leads and idle coils a
 class Terminals:
     """What each coil shows at the end of its leads; all of shape (..., n).
 
-    Attributes
-    ----------
-    L, R : ndarray
-        Before the capacitance [H, ohm].
-    R_ac : ndarray
-        Resistance of the tracks, contained in R [ohm].
-    Q : ndarray
-        omega L / R.
-    shift : ndarray
-        What skin and proximity effect in the tracks take from the coil's inductance, not contained in L [H].
-    apparent_L, apparent_R, apparent_Q : ndarray
-        With the readout's capacitance across the terminals; negative L above the tank's resonance [H, ohm, -].
-    tank_frequency : ndarray
-        Where the tank resonates, with L and R of this frequency; NaN if it is damped too much [Hz].
-    own_capacitance, self_resonance : ndarray
-        Estimates of the tracks' own capacitance, not contained in any of these, and of where L resonates with it alone
-        [F, Hz]; of a single turn 0 and NaN.
+    The apparent ones are with the readout's capacitance across the terminals: negative L above the tank's resonance.
     """
 
-    L: Array
-    R: Array
-    R_ac: Array
-    Q: Array
-    shift: Array
-    apparent_L: Array
-    apparent_R: Array
+    L: Array  # before the capacitance [H]
+    R: Array  # likewise [ohm]
+    R_ac: Array  # of the tracks, contained in R [ohm]
+    Q: Array  # omega L / R
+    shift: Array  # loss of L by skin and proximity effect in the tracks, not contained in L [H]
+    apparent_L: Array  # [H]
+    apparent_R: Array  # [ohm]
     apparent_Q: Array
-    tank_frequency: Array
-    own_capacitance: Array
-    self_resonance: Array
+    tank_frequency: Array  # resonance with L and R of this frequency; NaN if damped too much [Hz]
+    own_capacitance: Array  # estimate, of the tracks, not contained in any of these; 0 of a single turn [F]
+    self_resonance: Array  # estimate, of L with it alone; NaN of a single turn [Hz]
 
 
 def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tuple[str, ...]]:
-    """Return what each coil shows at its terminals, or None, and what was left out, with the reason.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        Its coils and readout are used.
-    found : Impedance
-        In henry and ohm; of one that is per metre nothing is said.
-    """
+    """Return what each coil shows at its terminals, or None per metre, and what was left out, with the reason."""
     sensor = at_temperature(sensor)
     tracks, missing = _tracks(sensor, found.unit_L, [found.frequency])
     missing += wave_notes(sensor.coils, found.frequency)
@@ -155,7 +131,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
 
 
 def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> Terminals:
-    """Network of coils, tracks, leads and idle coils at one frequency."""
+    """Return the network of coils, tracks, leads and idle coils at one frequency."""
     omega = 2.0 * np.pi * found.frequency
     Z = terminal_impedance(found.R + 1j * omega * found.L, R_ac, sensor.readout, omega)
     shape, capacitance = Z.real.shape, sensor.readout.parallel_capacitance
@@ -169,7 +145,7 @@ def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> T
 
 
 def _tracks(sensor: Sensor, unit_L: str, hertz: Sequence[float]) -> tuple[tuple[Array, Array] | None, tuple[str, ...]]:
-    """R_ac and shift of the tracks, shape (n, f) each; None where they are left out; and the reason."""
+    """Return R_ac and shift of the tracks, shape (n, f) each, or None where they are left out, and the reason."""
     if unit_L != "H":
         return None, (_PER_METRE,)
     try:
@@ -183,12 +159,12 @@ def _tracks(sensor: Sensor, unit_L: str, hertz: Sequence[float]) -> tuple[tuple[
 
 @lru_cache(maxsize=8)
 def _track(coil: Coil, hertz: tuple[float, ...]) -> TrackSpectrum:
-    """Equal coils are solved once."""
+    """Return the spectrum of a coil's tracks, solving equal coils once."""
     return track_spectrum(coil, hertz)
 
 
 def _joined(reports: Sequence[SolveReport], hertz: Array) -> SolveReport:
-    """One report of all solves: the worst of each; notes of the lowest and the highest frequency."""
+    """Join the reports of all solves: the worst of each; notes of the lowest and the highest frequency."""
     notes: list[str] = []
     for k in sorted({0, len(reports) - 1}):
         notes += [f"at {hertz[k]:.4g} Hz: {note}" for note in reports[k].notes]

@@ -1,13 +1,13 @@
-"""What is wrong with a reading that belongs to no load of a calibration? A coil that is off, or another kind of load.
+"""Explain a reading that belongs to no load of a calibration: a coil that is off, or another kind of load.
 
 With more coils than forces a reading L has a part that no force of the table explains,
 
     r = P W (L - L(F)),    P = 1 - Q Q^T,    W dL/dF = Q R at the nearest load F, W the coils' weights.
 
 A component of the load that the table does not vary is a cause where its own slopes, P W s, point along r and its size
-is one that the sensor may meet; a coil is one where the others, without it, belong to a load of the table. What more
-than one cause explains cannot be told: with one coil more than forces r has one direction only. Slopes s are those at
-rest (`wrenches`).
+is one that the sensor may meet; a coil is one where the others, without it, belong to a load of the table. Several
+causes that explain it cannot be resolved: with one coil more than forces r has one direction only. Slopes s are those
+at rest (`wrenches`).
 """
 
 from __future__ import annotations
@@ -34,13 +34,10 @@ _MOST = 2.0  # times the largest load of the table: beyond it a component is no 
 
 
 def component_slopes(sensor: Sensor, data: xr.Dataset) -> tuple[tuple[str, ...], Array, Array]:
-    """Return the components that a table does not vary, slopes of L over L0 by them, and sizes that may be met.
+    """Return the components that a table does not vary, slopes of L over L0 by them at rest, and their usual sizes.
 
-    Returns
-    -------
-    tuple
-        Names (p), slopes at rest (n, p) [1/N, 1/(N m)], sizes (p) [N, N m]: the table's largest force, and it times
-        half the target's side. Empty where the models in space cannot hold the scene.
+    Names (p), slopes (n, p) [1/N, 1/(N m)], sizes (p) [N, N m]: the table's largest force, and it times half the
+    target's side. Empty where the models in space cannot hold the scene.
     """
     others = tuple(name for name in WRENCH if name not in varied(data))
     try:
@@ -55,15 +52,9 @@ def component_slopes(sensor: Sensor, data: xr.Dataset) -> tuple[tuple[str, ...],
 
 
 def suspicion(cal: Calibration, reading: Array, others: tuple[Sequence[str], Array, Array]) -> str:
-    """Return in words what is wrong with a reading that belongs to no load; empty where nothing can be known.
+    """Explain in words a reading (n,) that belongs to no load; empty where nothing can be known.
 
-    Parameters
-    ----------
-    cal : Calibration
-    reading : ndarray, shape (n,)
-        [unit of the calibration].
-    others : tuple
-        Components that the table does not vary: names (p), slopes of the reading (n, p) [unit / N], sizes (p).
+    `others` are components that the table does not vary: names (p), slopes of the reading (n, p) [unit/N], sizes (p).
     """
     if len(cal.coils) == len(cal.forces) or not np.all(np.isfinite(reading)):
         return ""
@@ -108,7 +99,7 @@ def _off_table(cal: Calibration, forces: Array) -> Array:
 
 
 def _coils(cal: Calibration, reading: Array, residual: float) -> list[str]:
-    """Return the coils without which the others belong to a load of the table, each with how far it is off."""
+    """Return the coils without which the others belong to a load of the table, each with its deviation."""
     found = []
     for k, name in enumerate(cal.coils):
         others = np.delete(reading, k)

@@ -1,4 +1,4 @@
-"""What do the tolerances of a sensor make of its readings? Thickness, modulus, gap and coil offset, as forces misread.
+"""Calculate the errors of forces by tolerances of the sensor: thickness, modulus, gap and coil offset.
 
 A sensor that is a little off shows L' where the calibrated one shows L; read by the calibration, and tared at rest,
 
@@ -34,23 +34,12 @@ TOLERANCES = ("thickness", "modulus", "gap", "offset")
 
 @dataclass(frozen=True)
 class ForceSpread:
-    """How far the forces are misread.
+    """Errors of the forces by tolerances."""
 
-    Attributes
-    ----------
-    loads : ndarray, shape (k, d)
-        Where [N].
-    forces : tuple of str
-    spread : Spread
-        Of the errors [N], in the order loads times forces.
-    samples : int
-        Sensors solved; those that failed are left out.
-    """
-
-    loads: Array
+    loads: Array  # (k, d) [N]
     forces: tuple[str, ...]
-    spread: Spread
-    samples: int
+    spread: Spread  # of the errors [N], in the order loads times forces
+    samples: int  # sensors solved; those that failed are left out
 
     def table(self) -> xr.Dataset:
         """Return deviation, interval and shares over (load, force), the shares also over the cause."""
@@ -73,29 +62,11 @@ def force_spread(
     sensor: Sensor, data: xr.Dataset, deviations: Mapping[str, float], loads: Sequence[Sequence[float]], *,
     samples: int = 64, progress: Progress | None = None,
 ) -> ForceSpread:  # fmt: skip
-    """Return how far tolerances let the forces be misread at some loads.
+    """Return the errors of forces by tolerances at some loads.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`.
-    deviations : mapping
-        Standard deviation of each of `TOLERANCES` that counts.
-    loads : sequence
-        Loads, each of all components that the table has more than one value of, in its order [N, N m].
-    samples : int
-        Sensors to solve; a power of two.
-    progress : callable, optional
-        Called with the number of sensors solved and of all.
-
-    Raises
-    ------
-    SceneError
-        When a tolerance is unknown, or no load has readings of its own.
-    ValueError
-        When a deviation is not positive, or too few sensors could be solved.
+    `deviations` are standard deviations of `TOLERANCES`; `loads` hold all components that the table varies, in its
+    order [N, N m]; `samples`, the sensors to solve, is a power of two. Raises SceneError for an unknown tolerance or
+    where no load has readings of its own, ValueError for a deviation that is not positive or too few sensors solved.
     """
     wrong = [name for name in deviations if name not in TOLERANCES]
     if wrong or not deviations:

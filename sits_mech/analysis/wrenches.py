@@ -1,4 +1,4 @@
-"""How do the coils answer each of the six components of a load, at rest?
+"""Differentiate the coils' inductances by each of the six components of a load, at rest.
 
     dL/dF = dL/d(pose) d(pose)/dF,    pose = (d_h, d_v, alpha, d_y, alpha_x, alpha_z),
 
@@ -29,12 +29,7 @@ _LEVER = 0.25  # of the target's sides: where the greatest force acts for the fu
 def wrench_slopes(sensor: Sensor, pad: MechanicalModel, field: MagneticModel) -> Array:
     """Return the slopes of L over L0 by the components of `WRENCH` at rest, shape (n, 6) [1/N, 1/(N m)].
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With target and elastomer.
-    pad, field : model
-        Of the sensor; they take poses and wrenches that leave the plane y = 0.
+    `pad` and `field` take wrenches and poses that leave the plane y = 0.
     """
     loads = np.where([name.startswith("F") for name in WRENCH], _LOAD, 1e-3 * _LOAD)
     up, down = (np.array([pad.equilibrium(Wrench(*load)).pose.components for load in np.diag(sign * loads)])
@@ -56,21 +51,10 @@ def _pose_slopes(sensor: Sensor, field: MagneticModel, rest: Array) -> Array:
 def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> Observability:
     """Return which components of `WRENCH` the coils of a calibrated sensor resolve at rest, in space.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`: its tolerance, and its greatest loads as full scale. Where it has none, a shear force has
-        that of the other one, or of F_z, and F_z that of shear; a moment has that of a force a quarter of the target's
-        side off its centre: F_z, for M_z shear.
-    noise : array_like, shape (n,)
-        Standard deviation of each inductance [H].
-
-    Raises
-    ------
-    SceneError
-        When the models in space cannot hold the scene, or the table has no force.
+    `data` gives the tolerance and the greatest loads as full scale. Where it has none, a shear force has that of the
+    other one, or of F_z, and F_z that of shear; a moment has that of a force a quarter of the target's side off its
+    centre: F_z, for M_z shear. `noise` (n,) is the deviation of each inductance [H]. Raises SceneError when the models
+    in space cannot hold the scene, or the table has no force.
     """
     if sensor.target is None:
         raise SceneError(f"{sensor.name}: target: must be given to bear a load; it is missing")

@@ -1,6 +1,6 @@
-"""How far are the loads of a table solved? As far as its signals need: a look at the largest load tells what that is.
+"""Solve the loads of a table as far as its signals need; the largest load's first meshes tell how far that is.
 
-The largest load's first meshes, and its images, give what errors of the pose are worth in the signals (goal.py), the
+The first meshes of the largest load and its images give what errors of the pose are worth in the signals (goal.py), the
 plan and the magnetic model (promise.py); where it is not carried the other loads do. When all loads that need it are
 solved on the first meshes, finer ones are taken until the worst of them is good enough (interpolate.py).
 """
@@ -32,29 +32,14 @@ from sits_mech.status import FAILED, OK
 
 
 class AimedRows(NamedTuple):
-    """Rows of all loads, and what reads them.
-
-    Attributes
-    ----------
-    rows : mapping of Wrench to dict
-    field : MagneticModel
-        As fine as the signals take.
-    asked : float
-        Tolerance that it is made for.
-    planned : Look or None
-        What the largest load's first meshes promised; None where nothing was planned.
-    reached : float
-        Error over the signals' full scale; NaN where nothing was planned.
-    goal : Goal or None
-        What the poses are for; None where no signal changes.
-    """
+    """Rows of all loads, and the magnetic model that reads them."""
 
     rows: Mapping[Wrench, Row]
-    field: MagneticModel
-    asked: float
-    planned: Look | None = None
-    reached: float = np.nan
-    goal: Goal | None = None
+    field: MagneticModel  # as fine as the signals need
+    asked: float  # tolerance of `field`
+    planned: Look | None = None  # from the largest load's first meshes; None where nothing was planned
+    reached: float = np.nan  # error over the signals' full scale; NaN where nothing was planned
+    goal: Goal | None = None  # None where no signal changes
 
 
 def aimed_rows(
@@ -63,20 +48,8 @@ def aimed_rows(
 ) -> AimedRows:  # fmt: skip
     """Return the rows of a grid of loads, solved to a tolerance of the signals' full scale.
 
-    Parameters
-    ----------
-    sensor, layer, grid, symmetry, keep, progress
-        As of `poses_on_grid`.
-    models : tuple of str
-        Name of the mechanical model, and of the magnetic one as it was asked for.
-    tolerance : float
-    best : bool
-        Whether a tolerance that cannot be reached is answered with what is.
-
-    Raises
-    ------
-    SceneError
-        Without `best`, for a tolerance that cannot be reached.
+    `models` are the names of the mechanical model and of the magnetic one as asked for. A tolerance that cannot be
+    reached is answered with what is; without `best` it raises SceneError.
     """
     mechanics, magnetics = models
     loads, begun = loads_of(grid), dict[Wrench, Row]()
@@ -84,7 +57,7 @@ def aimed_rows(
     planned: Look | None = None
 
     def aimed(rows: Iterable[Row]) -> Aim | None:
-        """What the table is after, by rows of some of its loads; None where they tell nothing."""
+        """Return the aim of the table from rows of some loads; None where they tell nothing."""
         poses = [pose_of(row) for row in rows if status_of(sensor, row)[0] == OK]
         return aim_at(sensor, magnetics, tolerance, loads, poses) if poses else None
 
@@ -100,7 +73,7 @@ def aimed_rows(
             aim.refuse_beyond(planned, load_words(vars(far)))
 
     def after(rows: Iterable[Row]) -> Goal | None:
-        """What poses are for; by those of solved loads, where the largest tells nothing."""
+        """Return the goal of the poses from the largest load, or else from the solved loads."""
         nonlocal aim
         aim = aim or aimed(rows)
         return None if aim is None else aim.goal
@@ -118,7 +91,7 @@ def aimed_rows(
 
 
 def status_of(sensor: Sensor, row: Row) -> tuple[str, str]:
-    """Return what became of a load, and why it has no reading: one whose target comes to the coils has none either."""
+    """Return status and reason of a load; one whose target reaches the coils has no reading."""
     if row["status"] != OK:
         return str(row["status"]), str(row["reason"])
     try:
@@ -129,6 +102,6 @@ def status_of(sensor: Sensor, row: Row) -> tuple[str, str]:
 
 
 def _largest(loads: Sequence[Wrench]) -> Wrench:
-    """The load whose components are the largest, each over its largest of all."""
+    """Return the load whose components are largest, each over its largest of all."""
     sizes = np.abs([load.components for load in loads])
     return loads[int(np.argmax((sizes / np.maximum(sizes.max(axis=0), 1e-300)).sum(axis=1)))]

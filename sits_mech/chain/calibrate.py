@@ -1,4 +1,4 @@
-"""What does the sensor show over a grid of loads? The chain of simulate.py on every load, as one labelled table."""
+"""Calculate what the sensor shows over a grid of loads: the chain of simulate.py on every load, as one table."""
 
 from __future__ import annotations
 
@@ -147,14 +147,14 @@ def calibrate(
 
 
 def _promised(found: AimedRows) -> dict[str, Any]:
-    """Return seconds and error over full scale as planned, and the error as it was reached, where that is known."""
+    """Return planned seconds and error over full scale, and the error reached, where known."""
     if found.planned is None:
         return {}
     return {"planned": [found.planned.seconds, found.planned.error], "reached": found.reached}
 
 
 def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
-    """Say what sections leave out beside the errors, at the pose whose inductances change most: one says how much."""
+    """Name what sections leave out beside the errors, at the pose whose inductances change most."""
     done = [row for row in rows if row["status"] in ANSWERED]
     if not done:
         return ()
@@ -167,7 +167,7 @@ def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: 
 
 
 def _checked(name: str, values: Loads) -> list[float]:
-    """Return the values of a component in ascending order, or refuse them."""
+    """Return the values of a component in ascending order; raise SceneError for bad ones."""
     try:
         given = np.sort(np.atleast_1d(np.asarray(values, dtype=float)))
     except (TypeError, ValueError):
@@ -181,7 +181,7 @@ def _checked(name: str, values: Loads) -> list[float]:
 
 
 def _marks(sensor: Sensor, goal: Goal | None, row: Row, tolerance: float) -> dict[str, str]:
-    """Return status and flags of a load, by what its errors make of the signals' full scale."""
+    """Return status and flags of a load from its errors over the signals' full scale."""
     status, _ = status_of(sensor, row)
     if status != OK:
         return marked([status])
@@ -194,7 +194,7 @@ def _marks(sensor: Sensor, goal: Goal | None, row: Row, tolerance: float) -> dic
 
 
 def _shown(rows: Sequence[Row], loads: Sequence[Wrench]) -> list[Row]:
-    """Return the rows of loads without states, and without what leaves the plane where no load does."""
+    """Return the rows of loads without states, and without out-of-plane components where no load has any."""
     beside = () if leaving(loads) else POSE[3:]
     hidden = {"state", "unknowns", *beside, *(f"error_{name}" for name in beside)}
     return [{name: item for name, item in row.items() if name not in hidden} for row in rows]
@@ -203,7 +203,7 @@ def _shown(rows: Sequence[Row], loads: Sequence[Wrench]) -> list[Row]:
 def _by_temperature(
     sensor: Sensor, name: str, layer: MechanicalModel
 ) -> tuple[list[Parameter], list[Parameter]]:  # fmt: skip
-    """Return the numbers that stand for a sensor's temperature, and those that move the target."""
+    """Return the parameters of the sensor's temperature, and those of them that move the target."""
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"drift: must be asked of the mechanics block, planar or linear; got {name}")
     said = unknown_coefficients(sensor)
@@ -215,7 +215,7 @@ def _by_temperature(
 def _read_rows(
     sensor: Sensor, model: MagneticModel, rows: Sequence[Row], more: Callable[..., dict[str, Array]] | None = None
 ) -> tuple[Impedance, list[Row]]:  # fmt: skip
-    """Return the impedance of all converged rows, and the rows with what the coils show, and more of them."""
+    """Return the impedance of all converged rows, and the rows with impedances, signals and `more`."""
     checked = [row | dict(zip(("status", "reason"), status_of(sensor, row), strict=True)) for row in rows]
     good = [row for row in checked if row["status"] == OK]
     poses, errors, parts = poses_of(good)
@@ -248,13 +248,15 @@ def _entry(dims: tuple[str, ...], values: Any) -> Any:
 
 
 def _untilted(found: Signals) -> dict[str, Any]:
-    """Return the shear signals that a place would show without rotation, under the names of a table."""
+    """Return the shear signals without rotation, under the names of a table."""
     return {name: found.known[key] for key, name in _UNTILTED.items() if key in found.known}
 
 
 def _shared(sensor: Sensor, reading: Reading, parts: Array) -> dict[str, tuple[tuple[str, ...], Array]]:
-    """Return the signed parts of errors that loads share, the magnetic model's at last, and those that each has for
-    itself, of what the rotation does to a signal as well: dimensions and values, (p, ...), under the names of a table.
+    """Return errors of L as variables of a table, shape (p, ...).
+
+    Signed parts that loads share, the magnetic model's last, those of each load alone, and errors of what the rotation
+    does to a signal.
     """
     weights, L0 = signal_weights(sensor), np.diagonal(reading.impedance.L0)
     own, level = (signal_changes(change, L0, weights) for change in (reading.shared, reading.shared_untilted))

@@ -1,4 +1,4 @@
-"""Which fixed conductors does a request need solved? Those that matter; the others are left out by a bound.
+"""Choose the fixed conductors that a request needs solved; the others are left out by a bound.
 
 A conductor's effect is bounded beforehand (`remote`) and compared with the change of inductance that is asked for: what
 the target does at the poses that are known, or at rest, by the model that the bare sensor takes. Conductors whose
@@ -27,36 +27,19 @@ _LOOSE = 1.0  # of the change: bounds of conductors near the coils from which on
 
 @dataclass(frozen=True)
 class AmongFar:
-    """A magnetic model of a scene without its far conductors; what these are worth at most is in its errors.
+    """A magnetic model of a scene without its far conductors, whose bounds are in its errors."""
 
-    Attributes
-    ----------
-    model : MagneticModel
-        Of the scene `solved`.
-    sensor, solved : Sensor
-        The whole scene, and what is solved of it.
-    left_out, notes : tuple of str
-        For the report.
-    enough : float
-        Of L0: what is below is worth no better bound.
-    """
-
-    model: MagneticModel
-    sensor: Sensor
+    model: MagneticModel  # of `solved`
+    sensor: Sensor  # the whole scene
     solved: Sensor
-    left_out: tuple[str, ...]
+    left_out: tuple[str, ...]  # for the report
     notes: tuple[str, ...]
-    enough: float = 0.0
+    enough: float = 0.0  # of L0: bounds below this are not refined
 
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        """Return what the model does, with the far conductors in errors and report.
+        """Return the model's impedance with the far conductors in errors and report.
 
-        Raises
-        ------
-        Collision
-            If a pose brings the target to the coil plane or a conductor.
-        ValueError
-            If a pose comes so near to a conductor that was left out that nothing bounds its effect.
+        Raises Collision if the target touches the coil plane or a conductor, ValueError if nothing bounds a far one.
         """
         check_clearance(self.sensor, pose)
         found = self.model.impedance(pose, frequency)
@@ -80,20 +63,10 @@ class AmongFar:
 def without_far(
     sensor: Sensor, model: Callable[[Sensor], MagneticModel], pose: Pose, tolerance: float, *, section: bool = False
 ) -> tuple[Sensor, tuple[Omission, ...], str]:
-    """Return a scene with the conductors that matter, the omission of the others, and what bounds those that matter.
+    """Return the scene with the conductors that matter, the omissions of the others, and notes on those that matter.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With flat coils.
-    model : callable
-        The model that the sensor takes without any conductors.
-    pose : Pose
-        One or many, where the change of inductance is asked for.
-    tolerance : float
-        Asked relative error of that.
-    section : bool
-        Whether that model is one: what its plane cuts then counts as endless.
+    `model` makes the model of the bare sensor, `pose` is where the change of inductance is asked for to `tolerance`;
+    with `section` what the plane cuts counts as endless.
     """
     if sensor.target is None:  # there is no change but theirs
         return sensor, (), ""
@@ -121,12 +94,12 @@ def without_far(
 
 
 def negligible(tolerance: float) -> float:
-    """Return what conductors may change of inductances, over L0, without a look at the change that is asked for."""
+    """Return the change of inductances over L0 that conductors may make without a look at the change asked for."""
     return _LEAST * _NOTHING * tolerance
 
 
 def _shares(solved: Sensor, pose: Pose, change: Array, section: bool, far: Sequence[Conductor]) -> Array:
-    """The largest effect of each far conductor over the change that is asked for; without end where that is none."""
+    """Return the largest effect of each far conductor over the change asked for; infinite where that is zero."""
     bounds = remote_bounds(solved, far, pose, section=section)
     each = np.divide(bounds, change[:, None], out=np.full_like(bounds, np.inf), where=change[:, None] > 0.0)
     return np.asarray(each.max(axis=0))
@@ -135,7 +108,7 @@ def _shares(solved: Sensor, pose: Pose, change: Array, section: bool, far: Seque
 def _small_together(
     parts: Sequence[Conductor], shares: Callable[[Sequence[Conductor]], Array], tolerance: float
 ) -> list[Conductor]:
-    """Return the conductors that together stay below a tolerance, the largest effects dropped first."""
+    """Return the conductors that together stay below a tolerance, largest effects dropped first."""
     alone = {part.name: float(shares([part])[0]) for part in parts}
     left = sorted((part for part in parts if alone[part.name] <= tolerance), key=lambda part: alone[part.name])
     while left and float(shares(left).sum()) > tolerance:
@@ -144,7 +117,7 @@ def _small_together(
 
 
 def _with(sensor: Sensor, parts: Sequence[Conductor]) -> Sensor:
-    """Return a scene with some of its conductors."""
+    """Return a scene with only the given conductors."""
     return sensor.model_copy(update={"conductors": tuple(parts)})
 
 
@@ -164,5 +137,5 @@ def _omission(part: Conductor, size: float) -> Omission:
 
 
 def on_axis(field: MagneticModel) -> bool:
-    """Say whether a model keeps a disc on its coil's axis: what moves or tilts either aside changes nothing there."""
+    """Return whether the model keeps a disc on its coil's axis: shifts and tilts change nothing there."""
     return isinstance(getattr(field, "model", field), Axisymmetric)

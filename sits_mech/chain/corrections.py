@@ -1,19 +1,19 @@
-"""What do finer meshes change over a grid of loads? Two loads tell what share it is of what the first meshes own to.
+"""Correct poses and errors over a grid of loads by what finer meshes change at two of them.
 
-All loads of a grid are answered on the same two meshes. What their extrapolation adds, a_k of a component k, with its
-sign, and the error E_k >= |a_k| that they own to, know where in the grid meshes are hard put to it: finer ones are
-compared with them, not with the load. With D_k = finer - first and e_k the finer answer's own error, at some loads,
+All loads of a grid are solved on the same two meshes. Extrapolation adds a_k, with its sign, to a component k, and
+E_k >= |a_k| is its estimated error; both are large where a mesh is too coarse, so that finer meshes are compared with
+these and not with the load. With D_k = finer - first and e_k the finer answer's own error, at some loads,
 
     pose_k += c_k a_k,       c_k = sum D_k a_k / sum E_k^2,
     error_k = r_k E_k,       r_k = max (|D_k - c_k a_k| + s_k e_k)/E_k,       s_k = min(1, 2 max |D_k|/E_k),
 
-everywhere: finer meshes own to as much too much as the first ones, of whose E_k the change shows a part. Of that, r_k
-a_k is shared by all loads with one sign for each component, and the rest is each load's own. Where the first meshes own
-to a larger part of the displacement than at any load that was compared, r grows in proportion, at most to one: there
-the first meshes' error stands. Components that no load showed take the largest r.
+everywhere: finer meshes overestimate their error as much as the first ones, of whose E_k the change shows a part. Of
+that, r_k a_k is shared by all loads with one sign for each component, and the rest is each load's own. Where the
+estimated error of the first meshes is a larger part of the displacement than at any load that was compared, r grows in
+proportion, at most to one: there the first meshes' error stands. Components that no load showed take the largest r.
 
-The stretch that the first meshes tell is too large about bonded edges: less one, the larger share of it that finer ones
-show at those loads is told everywhere.
+The first meshes overestimate the stretch at bonded edges: less one, the larger share of it that finer ones show at
+those loads is taken everywhere.
 
 The loads are two of those that were solved: of all that move the target less than three quarters of the farthest, whose
 finer answers are better and cheaper, the ones that move every component most, and next ones where a finer mesh does
@@ -44,23 +44,11 @@ _STILL = 1e-3  # of the farthest, a displacement that counts
 def corrected(
     rows: Mapping[Wrench, Row], finer: Callable[[Wrench], Row], levers: Array, at_rest: Array
 ) -> dict[Wrench, Row]:
-    """Return the rows of loads with what finer meshes change of their poses and errors.
+    """Return the rows of loads with poses and errors corrected by finer meshes.
 
-    Parameters
-    ----------
-    rows : mapping
-        By load, as of `settle`; those with a state were solved.
-    finer : callable
-        The row of a solved load on finer meshes, without what its symmetry forbids.
-    levers : ndarray, shape (6,)
-        What turns the components of a pose into displacements [1, m].
-    at_rest : ndarray, shape (6,)
-        The undeformed pose.
-
-    Returns
-    -------
-    dict
-        Rows that failed, and all of them where finer meshes get nowhere, come back as they are.
+    `finer` solves a load on them, without what its symmetry forbids; `levers`, shape (6,), turn the components of a
+    pose into displacements [1, m]; `at_rest`, shape (6,), is the undeformed pose. Failed rows, and all where no finer
+    mesh converges, come back unchanged.
     """
     good = [load for load, row in rows.items() if row["status"] == OK]
     poses, errors, added = _rests([rows[load] for load in good])
@@ -96,7 +84,7 @@ def corrected(
 
 
 def _stretched(rows: Mapping[Wrench, Row], told: Mapping[Wrench, Row]) -> Callable[[Row], Row]:
-    """Return what gives the stretch of a row by what finer meshes show of others."""
+    """Return a function that corrects the stretch of a row by what finer meshes show of others."""
     pairs = [(row.get("stretch", np.nan) - 1.0, rows[load].get("stretch", np.nan) - 1.0) for load, row in told.items()]
     share = max((finer / first for finer, first in pairs if first > 0.0), default=np.nan)
     if not np.isfinite(share):
@@ -105,19 +93,19 @@ def _stretched(rows: Mapping[Wrench, Row], told: Mapping[Wrench, Row]) -> Callab
 
 
 def _rests(rows: Sequence[Row]) -> tuple[Array, Array, Array]:
-    """Poses of n rows, their errors, and what extrapolation adds, shape (n, 6) each."""
+    """Return poses of n rows, their errors, and what extrapolation adds, shape (n, 6) each."""
     pose, error, parts = poses_of(rows)
     return pose.components, error.components, parts.sum(axis=0)
 
 
 def _moved(row: Row, pose: Array, errors: Array, shared: Array) -> Row:
-    """A row with another pose, its errors, and what of those it shares, a part for each component."""
+    """Return a row with another pose, its errors, and the shared part of each component."""
     found = with_shared(row, np.diag(shared))
     return found | dict(zip((*POSE, *ERRORS), (*pose.tolist(), *errors.tolist()), strict=True))
 
 
 def _telling(way: Array, open_to: list[int]) -> list[int]:
-    """Loads, those first that move every component most, of which one moves the target at all."""
+    """Return the loads that move every component most, of which one moves the target at all, first."""
     own = np.abs(way[open_to])
     largest = np.max(own, axis=0, initial=0.0)
     seen = largest > _STILL * np.max(largest, initial=0.0)

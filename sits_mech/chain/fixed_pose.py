@@ -1,8 +1,8 @@
-"""How do L and R change with numbers of the scene while the target stays where it is? The direct half of a derivative.
+"""Differentiate L and R by numbers of the scene while the target stays in place: the direct half of a derivative.
 
 Lengths of coils and plates by the magnetic model's own slopes (magnetics/slopes.py), the frequency likewise. What all
-metal conducts needs nothing more where there is but one plate: its currents know frequency and conductivity by their
-product alone, so that, with R the resistance that the plate brings,
+metal conducts needs nothing more where there is but one plate: its currents depend on the product of frequency and
+conductivity alone, so that, with R the resistance that the plate brings,
 
     sigma dL/dsigma = f dL/df,    sigma dR/dsigma = f dR/df - R.
 
@@ -30,7 +30,7 @@ _CONDUCTIVITY = TEMPERATURE + "conductivity"
 
 
 class Direct(NamedTuple):
-    """What numbers change of the coils at p fixed poses: L and R with errors, shape (p, c, c, n); L0, (c, n)."""
+    """Derivatives of L and R at p fixed poses, with errors, shape (p, c, c, n), and of L0, shape (c, n)."""
 
     L: Array
     R: Array
@@ -42,16 +42,9 @@ class Direct(NamedTuple):
 def at_fixed_poses(
     sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter]
 ) -> Direct:
-    """Return what numbers of a scene change of its coils at p fixed poses.
+    """Return the derivatives of the coils' impedance by n numbers at p fixed poses.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    model : MagneticModel, str and float
-        Of it, the model's name and its tolerance.
-    pose : Pose of ndarray, shape (p,)
-    numbers : sequence of Parameter
-        n.
+    `model` is the magnetic model with its name and tolerance.
     """
     (field, name, tolerance), count = model, len(sensor.coils)
     shape = len(pose.components), count, count, len(numbers)
@@ -80,7 +73,7 @@ def at_fixed_poses(
 
 
 def _free(number: Parameter, name: str, tolerance: float) -> Array:
-    """Derivative of the coils' inductances in free space, shape (c,)."""
+    """Return the derivative of the coils' inductances in free space, shape (c,)."""
     total, none = np.zeros(len(number.scene.coils)), Pose.of(np.zeros((0, len(POSE))))
     for place in replace(number, step=_FREE * number.step).stencil().places:
         alone = MAGNETICS[name](place.sensor, tolerance).impedance(none, place.sensor.frequency)
@@ -89,12 +82,12 @@ def _free(number: Parameter, name: str, tolerance: float) -> Array:
 
 
 def place_of(number: Parameter) -> Sensor:
-    """Return a scene in which a number is a little different."""
+    """Return a scene in which a number is slightly different."""
     return number.stencil().places[0].sensor
 
 
 def _of_field(number: Parameter) -> bool:
-    """Whether a number is one that the coils' field meets: of coils and plates."""
+    """Return whether a number belongs to coils or plates."""
     if number.name == "target.load_height":
         return False
     other = place_of(number)
@@ -102,12 +95,12 @@ def _of_field(number: Parameter) -> bool:
 
 
 def _one_metal(sensor: Sensor) -> bool:
-    """Whether currents flow in the target alone, beside nothing permeable."""
+    """Return whether currents flow in the target alone, with nothing permeable beside it."""
     return not sensor.conductors and (sensor.target is None or sensor.target.metal.relative_permeability == 1.0)
 
 
 def _growth(number: Parameter) -> float:
-    """Relative growth of the target's conductivity with a number; zero without target."""
+    """Return the relative growth of the target's conductivity with a number; zero without target."""
     target, stencil = number.scene.target, number.stencil()
     if target is None:
         return 0.0

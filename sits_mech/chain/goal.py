@@ -1,13 +1,13 @@
-"""What do errors of a pose matter to the signals? Their share of the full scale, which a tolerance is of.
+"""Weigh errors of a pose by what they change of the signals, as shares of the full scale that a tolerance is of.
 
 With s_i the signals of a sensor, i of those of a pair or of all, over the mean L0, p_k the components of the pose,
 
     S = max_i (max s_i - min s_i) over the poses asked for and the one at rest,      G_ik = (d s_i/d p_k)/S.
 
-A pose whose error has signed parts m_jk that all loads share and own parts a_k leaves max_i (sum_j |sum_k G_ik m_jk| +
-sum_k |G_ik| a_k) of full scale in doubt (`by_goal`), the magnetics what they do not share between load and rest. The
-mechanics are given what the magnetics leave of the tolerance, no less than half of it, and stop at the mesh where the
-first of these sums is within it: a component that no signal answers to is not solved for.
+A pose whose error has signed parts m_jk that all loads share and own parts a_k leaves an uncertainty of max_i (sum_j
+|sum_k G_ik m_jk| + sum_k |G_ik| a_k) of full scale (`by_goal`), the magnetics what they do not share between load and
+rest. The mechanics are given what the magnetics leave of the tolerance, no less than half of it, and stop at the mesh
+where the first of these sums is within it: a component that no signal depends on is not solved for.
 
 Source: R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1: error control by quantities of interest.
 """
@@ -32,48 +32,29 @@ HALF = 0.5  # of the tolerance, what the mechanics have at least
 
 @dataclass(frozen=True)
 class Goal:
-    """Signals as shares of the full scale of the one that changes most.
+    """Signals as shares of the full scale of the one that changes most."""
 
-    Attributes
-    ----------
-    weights : ndarray, shape (s, 6)
-        G at the pose that moves the target farthest [1/m, 1/rad].
-    magnetics : float
-        What the magnetic model may be off by, of full scale.
-    """
-
-    weights: Array
-    magnetics: float
+    weights: Array  # (s, 6), G at the pose that moves the target farthest [1/m, 1/rad]
+    magnetics: float  # error of the magnetic model, of full scale
 
     def left(self, tolerance: float) -> float:
-        """Return what a tolerance leaves to the mechanics."""
+        """Return the part of a tolerance that is left to the mechanics."""
         return max(tolerance - self.magnetics, HALF * tolerance)
 
     def of(self, error: Array, shared: Array) -> float:
-        """Return what may be off in all, of full scale; arguments as of `mechanics`."""
+        """Return the error in all, of full scale; arguments as `mechanics`."""
         return self.mechanics(error, shared) + self.magnetics
 
     def mechanics(self, error: Array, shared: Array) -> float:
-        """Return what errors of a pose, shape (6,), with their shared parts, (m, 6), make of full scale."""
+        """Return what errors of a pose, shape (6,), with shared parts, shape (m, 6), are of full scale."""
         return by_goal(self.weights, error, shared)
 
 
 def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:
-    """Return what a request is after; None where no signal changes over its poses.
+    """Return the goal of a request; None where no signal changes over its poses.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With target and elastomer.
-    field : MagneticModel
-        Of the sensor.
-    poses : sequence of Pose
-        Those asked for, or some that are the farthest, clear of the coils.
-
-    Raises
-    ------
-    SolveFailed
-        When the coils cannot be solved there.
+    `poses` are those asked for, or some of the farthest, clear of the coils. Raises SolveFailed when the coils cannot
+    be solved there.
     """
     layer = sensor.elastomer
     if layer is None:
@@ -96,19 +77,19 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
 
 
 def goal_rows(sensor: Sensor) -> Array:
-    """Return the weights of the signals that a tolerance is of, shape (s, n): those of a pair, or of all."""
+    """Return the weights of the signals that a tolerance is of, shape (s, n): of a pair, or of all."""
     rows = rows_of(signal_weights(sensor))
     return rows[3:] if len(rows) > 3 else rows
 
 
 def farthest(poses: Pose) -> list[Pose]:
-    """Return those of many poses where one of their components is least or largest."""
+    """Return those of many poses where a component is least or largest."""
     each = poses.components
     return [Pose(*each[k].tolist()) for k in dict.fromkeys([*each.argmin(axis=0), *each.argmax(axis=0)])]
 
 
 def goal_at(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:
-    """Return the same for the poses that there are; None as well where the coils cannot be solved."""
+    """Return `goal_of` the poses; None also where there are none or the coils cannot be solved."""
     try:
         return goal_of(sensor, field, poses) if poses else None
     except SolveFailed:  # the answer says why
@@ -116,7 +97,7 @@ def goal_at(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
 
 
 def _unshared(found: Impedance, rows: Array) -> float:
-    """What the magnetic model may be off by in a signal's change from rest, the second pose, to the first."""
+    """Return the magnetic error of a signal's change from rest, the second pose, to the first."""
     errors, shared = _own(found.error_L), found.shared_L
     parts = np.zeros((0, *errors.shape)) if shared is None else _own(shared)
     own = np.maximum(errors - np.abs(parts).sum(axis=0), 0.0)
@@ -125,5 +106,5 @@ def _unshared(found: Impedance, rows: Array) -> float:
 
 
 def _own(matrices: Array) -> Array:
-    """The diagonals of matrices (..., n, n)."""
+    """Return the diagonals of matrices (..., n, n)."""
     return np.asarray(np.diagonal(matrices, axis1=-2, axis2=-1))

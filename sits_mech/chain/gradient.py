@@ -1,4 +1,4 @@
-"""How does what the sensor shows change with its sizes, its silicone and its load? Derivatives of the whole chain.
+"""Differentiate what the sensor shows by its sizes, its silicone and its load, through the whole chain.
 
 By a number s of the scene, with the pose p(s) of the target under a load held and the inductance L(p, s),
 
@@ -6,13 +6,13 @@ By a number s of the scene, with the pose p(s) of the target under a load held a
 
 the pose's half by the factor that the layer at rest has (mechanics/levels/gradient.py), the other by the magnetic
 model's own slopes (magnetics/slopes.py), R alike. A signal is a function of L, of L0 and of where the coils are, and
-goes with all three. Errors: those of the pose's derivatives times the slopes, what lengths' differences may be off, and
-of all of it the share that L, or R, is known to.
+depends on all three. Errors: those of the pose's derivatives times the slopes, those of differences by lengths, and of
+all of it the relative error of L, or R.
 
-What the layer has not costs it nothing, nor what no coil and no plate has the magnetics; a length of a plate takes new
-eddy-current modes. Of images of a load only mirror ones are taken: a scene whose width grows is no longer a square.
-Where target and pad end flush both widths have two derivatives: told is that of a target that grows over its pad, and
-of a pad that shrinks under its target.
+A number that the layer does not have costs the mechanics nothing, nor one that no coil and no plate has the magnetics;
+a length of a plate takes new eddy-current modes. Of images of a load only mirror ones are taken: a scene whose width
+grows is no longer a square. Where target and pad end flush both widths have two derivatives: given is that of a target
+that grows over its pad, and of a pad that shrinks under its target.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _NO_LENGTHS = ("conductivity", "relative_permeability", "loss_tangent", "frictio
 
 @runtime_checkable
 class SlopedModel(MechanicalModel, Protocol):
-    """A mechanical model that knows how its poses change."""
+    """A mechanical model with derivatives of its poses."""
 
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
         """Return the derivatives of a pose by its load and by numbers of the scene."""
@@ -94,14 +94,14 @@ class Gradient:
 
 
 class Moved(NamedTuple):
-    """How p poses change with n numbers, and errors of that, shape (p, 6, n) each [m or rad per SI unit]."""
+    """Derivatives of p poses by n numbers, and errors, shape (p, 6, n) each [m or rad per SI unit]."""
 
     pose: Array
     error: Array
 
 
 class Shown(NamedTuple):
-    """How what the coils show at p poses changes: impedances, shape (p, c, c, n); signals by their names, (p, n)."""
+    """Derivatives of what the coils show at p poses: impedances, shape (p, c, c, n); signals by name, (p, n)."""
 
     L: Array
     error_L: Array
@@ -114,7 +114,7 @@ class Shown(NamedTuple):
 def sloped_model(
     sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench]
 ) -> tuple[SlopedModel, Choice]:  # fmt: skip
-    """Return the mechanical model for some loads and its choice, or refuse one that knows no derivatives."""
+    """Return the mechanical model for some loads and its choice; raise SceneError for one without derivatives."""
     layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {choice.name}")
@@ -176,7 +176,7 @@ def gradient(
 
 
 def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
-    """Return numbers of a scene by their names, and those of them that move the target; errors as of `gradient`."""
+    """Return numbers of a scene by name, and those that move the target; errors as `gradient`."""
     numbers = [_checked(sensor, name) for name in names]
     return numbers, [number for number in numbers if _of_layer(number)]
 
@@ -187,14 +187,14 @@ def mirrors_of(sensor: Sensor) -> Symmetry:
 
 
 def columns_of(numbers: Sequence[Parameter], moving: Sequence[Parameter], found: Moved) -> Moved:
-    """Return how p poses change with n numbers, from those by which they move, shape (p, 6, m)."""
+    """Return derivatives of p poses by n numbers from those that move them, shape (p, 6, m); the others are zero."""
     every = np.zeros((2, *found.pose.shape[:2], len(numbers)))
     every[..., [number in moving for number in numbers]] = np.stack(found)
     return Moved(*every)
 
 
 def _checked(sensor: Sensor, name: str) -> Parameter:
-    """A number of a scene, or its refusal."""
+    """Return a number of a scene; raise SceneError for one without derivatives."""
     if name.startswith(TEMPERATURE):
         return parameter(sensor, name)
     if name.rpartition(".")[2] in _NO_LENGTHS or name.startswith("readout."):
@@ -203,13 +203,13 @@ def _checked(sensor: Sensor, name: str) -> Parameter:
 
 
 def _of_layer(number: Parameter) -> bool:
-    """Whether a number is one of the layer or its target."""
+    """Return whether a number belongs to the layer or its target."""
     other = place_of(number)
     return other.elastomer != number.scene.elastomer or other.target != number.scene.target
 
 
 def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
-    """The compliance and its errors of the load whose image was solved."""
+    """Return the compliance and its errors of a load from those of its solved image."""
     if np.array_equal(back, np.eye(len(WRENCH))):
         return found.compliance, found.error_compliance
     return back @ found.compliance @ back.T, np.abs(back) @ found.error_compliance @ np.abs(back).T
@@ -219,17 +219,9 @@ def shown_change(
     sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
     moved: Moved, direct: Direct, *, quick: bool = False,
 ) -> Shown:  # fmt: skip
-    """Return how what the coils show at p poses changes with n numbers of the scene: both halves joined.
+    """Join both halves: return derivatives of what the coils show at p poses by n numbers.
 
-    Parameters
-    ----------
-    sensor, field, pose, numbers
-        As of `at_fixed_poses`.
-    shown : Impedance
-        There, with errors that the poses' errors are part of, shape (p, c, c).
-    moved, direct : Moved, Direct
-    quick : bool
-        As of `pose_slopes`.
+    The errors of `shown`, shape (p, c, c), include the poses' errors; `quick` as for `pose_slopes`.
     """
     components: Sequence[str] = POSE if pose.beside or np.any(moved.pose[:, 3:]) else POSE[:3]
     components = ("d_v",) if on_axis(field) else components
@@ -248,13 +240,13 @@ def shown_change(
 
 
 def _share(error: Array, size: Array) -> Array:
-    """What L or R of p poses is known to, over the largest change of a coil's own, shape (p,)."""
+    """Return the relative error of L or R at p poses over the largest change of a coil's own, shape (p,)."""
     own, largest = (np.einsum("pii->pi", np.abs(part)).max(axis=1) for part in (error, size))
     return np.asarray(own / np.maximum(largest, 1e-300))
 
 
 def _chained(by_pose: Array, moved: Moved, direct: Array, error: Array, share: Array) -> tuple[Array, Array]:
-    """Derivatives by n numbers, and errors, from slopes by k components of p poses, shape (p, ..., k)."""
+    """Return derivatives by n numbers, and errors, from slopes by k components of p poses, shape (p, ..., k)."""
     terms = [np.einsum("p...k,pkn->p...n", *pair) for pair in (
         (by_pose, moved.pose), (np.abs(by_pose), moved.error), (np.abs(by_pose), np.abs(moved.pose))
     )]  # fmt: skip
@@ -265,7 +257,7 @@ def _chained(by_pose: Array, moved: Moved, direct: Array, error: Array, share: A
 def _signal_slopes(
     sensor: Sensor, there: tuple[Array, Array], change: tuple[Array, Array], numbers: Sequence[Parameter], wrong: Array
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Derivatives of the signals and their errors, from those of L, (p, c, n), and L0, (c, n), and errors of sums."""
+    """Return derivatives of the signals and their errors from those of L, (p, c, n), and L0, (c, n)."""
     (L, L0), (by_L, by_L0), weights = there, change, signal_weights(sensor)
     values, errors = dict[str, list[Array]](), dict[str, list[Array]]()
     for k, number in enumerate(numbers):

@@ -1,4 +1,4 @@
-"""How does what the sensor shows over a grid of loads change with its sizes and its silicone? `gradient` over tables.
+"""Differentiate what the sensor shows over a grid of loads by its sizes and its silicone: `gradient` over tables.
 
 Loads are solved as for `calibrate`, on two meshes, as many as predict the others; each that is solved has the
 derivatives of its pose there, by one factor more a mesh (mechanics/levels/gradient.py), and the map that carries poses
@@ -39,32 +39,24 @@ from sits_mech.status import OK
 
 @dataclass(frozen=True)
 class WithSlopes:
-    """A mechanical model whose equilibria tell the derivatives of their poses, once for every load.
-
-    Attributes
-    ----------
-    layer : MechanicalModel
-        With slopes.
-    numbers : tuple of Parameter
-        By which its poses move.
-    """
+    """A mechanical model whose equilibria carry the derivatives of their poses by `numbers`, once for every load."""
 
     layer: MechanicalModel
     numbers: tuple[Parameter, ...]
 
     @property
     def rough(self) -> MechanicalModel:
-        """The model on the first meshes; itself, where all answers are on the same."""
+        """The model on the first meshes; itself, where it has no others."""
         return replace(self, layer=self.layer.rough) if isinstance(self.layer, RefinedModel) else self
 
     def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> MechanicalModel:
-        """Return the model that solves as far as a goal takes; itself, where all answers are on the same meshes."""
+        """Return the model that solves as far as a goal needs; itself, where it has one set of meshes."""
         if not isinstance(self.layer, RefinedModel):
             return self
         return replace(self, layer=self.layer.towards(goal, tolerance, deepest))
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the equilibrium; that of a load which is solved again, on finer meshes, without derivatives."""
+        """Return the equilibrium; of a load solved again on finer meshes without derivatives."""
         found = self.layer.equilibrium(wrench, start=start)
         if (start is not None and start.wrench == wrench) or not isinstance(self.layer, SlopedModel):
             return found
@@ -75,30 +67,12 @@ def gradient_on_grid(
     sensor: Sensor, names: Sequence[str], loads: Mapping[str, Sequence[float]], *, tolerance: float = 1e-2,
     mechanics: str = "auto", magnetics: str = "auto", progress: Progress | None = None,
 ) -> xr.Dataset:  # fmt: skip
-    """Return how what a sensor shows over a grid of loads changes with numbers of its scene.
+    """Return the derivatives of what a sensor shows over a grid of loads by numbers of its scene, as a Dataset.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With target and elastomer.
-    names : sequence of str
-        Numbers of the scene, as of `gradient`.
-    loads : mapping
-        Values of the components of the load by their names [N, N m]; what is left out is zero.
-    tolerance, mechanics, magnetics, progress
-        As of `calibrate`.
-
-    Returns
-    -------
-    Dataset, dims (*loads, coil, coil_2, component, parameter)
-        ``pose``, ``L``, ``R`` and signals; ``by_pose``, ``by_L``, ``by_R``, ``by_`` each signal with the dimension
-        `parameter`; NaN where a load fails, whose ``status`` and ``reason`` say why. Errors of L and R, ``shared_L``
-        and ``alone_L`` of them, ``L0``, and the attributes ``frequency`` and ``unit_L``, as of `calibrate`.
-
-    Raises
-    ------
-    SceneError
-        As `gradient`; for a component that no load has.
+    `loads` holds values of components by name [N, N m]; others are zero. Dims (*loads, coil, coil_2, component,
+    parameter): ``pose``, ``L``, ``R`` and signals; ``by_pose``, ``by_L``, ``by_R`` and ``by_`` each signal with the
+    dimension `parameter`; NaN where a load fails (``status``, ``reason``); errors and attributes as `calibrate`.
+    Raises SceneError as `gradient`, and for a component that no load has.
     """
     unknown = [name for name in loads if name not in WRENCH]
     if unknown:
@@ -136,7 +110,7 @@ def _table(
     sensor: Sensor, grid: Mapping[str, Sequence[float]], names: tuple[str, ...],
     status: tuple[NDArray[np.bool_], list[tuple[str, str]]], values: Mapping[str, Array],
 ) -> xr.Dataset:  # fmt: skip
-    """Numbers of the good loads as a table over all of them."""
+    """Return numbers of the converged loads as a table over all of them."""
     good, said = status
     shape = [len(each) for each in grid.values()]
     coils = [coil.name for coil in sensor.coils]

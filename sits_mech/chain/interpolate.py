@@ -1,10 +1,10 @@
-"""Where does the target rest over a grid of loads, when only as many are solved as predict the others?
+"""Find the target's pose over a grid of loads while only as many are solved as predict the others.
 
-Which loads are solved, and what stands between them, is told by `maps.grid`: the map of the poses must be within the
+Which loads are solved, and what stands between them, is decided by `maps.grid`: the map of the poses must be within the
 tolerance of the range of each of their components, the target's edges included. The error of the map is added to the
-solver's, which goes straight from load to load, as its signed parts do. A grid is solved whole where it is small, where
-a load fails, or where nothing is known of its error. A model of several meshes answers more than a few loads on the
-first of them; what finer ones change, and what is left of their errors, two loads tell (corrections.py).
+solver's, which is linear from load to load, as its signed parts are. A grid is solved whole where it is small, where
+a load fails, or where nothing is known of its error. A model of several meshes solves more than a few loads on the
+first of them; what finer ones change, and what is left of their errors, is taken from two loads (corrections.py).
 """
 
 from __future__ import annotations
@@ -56,27 +56,11 @@ def poses_on_grid(
     after: Callable[[Iterable[Row]], Goal | None] | None = None,
     begun: Mapping[Wrench, Row] | None = None,
 ) -> dict[Wrench, Row]:
-    """Return a row for every load of a grid, solved or between solved ones.
+    """Return a row for every load of a grid, solved or interpolated.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        For the size of its target.
-    layer, symmetry, keep, progress
-        As for `settle`.
-    grid : mapping of str to sequence of float
-        Values of components of a load, by the names of `WRENCH` [N, N m]; others are zero.
-    tolerance : float
-        Of the poses, or of what they are for; the map is given a share of it, relative to the range of each component.
-    after : callable, optional
-        What the loads are solved for, from the rows of those that are, so that finer meshes are taken where it needs.
-    begun : mapping, optional
-        Rows of loads that were solved before on a model's first meshes, as for `settle`.
-
-    Returns
-    -------
-    dict
-        Rows by load; those between solved loads have the note `INTERPOLATED`, no state and no seconds.
+    `grid` holds values of components by name [N, N m], others are zero; `tolerance` is of the poses, or of the goal
+    that `after` returns for solved rows and that finer meshes are taken for; `begun` holds rows solved before on the
+    first meshes; other arguments as `settle`. Interpolated rows have the note `INTERPOLATED`, no state, no seconds.
     """
     rows: dict[Wrench, Row] = {}
     asked: list[Wrench] = []
@@ -104,7 +88,7 @@ def poses_on_grid(
         wanted, most = 0.0 if goal is None else goal.left(tolerance), worst(rows, goal)
 
         def again(load: Wrench) -> Row:
-            """Return the row of a solved load on finer meshes: as many as leave of its error what the worst needs."""
+            """Return the row of a solved load on as many finer meshes as the worst load's error requires."""
             share = wanted if few or goal is None else wanted / most * worst({load: rough[load]}, goal)
             deepest = 99 if few or tolerance < MANY_ON_THREE else 3
             model = layer if goal is None else layer.towards(goal.weights, share, deepest)
@@ -124,7 +108,7 @@ def poses_on_grid(
 def _each(
     layer: MechanicalModel, rows: Mapping[Wrench, Row], again: Callable[[Wrench], Row], symmetry: Symmetry
 ) -> dict[Wrench, Row]:  # fmt: skip
-    """Return the rows of loads, each that was solved as it is on finer meshes, and its images by it.
+    """Return the rows of loads, solved ones again on finer meshes, and their images from these.
 
     Derivatives of poses stay those of the first meshes.
     """
@@ -135,7 +119,7 @@ def _each(
 
 
 def worst(rows: Mapping[Wrench, Row], goal: Goal | None) -> float:
-    """Return the largest error of any load that is at rest, of what they are for."""
+    """Return the largest error of any load at rest, over the goal's full scale; infinite without a goal."""
     if goal is None:
         return np.inf
     good = [row for row in rows.values() if row["status"] == OK]
@@ -143,12 +127,12 @@ def worst(rows: Mapping[Wrench, Row], goal: Goal | None) -> float:
 
 
 def loads_of(grid: Axes) -> list[Wrench]:
-    """Return the loads of a grid, the last of its components running fastest; components it has not are zero."""
+    """Return the loads of a grid, the last component running fastest; missing components are zero."""
     return [Wrench(**dict(zip(grid, load, strict=True))) for load in itertools.product(*grid.values())]
 
 
 def solved_likely(loads: Sequence[Wrench]) -> list[Wrench]:
-    """Return about which of some loads are solved: of a grid the part that is enough as a rule."""
+    """Return about which loads are solved: of a grid the part that usually suffices."""
     axes = {name: sorted({float(getattr(load, name)) for load in loads}) for name in WRENCH}
     if np.prod([len(values) for values in axes.values()]) != len(set(loads)):
         return list(loads)
@@ -162,7 +146,7 @@ def _at_rest(sensor: Sensor) -> Array:
 
 
 def _levers(sensor: Sensor) -> Array:
-    """Return what makes the components of a pose displacements: half the target's sides for the angles [m]."""
+    """Return the factors that turn components of a pose into displacements, half the target's sides for angles [m]."""
     width, length = (0.0, 0.0) if sensor.target is None else sensor.target.extent
     return np.array([1.0, 1.0, 0.5 * width, 1.0, 0.5 * length, 0.5 * max(width, length)])
 
@@ -175,7 +159,7 @@ def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -
     count, slopes = (min(len(of(row)) for row in solved) for of in (shared_of, slopes_of))
 
     def on_grid(names: Sequence[str], **degree: int) -> Array:
-        """Return numbers of every solved load on all of the grid, and the shared parts; one that is missing is one."""
+        """Interpolate numbers of the solved loads and the shared parts to the whole grid; missing ones are 1."""
         own = np.ones((len(loads), len(names) + (count + slopes) * len(POSE)))
         for k, load in enumerate(loads):
             if load in rows:

@@ -1,4 +1,4 @@
-"""Which models are there, by name? The two halves of the chain, and the plan of a request."""
+"""Make the models of both halves of the chain by name, and the plan of a request."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from sits_mech.units import checked_tolerance
 
 
 def _made(factory: str, sensor: Sensor, tolerance: float) -> Any:
-    """Return the model that a factory below `sits_mech` makes; its room is imported when it is first asked for."""
+    """Return the model from a factory below `sits_mech`, imported when first asked for."""
     room, _, name = factory.rpartition(".")
     return getattr(import_module(f"sits_mech.{room}"), name)(sensor, tolerance)
 
@@ -86,14 +86,14 @@ def plan(
 def _seen(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
 ) -> Look | None:  # fmt: skip
-    """Return what the first meshes show of one load at finite strain, for signals as a coarse model has them."""
+    """Return what the first meshes show of one load at finite strain, for the signals of a coarse model."""
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == np.inf:
         return None
 
     goals = list[Goal]()
 
     def measure(found: Equilibrium) -> float:
-        """Error over the signals' full scale; of the pose, where no coil can be solved."""
+        """Return the error over the signals' full scale; of the pose, where no coil can be solved."""
         solved, name = coils
         try:
             goal = goal_of(solved, MAGNETICS[name](solved, ROUGH), [found.pose])
@@ -112,7 +112,7 @@ def _seen(
 
 
 def _rest(sensor: Sensor, name: str) -> Shown | None:
-    """Return what the coils show with the target at rest, about: for sizes that need it; None if it is not known."""
+    """Return a coarse answer of the coils with the target at rest, for sizes that need it; None if there is none."""
     pose, shorted = _shown_at(sensor, ()), len(sensor.coils) > 1 and sensor.readout.idle_coil == "shorted"
     needed = shorted or sensor.target is not None and (_KINDS[name] == "section" or sensor.coils[0].winding == "spiral")
     if pose is None or not needed or (name == "sheets" and sensor.conductors):  # seconds among other metal
@@ -179,7 +179,7 @@ def magnetic_model(
 def loaded_model(
     sensor: Sensor, name: str = "auto", tolerance: float = 1e-2, loads: Sequence[Wrench] = ()
 ) -> tuple[MagneticModel, Choice]:
-    """Return the magnetic model for poses that loads give to a tolerance, with the reason; as `mechanical_model`.
+    """Return the magnetic model for poses under loads, with the reason; as `mechanical_model`.
 
     What a section leaves out is told beside the errors of loads, once for all of them: it would cost more than they do.
     """
@@ -191,7 +191,7 @@ def loaded_model(
 def _built(
     sensor: Sensor, settled: tuple[Sensor, Choice], tolerance: float, *, ends: bool = False
 ) -> tuple[MagneticModel, Choice]:
-    """Return the model of a choice for what is solved of a scene, with the choice; its errors may hold the ends."""
+    """Return the model of a choice for the solved part of a scene, with the choice; its errors may hold the ends."""
     solved, choice = settled
     model = MAGNETICS[choice.name](solved, tolerance)
     if ends and _KINDS[choice.name] == "section" and not choice.by_name and sensor.target is not None:
@@ -205,7 +205,7 @@ def _built(
 def _settled(
     sensor: Sensor, name: str, tolerance: float, given: Sequence[Wrench] | Sequence[Pose], loaded: bool
 ) -> tuple[Sensor, Choice]:
-    """Return what is solved of a scene, and by which model: without a name, far conductors are left out."""
+    """Return what is solved of a scene, and by which model; without a name, far conductors are left out."""
     known = tuple(MAGNETICS)
     if name != "auto" or not sensor.conductors:
         return sensor, choose_magnetics(sensor, name, known, given, loaded)
@@ -232,12 +232,12 @@ def _shown_at(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose]) -> Pose 
 
 
 def _coarse(name: str, sensor: Sensor) -> MagneticModel:
-    """Return a model that tells the size of a change."""
+    """Return a model that estimates the size of a change."""
     return MAGNETICS[name](sensor, _COARSE)
 
 
 def _changed(plain: Choice, choice: Choice) -> str:
-    """Say that conductors make the model another one than the bare sensor takes."""
+    """Say that conductors change the model from the one the bare sensor takes."""
     kinds = [_KINDS[each.name] for each in (choice, plain)]
     kind = f"{kinds[0]} instead of {kinds[1]}: " if kinds[0] != kinds[1] else ""
     return f"{kind}{choice.name} instead of {plain.name}, which the sensor takes without conductors; {choice.reason}"

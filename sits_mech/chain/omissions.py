@@ -1,4 +1,4 @@
-"""What does a request not need solved, and how large at most is what that leaves out?
+"""List what a request leaves out of the solution, with upper bounds of the effects.
 
 Sizes are of the answer's relative change: of the target's displacement for what the mechanics leave out, of the change
 of inductance for the magnetics, of L0 for idle coils; zero where nothing changes at all. Those that the answer's errors
@@ -51,31 +51,15 @@ _THICK = 3.0  # skin depths from which on the inside of a plate is at rest
 
 @dataclass(frozen=True)
 class Omission:
-    """Something that a request does not need solved.
-
-    Attributes
-    ----------
-    what, reason : str
-        A few words each.
-    size : float
-        Largest relative change of the answer, see above; 0 where it is exact, NaN where it is not estimated.
-    of_change : bool
-        Whether the size is of the change of inductance, to which errors are stated, or of L0.
-    half : str
-        "mechanics" or "magnetics": whose work is spared.
-    in_error : bool
-        Whether the answer's errors hold it.
-    asked : bool
-        False for what another request would change, which is no error of this one.
-    """
+    """Something that a request leaves out."""
 
     what: str
     reason: str
-    size: float = 0.0
-    of_change: bool = True
-    half: str = "magnetics"
-    in_error: bool = False
-    asked: bool = True
+    size: float = 0.0  # largest relative change of the answer; 0 where exact, NaN where not estimated
+    of_change: bool = True  # size is of the change of inductance, to which errors are stated; else of L0
+    half: str = "magnetics"  # "mechanics" or "magnetics": whose work is spared
+    in_error: bool = False  # the answer's errors hold it
+    asked: bool = True  # False for what another request would change: no error of this one
 
     @property
     def counts(self) -> bool:
@@ -84,14 +68,14 @@ class Omission:
 
     @property
     def text(self) -> str:
-        """Return it as one line."""
+        """The omission as one line."""
         of = "" if self.of_change else " of L0"
         size = "" if self.size == 0.0 else f" (at most {self.size:.1g}{of})"
         return f"{self.what}: {self.reason}" + (" (not estimated)" if math.isnan(self.size) else size)
 
 
 def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
-    """Return how far at most one linear compliance misses the displacement under any of the loads [-].
+    """Return an upper bound of the relative error of one linear compliance under any of the loads [-].
 
     Infinite for slender layers, and where the scene has no layer that a strip stands for.
     """
@@ -127,30 +111,17 @@ def skin_depths(sensor: Sensor) -> float:
 
 @dataclass(frozen=True)
 class Shown:
-    """What the coils show: the answer at its poses, or a coarse one with the target at rest where none is known.
-
-    Attributes
-    ----------
-    pose : Pose
-    found : Impedance
-        By the model that answers.
-    answered : bool
-        Whether it is the answer; of others the sizes hold at rest.
-    """
+    """What the coils show: the answer at its poses, or a coarse one with the target at rest where none is known."""
 
     pose: Pose
     found: Impedance
-    answered: bool = True
+    answered: bool = True  # whether it is the answer; else sizes hold at rest
 
 
 def beside_errors(items: Sequence[Omission], half: str | None = None) -> tuple[float, tuple[str, ...]]:
-    """Return what omissions are worth together beside an answer's errors, and the names of those without a size.
+    """Return the sum of omissions that an answer's errors do not hold, and the names of those without a size.
 
-    Parameters
-    ----------
-    items : sequence of Omission
-    half : str, optional
-        "mechanics" or "magnetics"; both by default.
+    `half` is "mechanics" or "magnetics", or both by default.
     """
     some = [item for item in items if item.counts and not item.in_error and half in (None, item.half)]
     missing = tuple(item.what for item in some if math.isnan(item.size))
@@ -161,25 +132,11 @@ def omissions(
     sensor: Sensor, loads: Sequence[Wrench], mechanics: str | None, magnetics: str | None, shown: Shown | None = None,
     auto: bool = False,
 ) -> tuple[Omission, ...]:  # fmt: skip
-    """Return what a request leaves out.
+    """Return what a request leaves out, with sizes.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        The scene.
-    loads : sequence of Wrench
-        The loads asked for; none where the pose is given.
-    mechanics, magnetics : str
-        The models that were chosen; None where no load, or no inductance, is asked for.
-    shown : Shown, optional
-        Without it what depends on the pose is not estimated.
-    auto : bool
-        Whether the magnetic model was not asked for by name: the errors of a section then hold the ends.
-
-    Returns
-    -------
-    tuple of Omission
-        With sizes.
+    `loads` are empty where the pose is given; `mechanics`, `magnetics` are the chosen models, None where that half is
+    not asked for; without `shown` sizes that depend on the pose are not estimated; `auto` tells that the magnetic model
+    was not asked for by name, so that the errors of a section hold the ends.
     """
     found = []
     if mechanics is None:
@@ -203,7 +160,7 @@ def omissions(
 
 
 def history_share(silicone: Silicone) -> float:
-    """Return by how much a sudden load, or one below a larger load of the past, moves the target otherwise [-]."""
+    """Return the relative change of displacement under a sudden load, or below a larger load of the past [-]."""
     quick = sum(weight for weight, _ in silicone.prony)
     mullins = silicone.mullins
     deepest = 0.0 if mullins is None else math.erf(1.0 / mullins.beta) if mullins.beta else 1.0
@@ -265,5 +222,5 @@ def _idle(sensor: Sensor, shown: Shown | None) -> list[Omission]:
 
 
 def keeps_axis(load: Wrench) -> bool:
-    """Tell whether a load neither shifts nor tilts a target in a scene with two planes of symmetry."""
+    """Return whether a load neither shifts nor tilts a target in a scene with two planes of symmetry."""
     return load.F_x == load.M == load.F_y == load.M_x == 0.0

@@ -1,4 +1,4 @@
-"""Which models does a scene need, and why? The cheapest that can hold it; what a request does not need is left out."""
+"""Choose the cheapest models that can hold a scene, with the reasons; what a request does not need is left out."""
 
 from __future__ import annotations
 
@@ -19,27 +19,13 @@ from sits_mech.units import SceneError
 
 @dataclass(frozen=True)
 class Choice:
-    """A model and the reason for it.
+    """A model and the reason for it."""
 
-    Attributes
-    ----------
-    name : str
-        As on the command line.
-    reason : str
-        One sentence.
-    notes : tuple of str
-        What an answer says of the choice: where conductors make the model another one than the bare sensor takes.
-    left_out : tuple of Omission
-        Conductors that are too far to matter.
-    by_name : bool
-        Whether it was asked for: a section then stands for itself, and its errors do not hold what it leaves out.
-    """
-
-    name: str
-    reason: str
-    notes: tuple[str, ...] = ()
-    left_out: tuple[Omission, ...] = ()
-    by_name: bool = False
+    name: str  # as on the command line
+    reason: str  # one sentence
+    notes: tuple[str, ...] = ()  # where conductors change the model from the bare sensor's
+    left_out: tuple[Omission, ...] = ()  # conductors that are too far to matter
+    by_name: bool = False  # asked for by name: errors of a section do not hold what it leaves out
 
 
 _PLANE = (
@@ -52,37 +38,16 @@ _LEAVES = "no other model has out-of-plane displacements, and one model answers 
 
 
 def leaving(given: Sequence[Wrench] | Sequence[Pose]) -> tuple[str, ...]:
-    """Return the names of the components of some loads or poses that leave the plane y = 0."""
+    """Return the names of the components of loads or poses that leave the plane y = 0."""
     return tuple(sorted({name for each in given for name in each.beside}))
 
 
 def choose_mechanics(
     sensor: Sensor, asked: str, known: tuple[str, ...], loads: Sequence[Wrench] = (), tolerance: float = 1e-2
 ) -> Choice:
-    """Return the mechanical model for a scene.
+    """Return the mechanical model for a scene with target and elastomer; "auto" chooses from `known`.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Needs a target and an elastomer.
-    asked : str
-        A name of `known`, or "auto".
-    known : tuple of str
-        What there is.
-    loads : sequence of Wrench
-        All that will be asked for, where that is known.
-    tolerance : float
-        Asked relative error of the pose.
-
-    Returns
-    -------
-    Choice
-        The model's name and the reason.
-
-    Raises
-    ------
-    SceneError
-        When the model is unknown or the scene has no layer.
+    Raises SceneError when the model is unknown or the scene has no layer.
     """
     _check_known("mechanics", asked, known)
     for part in ("target", "elastomer"):
@@ -115,7 +80,7 @@ def choose_mechanics(
 
 
 def _of_its_own(sensor: Sensor) -> str:
-    """Name a layer that the 3D model alone holds; nothing for others."""
+    """Name a layer that the 3D model alone holds; empty for others."""
     elastomer = sensor.elastomer
     if elastomer is None or (elastomer.mesh is None and elastomer.kind != "pillars"):
         return ""
@@ -123,7 +88,7 @@ def _of_its_own(sensor: Sensor) -> str:
 
 
 def _is_finite(sensor: Sensor) -> bool:
-    """Say whether a pad is one that the 3D model holds and the planar one does not."""
+    """Return whether the 3D model holds a pad and the planar one does not."""
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None or target.shape == "outline":
         return False
@@ -131,7 +96,7 @@ def _is_finite(sensor: Sensor) -> bool:
 
 
 def _in_space(sensor: Sensor, target: Target) -> bool:
-    """Say whether loads move a plate that its section does not stand for."""
+    """Return whether loads move a plate that its section does not stand for."""
     short = target.extent[1] < LONG * target.extent[0] and target.net_current == "zero"
     return short and _is_finite(sensor)
 
@@ -142,22 +107,10 @@ def choose_magnetics(
 ) -> Choice:  # fmt: skip
     """Return the cheapest magnetic model for a scene, all of whose conductors matter.
 
-    Components that leave the plane are answered in space. Poses that come of loads on a finite pad are answered in
-    space like the pad; poses that are given, in section where the scene has one: their change of inductance is quick to
-    see and relative. Conductors are answered in space, as are fixed rectangles of ferrite; other permeable parts in
-    section: no other model has them.
-
-    Parameters
-    ----------
-    sensor, asked, known
-        As for `choose_mechanics`.
-    given : sequence of Wrench or of Pose
-        What will be asked for, where known; `loaded` says that poses come of loads.
-
-    Raises
-    ------
-    SceneError
-        When the model is unknown, or no model can hold the scene.
+    Components that leave the plane are solved in space. Poses that come of loads on a finite pad (`loaded`) are solved
+    in space like the pad; poses that are given, in section where the scene has one: their change of inductance is quick
+    to see and relative. Conductors are solved in space, as are fixed rectangles of ferrite; other permeable parts in
+    section: no other model has them. Raises SceneError when the model is unknown, or none can hold the scene.
     """
     _check_known("magnetics", asked, known)
     target, coaxial = sensor.target, _is_coaxial(sensor, given, loaded)
@@ -196,7 +149,7 @@ def choose_magnetics(
 
 
 def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded: bool) -> bool:
-    """Say whether a disc stays on the axis of the one coil, as far as is known of poses; of loads all must be known."""
+    """Return whether a disc stays on the one coil's axis, as far as poses are known; of loads all must be known."""
     coil, target = sensor.coils[0], sensor.target
     if len(sensor.coils) > 1 or target is None or sensor.substrate_radius is not None:
         return False
@@ -209,7 +162,7 @@ def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded
 
 
 def _free_tracks(sensor: Sensor) -> str:
-    """Name the coils of free tracks; nothing where there are none."""
+    """Name the coils of free tracks; empty where there are none."""
     return ", ".join(f"coils.{coil.name}" for coil in sensor.coils if coil.shape == "path")
 
 
@@ -221,7 +174,7 @@ def _permeable(sensor: Sensor) -> tuple[str, ...]:
 
 
 def _check_in_section(sensor: Sensor, permeable: tuple[str, ...], beside: tuple[str, ...]) -> None:
-    """Refuse permeable parts where planar-fem, which alone has them, cannot follow."""
+    """Refuse permeable parts where planar-fem, the only model of them, does not apply."""
     hindered = [f"{', '.join(beside)} not zero"] if beside else []
     hindered += ["coils off it or not perpendicular to it"] if section_refusal(sensor.coils) is not None else []
     hindered += [f"free tracks of {free_tracks}"] if (free_tracks := _free_tracks(sensor)) else []

@@ -1,4 +1,4 @@
-"""What do the coils show at poses that are known within errors? Impedance and signals, all errors with them.
+"""Read impedance and signals at poses that are known within errors, all errors with them.
 
 The error of the component k of a pose has signed parts m_jk that neighbouring loads share, up to one factor each, and
 an own part a_k = e_k - sum_j |m_jk|. With the magnetic model's error, of which b is shared with its sign, and the
@@ -34,51 +34,36 @@ _ROTATION = tuple(POSE.index(name) for name in ("alpha", "alpha_x", "alpha_z"))
 
 @dataclass(frozen=True)
 class Reading:
-    """Impedance and signals of many poses with all errors.
-
-    Attributes
-    ----------
-    impedance : Impedance
-    signals, untilted : Signals
-        Those there, and those unrotated, without errors.
-    shared, shared_untilted : ndarray, shape (m, p, n)
-        Signed parts of the errors of each coil's own inductance, each of which all poses share up to one factor [unit].
-    alone : ndarray, shape (k, p, n)
-        Signed parts of them that each pose has for itself, by what is left of the errors of its components [unit].
-    turned : ndarray, shape (p, r)
-        Errors of what `combine` makes of the inductances less the unrotated ones, beside what is shared [unit].
-    """
+    """Impedance and signals of many poses with all errors; signed parts of errors of each coil's own inductance."""
 
     impedance: Impedance
     signals: Signals
-    untilted: Signals
-    shared: Array
+    untilted: Signals  # without rotation and without errors
+    shared: Array  # (m, p, n), each shared by all poses up to one factor [unit]
     shared_untilted: Array
-    alone: Array
-    turned: Array
+    alone: Array  # (k, p, n), of each pose for itself, by component [unit]
+    turned: Array  # (p, r), errors of `combine` of L less the unrotated L, beside what is shared
 
 
 @dataclass(frozen=True)
 class _Uncertain:
-    """Errors of poses: numbers of the components that have one, shape (k,); the errors, (k, p); shares of them that are
-    shared, (m, k, p).
-    """
+    """Components of poses that have an error, the errors, and the shares of them that are shared."""
 
-    components: tuple[int, ...]
-    errors: Array
-    shares: Array
+    components: tuple[int, ...]  # (k,)
+    errors: Array  # (k, p)
+    shares: Array  # (m, k, p)
 
     def parts(self, slopes: Array) -> Array:
-        """Return what the errors of each component change, with its sign, from slopes (p, ..., k); (k, p, ...)."""
+        """Return the signed change by each component's error, shape (k, p, ...), from slopes (p, ..., k)."""
         slopes = np.moveaxis(slopes, -1, 0)
         return np.asarray(slopes * self.errors.reshape(*self.errors.shape, *[1] * (slopes.ndim - 2)))
 
     def shared(self, parts: Array) -> Array:
-        """Return the shared parts of the errors, with their signs, shape (m, p, ...)."""
+        """Return the shared signed parts of the errors, shape (m, p, ...)."""
         return np.asarray(np.einsum("kp...,mkp->mp...", parts, self.shares))
 
     def alone(self, parts: Array) -> Array:
-        """Return the rest of the errors by each component, with their signs, shape (k, p, ...)."""
+        """Return the rest of the errors by each component, signed, shape (k, p, ...)."""
         left = np.maximum(1.0 - np.abs(self.shares).sum(axis=0), 0.0)
         return np.asarray(np.einsum("kp...,kp->kp...", parts, left))
 
@@ -93,12 +78,12 @@ def stacked(poses: Sequence[Pose]) -> Pose:
 
 
 def pose_of(row: Row, prefix: str = "") -> Pose:
-    """Return the pose of a row, or by the prefix its error; what the row has not is zero."""
+    """Return the pose of a row, or its error by the prefix; missing components are zero."""
     return Pose(*(float(row.get(f"{prefix}{name}", 0.0)) for name in POSE))
 
 
 def poses_of(rows: Sequence[Row]) -> tuple[Pose, Pose, Array]:
-    """Return the poses of p rows of loads, their errors, and the signed parts that all share, shape (m, p, 6)."""
+    """Return poses of p rows of loads, their errors, and the signed parts that all share, shape (m, p, 6)."""
     count = min((len(shared_of(row)) for row in rows), default=0)
     parts = np.array([shared_of(row)[:count] for row in rows]).reshape(len(rows), count, len(POSE))
     pose, error = (stacked([pose_of(row, prefix) for row in rows]) for prefix in ("", "error_"))
@@ -113,23 +98,10 @@ def signals_at(found: Signals, index: int) -> Signals:
 def read_poses(
     sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose, shared: Array | None = None
 ) -> Reading:  # fmt: skip
-    """Return impedance and signals of many poses in one call of the model, their errors by the errors of the poses.
+    """Return impedance and signals at p poses in one call of the model, with the errors of poses in their errors.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        The scene; its frequency is used.
-    model : MagneticModel
-        Of the sensor.
-    pose, error : Pose of ndarray, shape (p,)
-        Poses above the coil plane, and their estimated absolute errors [m, rad].
-    shared : ndarray, shape (m, p, 6), optional
-        Signed parts of those errors, each of which all poses share up to one factor [m, rad].
-
-    Returns
-    -------
-    Reading
-        With leading axis (p,).
+    `pose` and `error` have shape (p,) [m, rad]; `shared`, shape (m, p, 6), are signed parts of the errors, each shared
+    by all poses up to one factor.
     """
     unsure, weights = _uncertain(pose, error, shared), signal_weights(sensor)
     names = [POSE[k] for k in unsure.components]
@@ -165,7 +137,7 @@ def signal_weights(sensor: Sensor) -> Array:
 
 
 def _uncertain(pose: Pose, error: Pose, shared: Array | None) -> _Uncertain:
-    """Return which components of some poses have errors, and these."""
+    """Return the components of poses that have errors, and these."""
     errors = error.components.T
     parts = np.zeros((0, *errors.T.shape)) if shared is None else shared
     count = len(POSE) if pose.beside or error.beside else 3
@@ -175,7 +147,7 @@ def _uncertain(pose: Pose, error: Pose, shared: Array | None) -> _Uncertain:
 
 
 def _untilted(model: MagneticModel, found: Impedance, pose: Pose) -> Impedance:
-    """Return the impedance at the same places without any rotation; the one found, where there is none."""
+    """Return the impedance at the same places without rotation; `found` where there is none."""
     if not np.any(np.abs(pose.rotation) > _ROUNDING):
         return found
     places = pose.components.copy()

@@ -1,4 +1,4 @@
-"""Force in, inductance out: the one place where both physics meet.
+"""Simulate the sensor under a load, force in, inductance out: the one place where both physics meet.
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
 
@@ -131,7 +131,7 @@ def simulate(
 
 
 def _flagged(sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance: float) -> Simulation:
-    """Say how an answer stands to the tolerance of its signals and to the silicone's data."""
+    """Flag an answer by the tolerance of its signals and by the silicone's data."""
     rest, error = shown.equilibrium, 0.0
     if shown.promise is not None:
         error = shown.promise.error
@@ -143,7 +143,7 @@ def _flagged(sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance:
 def flags_over(
     sensor: Sensor, goal: Goal | None, error: Pose, stretch: Array, tolerance: float
 ) -> dict[str, list[str]]:  # fmt: skip
-    """Return status and flags over time, as `marked`; errors of poses and stretches are arrays, shape (p,)."""
+    """Return status and flags over time, as `marked`; errors of poses and stretches have shape (p,)."""
     none, known = np.zeros((0, len(POSE))), known_stretch(sensor)
     errors = [0.0 if goal is None else goal.of(own, none) for own in error.components]
     pairs = zip(errors, stretch.tolist(), strict=True)
@@ -152,7 +152,7 @@ def flags_over(
 
 
 def rest_flags(sensor: Sensor, found: Equilibrium, tolerance: float) -> tuple[str, ...]:
-    """Return how a rest stands to the tolerance of its pose and to the silicone's data, as of `flags_of`."""
+    """Return flags of a rest by the tolerance of its pose and by the silicone's data, as `flags_of`."""
     return _flags(sensor, found.report.estimated_error, tolerance, found)
 
 
@@ -163,51 +163,23 @@ def _flags(sensor: Sensor, error: float, tolerance: float, rest: Equilibrium) ->
 
 
 class AimedRest(NamedTuple):
-    """Where a target rests under the image of a load that is solved for it, and what reads it.
-
-    Attributes
-    ----------
-    found : Equilibrium
-    back : ndarray, shape (6, 6)
-        Takes the image back to the load.
-    field : MagneticModel
-        As fine as the signals take.
-    asked : float
-        Tolerance that it is made for.
-    planned : Look or None
-        What the first meshes promised; None where nothing was planned.
-    reached : float
-        Error over the signals' full scale.
-    """
+    """A rest under the solved image of a load, and the magnetic model that reads it."""
 
     found: Equilibrium
-    back: Array
-    field: MagneticModel
-    asked: float
-    planned: Look | None = None
-    reached: float = float("nan")
+    back: Array  # (6, 6), takes the image back to the load
+    field: MagneticModel  # as fine as the signals need
+    asked: float  # tolerance of `field`
+    planned: Look | None = None  # from the first meshes; None where nothing was planned
+    reached: float = float("nan")  # error over the signals' full scale
 
 
 def aimed_rest(
     sensor: Sensor, wrench: Wrench, layer: MechanicalModel, magnetics: tuple[str, float], symmetry: Symmetry, *,
     best: bool = True,
 ) -> AimedRest:  # fmt: skip
-    """Return where a target rests, solved to a tolerance of the signals: its first meshes tell what that takes.
+    """Solve where a target rests to a tolerance of the signals; its first meshes tell what that needs.
 
-    Parameters
-    ----------
-    sensor, wrench, best
-        As of `simulate`.
-    layer : MechanicalModel
-    magnetics : str and float
-        Name of the magnetic model as it was asked for, and the tolerance.
-    symmetry : Symmetry
-        By whose images the load may be solved.
-
-    Raises
-    ------
-    SceneError, Collision, SolveFailed
-        As `simulate`.
+    `magnetics` is the model's name as asked for and the tolerance; raises as `simulate`.
     """
     name, tolerance = magnetics
     field, _ = loaded_model(sensor, name, tolerance, [wrench])
@@ -233,25 +205,8 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequenc
     """Return where a target rests; what symmetry forbids of its pose is zero without error.
 
     Of the images of a load that leaves the plane one is solved, as for `calibrate`: half the pad where it is in the
-    plane. The state of such a one is not the load's own, and is left out.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        The scene.
-    layer : MechanicalModel
-        Of the sensor.
-    wrench : Wrench
-        The load [N, N m].
-    via : sequence of Wrench
-        Loads that are passed on the way from rest, for a layer with friction.
-
-    Raises
-    ------
-    SceneError
-        When loads are passed that make no difference to the layer.
-    SolveFailed
-        When the layer has no equilibrium that could be reached.
+    plane. The state of such a one is not the load's own, and is left out. `via` are loads passed on the way, for a
+    layer with friction. Raises SceneError where these make no difference to the layer, SolveFailed without equilibrium.
     """
     if via:
         return _passed(sensor, layer, [*via, wrench])
@@ -260,7 +215,7 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequenc
 
 
 def _shown(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> Equilibrium:
-    """The rest under a load, from that of its image which was solved."""
+    """Return the rest under a load, from that of its solved image."""
     image = with_symmetry(sensor, found)
     return image if found.wrench == wrench else turned(image, wrench, back)
 
@@ -268,14 +223,9 @@ def _shown(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> E
 def image_at_rest(
     symmetry: Symmetry, layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None = None
 ) -> tuple[Equilibrium, Array]:  # fmt: skip
-    """Return where a target rests under the image of a load that is solved for it, and the matrix that takes it back.
+    """Return where a target rests under the solved image of a load, and the matrix that takes it back.
 
-    It starts at a rest of that image, if there is one.
-
-    Raises
-    ------
-    SolveFailed
-        When the layer has no equilibrium that could be reached; of the load, not of its image.
+    `start` is a rest of that image. Raises SolveFailed, of the load and not of its image, without an equilibrium.
     """
     solved, back = symmetry.standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
     try:
@@ -293,7 +243,7 @@ def image_at_rest(
 
 
 def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
-    """Return where a target rests at the end of a path of loads, without what the symmetry of all of them forbids."""
+    """Return the rest at the end of a path of loads, without what the symmetry of all of them forbids."""
     if sensor.elastomer is None or sensor.elastomer.friction == 0.0 or not isinstance(layer, PathModel):
         raise SceneError("via: must be left out without elastomer.friction: the way of the load makes no difference")
     kept = symmetry_of(sensor).projection(*loads)
@@ -302,7 +252,7 @@ def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> 
 
 
 def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
-    """Return an equilibrium without what the symmetry of scene and load forbids of its pose, and errors of that."""
+    """Return an equilibrium without the components of pose and error that the symmetry of scene and load forbids."""
     kept = symmetry_of(sensor).projection(found.wrench)
     if np.array_equal(kept, np.eye(len(kept))):
         return found

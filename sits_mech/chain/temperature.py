@@ -1,4 +1,4 @@
-"""How does what a sensor shows change with its temperature, and which part of it is to blame? Slopes over a table.
+"""Calculate slopes by temperature over a table, cause by cause, and move tables along them.
 
 At a load held, by each cause c of scene/thermal.py alone, T the temperature of the scene,
 
@@ -52,26 +52,11 @@ def slopes_by_temperature(
     sensor: Sensor, model: tuple[MagneticModel, str, float], shown: Impedance, pose: Pose,
     numbers: tuple[Sequence[Parameter], Sequence[Parameter]], rows: Sequence[dict[str, object]],
 ) -> dict[str, Array]:  # fmt: skip
-    """Return the slopes of p loads, by the names of a table's variables.
+    """Return the slopes of p loads by temperature, by the names of a table's variables.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    model : MagneticModel, str and float
-        Of it, the model's name and its tolerance.
-    shown : Impedance
-        Of p poses.
-    pose : Pose of ndarray, shape (p,)
-    numbers : two sequences of Parameter
-        Those of `CHAINED`, and which of them move the target.
-    rows : sequence of dict
-        Of the loads, with the slopes of their poses.
-
-    Returns
-    -------
-    dict of ndarray
-        ``slope_T_L``, (p, coil) [H/K or H/m/K], ``slope_T_L_by``, (p, thermal_cause, coil), and ``slope_T_d_h``, ...
-        (p,) [m/K, rad/K].
+    ``slope_T_L``, (p, coil), ``slope_T_L_by``, (p, thermal_cause, coil) [H/K or H/m/K], ``slope_T_d_h``, ..., (p,)
+    [m/K, rad/K]. `model` comes with its name and tolerance; `numbers` are those of `CHAINED` and which of them move the
+    target; `rows` hold the slopes of the loads' poses.
     """
     every, moving = numbers
     own = np.array([slopes_of(row).T for row in rows]).reshape(len(rows), len(POSE), len(moving))
@@ -87,9 +72,9 @@ def slopes_by_temperature(
 def relative_slopes(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto"
 ) -> Array:
-    """Return d ln L/dT of what is read for each coil's inductance by each of `CAUSES`, shape (cause, coil) [1/K].
+    """Return d ln L/dT as read, of each coil by each of `CAUSES`, shape (cause, coil) [1/K].
 
-    Arguments and errors as of `gradient`.
+    Arguments and errors as `gradient`.
     """
     found = gradient(sensor, wrench, CHAINED, tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)
     L = np.diagonal(found.simulation.impedance.L)
@@ -98,38 +83,26 @@ def relative_slopes(
 
 
 def _read(sensor: Sensor) -> Array:
-    """Relative change of what is read for an inductance by the capacitor and by the clock, shape (2,) [1/K]."""
+    """Return the relative slopes of a read inductance by capacitor and clock, shape (2,) [1/K]."""
     parts, dT = sensor.readout, sensor.temperature - REFERENCE
     C = parts.capacitance_coefficient / (1.0 + parts.capacitance_coefficient * dT)
     return np.array([C, 2.0 * parts.clock_coefficient / clock_factor(sensor)])
 
 
 def read_slopes(sensor: Sensor, L: Array, by_cause: Array) -> Array:
-    """Return the whole slope of what is read for inductances (..., n), from those of `CHAINED`, (c, ..., n) [H/K]."""
+    """Return the whole slope of read inductances (..., n), from those of `CHAINED`, (c, ..., n) [H/K]."""
     return np.asarray(by_cause.sum(axis=0) + L * _read(sensor).sum())
 
 
 def has_slopes(data: xr.Dataset) -> bool:
-    """Say whether a table was made with its slopes by temperature."""
+    """Return whether a table was made with its slopes by temperature."""
     return "slope_T_L" in data
 
 
 def at_other_temperature(sensor: Sensor, data: xr.Dataset, temperature: float) -> xr.Dataset:
-    """Return a table moved along its slopes: what is read for inductances at another temperature of the sensor [K].
+    """Return a table from `calibrate` with ``drift``, moved along its slopes to what is read at a temperature [K].
 
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate` with ``drift``.
-    temperature : float
-        [K].
-
-    Raises
-    ------
-    SceneError
-        Where the table has no slopes, or something of the sensor is not known at the temperature.
+    Raises SceneError where the table has no slopes, or something of the sensor is not known at the temperature.
     """
     dT = temperature - sensor.temperature
     if dT == 0.0:
@@ -151,26 +124,11 @@ def _shifted(data: xr.Dataset, step: xr.DataArray) -> xr.Dataset:
 def read_at(
     sensor: Sensor, data: xr.Dataset, temperature: float, inverse: Callable[[xr.Dataset], Inverse]
 ) -> tuple[xr.Dataset, Array]:
-    """Return a table at another temperature, exact near the load that a reading shows, and what is left of the force.
+    """Return a table at another temperature, exact near the load of a reading, and the last correction of the forces.
 
-    Parameters
-    ----------
-    sensor, data, temperature
-        As of `at_other_temperature`.
-    inverse : callable
-        Of a table, the forces of the one reading.
-
-    Returns
-    -------
-    Dataset
-    ndarray, shape (d,)
-        How far the last correction moved each force [N, N m]; none at the temperature of the calibration. NaN where
-        the reading has no force there.
-
-    Raises
-    ------
-    SceneError
-        As `at_other_temperature`; where the sensor has no answer at the load and the temperature, or corrections grow.
+    `inverse` gives the forces of the one reading by a table. The correction, shape (d,) [N, N m], is zero at the
+    temperature of the calibration and NaN where the reading has no force there. Raises SceneError as
+    `at_other_temperature`, and where the sensor has no answer at load and temperature, or corrections grow.
     """
     moved = found = at_other_temperature(sensor, data, temperature)
     answer = inverse(found)
@@ -195,7 +153,7 @@ def read_at(
 
 
 def _remainder(sensor: Sensor, moved: xr.Dataset, temperature: float, known: Calibration, load: Array) -> xr.DataArray:
-    """Return what is read of each coil at a load beyond a table that was moved along its slopes, over ``coil``."""
+    """Return what is read of each coil at a load less the table moved along its slopes, over ``coil``."""
     request = json.loads(moved.attrs["request"])
     warm = sensor.model_copy(update={"temperature": temperature})
     one = moved.isel({name: 0 for name in varied(moved)})

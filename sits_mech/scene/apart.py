@@ -1,4 +1,4 @@
-"""Do a scene's parts stand clear of each other? Coils, target at rest, silicone and fixed conductors, as they lie.
+"""Check that a scene's parts stand clear of each other: coils, target at rest, silicone and fixed conductors.
 
 Each is a prism along z: a box, a cylinder or an outline, from z = bottom to top. Two are clear of each other where
 either their heights or their outlines, seen from above, are. For boxes and cylinders, with the offset of their middles
@@ -35,45 +35,23 @@ _TILES, _CORNERS = 256, 128
 
 @dataclass(frozen=True)
 class Prism:
-    """A part where it lies.
+    """A part in place: a box, a cylinder or an outline along z."""
 
-    Attributes
-    ----------
-    name : str
-        As in the scene.
-    middle, extent : tuple of float
-        Along x and y [m].
-    bottom, top : float
-        z [m].
-    is_round : bool
-        Whether it is a cylinder of the diameter `extent`, not a box.
-    loops : tuple of loops of (x, y)
-        Rim and holes of an outline, instead [m].
-    tracks : tuple of (ndarray of shape (k, 2), float)
-        Polylines of free tracks in the scene and half their widths, which count beside an outline [m].
-    """
-
-    name: str
-    middle: tuple[float, float]
-    extent: tuple[float, float]
-    bottom: float
-    top: float
-    is_round: bool = False
-    loops: tuple[Loop, ...] = ()
-    tracks: tuple[tuple[Array, float], ...] = ()
+    name: str  # as in the scene
+    middle: tuple[float, float]  # x, y [m]
+    extent: tuple[float, float]  # along x and y [m]
+    bottom: float  # z [m]
+    top: float  # z [m]
+    is_round: bool = False  # a cylinder of the diameter `extent`, not a box
+    loops: tuple[Loop, ...] = ()  # rim and holes of an outline, instead [m]
+    tracks: tuple[tuple[Array, float], ...] = ()  # free tracks (k, 2), half widths; count beside outlines [m]
 
 
 def check_parts(
     coils: Sequence[Coil], target: Target | None, elastomer: Elastomer | None, conductors: Sequence[Conductor],
     substrate_radius: float | None,
 ) -> None:  # fmt: skip
-    """Refuse parts that do not fit together.
-
-    Raises
-    ------
-    SceneError
-        One line: which two, what they must be, what came.
-    """
+    """Refuse parts that do not fit together; raise SceneError in one line: which two, what they must be, what came."""
     around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
     for (coil, here, radius), (other, there, reach) in combinations(around, 2):
         if math.dist(here, there) < radius + reach:
@@ -91,7 +69,7 @@ def check_parts(
 
 
 def _conductor(part: Conductor) -> Prism:
-    """Return a fixed plate."""
+    """Return the prism of a fixed plate."""
     x, y, z = part.centre
     half, loops = 0.5 * part.thickness, () if part.points is None else (part.points, *part.holes)
     name, is_round = f"conductors.{part.name}", part.diameter is not None
@@ -99,7 +77,7 @@ def _conductor(part: Conductor) -> Prism:
 
 
 def from_windings(part: Conductor, coils: Sequence[Coil]) -> float:
-    """Return the distance of a fixed plate from flat coils, at most [m]: theirs from its metal, holes left out."""
+    """Return a lower bound of the distance of a plate's metal, holes left out, from flat coils [m]."""
     plate, nearest = _conductor(part), math.inf
     for piece in (piece for coil in coils for piece in _layers(coil)):
         up = max(piece.bottom - plate.top, plate.bottom - piece.top, 0.0)
@@ -125,7 +103,7 @@ def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
 
 
 def _layers(coil: Coil) -> list[Prism]:
-    """Return the cylinder around a round coil's layers, or what is around each layer where these have own heights."""
+    """Return the cylinder around a round coil's layers, or the box around each layer where these have own heights."""
     name, is_round = f"coils.{coil.name}", coil.is_round
     return [
         Prism(name, coil.centre, coil.extent, low, high, is_round, tracks=_tracks(coil, z))
@@ -229,7 +207,7 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
 
 
 def _lines(coil: Coil, levels: list[float], reach: float) -> list[Array]:
-    """Return the polylines of a coil of free tracks that lie at some heights, in the scene."""
+    """Return the polylines in place of a coil of free tracks at some heights."""
     lines = [(np.array(line)[:, :2] + coil.centre, line[0][2]) for line in coil.path]
     return [line for line, z in lines if any(abs(z - level) * _SLACK < reach for level in levels)]
 

@@ -1,4 +1,4 @@
-"""Within which bounds does an input make sense? One annotated type per kind of input, each refusing the rest by itself.
+"""Bound the inputs of a scene: one annotated type per kind of input, each refusing bad values by itself.
 
 The bounds are wide: they catch slips of unit and values that would only overflow later, not unusual designs. A part has
 the sizes that its shape needs, and no others.
@@ -27,7 +27,7 @@ def quantity_schema(unit: str, **limits: float) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Within:
-    """A check that a quantity lies between `low` and `high`, and what a schema says of it."""
+    """A check that a quantity lies between `low` and `high`, with its words for errors and schema."""
 
     unit: str
     low: float
@@ -35,18 +35,18 @@ class _Within:
     words: str
 
     def check(self, value: object) -> float:
-        """Return the quantity in SI; refuse it where it is beyond."""
+        """Return the quantity in SI; refuse it outside the bounds."""
         number = si_value(value, self.unit)
         if not self.low <= number <= self.high:
             raise SceneError(f"must be {self.words}; got {shown(value)}")
         return number
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Check before pydantic looks at it."""
+        """Return a schema that checks before pydantic's own."""
         return core_schema.no_info_before_validator_function(self.check, handler(source))
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """Say what may be written."""
+        """Return the JSON Schema of the quantity."""
         return quantity_schema(self.unit, minimum=self.low, maximum=self.high)
 
 

@@ -1,4 +1,4 @@
-"""What is a coil in a scene? Round or rectangular turns in layers, or free tracks; all checked, in SI numbers.
+"""Define the coils of a scene: round or rectangular turns in layers, or free tracks; all checked, in SI numbers.
 
 Lengths [m]; x is shear, y out of plane, z up, ``z = 0`` the top face of the uppermost track layer of the board, so that
 no copper lies above it. A positive current runs counter-clockwise seen from above where `directions` does not say
@@ -124,7 +124,7 @@ class Coil(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _what_a_shape_needs(cls, given: Any) -> Any:
-        """Refuse sizes of other shapes, and fill in what plays no part: the gap of a single turn and the like."""
+        """Refuse sizes of other shapes, and fill in unused ones, such as the gap of a single turn."""
         if not isinstance(given, Mapping):
             return given
         shape = given.get("shape", "circle")
@@ -154,7 +154,7 @@ class Coil(BaseModel):
     @field_validator("path")
     @classmethod
     def _polylines(cls, path: tuple[tuple[Place, ...], ...]) -> tuple[tuple[Place, ...], ...]:
-        """Refuse a path without tracks, or with ones that leave their layer or stand still."""
+        """Refuse a path without tracks, or with ones that leave their layer or have no length."""
         if not path:
             raise SceneError("must be one polyline or more; got none")
         if (count := sum(map(len, path))) > _MOST:
@@ -246,7 +246,7 @@ class Coil(BaseModel):
 
     @model_serializer(mode="wrap")
     def _own_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Write the keys of the shape alone, and no defaults of those that a coil needs not have."""
+        """Write only the keys of the shape, without optional ones at their defaults."""
         table: dict[str, Any] = handler(self)
         other = {key for keys in SHAPES.values() for key in keys} - set(SHAPES[self.shape])
         drop = other | ({"layers", "layer_pitch"} if self.layer_z else set())
@@ -256,7 +256,7 @@ class Coil(BaseModel):
 
     @property
     def is_round(self) -> bool:
-        """Whether it is of turns about an axis."""
+        """Whether the turns are circles about an axis."""
         return self.shape == "circle"
 
     @property
@@ -266,7 +266,7 @@ class Coil(BaseModel):
 
     @property
     def heights(self) -> tuple[float, ...]:
-        """Of the middle of each layer's copper, from the top down [m]."""
+        """Height of the middle of each layer's copper, from the top down [m]."""
         if self.shape == "path":
             return tuple(sorted({line[0][2] for line in self.path}, reverse=True))
         below = (-self.track_thickness / 2 - self.layer_pitch * k for k in range(self.layers))
@@ -282,7 +282,7 @@ class Coil(BaseModel):
 
     @property
     def widths(self) -> tuple[float, ...]:
-        """Of the track of each polyline of a path [m]."""
+        """Track width of each polyline of a path [m]."""
         return self.path_widths or (self.track_width,) * len(self.path)
 
     @property
@@ -298,7 +298,7 @@ class Coil(BaseModel):
 
     @property
     def outer_diameter(self) -> float:
-        """Of the circle about the middle that holds all tracks [m]; of a circle, between its outermost edges."""
+        """Diameter of the circle about the middle that holds all tracks [m]; of a circle, of its outer edge."""
         if self.shape == "path":
             pairs = zip(self.path, self.widths, strict=True)
             return max(2.0 * math.hypot(*place[:2]) + width for line, width in pairs for place in line)
@@ -310,7 +310,7 @@ class Coil(BaseModel):
 
     @property
     def height(self) -> float:
-        """From the bottom face of the lowest layer to ``z = 0`` [m]."""
+        """Height from the bottom face of the lowest layer to ``z = 0`` [m]."""
         if self.layer_z or self.shape == "path":
             return self.track_thickness / 2 - self.heights[-1]
         return (self.layers - 1) * self.layer_pitch + self.track_thickness

@@ -1,4 +1,4 @@
-"""What is the silicone layer of a sensor? A box, a cylinder, or pillars on a pitch.
+"""Define the silicone layer of a sensor: a box, a cylinder, or pillars on a pitch.
 
 It stands centred between the rigid ground and the target, bonded to both where it lies under the target. Pillars are
 round, all alike, on a square grid that fills a field of ``width`` by ``length``, as many as there is room for,
@@ -107,7 +107,7 @@ class Elastomer(BaseModel):
 
     @property
     def kind(self) -> Shape:
-        """Its shape: as given, or as its sizes tell."""
+        """The shape, as given or as the sizes imply."""
         return self.shape or ("box" if self.diameter is None else "cylinder")
 
     @property
@@ -127,21 +127,9 @@ class Elastomer(BaseModel):
 
 
 def pillar_middles(elastomer: Elastomer, extent: Place, is_round: bool) -> tuple[Place, ...]:
-    """Return the middles x, y of the pillars that stand wholly under a target [m].
+    """Return the middles x, y of the pillars that stand wholly under a target of a given extent [m].
 
-    Parameters
-    ----------
-    elastomer : Elastomer
-        Pillars.
-    extent : tuple of float
-        Sizes of the target along x and y [m].
-    is_round : bool
-        Whether the target is a disc.
-
-    Raises
-    ------
-    SceneError
-        When none does.
+    `is_round` tells that the target is a disc. Raises SceneError when no pillar does.
     """
     d, pitch = elastomer.diameter or 0.0, elastomer.pitch or 1.0
     along = [_row(size, d, pitch) for size in elastomer.extent]
@@ -155,17 +143,9 @@ def pillar_middles(elastomer: Elastomer, extent: Place, is_round: bool) -> tuple
 
 
 def pad_volume(elastomer: Elastomer, extent: Place, is_round: bool) -> float:
-    """Return the volume of a layer without load, of all its pillars where it has such [m^3].
+    """Return the volume of a layer without load, of all pillars under the target [m^3].
 
-    Parameters
-    ----------
-    elastomer, extent, is_round
-        As for `pillar_middles`.
-
-    Raises
-    ------
-    SceneError
-        When no pillar stands under the target.
+    Raises SceneError when no pillar stands under the target.
     """
     if elastomer.kind == "box":
         return math.prod(elastomer.extent) * elastomer.thickness
@@ -174,13 +154,13 @@ def pad_volume(elastomer: Elastomer, extent: Place, is_round: bool) -> float:
 
 
 def _row(size: float, diameter: float, pitch: float) -> tuple[float, ...]:
-    """Middles of the pillars along one side of their field."""
+    """Return the middles of the pillars along one side of their field."""
     count = 1 + math.floor((size - diameter) / pitch + _SLACK)
     return tuple((k - 0.5 * (count - 1)) * pitch for k in range(count))
 
 
 def _under(x: float, y: float, radius: float, extent: Place, is_round: bool) -> bool:
-    """Whether a circle lies within a rectangle or a disc."""
+    """Return whether a circle lies within a rectangle or a disc."""
     if is_round:
         return math.hypot(x, y) + radius <= 0.5 * extent[0] * (1.0 + _SLACK)
     return all(abs(at) + radius <= 0.5 * size * (1.0 + _SLACK) for at, size in zip((x, y), extent, strict=True))

@@ -1,4 +1,4 @@
-"""How is a scene file read, overridden and written? TOML in and out as plain tables; their meaning is `sensor.py`.
+"""Read, override and write scene files: TOML in and out as plain tables; their meaning is `sensor.py`.
 
 A key is written with dots; entries of a list of tables go by number or by their name: ``coils.0.turns``,
 ``coils.C1.turns``.
@@ -62,19 +62,9 @@ def check_depth(value: Any) -> None:
 
 
 def read_as(path: Path, meaning: Callable[[Table, Path], Meant]) -> Meant:
-    """Return what a TOML file means.
+    """Return `meaning` of a TOML file's tables and folder.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    meaning : callable
-        Takes its tables and its folder.
-
-    Raises
-    ------
-    SceneError
-        One line: the file, the key, what it must be, what came.
+    Raises SceneError in one line: the file, the key, what it must be, what came.
     """
     table = read_table(path)
     try:
@@ -94,24 +84,10 @@ def check_keys(table: Mapping[str, Any], known: Sequence[str], needed: Sequence[
 
 
 def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:
-    """Return a copy of `table` with ``key=value`` overrides applied.
+    """Return a copy of `table` with overrides applied, such as ``'target.width="15 mm"'``.
 
-    Parameters
-    ----------
-    table : mapping
-        A scene as read from its file.
-    overrides : sequence of str
-        Such as ``'target.width="15 mm"'``; the value is TOML, and what is not TOML is taken as a string.
-
-    Returns
-    -------
-    dict
-        The changed scene; `table` stays as it is.
-
-    Raises
-    ------
-    SceneError
-        When an override has no ``=``, or its key does not lead to a table.
+    A value is TOML; what is not TOML is taken as a string. Raises SceneError when an override has no ``=``, or its key
+    does not lead to a table.
     """
     result: Table = _copied(table)
     for override in overrides:
@@ -144,7 +120,7 @@ def _value(text: str) -> Any:
 
 
 def _set(table: Table, steps: list[str], value: Any, key: str) -> None:
-    """Put `value` at the end of `steps`; a table that is missing on the way is made."""
+    """Put `value` at the end of `steps`; missing tables on the way are made."""
     here: Any = table
     for step in steps[:-1]:
         here = here[_position(here, step, key)] if isinstance(here, list) else here.setdefault(step, {})
@@ -157,7 +133,7 @@ def _set(table: Table, steps: list[str], value: Any, key: str) -> None:
 
 
 def _position(entries: list[Any], step: str, key: str) -> int:
-    """Return where in `entries` the entry is that `step` names or counts."""
+    """Return the index of the entry that `step` names or counts."""
     names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
     if step in names:
         return names.index(step)
@@ -168,18 +144,7 @@ def _position(entries: list[Any], step: str, key: str) -> int:
 
 
 def written(table: Mapping[str, Any]) -> str:
-    """Return a scene's tables as TOML text.
-
-    Parameters
-    ----------
-    table : mapping
-        Strings, numbers, booleans, lists of them, tables, and lists of tables; keys whose value is None are left out.
-
-    Returns
-    -------
-    str
-        TOML; floats keep every digit.
-    """
+    """Return a scene's tables as TOML text; floats keep every digit, keys whose value is None are left out."""
     return "\n".join(_lines(table, "")) + "\n"
 
 
@@ -197,7 +162,7 @@ def _lines(table: Mapping[str, Any], path: str) -> list[str]:
 
 
 def _is_table(item: Any) -> bool:
-    """Tell whether an item needs a heading of its own: a table, or a list of tables."""
+    """Return whether an item needs a heading of its own: a table, or a list of tables."""
     return isinstance(item, Mapping) or (isinstance(item, list | tuple) and any(isinstance(x, Mapping) for x in item))
 
 
@@ -227,20 +192,11 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
-    """Yield a file to fill, whose content goes to `path` when all of it is there, so that no half-written one is met.
+    """Yield a file to fill that takes the place of `path` when complete, so that no half-written one is met.
 
     A regular file, or none, is replaced by an atomic rename, at the end of a link where `path` is one, and keeps its
-    permissions. A device, a pipe or a descriptor such as /dev/stdout stays what it is and takes the content.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its folder must exist.
-
-    Raises
-    ------
-    SceneError
-        When it cannot be written.
+    permissions. A device, a pipe or a descriptor such as /dev/stdout stays what it is and takes the content. Raises
+    SceneError when it cannot be written.
     """
     other: Path | None = None
     try:
@@ -264,7 +220,7 @@ def replaced(path: Path) -> Iterator[Path]:
 
 
 def is_open_end(path: Path) -> bool:
-    """Tell whether what `path` leads to takes bytes but can not be replaced: a device, a pipe, an open descriptor."""
+    """Return whether `path` leads to what takes bytes but cannot be replaced: a device, a pipe, an open descriptor."""
     step = path
     for _ in range(_MOST_LINKS):
         if step.is_absolute() and step.parent in _DESCRIPTORS:

@@ -1,4 +1,4 @@
-"""What are the metals and silicones of the catalogue made of? Each constant with its source."""
+"""Load the metals and silicones of the catalogue; each constant has its source."""
 
 from __future__ import annotations
 
@@ -17,43 +17,21 @@ from sits_mech.units import shown, si_value
 
 @dataclass(frozen=True)
 class Metal:
-    """A conductor.
+    """A conductor; coefficients are None where not known."""
 
-    Attributes
-    ----------
-    name : str
-        Name in the catalogue, or "" when the scene gives the numbers.
-    conductivity : float
-        [S/m].
-    relative_permeability : float
-        Constant and isotropic [-].
-    loss_tangent : float
-        Of the permeability, ``mu_r (1 - j tan delta)`` [-].
-    source : str
-        Where the numbers come from.
-    temperature_coefficient : float or None
-        Of the resistivity at 20 degC, ``rho = rho_20 (1 + a (T - 20 degC))`` [1/K]; None: unknown, as of the others.
-    permeability_coefficient : float or None
-        Of the relative permeability, alike [1/K].
-    expansion : float or None
-        Of lengths [1/K].
-    temperature_range : tuple of float
-        In which these hold [K].
-    """
-
-    name: str
-    conductivity: float
-    relative_permeability: float = 1.0
+    name: str  # in the catalogue, or "" with numbers of the scene
+    conductivity: float  # [S/m]
+    relative_permeability: float = 1.0  # constant and isotropic [-]
     source: str = "the scene"
-    loss_tangent: float = 0.0
-    temperature_coefficient: float | None = None
-    permeability_coefficient: float | None = None
-    expansion: float | None = None
-    temperature_range: tuple[float, float] = (0.0, math.inf)
+    loss_tangent: float = 0.0  # of mu_r (1 - j tan delta) [-]
+    temperature_coefficient: float | None = None  # of resistivity, rho = rho_20 (1 + a (T - 20 degC)) [1/K]
+    permeability_coefficient: float | None = None  # of relative permeability, alike [1/K]
+    expansion: float | None = None  # of lengths [1/K]
+    temperature_range: tuple[float, float] = (0.0, math.inf)  # in which these hold [K]
 
     @property
     def susceptibility(self) -> complex:
-        """Return ``mu_r (1 - j tan delta) - 1``."""
+        """The complex susceptibility ``mu_r (1 - j tan delta) - 1``."""
         return self.relative_permeability * (1.0 - 1j * self.loss_tangent) - 1.0
 
 
@@ -70,7 +48,7 @@ def metals() -> Mapping[str, Metal]:
 
 
 def _metal(name: str, item: Mapping[str, Any]) -> Metal:
-    """A metal of the catalogue; what its table does not give is unknown."""
+    """Return a metal of the catalogue; what its table does not give is unknown."""
     own = {key: float(item[key]) for key in ("temperature_coefficient", "expansion") if key in item}
     low, high = (si_value(end, "K") for end in item.get("temperature_range", (0.0, 1e4)))
     steady = 0.0 if item["relative_permeability"] == 1.0 else None
@@ -87,7 +65,7 @@ def silicones() -> Mapping[str, Silicone]:
 
 
 def unknown(name: object, known: Iterable[str]) -> str:
-    """Return what to say of a name that is not among `known`: the list, and what was probably meant."""
+    """Return the words for a name that is not among `known`: the list, and what was probably meant."""
     known = list(known)
     near = difflib.get_close_matches(str(name).lower(), known, n=1) if isinstance(name, str) else []
     hint = f' (did you mean "{near[0]}"?)' if near else ""

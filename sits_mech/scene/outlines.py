@@ -1,4 +1,4 @@
-"""Which closed lines bound a flat plate: rim and holes, as corners or as the border of the cells in a mesh file?
+"""Bound a flat plate by closed lines: rim and holes, as corners or as the border of the cells in a mesh file.
 
 A loop is a tuple of corners (x, y) in order, not closed [m]; the rim comes first.
 """
@@ -34,7 +34,7 @@ def edges(loops: Sequence[Array]) -> tuple[Array, Array]:
 
 
 def inside_loops(loops: Sequence[Array], points: Array) -> NDArray[np.bool_]:
-    """Tell which points (n, 2) have an odd number of the loops' edges to their right."""
+    """Return which points (n, 2) have an odd number of the loops' edges to their right."""
     a, b = edges(loops)
     y = points[:, 1, None]
     between = (a[:, 1] > y) != (b[:, 1] > y)
@@ -79,10 +79,7 @@ def first_crossing(loops: Sequence[ArrayLike]) -> tuple[float, float] | None:
 def check_rims(points: Loop | None, holes: tuple[Loop, ...]) -> None:
     """Refuse an outline without area, holes without a rim around them, and rims that cross themselves or each other.
 
-    Raises
-    ------
-    SceneError
-        One line: `points` or `holes`, what they must be, what came.
+    Raises SceneError in one line: `points` or `holes`, what they must be, what came.
     """
     if points is None:
         if holes:
@@ -101,10 +98,7 @@ def check_rims(points: Loop | None, holes: tuple[Loop, ...]) -> None:
 def with_rims_of_mesh(given: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a target's table with corners and holes instead of the keys `mesh` and `mesh_group`, if it has them.
 
-    Raises
-    ------
-    SceneError
-        As `read_loops`, or when the table has an outline besides.
+    Raises SceneError as `read_loops`, or when the table has an outline besides.
     """
     if not {"mesh", "mesh_group"} & set(given):
         return given
@@ -119,19 +113,9 @@ def with_rims_of_mesh(given: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def read_loops(path: str | Path, group: str | None = None) -> tuple[Loop, ...]:
-    """Return the border of the triangles and quadrilaterals in a mesh file, in the file's own unit (metres).
+    """Return the border of the cells in a mesh file, or of a named group of them, in the file's own unit (metres).
 
-    Parameters
-    ----------
-    path : str or Path
-        Any format that meshio reads.
-    group : str, optional
-        Named group of the cells to take; all of them by default.
-
-    Raises
-    ------
-    SceneError
-        One line: the file is no mesh, has no such cells or group, or is not in one piece with simple rims.
+    Raises SceneError in one line: the file is no mesh, has no such cells or group, or no single piece with simple rims.
     """
     mesh = read_mesh(path)
     blocks = [(k, block.data.astype(np.int64)) for k, block in enumerate(mesh.cells) if block.type in _KINDS]
@@ -145,7 +129,7 @@ def read_loops(path: str | Path, group: str | None = None) -> tuple[Loop, ...]:
 
 
 def read_mesh(path: str | Path) -> Any:
-    """Return what meshio reads; SceneError where it cannot, for it prints its reason and ends the program then."""
+    """Read a mesh by meshio; raise SceneError where meshio would print its reason and end the program."""
     import meshio
 
     said = io.StringIO()
@@ -158,7 +142,7 @@ def read_mesh(path: str | Path) -> Any:
 
 
 def _of_group(mesh: Any, block: int, group: str, path: str | Path) -> NDArray[np.bool_]:
-    """Which cells of a block belong to a named group: a set of cells, or a physical group of gmsh."""
+    """Return which cells of a block belong to a named group: a set of cells, or a physical group of gmsh."""
     sets = {name: parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
     inside = np.zeros(len(mesh.cells[block].data), dtype=bool)
     if group in sets:
@@ -172,7 +156,7 @@ def _of_group(mesh: Any, block: int, group: str, path: str | Path) -> NDArray[np
 
 
 def _border(cells: list[NDArray[np.int64]], path: str | Path) -> list[list[int]]:
-    """Chains of nodes around the cells' border."""
+    """Return chains of nodes around the cells' border."""
     edges: set[tuple[int, int]] = set()
     for block in cells:
         edges.update(zip(block.ravel().tolist(), np.roll(block, -1, axis=1).ravel().tolist(), strict=True))
@@ -191,7 +175,7 @@ def _border(cells: list[NDArray[np.int64]], path: str | Path) -> list[list[int]]
 
 
 def _straightened(loop: Array) -> Array:
-    """Leave out nodes on straight stretches."""
+    """Return a loop without nodes on straight stretches."""
     u, v = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
     turn = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
     return np.asarray(loop[turn > 1e-9 * np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)])

@@ -1,4 +1,4 @@
-"""Which numbers of a scene can an answer be differentiated by, and what does a small change of one make of the scene?
+"""Select the numbers of a scene that answers can be differentiated by, and change them slightly.
 
 A parameter is a number of the scene that varies continuously, by its key in scene and study files, with dots and `*`
 for every entry of a list, or what a catalogued silicone is made of:
@@ -41,7 +41,7 @@ _REACHES = dict.fromkeys(CAUSES, 6e4) | {"conductivity": 300.0, "modulus": 300.0
 
 
 class Place(NamedTuple):
-    """A changed scene, by how much it is changed, and its weight in a derivative."""
+    """A changed scene, the amount of its change, and its weight in a derivative."""
 
     sensor: Sensor
     amount: float
@@ -60,34 +60,18 @@ class SceneStencil(NamedTuple):
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of a scene, or some that change together.
+    """A number of a scene, or several that change together, all in SI."""
 
-    Attributes
-    ----------
-    name : str
-        Its dotted key, or "modulus".
-    numbers : tuple of (str, float)
-        The key of each number that it stands for, without a star, and what the scene has there [SI].
-    step : float
-        By which it is changed for a derivative [SI].
-    scene : Sensor
-        As it is at its temperature, with the constants of its silicone where the number is one of them.
-    become : callable or None
-        By an amount [SI], the scene where it is no number of a scene file.
-    reach : float
-        Amount by which what it stands for would change by all of itself, where that is not its value [SI]; or zero.
-    """
-
-    name: str
-    numbers: tuple[tuple[str, float], ...]
-    step: float
-    scene: Sensor
-    become: Callable[[float], Sensor] | None = None
-    reach: float = 0.0
+    name: str  # dotted key, or "modulus"
+    numbers: tuple[tuple[str, float], ...]  # key, without a star, and value of each
+    step: float  # change for a derivative
+    scene: Sensor  # at its temperature, with constants of its silicone where it is one of them
+    become: Callable[[float], Sensor] | None = None  # scene by an amount, where it is no number of a scene file
+    reach: float = 0.0  # amount of a change by all of itself, where that is not its value; or zero
 
     @property
     def value(self) -> float:
-        """What the scene has, of the first where there are some [SI]."""
+        """The value in the scene, of the first number where there are several [SI]."""
         return self.numbers[0][1]
 
     def changed(self, amount: float) -> Sensor:
@@ -99,7 +83,7 @@ class Parameter:
         return changed(self.scene, [f"{key}={value + amount!r}" for key, value in self.numbers])
 
     def scenes(self, places: Iterable[int]) -> dict[int, Sensor]:
-        """Return the scenes at so many steps, those that are possible."""
+        """Return the possible scenes among those at so many steps."""
         found = {}
         for place in places:
             with suppress(SceneError):
@@ -108,21 +92,13 @@ class Parameter:
 
     @cached_property
     def _beside(self) -> dict[int, Sensor]:
-        """Scenes that derivatives of second order take."""
+        """Scenes for derivatives of second order."""
         return self.scenes((1, -1, 2, -2))
 
     def stencil(self, alike: Callable[[Sensor], bool] = lambda _: True) -> SceneStencil:
-        """Return a derivative by changed scenes that are alike the scene.
+        """Return a derivative by changed scenes of the same kind, as `alike` tells.
 
-        Parameters
-        ----------
-        alike : callable
-            Whether a changed scene is one of the same kind.
-
-        Raises
-        ------
-        SceneError
-            Where there is none on either side.
+        Raises SceneError where there is none on either side.
         """
         h, there = self.step, {place: sensor for place, sensor in self._beside.items() if alike(sensor)}
         for rule in SECOND_ORDER:
@@ -134,18 +110,9 @@ class Parameter:
 
 
 def parameter(sensor: Sensor, name: str) -> Parameter:
-    """Return a number of a scene by its name.
+    """Return a number of a scene by its dotted key, or "modulus".
 
-    Parameters
-    ----------
-    sensor : Sensor
-    name : str
-        A dotted key, or "modulus".
-
-    Raises
-    ------
-    SceneError
-        When there is no such number in the scene, or it is a count or a text.
+    Raises SceneError when there is no such number in the scene, or it is a count or a text.
     """
     if name.startswith(TEMPERATURE):
         return _by_cause(sensor, name)
@@ -164,7 +131,7 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
 
 
 def _by_cause(sensor: Sensor, name: str) -> Parameter:
-    """What one cause changes with the temperature of a scene, from that which it has."""
+    """Return the parameter of one cause's temperature, from the scene's own on."""
     cause, dT = name.removeprefix(TEMPERATURE), sensor.temperature - REFERENCE
     if cause not in CAUSES:
         raise SceneError(f"{name}: must be one of {', '.join(TEMPERATURE + each for each in CAUSES)}")
@@ -177,10 +144,7 @@ def _by_cause(sensor: Sensor, name: str) -> Parameter:
 
 
 def value_of(sensor: Sensor, key: str) -> float | None:
-    """Return the number that a key of a scene has [SI], of a count as well; the first one's where it has a star.
-
-    None where the scene gives no number there.
-    """
+    """Return the number of a key [SI], also of a count; the first one's of a star; None where the scene gives none."""
     if sensor.elastomer is not None:
         sensor = _with_constants(sensor, key)
     here = next((value for _, value in _ends(scene_table(sensor), key.split("."), ()) if value is not None), None)
@@ -188,12 +152,12 @@ def value_of(sensor: Sensor, key: str) -> float | None:
 
 
 def keys_of(sensor: Sensor, key: str) -> list[str]:
-    """Return the keys that one stands for, a star in the place of every entry of a list, given there or not."""
+    """Return the keys that one stands for, a star meaning every entry of a list, given there or not."""
     return [each for each, _ in _ends(scene_table(sensor), key.split("."), ())]
 
 
 def _ends(part: Any, steps: list[str], way: tuple[str, ...]) -> list[tuple[str, Any]]:
-    """Keys and values at the end of some steps down from a part; None where it has none."""
+    """Return keys and values at the end of some steps down from a part; None where it has none."""
     if not steps:
         return [(".".join(way), part)]
     step, *rest = steps
@@ -209,13 +173,13 @@ def _ends(part: Any, steps: list[str], way: tuple[str, ...]) -> list[tuple[str, 
 
 
 def _named(entries: Sequence[Any]) -> dict[str, Any]:
-    """Entries of a list by their names; by their numbers, where they have none, or none that may be part of a key."""
+    """Return entries of a list by name; by number, where they have none, or none that may be part of a key."""
     names = [str(entry.get("name", "")) if isinstance(entry, Mapping) else "" for entry in entries]
     return {name if name and not set(name) & set(".=") else str(k): entries[k] for k, name in enumerate(names)}
 
 
 def _with_constants(sensor: Sensor, name: str) -> Sensor:
-    """A scene with the constants of its silicone, where a name is of them; else as it is."""
+    """Return a scene with the constants of its silicone, where a name is of them; else unchanged."""
     if name != MODULUS and not name.startswith(_MATERIAL):
         return sensor
     if sensor.elastomer is None:
@@ -224,14 +188,14 @@ def _with_constants(sensor: Sensor, name: str) -> Sensor:
 
 
 def _size(sensor: Sensor, of_material: bool) -> float:
-    """What a number that is zero is compared with: the shear modulus, or the thickness of the layer or of the plate."""
+    """Return the scale of a number that is zero: the shear modulus, or the thickness of the layer or of the plate."""
     if sensor.elastomer is not None:
         return sensor.elastomer.silicone.shear_modulus if of_material else sensor.elastomer.thickness
     return sensor.target.thickness if sensor.target is not None else sensor.coils[0].outer_diameter
 
 
 def _of_silicone(sensor: Sensor, silicone: Silicone) -> Sensor:
-    """A scene whose layer is of a silicone."""
+    """Return a scene whose layer is of a silicone."""
     if sensor.elastomer is None:
         return sensor
     return sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"material": silicone})})

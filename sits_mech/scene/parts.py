@@ -1,4 +1,4 @@
-"""What are the parts of a sensor besides coils (coils.py) and layer (elastomer.py)? Target, other conductors, readout.
+"""Define the parts of a sensor besides coils (coils.py) and layer (elastomer.py): target, other conductors, readout.
 
 Every part is frozen, checked when it is made, and holds SI numbers under the scene file's own keys. Lengths [m];
 x is shear, y out of plane, z up, ``z = 0`` the top face of the uppermost track layer.
@@ -48,7 +48,7 @@ def _check_metal(material: str | None, conductivity: float | None) -> None:
 def _metal(plate: Target | Conductor) -> Metal:
     """Return the catalogue's metal with the scene's own numbers in place of the catalogue's.
 
-    Of another conductivity the catalogue's temperature coefficient says nothing, nor its own of another permeability.
+    A coefficient of the catalogue is dropped where the scene gives its own conductivity or permeability.
     """
     found = metals()[plate.material] if plate.material is not None else Metal("", 0.0)
     if plate.conductivity is not None:
@@ -114,7 +114,7 @@ class Target(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _load_on_top(cls, given: Any) -> Any:
-        """Let the force act on the top face unless the scene says otherwise."""
+        """Put the force on the top face unless the scene says otherwise."""
         if isinstance(given, Mapping) and given.get("load_height") is None and "thickness" in given:
             return dict(given) | {"load_height": given["thickness"]}
         return given
@@ -130,7 +130,7 @@ class Target(BaseModel):
 
     @property
     def metal(self) -> Metal:
-        """What the target is made of."""
+        """The metal of the target."""
         return _metal(self)
 
     @property
@@ -196,7 +196,7 @@ class Conductor(BaseModel):
 
     @property
     def metal(self) -> Metal:
-        """What the conductor is made of."""
+        """The metal of the conductor."""
         found = _metal(self)
         return replace(found, loss_tangent=self.loss_tangent) if self.loss_tangent else found
 
@@ -241,7 +241,7 @@ def _check_shape(plate: Target | Conductor) -> None:
 
 
 def _extent(plate: Target | Conductor) -> tuple[float, float]:
-    """Size along x and y of a plate, symmetric about its middle [m]."""
+    """Return the size along x and y of a plate, symmetric about its middle [m]."""
     if plate.points is not None:
         x, y = zip(*plate.points, strict=True)
         return 2.0 * max(map(abs, x)), 2.0 * max(map(abs, y))

@@ -1,4 +1,4 @@
-"""Which numbers of a scene are probably slips of a unit? One line each: a thickness of 2 is metres, 5 mHz is no MHz.
+"""Warn of numbers of a scene that are probably slips of a unit: a thickness of 2 is metres, 5 mHz is no MHz.
 
 `bounds.py` refuses what makes no sense; here is what makes sense but belongs to hardly any tactile sensor. The range in
 which a kind of input is usual stands beside its bounds, as a `Usual` among the annotations of its type.
@@ -28,25 +28,15 @@ _SHEAR = 100.0  # shear moduli: silicone that can escape is at a tenth of its he
 
 @dataclass(frozen=True)
 class Usual:
-    """The usual range of a kind of input; zero is always usual.
+    """The usual range of a kind of input; zero is always usual."""
 
-    Attributes
-    ----------
-    what : str
-        Such as "a length".
-    low, high : float
-        Smallest and largest usual size [unit].
-    unit : str
-        SI.
-    """
-
-    what: str
+    what: str  # such as "a length"
     low: float
     high: float
-    unit: str
+    unit: str  # SI, of `low` and `high`
 
     def slip(self, name: str, value: float) -> str:
-        """Return what to say of a value; empty where it is usual."""
+        """Return the warning about a value; empty where it is usual."""
         if value == 0.0 or self.low <= abs(value) <= self.high:
             return ""
         span = f"up to {self.high:g} {self.unit}"
@@ -61,13 +51,7 @@ ANGLE = Usual("an angle, in radians without a unit,", 0.0, _QUARTER, "rad")
 
 
 def slips(part: BaseModel) -> tuple[str, ...]:
-    """Return a line for each number of a scene, or of a part of it, that is probably a slip of a unit.
-
-    Parameters
-    ----------
-    part : BaseModel
-        A sensor; its silicone's constants are looked at, too.
-    """
+    """Return a line for each number of a scene or part, silicone included, that is probably a slip of a unit."""
     return tuple(_found(part, ""))
 
 
@@ -79,19 +63,9 @@ def slips_of_pose(pose: Pose) -> tuple[str, ...]:
 
 
 def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
-    """Refuse loads that no solver need be asked of: they are far above what any state of the pad bears.
+    """Refuse loads far above what any state of the pad bears, by component [N, N m].
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Without an elastomer nothing is refused.
-    loads : mapping
-        Values of components of `Wrench` by name [N, N m].
-
-    Raises
-    ------
-    SceneError
-        With the component and what it may be at most.
+    Raises SceneError with the component and its largest value; without an elastomer nothing is refused.
     """
     if sensor.elastomer is None:
         return
@@ -128,7 +102,7 @@ def _lines(value: Any, name: str, usual: Usual | None) -> Iterator[str]:
 
 
 def _falling(silicone: Silicone) -> Iterator[str]:
-    """Yield the line of a Yeoh law with negative terms whose range of strain nobody told."""
+    """Yield the line of a Yeoh law with negative terms and no known range of strain."""
     negative = [f"{key} = {c:.3g} Pa" for key, c in silicone.constants.items() if isinstance(c, float) and c < 0.0]
     if silicone.law == "yeoh" and negative and silicone.fitted_range is None:
         ends = stability(silicone, _STRETCHES)

@@ -1,4 +1,4 @@
-"""What is a sensor? A scene of coils, target, elastomer, other conductors and readout that fit together.
+"""Define the sensor: a scene of coils, target, elastomer, other conductors and readout that fit together.
 
 `load_sensor` reads one from a scene file or from the catalogue; whatever cannot be built is refused with one line:
 file, key, what it must be, what came.
@@ -117,29 +117,14 @@ class Sensor(BaseModel):
 
 
 def known_stretch(sensor: Sensor) -> float:
-    """Return up to which stretch the data behind the silicone's constants reach [-]; NaN where that is not known."""
+    """Return the largest stretch in the data behind the silicone's constants [-]; NaN where that is not known."""
     return float("nan") if sensor.elastomer is None else sensor.elastomer.silicone.known_stretch
 
 
 def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
-    """Return the sensor that a scene's tables describe.
+    """Return the checked sensor that a scene's tables describe, in SI numbers or strings with units.
 
-    Parameters
-    ----------
-    scene : mapping
-        As in a scene file; SI numbers or strings with units.
-    where : str
-        What to call the scene in a message.
-
-    Returns
-    -------
-    Sensor
-        Checked.
-
-    Raises
-    ------
-    SceneError
-        One line: `where`, the key, what it must be, what came.
+    Raises SceneError in one line: `where`, the key, what it must be, what came.
     """
     try:
         return Sensor.model_validate(scene)
@@ -148,7 +133,7 @@ def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
 
 
 def _refusal(error: ValidationError) -> str:
-    """Return the first thing that is wrong with a scene, unknown keys before their consequences."""
+    """Return the first error of a scene, unknown keys before their consequences."""
     found = error.errors(include_url=False)
     first = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
     steps = first["loc"]
@@ -227,7 +212,7 @@ def load_beside(folder: Path, source: str, overrides: Sequence[str] = ()) -> Sen
 
 
 def _found(table: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return a scene's tables with the paths of meshes, written relative to the scene's folder, made whole."""
+    """Return a scene's tables with mesh paths, relative to the scene's folder, made absolute."""
     for key in ("target", "elastomer"):
         part = table.get(key)
         if isinstance(part, dict) and isinstance(part.get("mesh"), str):
@@ -236,30 +221,15 @@ def _found(table: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def changed(sensor: Sensor, overrides: Sequence[str]) -> Sensor:
-    """Return a copy of `sensor` with keys changed as by `load_sensor`, checked anew.
+    """Return a copy of `sensor` with keys changed, such as ``'elastomer.thickness="3 mm"'``.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Stays as it is.
-    overrides : sequence of str
-        Such as ``'elastomer.thickness="3 mm"'``.
-
-    Returns
-    -------
-    Sensor
-        The changed one.
-
-    Raises
-    ------
-    SceneError
-        One line, as from `load_sensor`.
+    Errors as `load_sensor`.
     """
     return sensor_from(overridden(scene_table(sensor), overrides), sensor.name)
 
 
 def scene_table(sensor: Sensor) -> dict[str, Any]:
-    """Return the scene's tables without what is not set."""
+    """Return the scene's tables without unset keys."""
     table = sensor.model_dump(exclude_none=True)
     target = table.get("target")
     if target is not None and target["load_height"] == target["thickness"]:
@@ -280,7 +250,7 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
 
 
 def _fills_the_target(sensor: Sensor) -> bool:
-    """Whether the layer is of pillars in the field that they have by default."""
+    """Return whether the layer is of pillars in the field that they have by default."""
     layer, target = sensor.elastomer, sensor.target
     return layer is not None and target is not None and layer.kind == "pillars" and layer.extent == target.extent
 
@@ -291,7 +261,7 @@ def scene_text(sensor: Sensor) -> str:
 
 
 def scene_hash(sensor: Sensor) -> str:
-    """Return sixteen hexadecimal digits that stand for the whole scene."""
+    """Return sixteen hexadecimal digits that identify the whole scene."""
     return hashlib.sha256(scene_text(sensor).encode()).hexdigest()[:16]
 
 

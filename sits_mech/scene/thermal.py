@@ -1,4 +1,4 @@
-"""What does a temperature make of a scene? Another scene: a sensor at a temperature is a sensor.
+"""Convert a scene to another temperature: a sensor at a temperature is a sensor.
 
 The numbers of a scene are those at 20 degC. At T, with dT = T - 20 degC,
 
@@ -37,21 +37,9 @@ CAUSES = ("conductivity", "plates", "pad", "modulus", "board", "capacitor", "clo
 
 
 def at_temperature(sensor: Sensor, temperature: float | None = None, causes: Collection[str] = CAUSES) -> Sensor:
-    """Return the scene that a sensor is at a temperature: its numbers changed, `temperature` back at 20 degC.
+    """Return the scene that a sensor is at a temperature [K], its own by default; `temperature` is back at 20 degC.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With numbers that hold at 20 degC.
-    temperature : float, optional
-        [K]; the scene's own by default.
-    causes : collection of str
-        Those of `CAUSES` that count.
-
-    Raises
-    ------
-    SceneError
-        Where a coefficient is not known, or the temperature is outside of its range.
+    `causes` are those of `CAUSES` that count. Raises SceneError for an unknown coefficient, or outside its range.
 
     Examples
     --------
@@ -76,12 +64,12 @@ def at_each(sensor: Sensor, temperatures: Sequence[float]) -> list[Sensor]:
 
 
 def clock_factor(sensor: Sensor) -> float:
-    """Return what the reference clock runs at where a sensor is used, over what it does at 20 degC."""
+    """Return the frequency of the reference clock where a sensor is used, over that at 20 degC."""
     return 1.0 + sensor.readout.clock_coefficient * (sensor.temperature - REFERENCE)
 
 
 def check_temperature(sensor: Sensor, temperature: float) -> None:
-    """Refuse a temperature [K] that something of a sensor is not known at, in one line that names it."""
+    """Refuse a temperature [K] at which something of a sensor is not known, in one line that names it."""
     if temperature == REFERENCE:
         return
     for name, part in _plates(sensor):
@@ -103,7 +91,7 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
 
 
 def unknown_coefficients(sensor: Sensor) -> str:
-    """Return what keeps a sensor from being asked for its change with temperature, "" where nothing does."""
+    """Return why changes with temperature are not known; "" where they are."""
     try:
         check_temperature(sensor, REFERENCE + 1e-3)
     except SceneError as error:
@@ -112,19 +100,14 @@ def unknown_coefficients(sensor: Sensor) -> str:
 
 
 def celsius(temperature: float) -> str:
-    """Return a temperature [K] as it is written."""
+    """Format a temperature [K] in degrees Celsius."""
     return f"{temperature - ZERO_CELSIUS:.6g} degC"
 
 
 def warmed(sensor: Sensor, dT: Mapping[str, float]) -> Sensor:
-    """Return a scene whose causes of change are each so much warmer [K], known to hold there or not.
+    """Return a scene at 20 degC whose causes of change are each so much warmer [K], known to hold there or not.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        At 20 degC. What has no known coefficient counts as without.
-    dT : mapping
-        By the names of `CAUSES`; others are not warmer.
+    `dT` is by the names of `CAUSES`; an unknown coefficient counts as zero.
     """
     own = dict.fromkeys(CAUSES, 0.0) | dict(dT)
     target = sensor.target
@@ -143,18 +126,18 @@ def warmed(sensor: Sensor, dT: Mapping[str, float]) -> Sensor:
 
 
 def _copper() -> Metal:
-    """What tracks are made of."""
+    """Return the metal of tracks."""
     return metals()["copper"]
 
 
 def _plates(sensor: Sensor) -> list[tuple[str, Target | Conductor]]:
-    """Target and conductors with what to call them."""
+    """Return target and conductors with their names for messages."""
     own: list[tuple[str, Target | Conductor]] = [(f"conductors.{part.name}", part) for part in sensor.conductors]
     return own if sensor.target is None else [("target", sensor.target), *own]
 
 
 def _check_metal(name: str, metal: Metal, temperature: float) -> None:
-    """Refuse a metal of which something is not known at a temperature."""
+    """Refuse a metal without the coefficients that a temperature needs, or outside their range."""
     for key in ("temperature_coefficient", "permeability_coefficient", "expansion"):
         if getattr(metal, key) is None:
             raise _missing(f"{name}.{key}", temperature)
@@ -169,13 +152,13 @@ def _check_range(name: str, ends: tuple[float, float] | None, temperature: float
 
 
 def _missing(key: str, temperature: float) -> SceneError:
-    """What is said of a coefficient that is not known."""
+    """Return the error about an unknown coefficient."""
     return SceneError(f"{key}: must be given for a temperature other than 20 degC; it is missing, and "
                       f"{celsius(temperature)} is asked for")  # fmt: skip
 
 
 def _plate(part: Any, dT: Mapping[str, float]) -> Any:
-    """A target or conductor that is warmer."""
+    """Return a target or conductor that is warmer."""
     metal, changes, resistive = part.metal, dict[str, Any](), dT["conductivity"]
     if resistive:
         changes["conductivity"] = metal.conductivity / (1.0 + (metal.temperature_coefficient or 0.0) * resistive)
@@ -193,12 +176,12 @@ def _plate(part: Any, dT: Mapping[str, float]) -> Any:
 
 
 def _scaled(points: Any, factor: float) -> tuple[tuple[float, ...], ...]:
-    """Points times a factor."""
+    """Return points times a factor."""
     return tuple(tuple(factor * each for each in point) for point in points)
 
 
 def _pad(pad: Elastomer, dT: Mapping[str, float], grown: float) -> Elastomer:
-    """A pad that is warmer under a target that has grown by a factor."""
+    """Return a pad that is warmer under a target that has grown by a factor."""
     silicone = pad.silicone
     free = 1.0 + (silicone.expansion or 0.0) * dT["pad"]
     keys = ("width", "length", "diameter", "pitch", "thickness", "edge_radius")
@@ -221,7 +204,7 @@ def stiffer(silicone: Silicone, factor: float) -> Silicone:
 
 
 def _coil(coil: Coil, dT: Mapping[str, float]) -> Coil:
-    """A coil that is warmer, on its board."""
+    """Return a coil that is warmer, on its board."""
     changes: dict[str, Any] = {}
     if dT["conductivity"]:
         coefficient = coil.temperature_coefficient

@@ -1,4 +1,4 @@
-"""What came out of a search, for a designer? The recommendation, what it costs, and why the others lost.
+"""Summarize a search for a designer: the recommendation, its price, and why the others lost.
 
 The front holds the designs that carry the overload, have one load for each reading, and that no other solved one beats
 in every figure that is asked for. Designs of two choices that differ by less than their errors do not beat each other;
@@ -29,27 +29,14 @@ _UNKNOWN = (*BY_FORCE, "crosstalk_before_inverse", STRAIN)  # figures whose erro
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure with its limit.
-
-    Attributes
-    ----------
-    name : str
-    value, error : float
-        Error nan where it is not known [unit].
-    unit : str
-        "%" for shares.
-    limit : float or None
-        At most, or for what is in `LEAST` at least [unit].
-    holds : str
-        "yes", "no", "within its error", or "" without a limit.
-    """
+    """A figure with its limit."""
 
     name: str
-    value: float
-    error: float
-    unit: str
-    limit: float | None
-    holds: str
+    value: float  # [unit]
+    error: float  # nan where not known [unit]
+    unit: str  # "%" for shares
+    limit: float | None  # at most, or for what is in `LEAST` at least [unit]
+    holds: str  # "yes", "no", "within its error", or "" without a limit
 
 
 @dataclass(frozen=True)
@@ -63,7 +50,7 @@ class Lost:
 
 
 class Share(NamedTuple):
-    """A share of the sensors made, and between which it is by the errors of the figures; nan without tolerances."""
+    """A share of the sensors made, and its bounds by the errors of the figures; nan without tolerances."""
 
     value: float
     low: float
@@ -128,13 +115,13 @@ class DesignAnswer:
 
     @property
     def verdict(self) -> str:
-        """What is to be said of the limits."""
+        """Whether the limits hold, in words."""
         open_ = f"; within its error: {', '.join(self.undecided)}" if self.undecided else ""
         return f"{'every limit holds' if self.feasible else 'no solved design holds every limit'}{open_}"
 
 
 def unit_of(name: str) -> tuple[str, float]:
-    """Return the unit that a figure is shown in, and what it is of the SI unit."""
+    """Return the unit that a figure is shown in, and its factor from SI."""
     kind, _, part = name.partition(".")
     if kind in ("resolution", "drift"):
         return f"m{shown_unit(part)}{BY_FORCE[kind]}", 1e3
@@ -151,7 +138,7 @@ TITLES = {
 
 
 def figure_words(name: str, value: float) -> str:
-    """Return a figure for a reader."""
+    """Format a figure for a reader."""
     unit, scale = unit_of(name)
     return f"{scale * value:.3g} {unit}".strip()
 
@@ -184,7 +171,7 @@ def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
         rows.append((each, own, np.array([each.error.get(name, 0.0) for name in names])))
 
     def beats(other: tuple[Answered, Array, Array], one: tuple[Answered, Array, Array]) -> bool:
-        """Whether a design is in no figure worse than another, and in one better than their errors hide."""
+        """Return whether a design is in no figure worse than another, and in one better beyond their errors."""
         hidden = 0.0 if other[0].design.choice == one[0].design.choice else other[2] + one[2]
         return bool(np.all(other[1] <= one[1]) and np.any(other[1] < one[1] - hidden))
 
@@ -217,7 +204,7 @@ def lost_values(
 
 
 def why_not(search: Search, other: Answered, best: Answered) -> str:
-    """Return in words why a design is not taken for the best one."""
+    """Explain why a design is not taken for the best one."""
     if not other.carried:
         return other.reason
     task = search.task
@@ -238,7 +225,7 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
 
 
 def tied_with(search: Search, others: Sequence[Answered], best: Answered, words: Words) -> tuple[str, ...]:
-    """Return which designs of other choices may be as good as the best one or better, within the errors."""
+    """Return the designs of other choices that may be as good as the best one or better, within the errors."""
     found = []
     for each in others:
         if each.design.choice != best.design.choice and search.task.goal and search.may_beat(each, best):

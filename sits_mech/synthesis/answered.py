@@ -1,4 +1,4 @@
-"""What is known of a design that was solved, and of one that was not?
+"""Hold what is known of solved designs, and judge them by limits and goals.
 
 A design that carries the overload has a table of inductances with its derivatives by the numbers between bounds and by
 the tolerances; one that does not has a reason. ``plain`` are figures that no table is needed for.
@@ -24,68 +24,37 @@ LEAST_INVERSE = 0.05
 
 @dataclass(frozen=True)
 class Answered:
-    """A design with what came of it.
-
-    Attributes
-    ----------
-    design : Design
-    reason : str
-        Why it has no table; "" where it has one.
-    table : Table or None
-    by_x : ndarray, shape (v, g, n)
-        Derivatives of the table's inductances by the coordinates of the unit box [H].
-    plain : dict
-        Figures without a table, `STRAIN` among them.
-    plain_by_x : dict
-        Their derivatives, shape (v,), where they are known.
-    error : dict
-        Estimated error of each figure, where it is known.
-    seconds : float
-        Of the processor.
-    """
+    """A design with its solution."""
 
     design: Design
-    reason: str
+    reason: str  # why it has no table; "" where it has one
     table: Table | None
-    by_x: Array
-    plain: dict[str, float]
-    plain_by_x: dict[str, Array]
-    error: dict[str, float] = field(default_factory=dict)
-    seconds: float = 0.0
+    by_x: Array  # (v, g, n), derivatives of L by coordinates of the unit box [H]
+    plain: dict[str, float]  # figures without a table, `STRAIN` among them
+    plain_by_x: dict[str, Array]  # their derivatives (v,), where known
+    error: dict[str, float] = field(default_factory=dict)  # of each figure, where known
+    seconds: float = 0.0  # of the processor
 
     @property
     def carried(self) -> bool:
-        """Whether it was answered."""
+        """Whether it was solved, with no reason against it."""
         return not self.reason
 
     @cached_property
     def point(self) -> Array:
-        """Coordinates in the unit box, shape (v,)."""
+        """The coordinates in the unit box, shape (v,)."""
         return np.array(self.design.x, dtype=float)
 
 
 @dataclass(frozen=True)
 class Task:
-    """What a search is for.
-
-    Attributes
-    ----------
-    judge : Judge
-    limits : dict
-        Of figures, `STRAIN` and `INVERSE` among them.
-    goal : dict
-        Weights of the figures that are minimised; empty: any design that holds all limits.
-    sizes : dict
-        Figures of any design, over which those without a limit are weighed.
-    weighed : dict
-        Limits over which the others are weighed; those above by default.
-    """
+    """The limits and goal of a search."""
 
     judge: Judge
-    limits: dict[str, float]
-    goal: dict[str, float]
-    sizes: dict[str, float] = field(default_factory=dict)
-    weighed: dict[str, float] = field(default_factory=dict)
+    limits: dict[str, float]  # of figures, `STRAIN` and `INVERSE` among them
+    goal: dict[str, float]  # weights of figures that are minimised; empty: any design within all limits
+    sizes: dict[str, float] = field(default_factory=dict)  # figures of any design, scales of those without a limit
+    weighed: dict[str, float] = field(default_factory=dict)  # limits that scale the others; those above by default
 
     def figures(self, table: Table | None, plain: dict[str, float]) -> dict[str, float]:
         """Return all figures of a design, known or predicted."""
@@ -94,7 +63,8 @@ class Task:
     def excess(self, figures: dict[str, float], table: Table | None) -> dict[str, float]:
         """Return by how much each limit is exceeded, over the limit; not positive where it holds.
 
-        Where sensors made scatter, so many must hold the limits of resolution and error, ``yield``, as the share says.
+        Where sensors made scatter, the share of those that hold the limits of resolution and error must reach
+        ``yield``.
         """
         found = {name: over(name, figures[name], limit) for name, limit in self.limits.items() if name in figures}
         if table is not None and len(self.judge.deviations):
@@ -102,13 +72,13 @@ class Task:
         return found
 
     def errors(self, found: Answered) -> dict[str, float]:
-        """Return how far each excess may be off, where that is known; the yield's by the worst of its limits."""
+        """Return the error of each excess, where known; the yield's by the worst of its limits."""
         each = {name: found.error.get(name, 0.0) / abs(limit) for name, limit in self.limits.items()}
         scattering = [name for name in each if name.partition(".")[0] in SCATTERING]
         return each | {"yield": max((each[name] for name in scattering), default=0.0)}
 
     def undecided(self, found: Answered) -> tuple[str, ...]:
-        """Return the limits of which the errors of a solved design leave open whether they hold."""
+        """Return the limits within the errors of a solved design's figures."""
         off, excess = self.errors(found), self.excess(self.figures(found.table, found.plain), found.table)
         return tuple(name for name, value in excess.items() if abs(value) < off.get(name, 0.0))
 
@@ -119,7 +89,7 @@ class Task:
         return float(sum(each))
 
     def holds(self, found: Answered) -> bool:
-        """Say whether a solved design holds every limit."""
+        """Return whether a solved design holds every limit."""
         excess = self.excess(self.figures(found.table, found.plain), found.table)
         return found.carried and max(excess.values(), default=-1.0) <= 0.0
 

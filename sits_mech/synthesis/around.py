@@ -1,4 +1,4 @@
-"""What is there around the recommended design? Prices of limits, what each number changes, a map of two of them.
+"""Explore around the recommended design: prices of limits, sensitivities, a map of two numbers.
 
 All by the predictions of its choice (prediction.py), beside which a design's own figures are solved finer:
 
@@ -37,39 +37,23 @@ Changes = dict[str, dict[str, float]]
 
 @dataclass(frozen=True)
 class Price:
-    """A limit that binds, by how much it is exceeded, over itself, and its price: the relative change of what is
-    minimised were the limit a tenth looser, negative where that would be better; nan where nothing tells.
-    """
+    """A limit that binds, and what it costs."""
 
     name: str
-    excess: float
-    gain: float
+    excess: float  # over the limit
+    gain: float  # relative change of what is minimised with the limit a tenth looser; nan if unknown
 
 
 @dataclass(frozen=True)
 class Landscape:
-    """What the predictions show around the recommended design over one or two variables, the others as they are.
+    """Predictions around the recommended design over one or two variables, the others fixed."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Keys of the scene.
-    axes : tuple of ndarray
-        Values of each, as written.
-    units : tuple of str
-    aim, excess : ndarray
-        What is minimised, and the limit that is exceeded most, over itself; shape of the axes, nan far from all that
-        was solved, and the former where a reading has more than one load.
-    worst : ndarray of str
-        Which limit that is.
-    """
-
-    names: tuple[str, ...]
-    axes: tuple[Array, ...]
+    names: tuple[str, ...]  # keys of the scene
+    axes: tuple[Array, ...]  # values of each, as written
     units: tuple[str, ...]
-    aim: Array
-    excess: Array
-    worst: NDArray[np.str_]
+    aim: Array  # what is minimised; nan far from all that was solved, or not invertible
+    excess: Array  # of the limit exceeded most, over itself; nan far from all that was solved
+    worst: NDArray[np.str_]  # that limit
 
 
 def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
@@ -90,7 +74,7 @@ def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
 
 
 def _looser(task: Task, name: str) -> Task:
-    """A task with one limit a tenth looser, what is minimised weighed as before."""
+    """Return a task with one limit a tenth looser, its scales unchanged."""
     factor = 1.0 - _LOOSER if name in (*LEAST, INVERSE) else 1.0 + _LOOSER
     limits = task.limits | {name: task.limits[name] * factor}
     judge = replace(task.judge, limits={key: limits[key] for key in task.judge.limits})
@@ -98,7 +82,7 @@ def _looser(task: Task, name: str) -> Task:
 
 
 def landscape_of(asked: Requirements, search: Search, prediction: Prediction, best: Answered) -> Landscape | None:
-    """Return what the predictions of a choice show around its best design."""
+    """Return the predictions of a choice around its best design; None without numbers between bounds."""
     some = asked.space.variables[:2]
     if not some or not prediction.solved:
         return None
@@ -124,7 +108,7 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
 def sensitivities(
     task: Task, prediction: Prediction, x: Array, variables: Sequence[Variable]
 ) -> tuple[Changes, Changes]:  # fmt: skip
-    """Return how the figures of a design go with its numbers: by a tenth of the bounds' distance, by a tenth more."""
+    """Return relative changes of the figures by each number: by a tenth of its bounds' distance, and of itself."""
     if not len(x) or not prediction.solved:
         return {}, {}
     here, found = _figures(task, prediction, x), (dict[str, dict[str, float]](), dict[str, dict[str, float]]())
@@ -139,7 +123,7 @@ def sensitivities(
 
 
 def _figures(task: Task, prediction: Prediction, x: Array) -> dict[str, float]:
-    """The figures that are foretold of a point; of those made where they scatter, the share that holds all limits."""
+    """Return the predicted figures of a point; where sensors scatter, also the share that holds all limits."""
     table = prediction.table(x)
     found = task.figures(table, prediction.plain(x))
     if table is not None and len(task.judge.deviations):

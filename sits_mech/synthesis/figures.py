@@ -1,4 +1,4 @@
-"""What is a sensor worth, by its inductances at a few loads? Figures that limits and goals are put on.
+"""Calculate figures of a sensor from its inductances at a few loads: resolution, error, crosstalk, drift.
 
 Loads lie on a grid of Chebyshev's points of each range; a polynomial through them gives inductances L(F) and slopes
 J = dL/dF everywhere in the box, linear in the table. With W the inverse of each coil's noise and
@@ -44,21 +44,21 @@ INVERSE = "inverse"
 
 
 class Loads(NamedTuple):
-    """Names of components and their values on a grid."""
+    """Names of load components and their values on a grid."""
 
     names: tuple[str, ...]
     axes: tuple[Array, ...]
 
     @property
     def span(self) -> Array:
-        """Range of each component, shape (d,)."""
+        """The range of each component, shape (d,)."""
         return np.array([axis[-1] - axis[0] for axis in self.axes])
 
 
 def loads_between(ends: Mapping[str, tuple[float, float]]) -> Loads:
-    """Return Chebyshev's points, the ends among them, of the range of each component.
+    """Return Chebyshev's points of the range of each component, the ends among them.
 
-    A range to both sides has no load among them, and half of its loads for nothing where the pad is symmetric.
+    A range that is even to both sides contains zero, and half of its loads are images where the pad is symmetric.
     """
     count = _COUNTS.get(len(ends), 3)
     each = {name: count - (count > 3 and -ends[name][0] != ends[name][1]) for name in ends}
@@ -68,56 +68,51 @@ def loads_between(ends: Mapping[str, tuple[float, float]]) -> Loads:
 
 @dataclass(frozen=True)
 class Operator:
-    """What makes inductances and slopes anywhere of those at the loads of a grid.
-
-    Attributes
-    ----------
-    loads : Loads
-    """
+    """Interpolation of inductances and slopes from the g loads of a grid."""
 
     loads: Loads
 
     @cached_property
     def fine(self) -> list[Array]:
-        """Values of each component at which loads are looked at."""
+        """Values of each component at which figures are evaluated."""
         count = _FINE.get(len(self.loads.names), 4)
         return [np.linspace(axis[0], axis[-1], count) for axis in self.loads.axes]
 
     @cached_property
     def points(self) -> Array:
-        """Loads that are looked at, shape (m, d)."""
+        """Loads at which figures are evaluated, shape (m, d)."""
         return np.stack(np.meshgrid(*self.fine, indexing="ij"), -1).reshape(-1, len(self.fine))
 
     @cached_property
     def known(self) -> Array:
-        """No load; then for each component its largest, the others none, shape (1 + d, d)."""
+        """No load; then each component at its largest, the others zero, shape (1 + d, d)."""
         largest = [axis[int(np.argmax(np.abs(axis)))] for axis in self.loads.axes]
         rest = np.array([np.clip(0.0, axis[0], axis[-1]) for axis in self.loads.axes])
         return np.vstack([rest, rest + np.diag(largest - rest)])
 
     @cached_property
     def at_points(self) -> tuple[Array, Array]:
-        """Values (m, g) and derivatives (d, m, g) at the points, by the g values of a grid."""
+        """Matrices from the grid to values (m, g) and derivatives (d, m, g) at the points."""
         return self.values(self.points), self.derivatives(self.points)
 
     @cached_property
     def at_known(self) -> tuple[Array, Array]:
-        """The same at the known loads."""
+        """Matrices from the grid to values and derivatives at the known loads."""
         return self.values(self.known), self.derivatives(self.known)
 
     def values(self, points: Array) -> Array:
-        """Return what gives values at points (m, d), shape (m, g)."""
+        """Return the matrix from the grid to values at points (m, d), shape (m, g)."""
         return _products([_along(axis, x)[0] for axis, x in zip(self.loads.axes, points.T, strict=True)])
 
     def derivatives(self, points: Array) -> Array:
-        """Return what gives the derivative by each component at points (m, d), shape (d, m, g)."""
+        """Return the matrices from the grid to derivatives at points (m, d), shape (d, m, g)."""
         each = [_along(axis, x) for axis, x in zip(self.loads.axes, points.T, strict=True)]
         rows = range(len(each))
         return np.stack([_products([one[int(k == own)] for k, one in enumerate(each)]) for own in rows])
 
 
 def _along(axis: Array, x: Array) -> tuple[Array, Array]:
-    """What gives values and slopes at x (m,) by values on an axis (k,), shape (m, k) each."""
+    """Return matrices from values on an axis (k,) to values and slopes at x (m,), shape (m, k) each."""
     half, middle = 0.5 * (axis[-1] - axis[0]), 0.5 * (axis[-1] + axis[0])
     s, t = (axis - middle) / half, (x - middle) / half
     inverse = np.linalg.inv(chebyshev.chebvander(s, len(s) - 1))
@@ -127,7 +122,7 @@ def _along(axis: Array, x: Array) -> tuple[Array, Array]:
 
 
 def _products(parts: list[Array]) -> Array:
-    """Products over the axes, the last running fastest, shape (m, g)."""
+    """Return products over the axes, the last running fastest, shape (m, g)."""
     found = np.ones((len(parts[0]), 1))
     for part in parts:
         found = (found[:, :, None] * part[:, None]).reshape(len(part), -1)
@@ -144,30 +139,17 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True)
 class Judge:
-    """What tells the figures of tables on one grid.
-
-    Attributes
-    ----------
-    operator : Operator
-    deviations : ndarray, shape (p,)
-        Of the tolerances that tables have derivatives by.
-    limits : dict
-        Of figures, as of `Requirements`.
-    share : float
-        Of the sensors made.
-    drawn : ndarray, shape (s, p), optional
-        Deviations of a few sensors; normal ones by default.
-    """
+    """Figures of tables on one grid."""
 
     operator: Operator
-    deviations: Array
-    limits: Mapping[str, float]
-    share: float
-    drawn: Array | None = None
+    deviations: Array  # (p,), of the tolerances that tables have derivatives by
+    limits: Mapping[str, float]  # of figures, as of `Requirements`
+    share: float  # of the sensors made
+    drawn: Array | None = None  # (s, p), deviations of a few sensors; normal ones by default
 
     @cached_property
     def few(self) -> Array:
-        """Deviations of a few sensors, shape (s, p), as every search has them."""
+        """The deviations of a few sensors, shape (s, p), the same for every search."""
         return self.samples(_FEW) if self.drawn is None else self.drawn
 
     def samples(self, count: int) -> Array:
@@ -194,7 +176,7 @@ class Judge:
         return found
 
     def drift(self, table: Table, slopes: Array) -> dict[str, float]:
-        """Return the drift of zero of each component, by slopes of what is read at the loads of the grid, (g, n)."""
+        """Return the drift of zero of each component, by slopes of read inductances at the grid's loads, (g, n)."""
         values, derivatives = (part[..., :1, :] for part in self.operator.at_known)
         reader = _readers(np.moveaxis(derivatives @ table.L, 0, 2), table.noise)[0]
         found = np.abs(reader @ (values @ slopes)[0])
@@ -202,13 +184,13 @@ class Judge:
         return {f"drift.{name}": size for name, size in zip(self.operator.loads.names, found.tolist(), strict=True)}
 
     def excess(self, table: Table, count: int = _FEW) -> Array:
-        """Return by how much each of many sensors fails the limit that it fails most, over the limit, shape (s,)."""
+        """Return the largest excess of each of many sensors over its limit, relative, shape (s,)."""
         each = self.excesses(table, count)
         none = np.full(len(self.few) if count == _FEW else count if len(self.deviations) else 1, -1.0)
         return np.asarray(np.max([none, *each.values()], axis=0))
 
     def excesses(self, table: Table, count: int = _FEW) -> dict[str, Array]:
-        """Return by how much each of many sensors fails each limit of its scattering figures, over it, shape (s,)."""
+        """Return the excess of each of many sensors over each limit of a scattering figure, relative, shape (s,)."""
         samples = self.few if count == _FEW else self.samples(count)
         names, span = self.operator.loads.names, self.operator.loads.span
         found: dict[str, Array] = {}
@@ -221,11 +203,11 @@ class Judge:
         return found
 
     def _slopes(self, L: Array) -> Array:
-        """dL/dF at the points, shape (m, n, d)."""
+        """Return dL/dF at the points, shape (m, n, d)."""
         return np.moveaxis(self.operator.at_points[1] @ L, 0, 2)
 
     def _resolutions(self, table: Table, samples: Array) -> Array:
-        """Standard deviations at the worst load of each sensor, shape (s, d)."""
+        """Return standard deviations at the worst load of each sensor, shape (s, d)."""
         parts = np.array([self._slopes(each) for each in table.by_tolerance])
         own = self._slopes(table.L)
         found = np.empty((len(samples), own.shape[2]))
@@ -235,7 +217,7 @@ class Judge:
         return found
 
     def _worst_errors(self, table: Table, samples: Array) -> Array:
-        """Largest misreading over the loads by each sensor that is off, shape (s, d) [N, N m]."""
+        """Return the largest misreading over the loads by each sensor that is off, shape (s, d) [N, N m]."""
         d = len(self.operator.loads.names)
         if not len(table.by_tolerance):
             return np.zeros((len(samples), d))
@@ -254,7 +236,7 @@ class Judge:
         return found
 
     def _crosstalk(self, L: Array) -> float:
-        """Largest share of a range that another component feigns in the best linear readout."""
+        """Return the largest share of a range that another component feigns in the best linear readout."""
         points, span = self.operator.points, self.operator.loads.span
         here = self.operator.at_points[0] @ L
         scale = np.ptp(here, axis=0)
@@ -268,7 +250,7 @@ class Judge:
 
 
 def _variances(slopes: Array, noise: Array) -> Array:
-    """Variances of the forces by slopes (..., n, d) and noise (n,), shape (..., d)."""
+    """Return variances of the forces by slopes (..., n, d) and noise (n,), shape (..., d)."""
     seen = slopes / noise[:, None]
     square = np.swapaxes(seen, -1, -2) @ seen
     try:
@@ -279,5 +261,5 @@ def _variances(slopes: Array, noise: Array) -> Array:
 
 
 def _readers(slopes: Array, noise: Array) -> Array:
-    """What reads forces of inductances, shape (..., d, n)."""
+    """Return matrices from inductances to forces, shape (..., d, n)."""
     return np.asarray(np.linalg.pinv(slopes / noise[:, None]) / noise)

@@ -1,13 +1,13 @@
-"""What would a design show that was not solved? Kriging with slopes through those of the same choice that were.
+"""Predict designs that were not solved: kriging with slopes through the solved ones of the same choice.
 
 A figure y of solved points x_i, with values y_i and slopes g_i where they are known, is taken as a linear function and
 a Gaussian process over the unit box with the kernel
 
     k(x, x') = exp(-|x - x'|^2 / (2 l^2)),      <y(x), g_b(x')> = dk/dx'_b,      <g_a(x), g_b(x')> = d2k/dx_a dx'_b.
 
-The best prediction is a sum of values and slopes with weights that hang on the points alone, so that one set of them
-serves a whole table. It meets what is known; of one point it is the tangent, or without slopes the value. Positive
-figures go by their logarithm.
+The best prediction is a sum of values and slopes with weights that depend on the points alone, so that one set of them
+serves a whole table. It interpolates what is known; of one point it is the tangent, or without slopes the value.
+Positive figures are predicted by their logarithm.
 
 Source: A. I. J. Forrester, A. Sobester, A. J. Keane, Engineering Design via Surrogate Modelling (2008), chapter 7.
 """
@@ -30,17 +30,10 @@ _JITTER = 1e-9  # of the kernel at no distance: rounding of what is nearly the s
 
 @dataclass(frozen=True)
 class Kriging:
-    """Weights of what is known at points, in a prediction.
-
-    Attributes
-    ----------
-    points : ndarray, shape (k, v)
-    slopes : bool
-        Whether slopes are known there, too.
-    """
+    """Weights of known values at points (k, v) in a prediction."""
 
     points: Array
-    slopes: bool
+    slopes: bool  # whether slopes are known there, too
 
     def weights(self, x: Array) -> tuple[Array, Array]:
         """Return the weights of values (k,) and of slopes (k, v) in the prediction at a point (v,)."""
@@ -52,14 +45,14 @@ class Kriging:
 
     @cached_property
     def _linear(self) -> int:
-        """Coordinates that the linear function has: none where values alone do not tell its slopes."""
+        """The coordinates of the linear function: none where values alone do not determine its slopes."""
         k, v = self.points.shape
         known = self.slopes or np.linalg.matrix_rank(np.column_stack([np.ones(k), self.points])) > v
         return v if known else 0
 
     @cached_property
     def _inverse(self) -> Array:
-        """Inverse of the equations of all weights, and of the linear function's multipliers."""
+        """The inverse of the equations of all weights and of the linear function's multipliers."""
         k, v = self.points.shape[0], self._linear
         C = _covariance(self.points, self.points, self.slopes, self.slopes)
         rows = np.zeros((len(C), 1 + v))
@@ -71,7 +64,7 @@ class Kriging:
 
 
 def _covariance(a: Array, b: Array, slopes_a: bool, slopes_b: bool) -> Array:
-    """Covariances of values at points a and b, their slopes after them axis by axis."""
+    """Return covariances of values at points a and b, their slopes after them axis by axis."""
     away = a[:, None] - b[None]
     K = np.exp(-(away**2).sum(axis=-1) / (2.0 * _LENGTH**2))
     by_b = [away[..., j] / _LENGTH**2 * K for j in range(a.shape[1])] if slopes_b else []
@@ -86,21 +79,13 @@ def _covariance(a: Array, b: Array, slopes_a: bool, slopes_b: bool) -> Array:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What is known of one choice.
-
-    Attributes
-    ----------
-    solved : sequence of Answered
-        Those that were answered.
-    failed : sequence of Answered
-        The others.
-    """
+    """Predictions of one choice from its solved designs, and those that failed."""
 
     solved: Sequence[Answered]
     failed: Sequence[Answered]
 
     def distance(self, x: Array) -> float:
-        """Return how far a point is from the nearest one that is known, solved or failed."""
+        """Return the distance of a point from the nearest one that is known, solved or failed."""
         every = [*self.solved, *self.failed]
         return min((float(np.max(np.abs(each.point - x), initial=0.0)) for each in every), default=np.inf)
 
@@ -117,7 +102,7 @@ class Prediction:
 
     @cached_property
     def _of_tables(self) -> tuple[Kriging, Kriging]:
-        """With and without slopes."""
+        """Kriging with and without slopes."""
         points = np.array([each.point for each in self.solved])
         return Kriging(points, True), Kriging(points, False)
 
@@ -127,7 +112,7 @@ class Prediction:
 
     @cached_property
     def _figures(self) -> dict[str, _Figure]:
-        """What is known of each figure without a table: with slopes where all have them."""
+        """Each figure without a table, with slopes where all designs have them."""
         every = [*self.solved, *self.failed]
         names = (self.solved[0] if self.solved else self.failed[0]).plain
         return {name: _Figure.of(name, [each for each in every if name in each.plain]) for name in names}
@@ -144,7 +129,7 @@ class _Figure:
 
     @classmethod
     def of(cls, name: str, known: Sequence[Answered]) -> _Figure:
-        """Return what is known of a figure, by designs that have it."""
+        """Return a figure from the designs that have it."""
         values = np.array([each.plain[name] for each in known])
         logs, own = bool(np.all(values > 0.0)), [each.plain_by_x.get(name) for each in known]
         points = np.array([each.point for each in known])

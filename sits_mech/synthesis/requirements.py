@@ -1,4 +1,4 @@
-"""What does a requirement file ask? Loads that a sensor meets, what may vary, what it must hold, what is best.
+"""Read requirement files: loads that a sensor meets, what may vary, what it must hold, what is best.
 
     scene = "biorob2018-w15"             # a scene file beside this one, or a name of the catalogue
     [loads]                              # ranges of components of the load, as of `Wrench`
@@ -66,68 +66,39 @@ _TWICE = 2.0  # standard deviations of a tolerance, that leave a sensor
 
 @dataclass(frozen=True)
 class Requirements:
-    """What is asked; made by `read_requirements` or `requirements_of`.
+    """Requirements of a sensor; made by `read_requirements` or `requirements_of`."""
 
-    Attributes
-    ----------
-    scene : str
-        What every design starts from, as of `scene_text`.
-    loads : dict
-        Least and greatest of each component that varies [N, N m].
-    overload : float
-        Times the loads, that the pad carries.
-    space : Space
-        What may vary.
-    limits : dict
-        Of each figure that is asked, by its name such as "resolution.F_x", "footprint.x", "height" [SI].
-    tolerance : dict
-        Standard deviation of each key of the scene [SI], "modulus" [-], "coil_offset" [m], "repeatability" [-].
-    goal : dict
-        Weight of each figure that is minimised, over its limit, or its size where it has none; empty: the first
-        design that holds all limits is taken.
-    least_yield : float
-        Share of the sensors made that must hold every limit.
-    """
-
-    scene: str
-    loads: dict[str, tuple[float, float]]
-    overload: float
+    scene: str  # start of every design, as of `scene_text`
+    loads: dict[str, tuple[float, float]]  # least and greatest of each component that varies [N, N m]
+    overload: float  # times the loads, that the pad carries
     space: Space
-    limits: dict[str, float]
-    tolerance: dict[str, float]
-    goal: dict[str, float]
-    least_yield: float
+    limits: dict[str, float]  # by figure, such as "resolution.F_x", "footprint.x", "height" [SI]
+    tolerance: dict[str, float]  # deviation by key [SI], "modulus" [-], "coil_offset" [m], "repeatability" [-]
+    goal: dict[str, float]  # weights of minimised figures over limits, or sizes; empty: the first design within limits
+    least_yield: float  # share of the sensors made that must hold every limit
 
     @property
     def identity(self) -> str:
-        """What makes it these requirements and no others, as JSON."""
+        """The requirements as JSON, for comparison."""
         rest = [self.loads, self.overload, self.space.record, self.limits, self.tolerance, self.goal, self.least_yield]
         return json.dumps([self.scene, *rest], indent=1)
 
     @property
     def forces(self) -> tuple[str, ...]:
-        """The components that vary."""
+        """The load components that vary."""
         return tuple(self.loads)
 
 
 def read_requirements(path: Path) -> Requirements:
-    """Read a requirement file.
+    """Read a requirement file in TOML.
 
-    Parameters
-    ----------
-    path : Path
-        TOML.
-
-    Raises
-    ------
-    SceneError
-        One line: the file, the key, what it must be, what came.
+    Raises SceneError in one line: the file, the key, what it must be, what came.
     """
     return read_as(path, requirements_of)
 
 
 def requirements_of(table: Mapping[str, Any], folder: Path = Path()) -> Requirements:
-    """Return the requirements that tables, as of a file in a folder, ask for; errors as of `read_requirements`."""
+    """Return the requirements of tables, as of a file in a folder; errors as `read_requirements`."""
     check_keys(table, KEYS, ("scene", "loads", "vary"))
     sensor = load_beside(folder, str(table["scene"]))
     if sensor.target is None or sensor.elastomer is None:
@@ -153,7 +124,7 @@ def unit_of(kind: str, force: str) -> str:
 
 
 def _part(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """Return a table of the file, empty where it is not there."""
+    """Return a table of the file, empty where it is missing."""
     part = table.get(name, {})
     if not isinstance(part, dict):
         raise SceneError(f"{name}: must be a table; got {shown(part)}")
@@ -185,7 +156,7 @@ def _loads(table: Mapping[str, Any]) -> tuple[dict[str, tuple[float, float]], fl
 
 
 def _limits(table: Mapping[str, Any], forces: tuple[str, ...]) -> dict[str, float]:
-    """Return the limits of the figures, by their names."""
+    """Return the limits of the figures by name."""
     known = (*BY_FORCE, *PLAIN, "footprint")
     found: dict[str, float] = {}
     for key, item in table.items():
@@ -212,7 +183,7 @@ def _limits(table: Mapping[str, Any], forces: tuple[str, ...]) -> dict[str, floa
 
 
 def _tolerance(table: Mapping[str, Any], sensor: Sensor, space: Space) -> dict[str, float]:
-    """Return the standard deviations; of keys of the scene those of a number or a length."""
+    """Return the standard deviations; keys of the scene must be of a number or a length."""
     found = {}
     for key, item in table.items():
         if key in SPECIAL:
@@ -232,7 +203,7 @@ def _tolerance(table: Mapping[str, Any], sensor: Sensor, space: Space) -> dict[s
 
 
 def _check_scatter(sensor: Sensor, key: str, deviation: float, said: str) -> None:
-    """Refuse a deviation twice of which leaves no sensor."""
+    """Refuse a deviation at twice which no sensor is possible."""
     small = f"tolerance.{key}: must leave a sensor that is off by twice of it; got {said}"
     if key == "modulus" and not _TWICE * deviation < 1.0:
         raise SceneError(small)
@@ -309,6 +280,6 @@ def _check_temperature(space: Space, sensor: Sensor) -> None:
 
 
 def _of_each(space: Space, sensor: Sensor, key: str) -> list[Sensor]:
-    """The scene with each value of a list, as it is where there is none."""
+    """Return the scene with each value of a list; unchanged where there is no list."""
     values = space.lists.get(key, ())
     return [changed(sensor, space.overrides({key: value})) for value in values] or [sensor]

@@ -1,9 +1,9 @@
-"""From requirements to a sensor: search, round, solve anew, answer.
+"""Design a sensor from requirements: search, round, solve anew, answer.
 
 The search solves coarsely (`COARSE`); its best design is moved to round numbers, of which those that promise most are
 solved at the finer tolerance. So are the best designs of other choices, as far as the errors leave open that they are
 better, those that may be best first, `_FINALS` in all. One whose figures are nearer to their limits than their errors
-is solved once more, finer still, before it is judged. What then stays open is told: limits as undecided, designs as
+is solved once more, finer still, before it is judged. What then stays open is reported: limits as undecided, designs as
 tied. Everything that was solved is kept, so that a run that was stopped goes on.
 """
 
@@ -129,7 +129,7 @@ def _asked(requirements: Requirements | Mapping[str, Any] | str | Path) -> Requi
 
 @dataclass
 class _Run:
-    """A run: solvers, and what was solved."""
+    """A run: its solvers and its state."""
 
     asked: Requirements
     folder: Path | None
@@ -140,16 +140,16 @@ class _Run:
 
     @property
     def middle(self) -> Array:
-        """Where every choice begins."""
+        """The point where every choice begins."""
         return np.full(len(self.asked.space.variables), 0.5)
 
     @property
     def coarse(self) -> Solver:
-        """What answers designs of the search."""
+        """The solver of the search."""
         return Solver(self.asked, COARSE, self.folder)
 
     def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:
-        """Solve a design, and tell."""
+        """Solve a design, and report progress."""
         begun = self.ahead.pop(wanted, None) if tolerance == COARSE else None
         found = replace(self.coarse, tolerance=tolerance)(wanted) if begun is None else begun.result()
         self.count += 1
@@ -178,7 +178,7 @@ class _Run:
         return np.asarray(np.clip(middle + 0.45 * np.nan_to_num(np.array(slope)), 0.0, 1.0))
 
     def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
-        """Return the best designs of the choices that may win, in round numbers, solved finer, the best one first."""
+        """Return the best designs of the choices that may win, rounded and solved finer, the best one first."""
         first = min(known, key=search.merit)
         found, sharpest = [self.refined(search, first)], set[Design]()
         for other in firsts(known, search.at_best):
@@ -198,7 +198,7 @@ class _Run:
             found[found.index(open_[0])] = finer if finer.carried else open_[0]
 
     def refined(self, search: Search, best: Answered) -> Answered:
-        """Return the best design of a choice in round numbers, solved finer; itself where none of them is carried."""
+        """Return the best design of a choice, rounded and solved finer; itself where no rounded one is carried."""
         branch = next(each for each in search.branches if each.choice == best.design.choice)
         tries = sorted(rounded(self.asked, best.design), key=lambda each: _promise(search, branch, each))
         found: list[Answered] = []
@@ -210,11 +210,11 @@ class _Run:
         return chosen if chosen.carried else best
 
     def _stands(self, task: Task, found: Answered) -> bool:
-        """Say whether a design holds its limits, and as many sensors made as are asked."""
+        """Return whether a design holds its limits, with the yield that is asked."""
         return task.holds(found) and not made_share(task, found).value < self.asked.least_yield
 
     def notes(self, best: Answered) -> tuple[str, ...]:
-        """Return what a designer must know of the answer besides."""
+        """Return notes on the answer for a designer."""
         sensor = self.asked.space.sensor(best.design)
         found = []
         if sensor.elastomer is not None and sensor.elastomer.silicone.spread:
@@ -227,6 +227,6 @@ class _Run:
 
 
 def _promise(search: Search, branch: Branch, wanted: Design) -> float:
-    """Merit of a design by the predictions of its choice."""
+    """Return the predicted merit of a design."""
     x = np.array(wanted.x, dtype=float)
     return search.predicted(branch.prediction, x)

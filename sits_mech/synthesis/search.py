@@ -1,4 +1,4 @@
-"""Which design is best? Solves where predictions promise most, by a trust region in every choice of the lists.
+"""Search the best design: solve where predictions promise most, by a trust region in every choice of the lists.
 
 With a(x) what is minimised and c_j(x) <= 0 the limits, over themselves, of one choice,
 
@@ -6,7 +6,7 @@ With a(x) what is minimised and c_j(x) <= 0 the limits, over themselves, of one 
 
 on predictions (prediction.py) by sequential quadratic programming from the best of many points; W s leads back where
 limits do not hold. The point is solved, becomes part of the predictions, and the radius r follows how well it was
-foretold. Every choice is solved once; after that the one whose prediction promises most is next, so that choices which
+predicted. Every choice is solved once; after that the one whose prediction promises most is next, so that choices which
 cannot win are left as they are. A choice rests when its next point is one that was solved, or promises no gain.
 
 Source: N. M. Alexandrov, J. E. Dennis, R. M. Lewis, V. Torczon, Struct. Optim. 15 (1998) 16, trust regions for
@@ -43,7 +43,7 @@ _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
 
 @dataclass(frozen=True)
 class Proposal:
-    """A point with what is promised there."""
+    """A point with its predicted merit."""
 
     x: Array
     merit: float
@@ -51,7 +51,7 @@ class Proposal:
 
 @dataclass
 class Branch:
-    """The search of one choice: what is known of it, radius of trust, whether it rests."""
+    """The search of one choice: its solved designs, radius of trust, whether it rests."""
 
     choice: tuple[int, ...]
     known: list[Answered] = field(default_factory=list)
@@ -61,43 +61,28 @@ class Branch:
 
     @property
     def prediction(self) -> Prediction:
-        """What is known as predictions."""
+        """The predictions of the choice."""
         solved = [each for each in self.known if each.carried]
         return Prediction(solved, [each for each in self.known if not each.carried and each.plain])
 
 
 @dataclass
 class Search:
-    """A search over choices.
-
-    Attributes
-    ----------
-    task : Task
-    choices : sequence
-        As of `Space.choices`.
-    count : int
-        Of the variables.
-    solve : callable
-        Design in, what came of it out.
-    start : callable
-        Choice in, the point to solve first out; another one where that failed, None where there is none.
-    seed : int
-        Of the starts.
-    """
+    """A search over choices."""
 
     task: Task
-    choices: Sequence[tuple[int, ...]]
-    count: int
+    choices: Sequence[tuple[int, ...]]  # as of `Space.choices`
+    count: int  # of the variables
     solve: Solve
-    start: Callable[[tuple[int, ...], int], Array | None]
+    start: Callable[[tuple[int, ...], int], Array | None]  # first point by choice and attempt; None where there is none
     most: int = MOST
-    seed: int = 0
+    seed: int = 0  # of the starts
     branches: list[Branch] = field(default_factory=list)
     solved: int = 0
     missed: list[float] = field(default_factory=list)
 
     def run(self) -> list[Answered]:
-        """Search, and return everything that was solved."""
+        """Search, and return all solved designs."""
         self.branches = [Branch(choice) for choice in self.choices]
         for branch in self.branches:
             self._begin(branch)
@@ -113,7 +98,7 @@ class Search:
 
     @property
     def best_merit(self) -> float:
-        """Least merit of all that was solved."""
+        """The least merit of all solved designs."""
         return min((self.merit(each) for branch in self.branches for each in branch.known), default=np.inf)
 
     def merit(self, found: Answered) -> float:
@@ -123,7 +108,7 @@ class Search:
         return self._merit(found.table, found.plain)
 
     def at_best(self, found: Answered) -> float:
-        """Return the merit of a solved design, were all its figures better by their errors."""
+        """Return the merit of a solved design with all its figures better by their errors."""
         if not found.carried:
             return np.inf
         task = self.task
@@ -132,21 +117,21 @@ class Search:
         return task.aim(figures) - task.doubt(found) + _exceeded(max(left, default=0.0))
 
     def may_beat(self, other: Answered, best: Answered) -> bool:
-        """Say whether the errors leave open that another design is better than the best one."""
+        """Return whether another design may be better than the best one within the errors."""
         return self.at_best(other) < self.merit(best) + self.task.doubt(best)
 
     def predicted(self, prediction: Prediction, x: Array) -> float:
-        """Return the merit that is foretold of a point."""
+        """Return the predicted merit of a point."""
         return self._merit(prediction.table(x), prediction.plain(x))
 
     def _merit(self, table: Table | None, plain: dict[str, float]) -> float:
-        """The same of figures, known or predicted."""
+        """Return the merit of figures, known or predicted."""
         figures = self.task.figures(table, plain)
         worst = max(self.task.excess(figures, table).values(), default=0.0)
         return self.task.aim(figures) + _exceeded(worst)
 
     def _begin(self, branch: Branch) -> None:
-        """Solve a choice where it starts; where that fails, where it starts else."""
+        """Solve a choice at its start; where that fails, at the next one."""
         for attempt in range(3):
             x = self.start(branch.choice, attempt)
             if x is None or self.solved >= self.most:
@@ -166,19 +151,19 @@ class Search:
         return found
 
     def _hope(self, branch: Branch) -> float:
-        """Return what a choice may come to: its promise, and as much better as first promises were wrong by."""
+        """Return the merit a choice may reach: its promise, improved by the error of first promises."""
         promise = np.inf if branch.promise is None else branch.promise.merit
         first = len(branch.prediction.solved) == 1 and self.missed
         return promise - (float(np.mean(self.missed)) if first else 0.0)
 
     def _rests(self, branch: Branch) -> bool:
-        """Say whether a choice has no more to promise."""
+        """Return whether a choice promises no gain."""
         if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
             return True
         return self.best_merit - self._hope(branch) < _GAIN * max(abs(self.best_merit), 1e-12)
 
     def _step(self, branch: Branch) -> None:
-        """Solve what a choice proposes, and trust its predictions as they proved."""
+        """Solve the proposal of a choice, and adapt its trust radius."""
         if branch.promise is None:
             return
         before, promise, single = min(self.merit(each) for each in branch.known), branch.promise, len(branch.known) == 1
@@ -193,7 +178,7 @@ class Search:
         branch.done = branch.radius < _LEAST_RADIUS
 
     def propose(self, branch: Branch) -> Proposal:
-        """Return the point of a choice that promises most within its radius of trust."""
+        """Return the best predicted point of a choice within its trust radius."""
         prediction = branch.prediction
         best = min(prediction.solved, key=self.merit)
         bounds = [(max(0.0, x - branch.radius), min(1.0, x + branch.radius)) for x in best.point]
@@ -210,7 +195,7 @@ class Search:
         last: dict[bytes, tuple[float, Array]] = {}
 
         def seen(x: Array) -> tuple[float, Array]:
-            """What is minimised, and the limits; both are asked for at every point."""
+            """Return the objective and the limits, both needed at every point."""
             key = x.tobytes()
             if key not in last:
                 table, plain = prediction.table(x), prediction.plain(x)
@@ -220,11 +205,11 @@ class Search:
             return last[key]
 
         def aimed(z: Array) -> float:
-            """What is minimised, with the slack."""
+            """Return the objective with the slack."""
             return seen(z[:-1])[0] + _WEIGHT * float(z[-1])
 
         def left(z: Array) -> Array:
-            """What is left to the limits, with the slack."""
+            """Return the margins of the limits with the slack."""
             return np.asarray(z[-1] - seen(z[:-1])[1])
 
         slack = max(0.0, float(seen(start)[1].max()))
@@ -239,5 +224,5 @@ class Search:
 
 
 def _exceeded(worst: float) -> float:
-    """What the limit that is exceeded most adds to a merit."""
+    """Return the penalty of the limit that is exceeded most."""
     return _WEIGHT * max(worst - _HELD, 0.0)

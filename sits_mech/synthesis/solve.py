@@ -1,8 +1,8 @@
-"""How is one design answered? Sizes first, then the overload, then the loads that the sensor meets; no more than asked.
+"""Solve one design: sizes first, then the overload, then the loads that the sensor meets; no more than asked.
 
 The overload's corners are solved on a model's first meshes, the one that strains the silicone most once more as finely
 as the tolerance asks. A design that does not carry one, whose target comes to the coils, or that is no scene at all, is
-told by its reason and solved no further. Of the others a table of inductances over the loads is made, with its
+rejected with its reason and solved no further. Of the others a table of inductances over the loads is made, with its
 derivatives and its errors (chain/gradient_grid.py); figures that need none of that ask for none. Errors of the figures
 are those of `readout.quality`, that of the strain is what the last refinement of the mesh changed.
 
@@ -58,29 +58,20 @@ _SLOWEST, _FASTEST = 0xFFFF, 5  # counts of a conversion
 
 @dataclass(frozen=True)
 class Solver:
-    """What answers designs.
-
-    Attributes
-    ----------
-    requirements : Requirements
-    tolerance : float
-        Of the chain.
-    folder : Path or None
-        Where answers are kept, and looked for first.
-    """
+    """Solver of designs to a tolerance of the chain."""
 
     requirements: Requirements
     tolerance: float
-    folder: Path | None = None
+    folder: Path | None = None  # where answers are kept, and looked for first
 
     @cached_property
     def operator(self) -> Operator:
-        """What makes of a table everything between its loads."""
+        """The interpolation of tables between their loads."""
         return Operator(loads_between(self.requirements.loads))
 
     @cached_property
     def scattering(self) -> dict[str, float]:
-        """Tolerances that move a table, with their deviations; the coils' offset along each axis that loads go."""
+        """Return the deviations of tolerances that change a table; the coils' offset along each axis of the loads."""
         still = ("repeatability", "coil_offset")
         found = {name: size for name, size in self.requirements.tolerance.items() if name not in still}
         if "coil_offset" in self.requirements.tolerance:
@@ -91,7 +82,7 @@ class Solver:
 
     @cached_property
     def task(self) -> Task:
-        """What tells how good an answer is."""
+        """Return limits and goal for an answer."""
         asked = self.requirements
         limits = asked.limits | {STRAIN: 1.0}
         if self.needs_table:
@@ -107,12 +98,12 @@ class Solver:
 
     @property
     def _by_temperature(self) -> tuple[str, ...]:
-        """What stands for the temperature, where any figure that is asked for needs it."""
+        """Return the parameters of temperature, where any figure that is asked for needs them."""
         asked = {*self.requirements.limits, *self.requirements.goal}
         return CHAINED if any(name.startswith("drift.") for name in asked) else ()
 
     def __call__(self, design: Design) -> Answered:
-        """Return what comes of a design; kept ones are read."""
+        """Solve a design, or read it where it is kept."""
         key = f"{__version__} {self.tolerance} {self.requirements.identity}"
         path = case_path(self.folder, key, {"choice": list(design.choice), "x": list(design.x)})
         kept = read_case(path)
@@ -121,7 +112,7 @@ class Solver:
         return _unpacked(design, kept)
 
     def answered(self, design: Design) -> Answered:
-        """Return what comes of a design."""
+        """Solve a design."""
         began, v = time.process_time(), len(design.x)
         try:
             sensor = self.requirements.space.sensor(design)
@@ -142,7 +133,7 @@ class Solver:
         return replace(found, seconds=time.process_time() - began)
 
     def _sizes(self, design: Design, sensor: Sensor) -> tuple[dict[str, float], dict[str, Array]]:
-        """Sizes and hysteresis of a design, and how they go with the variables."""
+        """Return sizes and hysteresis of a design, and their derivatives by the variables."""
         plain = size_of(sensor)
         slopes = {name: np.zeros(len(design.x)) for name in plain}
         for k, x in enumerate(design.x):
@@ -155,7 +146,7 @@ class Solver:
         return plain, slopes
 
     def _overload(self, sensor: Sensor) -> _Overload:
-        """Whether a design carries the overload."""
+        """Solve the overload of a design, to see whether it is carried."""
         asked = self.requirements
         ranges = {name: (asked.overload * low, asked.overload * high) for name, (low, high) in asked.loads.items()}
         found = []
@@ -172,8 +163,9 @@ class Solver:
         return _Overload("", *self._strain(sensor, load), load)
 
     def _strain(self, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
-        """Largest strain under a load over what is known of the silicone, and its error; on the first meshes, or as
-        finely as asked.
+        """Return the largest strain under a load over the silicone's known range, and its error.
+
+        On the first meshes, or as finely as the tolerance asks.
         """
         layer, _ = mechanical_model(sensor, "auto", self.tolerance, [load])
         layer = layer.rough if isinstance(layer, RefinedModel) and not finely else layer
@@ -186,8 +178,9 @@ class Solver:
         return (stretch - 1.0) / known, (stretch - 1.0 if error is None else error) / known
 
     def _strain_slopes(self, design: Design, worst: _Overload) -> Array:
-        """How the strain goes with the variables, by the first meshes; nothing of one where no design beside carries
-        the load.
+        """Return derivatives of the strain by the variables, on the first meshes.
+
+        Zero for a variable where no neighbouring design carries the load.
         """
         found, load = np.zeros(len(design.x)), worst.load
         here = self._strain(self.requirements.space.sensor(design), load)[0]
@@ -200,7 +193,7 @@ class Solver:
         return found * (worst.strain / here if here else 1.0)
 
     def _with_table(self, found: Answered, sensor: Sensor) -> Answered:
-        """A design that carries the overload, with its table over the loads."""
+        """Return a design that carries the overload with its table over the loads."""
         space, loads = self.requirements.space, self.operator.loads
         axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
         names = (*space.names, *self.scattering, *self._by_temperature)
@@ -227,8 +220,9 @@ class Solver:
         )  # fmt: skip
 
     def _mechanics(self, choice: tuple[int, ...], sensor: Sensor) -> str:
-        """Name of the model of a design's table: of finite strain where any corner of its choice asks for that, so that
-        no two designs that are compared differ by their models.
+        """Name the model of a design's table: of finite strain where any corner of its choice needs it.
+
+        So no two designs that are compared differ by their models.
         """
         space, ranges = self.requirements.space, self.requirements.loads
         names = set()
@@ -240,7 +234,7 @@ class Solver:
         return "auto" if names <= {"linear"} else choose_mechanics(sensor, "auto", tuple(MECHANICS)).name
 
     def _converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, float]:
-        """Noise of each inductance, and readings a second: the longest conversion that is fast enough."""
+        """Return the noise of each inductance, and readings a second, by the longest conversion that is fast enough."""
         asked, count = self.requirements.limits.get("rate"), _SLOWEST
         front, _ = sensor_front_end(sensor, data)
         n = len(sensor.coils)
@@ -254,18 +248,16 @@ class Solver:
 
 
 class _Overload(NamedTuple):
-    """Why a design does not carry the overload, "" where it does; its largest strain over what is known, with its
-    error, nan where that is not known; under which load.
-    """
+    """Result of an overload."""
 
-    reason: str
-    strain: float
-    error: float
-    load: Wrench
+    reason: str  # why it is not carried; "" where it is
+    strain: float  # largest, over the silicone's known range; nan where that is not known
+    error: float  # of the strain
+    load: Wrench  # of the largest strain
 
 
 def _errors(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
-    """Errors of the figures by those of a table; nothing where it holds too few loads for a calibration."""
+    """Return errors of the figures from those of a table; empty where it has too few loads for a calibration."""
     try:
         cal = sensor_calibration(sensor, data)
     except ValueError:
@@ -281,7 +273,7 @@ def _errors(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
 
 
 def _slopes_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str], L0: Array) -> dict[str, Array]:
-    """Derivatives of each coil's inductance by each parameter, shape (g, n) [H]."""
+    """Return derivatives of each coil's inductance by each parameter, shape (g, n) [H]."""
     n = len(sensor.coils)
     scale = L0 / np.diagonal(data["L0"].to_numpy()) if data.attrs["unit_L"] != "H" else np.ones(n)
     own = np.diagonal(data["by_L"].transpose(..., "parameter", "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
@@ -291,8 +283,9 @@ def _slopes_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str], L0: Array
 
 
 def _hard(error: SolveFailed, sensor: Sensor, load: Wrench) -> float:
-    """Strain over what is known that stands for a load which is not carried: what the last state had on the way, or
-    the load over the largest one that is carried, at least `_HARD`.
+    """Return a strain over the known range for a load that is not carried.
+
+    The largest of `_HARD`, the last state on the way, and the load over the largest one that is carried.
     """
     strain = ((error.report.stretch or 1.0) - 1.0) / (known_stretch(sensor) - 1.0)
     carried = 0.0 if error.carried is None else float(np.linalg.norm(error.carried[0].components))
@@ -301,7 +294,7 @@ def _hard(error: SolveFailed, sensor: Sensor, load: Wrench) -> float:
 
 
 def _packed(found: Answered) -> dict[str, Any]:
-    """An answer as a row."""
+    """Return an answer as a row."""
     status = OK if found.carried else NOT_CARRIED
     row: dict[str, Any] = {"status": status, "lasting": True, "reason": found.reason}
     row |= {"plain": found.plain, "plain_by_x": {name: own.tolist() for name, own in found.plain_by_x.items()}}
@@ -312,7 +305,7 @@ def _packed(found: Answered) -> dict[str, Any]:
 
 
 def _unpacked(design: Design, row: Mapping[str, Any]) -> Answered:
-    """The answer of a row."""
+    """Return the answer of a row."""
     table = None if "table" not in row else Table(*(np.array(each, dtype=float) for each in row["table"]))
     if table is not None and not table.by_tolerance.size:
         table = table._replace(by_tolerance=np.zeros((0, *table.L.shape)))

@@ -1,4 +1,4 @@
-"""Which sensors are there to choose from? Numbers between bounds, values of lists, and the scene of each design.
+"""Define the space of designs: numbers between bounds, values of lists, and the scene of each design.
 
 A design is a choice of one value of each list and a point x of the unit box, one coordinate for each number between
 bounds; low at 0, high at 1, lengths in the unit they were written in. Keys are those of `sits-mech --set`, in which a
@@ -66,7 +66,7 @@ class Variable:
         return f"{plain!r} {self.unit}" if self.unit else plain
 
     def round_neighbours(self, x: float) -> tuple[float, ...]:
-        """Return the coordinates of the round numbers beside one, the nearer first: 1, 2 or 5 times a power of ten."""
+        """Return the coordinates of the round numbers beside one, 1, 2 or 5 times a power of ten, the nearer first."""
         width, number = self.high - self.low, self.value(x)
         most = _ROUND * width * (1.0 + 1e-9)
         power = 10.0 ** math.floor(math.log10(most))
@@ -90,24 +90,15 @@ class Design:
 
 @dataclass(frozen=True)
 class Space:
-    """What may vary.
+    """The designs to choose from."""
 
-    Attributes
-    ----------
-    base : Sensor
-        What every design starts from.
-    variables : tuple of Variable
-    lists : dict
-        Values of each key that is chosen from a list.
-    """
-
-    base: Sensor
+    base: Sensor  # start of every design
     variables: tuple[Variable, ...]
-    lists: dict[str, tuple[Any, ...]]
+    lists: dict[str, tuple[Any, ...]]  # values of each key that is chosen from a list
 
     @property
     def record(self) -> list[Any]:
-        """What makes it this space and no other."""
+        """The space as plain values, for comparison."""
         return [[(each.key, each.low, each.high, each.unit) for each in self.variables], self.lists]
 
     @cached_property
@@ -117,11 +108,11 @@ class Space:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Keys of the scene that the numbers between bounds stand for."""
+        """The keys of the scene that the numbers between bounds stand for."""
         return tuple(each.key for each in self.variables)
 
     def values(self, design: Design) -> dict[str, Any]:
-        """Return what a design sets, by key, as written."""
+        """Return the values of a design by key, as written."""
         listed = {key: values[k] for (key, values), k in zip(self.lists.items(), design.choice, strict=True)}
         numbers = {each.key: each.text(each.value(x)) for each, x in zip(self.variables, design.x, strict=True)}
         return listed | numbers
@@ -136,15 +127,15 @@ class Space:
         return [f"{name}={text}" for key, text in texts.items() for name in self.keys(key)]
 
     def keys(self, key: str) -> list[str]:
-        """Return the keys that one stands for: a star in the place of a coil means every coil."""
+        """Return the keys that one stands for; a star means every coil."""
         return keys_of(self.base, key)
 
     def number(self, sensor: Sensor, key: str) -> float | None:
-        """Return the number that a key has in a sensor [SI]; None where there is none."""
+        """Return the number of a key in a sensor [SI]; None where there is none."""
         return value_of(sensor, key)
 
     def least_sizes(self) -> dict[str, float]:
-        """Return the least height and footprint of all corners of the bounds and all choices [m]; none of too many."""
+        """Return the least height and footprint over corners of bounds and choices [m]; empty if they are too many."""
         every = {key: list(values) for key, values in self.lists.items() if key != _SILICONE}
         every |= {each.key: [each.text(each.low), each.text(each.high)] for each in self.variables}
         found: dict[str, float] = {}
@@ -163,12 +154,12 @@ class Space:
         return float(high or 0.0) - float(low or 0.0)
 
     def words(self, design: Design) -> str:
-        """Return a design for a reader: the end of each key and its value."""
+        """Format a design for a reader: the end of each key and its value."""
         values = {key: item if isinstance(item, str) else f"{item:g}" for key, item in self._shown(design).items()}
         return ", ".join(f"{key.rpartition('.')[2]} {item}" for key, item in values.items())
 
     def _shown(self, design: Design) -> dict[str, Any]:
-        """Return what a design sets, numbers to four digits."""
+        """Return the values of a design, numbers to four digits."""
         found = self.values(design)
         for each, x in zip(self.variables, design.x, strict=True):
             found[each.key] = f"{each.value(x):.4g} {each.unit}".strip()
@@ -178,10 +169,8 @@ class Space:
 def space_of(sensor: Sensor, table: Mapping[str, Any]) -> Space:
     """Return the designs that a table of bounds and lists allows.
 
-    Raises
-    ------
-    SceneError
-        When there is none, bounds are reversed, a value leaves no possible scene, or there are too many choices.
+    Raises SceneError when there is none, bounds are reversed, a value leaves no possible scene, or choices are too
+    many.
     """
     variables, lists = [], {}
     for key, item in table.items():

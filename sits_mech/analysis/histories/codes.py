@@ -1,7 +1,7 @@
-"""Which codes come while a load changes? The scene's converter, set for the history, reads one coil after the other.
+"""Convert a load history to codes: the scene's converter, set for the history, reads one coil after the other.
 
-What each coil shows at the end of its leads (analysis/spectrum.py) goes from solved times to all of them as the load's
-corners allow (response.py, `between`), and through the converter in time (readout/sampling/scan.py).
+What each coil shows at the end of its leads (analysis/spectrum.py) is interpolated from solved times to all others
+between the corners of the load (response.py, `between`), and through the converter in time (readout/sampling/scan.py).
 """
 
 from __future__ import annotations
@@ -26,13 +26,7 @@ _FINE = 8  # times between two solved ones, of what the converter is given
 
 
 def checked_count(sensor: Sensor, rcount: int | None) -> int:
-    """Return a reference count that the scene's converter can have, its greatest where none is asked for.
-
-    Raises
-    ------
-    SceneError
-        For another one, or one where there is no converter.
-    """
+    """Return a reference count of the scene's converter, by default its greatest; raise SceneError for a bad one."""
     if sensor.readout.converter == "none":
         if rcount is None:
             return 0
@@ -44,26 +38,11 @@ def checked_count(sensor: Sensor, rcount: int | None) -> int:
 
 
 def with_codes(sensor: Sensor, data: xr.Dataset, *, rcount: int = 0xFFFF, seed: int | None = 0) -> xr.Dataset:
-    """Return a history with what the converter gives.
+    """Return a history from `in_time` with the codes of the converter.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Its ``readout`` is used.
-    data : Dataset
-        As from `in_time`.
-    rcount : int
-        Reference count: longer conversions are quieter, and smear more.
-    seed : int or None
-        Of the noise; None: none.
-
-    Returns
-    -------
-    Dataset
-        Also, by ``scan`` and coil: ``code``, ``code_time`` (the middle of its window), ``code_ready`` [s] and
-        ``code_L``, the inductance it stands for at the terminals [H]; attributes ``window`` and ``period`` [s],
-        ``rcount``.
-        Without a converter, or one that cannot follow, the history as it is with the reason in its ``notes``.
+    Adds, by ``scan`` and coil, ``code``, ``code_time`` (the middle of its window), ``code_ready`` [s] and ``code_L`` at
+    the terminals [H]; attributes ``window`` and ``period`` [s], ``rcount`` (longer conversions are quieter, and smear
+    more). `seed` None: no noise. Without a converter that can follow, the history with the reason in its ``notes``.
     """
     try:
         return _scanned(sensor, data, rcount, seed)
@@ -73,7 +52,7 @@ def with_codes(sensor: Sensor, data: xr.Dataset, *, rcount: int = 0xFFFF, seed: 
 
 
 def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) -> xr.Dataset:
-    """The history with codes; ValueError where there are none."""
+    """Return the history with codes; raise ValueError where there are none."""
     if sensor.readout.converter == "none":
         raise ValueError("the scene has no converter")
     order, report = ("time", "coil", "coil_2"), SolveReport("table", 0, 0, 0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""What does the cheap rung of a cycle leave out? The same cycle with a memory at every point, and the difference.
+"""Simulate a cycle with a memory at every point of the layer, and compare it with the cheap rung.
 
 `cycle` takes the pad as a whole: one creep for all of its load, one softening by all of its energy, on 17 elastic
 answers (silicone/history.py). Here the layer itself goes through the cycle, point by point (mechanics/histories.py),
@@ -26,24 +26,9 @@ def full_cycle(
     sensor: Sensor, peak: Wrench, programme: Programme, *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str = "auto", progress: Progress = untold,
 ) -> xr.Dataset:  # fmt: skip
-    """Return pose, inductance and signals while a load comes and goes, by the memory of every point.
+    """Return pose, inductance and signals under a load cycle, by the memory of every point.
 
-    Parameters
-    ----------
-    sensor, peak, programme, tolerance, mechanics, magnetics
-        As for `load_cycle`.
-    progress : callable
-        Is told how far the layer has been followed.
-
-    Returns
-    -------
-    Dataset, dim time
-        As from `load_cycle`, at the programme's times, without ``elastic_share``.
-
-    Raises
-    ------
-    SceneError, Collision, SolveFailed
-        As of `in_time`.
+    As `load_cycle`, at the programme's times, without ``elastic_share``; errors as `in_time`.
     """
     way = np.sign(np.diff(programme.share))
     corners = np.flatnonzero(np.concatenate([[True], way[1:] != way[:-1], [True]]))
@@ -65,12 +50,9 @@ def full_cycle(
 
 
 def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:
-    """Return how far the cheap rung is from the full one, at most, in percent of the full one's range, by quantity.
+    """Return the largest difference of `load_cycle` from `full_cycle` in percent of the latter's range, by quantity.
 
-    Parameters
-    ----------
-    cheap, full : Dataset
-        As from `load_cycle` and `full_cycle`, of one programme; what does not move is left out.
+    What does not move is left out.
     """
     found = {}
     for name in (*POSE, *told(full)):
@@ -82,5 +64,5 @@ def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:
 
 
 def _signals(data: xr.Dataset) -> list[str]:
-    """The signals that a table has, with their errors."""
+    """Return the signals of a table with errors."""
     return [item for name in told(data) for item in (name, f"error_{name}")]

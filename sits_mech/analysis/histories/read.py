@@ -1,4 +1,4 @@
-"""Which loads were there over time? A table with a column of times and one for each force or moment.
+"""Read a load history: a table with a column of times and one for each force or moment.
 
 A file has a row of column names and rows of numbers, separated by commas, semicolons or tabs; what precedes the names
 or starts with # is passed over. Columns, in any order, a unit in brackets (SI without one):
@@ -26,18 +26,7 @@ _MOST = 20000  # rows: each is solved
 def read_history(path: str | Path) -> LoadHistory:
     """Read a history of loads.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    LoadHistory
-
-    Raises
-    ------
-    SceneError
-        When the file cannot be read, columns or numbers are missing, or time stands still or runs back.
+    Raises SceneError when the file cannot be read, columns or numbers are missing, or time stands still or runs back.
     """
     text = input_text(path, "a readable history of loads", errors="replace")
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
@@ -68,7 +57,7 @@ def read_history(path: str | Path) -> LoadHistory:
 
 
 def _rows(lines: list[str], separator: str, width: int, source: str) -> Array:
-    """Return the numbers, every row of them."""
+    """Return the numbers of all rows."""
     rows: list[list[float]] = []
     for number, line in enumerate(lines, 1):
         cells = line.split(separator)

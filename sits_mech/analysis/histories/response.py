@@ -1,4 +1,4 @@
-"""What does the sensor show under a history of loads? Poses by the layer's memory, and what the coils make of them.
+"""Simulate the sensor under a history of loads: poses by the layer's memory, and the coils' answer.
 
     loads Q(t) --(layer with a memory: mechanics/histories.py)--> poses q(t) --(magnetics)--> L(t), signals
 
@@ -42,36 +42,14 @@ def in_time(
     sensor: Sensor, history: LoadHistory, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
     progress: Progress = untold, points: bool = False,
 ) -> xr.Dataset:  # fmt: skip
-    """Return poses, inductances and signals under a history of loads.
+    """Return poses, inductances and signals under a history of loads, as a Dataset over time.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Its silicone's ``prony`` and ``mullins`` play their part at every point of the layer.
-    history : LoadHistory
-        Before its first time there was no load.
-    tolerance, mechanics, magnetics
-        As for `simulate`; the error of a pose is over the largest displacement of the history.
-    progress : callable
-        Is told how far the layer has been followed.
-    points : bool
-        Whether only a model will do that remembers at every point of the layer.
-
-    Returns
-    -------
-    Dataset, dim time
-        ``given`` (whether the time is of the history, or solved between two of them), the wrench, pose, ``L`` (coil,
-        coil_2) and the signals, each with ``error_``; ``status`` and ``flags``; ``L0``. Attributes: scene, request,
-        ``notes``, ``unit_L``.
-
-    Raises
-    ------
-    SceneError
-        When a model cannot hold the scene.
-    Collision
-        When the target comes to the coil plane.
-    SolveFailed
-        When the layer has no rest on the way, or the coils cannot be solved at a pose.
+    ``given`` (whether the time is of the history, or solved between two of them), the wrench, pose, ``L`` (coil,
+    coil_2) and the signals, each with ``error_``; ``status`` and ``flags``; ``L0``. Attributes: scene, request,
+    ``notes``, ``unit_L``. Before its first time there was no load; the error of a pose is over the largest
+    displacement; `points` asks for a model with memory at every point of the layer. Raises SceneError when a model
+    cannot hold the scene, Collision where the target touches the coil plane, SolveFailed without a rest or an answer of
+    the coils.
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, by_field = loaded_model(sensor, magnetics, tolerance, history.loads)
@@ -107,10 +85,7 @@ def taken_layer(
 ) -> tuple[MechanicalModel, Choice]:  # fmt: skip
     """Return the mechanical model: small loads take a smaller one; softening takes one at finite strain.
 
-    Raises
-    ------
-    SceneError
-        When a model is named that does not remember at every point, where `points` asks for one that does.
+    Raises SceneError for a named model without memory at every point, where `points` asks for it.
     """
     found = mechanical_model(sensor, mechanics, tolerance, history.loads)
     softens = sensor.elastomer is not None and sensor.elastomer.silicone.mullins is not None
@@ -124,7 +99,7 @@ def taken_layer(
 
 
 def _unknown(sensor: Sensor) -> tuple[str, ...]:
-    """Say that a silicone of which nothing is known over time answers as it does to slow load."""
+    """Note that a silicone without data over time is taken as under slow load."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if silicone is None or silicone.prony or silicone.mullins is not None:
         return ()
@@ -132,7 +107,7 @@ def _unknown(sensor: Sensor) -> tuple[str, ...]:
 
 
 def _with_symmetry(sensor: Sensor, motion: Motion) -> Motion:
-    """A motion without what the symmetry of scene and loads forbids, and errors of that."""
+    """Return a motion without the components of pose and error that the symmetry of scene and loads forbids."""
     loads = [Wrench(*row) for row in motion.wrench.tolist()]
     kept = symmetry_of(sensor).projection(*loads)
     pose, error = motion.pose.components @ kept.T, motion.error.components @ np.abs(kept).T
@@ -140,17 +115,9 @@ def _with_symmetry(sensor: Sensor, motion: Motion) -> Motion:
 
 
 def between(time: Array, load: Array, values: Array) -> Callable[[Array], Array]:
-    """Return values of all times from those at some, along their first axis, the ends held.
+    """Return an interpolation from values (m, ...) at rising times (m,), ends held, to all times.
 
-    Monotone cubics from corner to corner of the load: where its rate jumps, what answers it has a kink.
-
-    Parameters
-    ----------
-    time : ndarray, shape (m,)
-        Rising [s].
-    load : ndarray, shape (m, 6)
-        Whose corners count.
-    values : ndarray, shape (m, ...)
+    Monotone cubics from corner to corner of the load (m, 6): where its rate jumps, the response has a kink.
     """
     rate = np.diff(load, axis=0) / np.diff(time)[:, None]
     size, jump = np.linalg.norm(rate, axis=1), np.linalg.norm(np.diff(rate, axis=0), axis=1)
@@ -159,7 +126,7 @@ def between(time: Array, load: Array, values: Array) -> Callable[[Array], Array]
     legs = [PchipInterpolator(time[a : b + 1], values[a : b + 1], axis=0) for a, b in pairwise(ends)]
 
     def at(times: Array) -> Array:
-        """Values at other times."""
+        """Return values at other times."""
         held = np.clip(times, time[0], time[-1])
         leg = np.clip(np.searchsorted(time[ends], held, side="right") - 1, 0, len(legs) - 1)
         found = np.empty((*held.shape, *values.shape[1:]))

@@ -1,4 +1,4 @@
-"""What does a solve cost and reach? Processor seconds and errors of each model's rungs, as measured.
+"""Estimate what a solve costs and reaches: processor seconds and errors of each model's rungs, as measured.
 
 Measured on one core of the machine that `studies/omissions.py` ran on, within a factor of some three elsewhere; those
 of the mechanics and what large loads take (look.py) on a faster one, by `studies/solve_costs.py`, which measures all.
@@ -40,7 +40,7 @@ _OUTLINE = 15.0  # seconds more for each fixed plate of any outline: no symmetry
 
 
 def magnetic_tolerance(model: str, tolerance: float) -> float:
-    """Return what is asked of a magnetic model for poses of a tolerance: a tenth, but where that costs much."""
+    """Return the tolerance of a magnetic model for poses of a tolerance: a tenth, or more where that costs much."""
     return tolerance if model == "sheets" else _SHARE * tolerance
 
 
@@ -52,28 +52,14 @@ def cost(half: str, model: str, tolerance: float, count: int) -> float:
 
 @dataclass(frozen=True)
 class Step:
-    """A half of the chain on a rung of its model's ladder.
+    """A half of the chain on a rung of its model's ladder."""
 
-    Attributes
-    ----------
-    half, model : str
-        "mechanics" or "magnetics"; the model's name.
-    tolerance : float
-        Asked relative error.
-    error : float
-        The same, but not below what the finest rung reaches.
-    seconds : float
-        Processor time to expect.
-    whole : float
-        Error of the request with it.
-    """
-
-    half: str
+    half: str  # "mechanics" or "magnetics"
     model: str
-    tolerance: float
-    error: float
-    seconds: float
-    whole: float = math.nan
+    tolerance: float  # asked, relative
+    error: float  # the same, but not below what the finest rung reaches
+    seconds: float  # processor time to expect
+    whole: float = math.nan  # error of the request with it
 
 
 Steps = tuple[Step, ...]
@@ -84,20 +70,8 @@ def steps(
 ) -> tuple[Steps, Steps]:
     """Return what is solved, half by half, and what the next two rungs of each half would take.
 
-    Parameters
-    ----------
-    parts : sequence of (str, str, int)
-        Half, model, and number of loads or poses.
-    tolerance : float
-        Asked of the request.
-    loaded : bool
-        Whether poses come of loads.
-    among : (int, int)
-        Conductors that are solved in space, and those of them that are outlines.
-
-    Returns
-    -------
-    (tuple of Step, tuple of Step)
+    `parts` are (half, model, number of loads or poses); `loaded` tells that poses come of loads; `among` counts the
+    conductors solved in space and the outlines among them.
     """
     asked, finer = [], []
     for half, model, count in parts:

@@ -1,6 +1,6 @@
-"""What is it worth that a section stands for coils, plates and pads that have ends along y? A coarse answer in space.
+"""Estimate what a section leaves out of coils, plates and pads with ends along y, by a coarse answer in space.
 
-Coils, plates. A section's L [H/m] says something of a sensor relative to its inductances without target alone. With
+Coils, plates. A section's L [H/m] describes a sensor relative to its inductances without target alone. With
 s_cd = sqrt(L0_cc L0_dd) of each model,
 
     e_L,cd = |(L_cd/s_cd)_space - (L_cd/s_cd)_section| s_cd,section,    e_R of R/s alike,
@@ -43,38 +43,19 @@ _BEYOND = 1.0, 2.0  # coil diameters, gaps
 
 @dataclass(frozen=True)
 class Ends:
-    """What a section leaves out of inductances and resistances.
+    """What a section leaves out of inductances and resistances."""
 
-    Attributes
-    ----------
-    L, R : ndarray, shape (..., n, n)
-        What space has more than the section, with its sign [unit_L of the section and its resistance].
-    error_L, error_R : ndarray
-        How far that may be off.
-    size : float
-        The largest of coils' own L, its error included, over the section's largest change of inductance at the pose.
-    """
-
-    L: Array
-    R: Array
+    L: Array  # (..., n, n), space less section [unit_L of the section]
+    R: Array  # alike [its resistance]
     error_L: Array
     error_R: Array
-    size: float
+    size: float  # largest of coils' own L with its error, over the section's largest change of L
 
 
 def ends_of_plates(sensor: Sensor, found: Impedance, pose: Pose) -> Ends | None:
-    """Return what the answer of a section leaves out; None where space has no model of the scene, or a slow one.
+    """Return what a section leaves out; None where space has no model of the scene, or a slow one.
 
-    Each pose is priced by itself: no price depends on the other poses.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        With a target.
-    found : Impedance
-        Per metre of depth, at one pose or many.
-    pose : Pose
-        Those of `found`.
+    `found` is per metre of depth at `pose`, one or many; each pose is estimated independently of the others.
     """
     if found.unit_L != "H/m" or sensor.target is None or sensor.conductors or not_representable(sensor) is not None:
         return None
@@ -106,7 +87,7 @@ def _in_space(sensor: Sensor, poses: tuple[float, ...], frequency: float) -> Imp
 
 
 def _told(values: Array) -> Array:
-    """Return numbers to three digits: a price has no more, and rounding of a batch shows in none."""
+    """Round to three digits: the estimate has no more, and rounding of a batch does not show."""
     scale = 10.0 ** (np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values)))) - 2.0)
     return np.asarray(np.round(values / scale) * scale)
 
@@ -114,7 +95,7 @@ def _told(values: Array) -> Array:
 def _under_coils(sensor: Sensor, pose: Pose) -> list[tuple[Sensor, Integers]]:
     """Return scenes whose rectangular target ends where the coils no longer see it, with the poses that each is for.
 
-    What a coil sees is told in powers of two of its diameter, so that many poses have few scenes.
+    The range of a coil is in powers of two of its diameter, so that many poses have few scenes.
     """
     target, every = sensor.target, np.arange(len(pose.components))
     if target is None or target.shape != "rectangle":
@@ -137,20 +118,13 @@ def _under_coils(sensor: Sensor, pose: Pose) -> list[tuple[Sensor, Integers]]:
 
 @dataclass(frozen=True)
 class InSection:
-    """A model in section whose errors hold what it leaves out of a scene with ends.
-
-    Attributes
-    ----------
-    model : MagneticModel
-        Per metre of depth.
-    sensor : Sensor
-    """
+    """A model in section, per metre of depth, whose errors hold what it leaves out of a scene with ends."""
 
     model: MagneticModel
     sensor: Sensor
 
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        """Return what the model does; where the size is not known, the report says so."""
+        """Return the model's impedance; where the size is not known, the report says so."""
         found = self.model.impedance(pose, frequency)
         if found.unit_L != "H/m":
             return found
@@ -171,7 +145,7 @@ class InSection:
 
 
 def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
-    """Return by how much plane strain is too stiff for a pad; None where no planar layer stands for it at all."""
+    """Return the factors by which plane strain is too stiff for a pad; None where no planar layer stands for it."""
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None or target.shape == "outline":
         return None
@@ -183,7 +157,7 @@ def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
 
 
 def in_plane_strain(sensor: Sensor, model: str) -> bool:
-    """Say whether a mechanical model, by its name, takes a pad in plane strain."""
+    """Return whether a mechanical model, by its name, takes a pad in plane strain."""
     target, elastomer = sensor.target, sensor.elastomer
     flat = elastomer is not None and elastomer.mesh is None and finite_strain_model(sensor) == "planar"
     flat |= target is not None and target.shape == "outline"
@@ -191,20 +165,16 @@ def in_plane_strain(sensor: Sensor, model: str) -> bool:
 
 
 def whole_factors(factor: FiniteLength) -> Array:
-    """Return how much farther a pad moves its target than plane strain says: d_h, d_v and alpha, shape (3,) [-]."""
+    """Return displacements d_h, d_v and alpha of a pad over those in plane strain, shape (3,) [-]."""
     more = np.array([max(factor.shear, factor.tilt), factor.compression, factor.tilt]) - 1.0
     return np.asarray(np.maximum(more, 0.0) + factor.error)
 
 
 def pitch_of_spirals(sensor: Sensor, found: Impedance, pose: Pose) -> float:
-    """Return what rings leave out of spirals, over the largest change of inductance at the same pose [-].
+    """Return the error of rings for spirals, over the largest change of inductance at the pose [-].
 
     From the difference of both in space at the coarsest rung, whose errors they share; NaN where space has no model.
-
-    Parameters
-    ----------
-    sensor, found, pose
-        As for `ends_of_plates`, in henry.
+    `found` is in henry.
     """
     if not_representable(sensor) is not None or sensor.target is None:
         return float("nan")

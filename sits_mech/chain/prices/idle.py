@@ -1,4 +1,4 @@
-"""What does a shorted coil beside a driven one take from its inductance? From the matrices of the model that answers.
+"""Estimate how much shorted coils reduce the inductance of a driven one, from the matrices of the model that answers.
 
 With Z = R + j omega L of the model, each coil alone driven, and J the shorted coils,
 
@@ -25,7 +25,7 @@ from sits_mech.quantities import Array, Impedance
 
 
 def idle_share(found: Impedance) -> float:
-    """Return the largest part of a coil's free-space inductance that shorted coils take, by formula (1) [-]."""
+    """Return the largest part of a coil's free-space inductance that shorted coils take, by (1) [-]."""
     omega, n = 2.0 * np.pi * found.frequency, len(found.L0)
     if n < 2:
         return 0.0
@@ -36,17 +36,9 @@ def idle_share(found: Impedance) -> float:
 
 
 def idle_bound(rest: Impedance) -> float:
-    """Return how much of a coil's free-space inductance shorted coils take at most, by formula (2) [-].
+    """Return an upper bound of what shorted coils take of a coil's free-space inductance, by (2) [-].
 
-    Parameters
-    ----------
-    rest : Impedance
-        With the target at rest; or of coils without one.
-
-    Returns
-    -------
-    float
-        Infinite where the coils are coupled too closely for the bound.
+    `rest` has the target at rest, or none; infinite where the coils are coupled too closely for the bound.
     """
     L0, n = rest.L0, len(rest.L0)
     if n < 2:

@@ -1,7 +1,7 @@
-"""How exact can an answer be, and in what time? A load solved to smaller and smaller tolerances, each from the start.
+"""Solve a load to smaller and smaller tolerances, each from the start: error and time of each.
 
-Every rung is solved with caches emptied, and costs what it costs cold. It has its own estimate, what it differs from
-the finest rung by, and its processor time; the finest one is no truth: its own estimate says how far it may be off.
+Every rung is solved with caches emptied, and costs what it costs cold. It has its own estimate, its difference from
+the finest rung, and its processor time; the finest one is no truth: its own estimate says how far it may be off.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 
 
 class Asked(NamedTuple):
-    """What was asked, what the answer says its error is, and what it took [s]; the error of no answer is infinite."""
+    """Tolerance asked, estimated error of the answer, infinite without one, and processor time [s]."""
 
     tolerance: float
     estimated: float
@@ -35,34 +35,19 @@ class Asked(NamedTuple):
 
 @dataclass(frozen=True)
 class Rung:
-    """A load solved to one tolerance.
+    """A load solved to one tolerance; errors are nan without an answer."""
 
-    Attributes
-    ----------
-    tolerance : float
-        Asked.
-    seconds : float
-        Processor time, from the scene on.
-    estimated, difference : float
-        The largest error of L as the solve says, and what L differs from the finest rung by, over the largest change
-        of L; not a number without an answer.
-    estimated_pose, difference_pose : float
-        Of the pose, over the size of the displacement, an angle counted at the target's end.
-    status : str
-        "converged", or why there is no answer.
-    """
-
-    tolerance: float
-    seconds: float
-    estimated: float
-    difference: float
-    estimated_pose: float
-    difference_pose: float
-    status: str
+    tolerance: float  # asked
+    seconds: float  # processor time, from the scene on
+    estimated: float  # largest estimated error of L, over the largest change of L
+    difference: float  # of L from the finest rung, over the same
+    estimated_pose: float  # over the displacement, angles at the target's end
+    difference_pose: float  # over the same
+    status: str  # "converged", or why there is no answer
 
     @property
     def asked(self) -> Asked:
-        """What the sentence of a ladder takes of it."""
+        """The part of it that the sentence of a ladder needs."""
         return Asked(self.tolerance, self.estimated if self.status == "converged" else math.inf, self.seconds)
 
 
@@ -70,23 +55,9 @@ def ladder(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
     progress: Progress | None = None,
 ) -> list[Rung]:  # fmt: skip
-    """Return a load solved at every tolerance from 0.1 down to a tenth of the asked one.
+    """Solve a load, not zero, at every tolerance from 0.1 down to a tenth of the asked one.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With target and elastomer.
-    wrench : Wrench
-        The load [N, N m], not zero.
-    tolerance, mechanics, magnetics
-        As for `simulate`.
-    progress : Progress, optional
-        Called with the number of rungs that are solved, and of all.
-
-    Raises
-    ------
-    SceneError
-        When there is no load, or a model cannot hold the scene.
+    Raises SceneError when there is no load, or a model cannot hold the scene.
     """
     if not wrench.components.any():
         raise SceneError("ladder: must have a load, such as fz = 1 N, whose answer is solved at every rung; none came")
@@ -108,10 +79,10 @@ def ladder(
 
 
 def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
-    """Return what a user wants of some ladders: "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 1e-3 cannot be reached".
+    """Summarize ladders: "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 1e-3 cannot be reached".
 
-    A tolerance counts where the answer's own estimate is within it; of several ladders that not all hold it, how many
-    do is said. What cannot be reached is what is below the least estimate of a ladder whose finest rung misses.
+    A tolerance counts where the answer's own estimate is within it; where only some of several ladders reach it, how
+    many do is said. What cannot be reached is what is below the least estimate of a ladder whose finest rung misses.
     """
     parts, count = [], len(ladders)
     for tolerance in sorted({one.tolerance for row in ladders for one in row}, reverse=True):
@@ -130,7 +101,7 @@ def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
 
 
 def forget() -> None:
-    """Empty all caches of the package, so that a solve pays for everything."""
+    """Empty all caches of the package, so that the next solve is cold."""
     for name, module in list(sys.modules.items()):
         if name.startswith("sits_mech."):
             for item in list(vars(module).values()):
@@ -139,17 +110,17 @@ def forget() -> None:
 
 
 def power(value: float) -> str:
-    """Return a tolerance as it is asked: 3e-3."""
+    """Format a tolerance as it is asked: 3e-3."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 
 def _span(ends: Sequence[str]) -> str:
-    """Return the ends of a range, once where they are the same."""
+    """Format the ends of a range, once where they are the same."""
     return ends[0] if ends[0] == ends[-1] else f"{ends[0]} to {ends[-1]}"
 
 
 def _holds(one: Asked) -> bool:
-    """Say whether an answer is as exact as asked, by its own estimate."""
+    """Return whether an answer is as exact as asked, by its own estimate."""
     return one.estimated <= one.tolerance
 
 

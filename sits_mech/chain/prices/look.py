@@ -1,9 +1,9 @@
-"""What will a load of finite strain take, and how exact will its answer be? Its first two meshes tell.
+"""Predict time and error of a load at finite strain from its first two meshes.
 
 They are solved once (0.1 to 0.5 s in space), with their own estimate e of the error. Where that is small enough the
 answer is theirs. Otherwise a third mesh and a fourth follow, which take so many times the seconds of the first two and
 leave so many times their error. Those of pads are medians of 72 scenes and loads by chance, those of layers in the
-plane of ten, those of tables of nine; `studies/promises.py` draws other sixty, and holds promises against what is had.
+plane of ten, those of tables of nine; `studies/promises.py` draws other sixty, and compares predictions with results.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _PRESSED = 3.5e-4  # for each unknown where faces touch: the way there is by con
 
 
 class Look(NamedTuple):
-    """Relative error that a load's answer will have, processor seconds, and what speaks against it.
+    """Relative error to expect of a load's answer, processor seconds, and notes that speak against it.
 
-    The error is infinite where the load is not carried. What the magnetics leave in doubt beside it may be known.
+    The error is infinite where the load is not carried; `magnetics` is the error beside it, where known.
     """
 
     error: float
@@ -41,17 +41,9 @@ class Look(NamedTuple):
 def look(
     layer: MechanicalModel, load: Wrench, tolerance: float, measure: Callable[[Equilibrium], float]
 ) -> Look | None:  # fmt: skip
-    """Return what to expect of a load; None of a model that has no first meshes.
+    """Return what to expect of a load [N, N m]; None of a model that has no first meshes.
 
-    Parameters
-    ----------
-    layer : MechanicalModel
-    load : Wrench
-        [N, N m].
-    tolerance : float
-        Asked of what is measured.
-    measure : callable
-        Of an answer on the first meshes, its error.
+    `measure` gives the error of an answer on the first meshes, which `tolerance` is asked of.
     """
     if not isinstance(layer, RefinedModel):
         return None
@@ -63,16 +55,9 @@ def look(
 
 
 def expected(first: SolveReport, error: float, tolerance: float, count: int = 1) -> Look:
-    """Return what follows for so many loads from the answer of the largest one's first two meshes.
+    """Return what to expect of `count` loads from the answer and error of the largest one's first two meshes.
 
-    Parameters
-    ----------
-    first : SolveReport
-        Of that answer.
-    error, tolerance : float
-        Its error and what is asked, of the same.
-    count : int
-        Loads that are solved; of many only two on finer meshes, and none of those is the largest.
+    Of many loads only two are solved on finer meshes, and neither is the largest.
     """
     spent, wandered = _seconds(first), count == 1 and first.iterations > _WANDERED
     each, finer = (spent, 1) if count == 1 else (_MEAN * spent, _COMPARED)
@@ -88,11 +73,11 @@ def expected(first: SolveReport, error: float, tolerance: float, count: int = 1)
 
 
 def _known(report: SolveReport) -> tuple[str, ...]:
-    """Notes that speak against a load."""
+    """Return notes that speak against a load."""
     return tuple(note for note in report.notes if " end at stretch " in note)
 
 
 def _seconds(report: SolveReport) -> float:
-    """What the first two meshes take: told by their size and iterations, so that a plan is the same each time."""
+    """Estimate the time of the first two meshes from size and iterations, so that a plan is reproducible."""
     touching = any(_TOUCHING in note for note in report.notes)
     return _ONCE + (_PRESSED if touching else _EACH * report.iterations) * report.unknowns

@@ -1,4 +1,4 @@
-"""What does a request take, what does it leave out, how far is it off, and what would finer answers gain?"""
+"""Plan a request: what it solves and leaves out, its error, and what finer tolerances would gain."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Plan:
 
     @property
     def rungs(self) -> tuple[str, ...]:
-        """Which rung of their ladders the tolerance picks."""
+        """The rung of each half's ladder that the tolerance picks."""
         return tuple(f"{step.model} at {step.tolerance:.1g}" for step in self.steps)
 
     @classmethod
@@ -69,9 +69,9 @@ class Plan:
         cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice,
         shown: Shown | None = None, seen: Look | None = None,
     ) -> Plan:  # fmt: skip
-        """Return the plan of a request whose models are chosen; arguments as of `models.plan` and `omissions`.
+        """Return the plan of a request whose models are chosen; arguments as `models.plan` and `omissions`.
 
-        What is `seen` of the load on its first meshes stands in place of what loads take and reach as a rule.
+        What is `seen` of the load on its first meshes replaces the typical cost and error.
         """
         parts = [("magnetics", magnetics.name, max(len(loads), 1))]
         if mechanics is not None:
@@ -104,7 +104,7 @@ def _as_seen(step: Step, seen: Look) -> Step:
 
 
 def _priced(missing: Sequence[Omission], count: int) -> float:
-    """Return the seconds that it takes to price the ends of plates, which errors hold."""
+    """Return the seconds of estimating the ends of plates, which errors hold."""
     held = [item for item in missing if item.what.startswith(ENDS) and item.in_error]
     return len(held) * cost("magnetics", "sheets", ROUGH, count)
 
@@ -117,7 +117,7 @@ def _solid(parts: Sequence[tuple[str, str, int]], missing: Sequence[Omission], a
 
 
 def _gains(asked: Steps, finer: Steps, missing: Sequence[Omission], error: float) -> Steps:
-    """Return finer steps with the error of the request that they would leave; those that leave less."""
+    """Return the finer steps that reduce the error of the request, with that error."""
     found = []
     for step in finer:
         own = next(each for each in asked if each.half == step.half)
