@@ -24,7 +24,7 @@ version = release = __version__
 extensions = [
     "cyclopts.ext.sphinx", "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton",
     "sphinx_design", "site_parts",
-]  # fmt: skip
+]
 _INCLUDED = ("answer_keys", "laws", "scene_keys", "studies_grid")  # in other pages
 exclude_patterns = ["_build", "_made", *(f"_pages/{name}.md" for name in _INCLUDED)]
 nitpicky = False

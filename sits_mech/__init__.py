@@ -29,7 +29,7 @@ __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
     "crosstalk", "design", "envelope", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan",
     "save_sensor", "sensitivity", "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
-]  # fmt: skip
+]
 
 _HOMES = {
     "analysis.bench": ("sensor_calibration",),

@@ -67,7 +67,7 @@ def clear() -> int:
 def kept(
     asked: object, make: Callable[[], _Made], pack: Callable[[_Made], Mapping[str, Any]],
     unpack: Callable[[Mapping[str, Any]], _Made],
-) -> _Made:  # fmt: skip
+) -> _Made:
     """Return what was made of the same `asked` before, or make and keep it.
 
     `asked` is all it depends on: numbers, words, arrays, parts of scenes, dataclasses and tuples of these. `pack` and

@@ -83,7 +83,7 @@ _BEFORE = {
     "slope_T_": "slope by temperature of the ",
 }
 _AFTER = {"_untilted_percent": " without rotation", "_untilted": " without rotation", "_turned": " by the rotation",
-          "_by": ", by cause"}  # fmt: skip
+          "_by": ", by cause"}
 
 
 def unit_of(name: str, unit_L: str, unit_F: str = "") -> str:

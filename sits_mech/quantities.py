@@ -136,7 +136,7 @@ POSE = ("d_h", "d_v", "alpha", "d_y", "alpha_x", "alpha_z")
 UNITS = {
     "F_x": "N", "F_z": "N", "M": "N*m", "F_y": "N", "M_x": "N*m", "M_z": "N*m",
     "d_h": "m", "d_v": "m", "alpha": "rad", "d_y": "m", "alpha_x": "rad", "alpha_z": "rad",
-}  # fmt: skip
+}
 """The SI unit of each component of a wrench and of a pose."""
 LOAD_ARGUMENTS = {"fx": "F_x", "fz": "F_z", "moment": "M", "fy": "F_y", "mx": "M_x", "mz": "M_z"}
 """The components of a wrench by their names on the command line and in study files."""
@@ -291,7 +291,7 @@ class SolveFailed(Exception):
     def __init__(
         self, message: str, report: SolveReport, last: Equilibrium | None = None, half: str = "mechanics",
         carried: tuple[Wrench, Wrench] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(message)
         self.report = report
         self.last = last

@@ -27,7 +27,7 @@ EXIT_DOUBTFUL, EXIT_NO_ANSWER = 4, 3
 def flags_of(
     error: float, tolerance: float, stretch: float | None = None, known: float = float("nan"), *,
     changed: float | None = None, interpolated: bool = False,
-) -> tuple[str, ...]:  # fmt: skip
+) -> tuple[str, ...]:
     """Return the flags of an answer, worst first; an unknown error (NaN) is above any tolerance.
 
     `stretch` is the layer's, None or NaN where unknown; `FINER` of what the last mesh `changed` is added to it.

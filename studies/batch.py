@@ -63,7 +63,7 @@ def overhead(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
     return [
         ("magnetic cases", cases), ("wall [s]", wall), ("of it solves [s]", solves),
         ("overhead a case [ms]", 1e3 * (wall - solves) / cases), ("the same again, all done [s]", timed(path, out)),
-    ]  # fmt: skip
+    ]
 
 
 def two_processes(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
@@ -82,7 +82,7 @@ def two_processes(folder: Path, counts: tuple[int, int]) -> list[tuple[str, floa
         ("mechanical cases", counts[0] * counts[1]), ("one process [s]", one), ("two processes [s]", two),
         ("two over one", one / two), ("processor, one process [s]", own), ("processor, both of two [s]", both),
         ("two over one, idle cores", 2.0 * own / both), ("same table", float(same)),
-    ]  # fmt: skip
+    ]
 
 
 def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
@@ -93,7 +93,7 @@ def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
     process = subprocess.Popen(
         [sys.executable, "-c", command, "sweep", str(path), "-o", str(out)],
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+    )
     cases, third = out / "cases", counts[0] * counts[1] // 3
     while process.poll() is None and (not cases.exists() or len(os.listdir(cases)) < third):
         time.sleep(0.01)
@@ -108,7 +108,7 @@ def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
     return [
         ("cases kept of the killed run", len(kept)), ("of them computed again", again), ("resumed in [s]", seconds),
         ("same table as uninterrupted", float(same)),
-    ]  # fmt: skip
+    ]
 
 
 def main() -> None:
@@ -119,7 +119,7 @@ def main() -> None:
         shutil.rmtree(folder / name, ignore_errors=True)
     found = [
         *overhead(folder, (5, 10) if coarse else (25, 40)), *two_processes(folder, loads), *killed(folder, loads),
-    ]  # fmt: skip
+    ]
     print(write_rows([{"what": what, "value": value} for what, value in found], folder / "batch.csv"))
 
 

@@ -53,7 +53,7 @@ CHEAP, DEAR = Effort(500, 200, 200, 5, 1e-3), Effort(48, 60, 40, 5, 3e-3)
 FILES = {
     "strip": CHEAP, "low_profile": CHEAP, "button_any": CHEAP, "strip_exact": CHEAP, "button": CHEAP,
     "foot_sole": DEAR, "three_axes": DEAR, "fingertip": DEAR, "target_width": DEAR, "gripper_pad": DEAR,
-}  # fmt: skip
+}
 QUICK, QUICK_FILES, FEW = Effort(2, 1, 1, 2, 5e-2), ("strip_exact",), 2
 
 
@@ -75,7 +75,7 @@ def missed(asked: Requirements, found: DesignAnswer, tolerance: float, folder: P
     return "; ".join(
         f"{name} {figure_words(name, figures[name]) if name in figures else ''} by {100.0 * over:.2g} %"
         for name, over in excess.items()
-    )  # fmt: skip
+    )
 
 
 def more(merit: float, least: float) -> float:

@@ -124,7 +124,7 @@ def solver_row(model: str, cells: int) -> list[object]:
     body = (
         bonded_body(load_sensor("biorob2018"), Fineness(cells, 1.5)) if model == "section"
         else bonded_block(load_sensor("biorob2018-w15"), cells, 2.5, 0.0).body
-    )  # fmt: skip
+    )
     at_rest = rest(body)
     stiffness, made = timed(lambda: element_stiffness(body.mesh, body.law, body.K, at_rest.u, at_rest.p))
     numbers, (values, edge) = (body.mesh.dofs,), ((made,), border(body.mesh, body.bonded))
@@ -145,7 +145,7 @@ def solver_row(model: str, cells: int) -> list[object]:
     return [
         model, cells, len(body.free), stiffness, order, factor, solving, memory.factor / 1e6, memory.total / 1e6,
         lu_order - lu_factor, lu_factor, lu_solving, 12e-6 * lu.nnz, away,
-    ]  # fmt: skip
+    ]
 
 
 def write(path: Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:

@@ -34,7 +34,7 @@ ROWS = (
 COLUMNS = (
     "tolerance", "d_h_mm", "d_v_mm", "frequency", "boundary_mm", "error_L", "error_R", "estimate", "unknowns",
     "seconds",
-)  # fmt: skip
+)
 
 
 def scene(radius: float | None) -> Sensor:

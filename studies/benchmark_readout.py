@@ -67,7 +67,7 @@ def row(case: tuple[str, Array, tuple[str, ...], int], count: int) -> dict[str, 
         "case": title, "map_s": made, "loads_per_s": count / forward, "us_per_reading": 1e6 * inverse / count,
         "back": float(np.nanmax(np.abs(back.forces - F))), "ok": float(np.mean(true.status == "ok")),
         "within_error": float(np.mean(inside)), "error_N": float(np.nanmax(true.error)),
-    }  # fmt: skip
+    }
 
 
 def main() -> None:

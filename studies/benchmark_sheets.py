@@ -44,7 +44,7 @@ from sits_mech.scene.sensor import Sensor, load_sensor
 PLATE = (
     (5e6, 1e-3, -176.14e-9, np.nan), (5e6, 2e-3, -59.01338e-9, 0.07347140), (5e6, 5e-3, -5.684821e-9, 0.005169888),
     (5e3, 2e-3, -2.171675e-9, 2.962316e-4), (5e3, 5e-3, -0.3517857e-9, 3.786894e-5),
-)  # fmt: skip
+)
 DISCS = {
     3.5e-3: ((5e3, 2e-3, -1.09405875e-8, 1.26011961e-3), (5e6, 2e-3, -1.72208696e-7, 0.115273800)),
     7.5e-3: ((5e3, 2e-3, -4.65903043e-8, 2.61817465e-3), (5e6, 2e-3, -2.18587417e-7, 0.0952016920)),
@@ -54,7 +54,7 @@ SMALL_GAPS = ((4.6e-3, 5e-5), (4.6e-3, 2e-4), (15e-3, 5e-5))
 COLUMNS = (
     "target", "tolerance", "frequency", "gap", "unknowns", "error_L", "estimated_L", "error_R", "estimated_R",
     "prepare_seconds", "thousand_poses_seconds",
-)  # fmt: skip
+)
 
 ESTIMATE_COLUMNS = ("target", "tolerance", "frequency", "gap", "quantity", "error", "estimated", "true_over_estimated")
 FREQUENCIES = 5e3, 1e5, 1e6, 5e6, 1e7  # [Hz]; the plate's poses
@@ -65,13 +65,13 @@ CHANCE, CHANCES = np.array([[3e-3, 2e-5, 2e-4, 1e4], [2e-2, 1e-2, 5e-3, 2.5e7]])
 ASKED = 1e-2, 3e-3, 1e-3
 CHANCE_COLUMNS = (
     "radius", "thickness", "gap", "frequency", "asked", "error_L", "told_L", "error_R", "told_R", "unknowns", "seconds",
-)  # fmt: skip
+)
 
 TARGETS = (
     'shape="rectangle", width="8 mm", length="8 mm"', 'shape="disc", diameter="8 mm"',
     'shape="disc", diameter="12 mm"', 'shape="rectangle", width="12 mm", length="12 mm"',
     'shape="rectangle", width="16 mm", length="16 mm"',
-)  # fmt: skip
+)
 _RUN = itertools.count()
 USE_COLUMNS = ("use", "count", "seconds", "ms_each")
 ARRAY_COLUMNS = ("coils", "target", "L0_seconds", "prepare_seconds", "pose_ms", "estimated_L", "process_MB")
@@ -253,7 +253,7 @@ def arrays(coarse: bool) -> list[dict[str, object]]:
     """What coils on a grid cost: L0, a plate's preparation, a pose."""
     lines: list[dict[str, object]] = []
     low, high = (np.array([side * 5e-4, gap, side * 2e-3, side * 5e-4, side * 2e-3, side * 0.05])
-                 for side, gap in ((-1, 1.85e-3), (1, 2.05e-3)))  # fmt: skip
+                 for side, gap in ((-1, 1.85e-3), (1, 2.05e-3)))
     poses = np.random.default_rng(0).uniform(low, high, (10 if coarse else 100, 6))
     for count in (2,) if coarse else (2, 4, 8):
         for target in TARGETS[:1] if coarse else TARGETS:

@@ -113,7 +113,7 @@ def against_chain(twin: Twin, source: Source, cal: Calibration, count: int) -> d
         "median miss": float(np.median(misses)), "largest miss": float(misses.max()),
         "stated error": float(stated.max()),
         "largest miss by pose": float((np.abs(by_pose) / cal.full_scale).max()),
-    }  # fmt: skip
+    }
 
 
 def speed(twin: Twin, cal: Calibration) -> dict[str, Any]:

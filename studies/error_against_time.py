@@ -41,11 +41,11 @@ FULL, QUICK = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3), (1e-2,)
 SOLID = (
     "disc 10 on 20 x 2, small press", "disc 10 on 20 x 2, small shear", "flush disc 20 x 0.1, film",
     "disc 8 on 12 x 3, gent", "biorob2018-w15, 0.5 N and 2 N",
-)  # fmt: skip
+)
 PLANE = (
     "layer, small press", "layer, small shear", "flush layer, small press", "square section, pulled",
     "layer, pressed 5 %",
-)  # fmt: skip
+)
 
 
 class Shown(NamedTuple):

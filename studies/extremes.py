@@ -91,7 +91,7 @@ def tabled(row: Row) -> dict[str, object]:
         "estimated error": row.estimated, "violation": row.violation, "allowed": row.allowed,
         "violation / allowed": row.violation / row.allowed, "reference": "yes" if row.against else "",
         "seconds": row.seconds, "remark": row.remark,
-    }  # fmt: skip
+    }
 
 
 def ask(parts: Sequence[str], coarse: bool, folder: Path) -> list[Row]:

@@ -105,7 +105,7 @@ def cost(title: str, sensor: Sensor, mechanics: str, tolerance: float) -> dict[s
     return {
         "pad": title, "times": moved.time.size, "ms_a_time": 1e3 * each, "ms_elastic": 1e3 * elastic,
         "ratio": each / elastic, "estimated_error": moved.report.estimated_error,
-    }  # fmt: skip
+    }
 
 
 def main() -> None:
@@ -120,7 +120,7 @@ def main() -> None:
     draw_loops(found, output / "loops.png")
     print(write_rows([{"period_s": p} | difference(*pair) for p, pair in found.items()], output / "cheap_rung.csv"))
     steps = {force: in_time(sensor, history([0.0, STEP, 300.0], F_z=[0.0, force, force]), **models)
-             for force in ((1.0,) if coarse else (0.5, 1.0, 2.0))}  # fmt: skip
+             for force in ((1.0,) if coarse else (0.5, 1.0, 2.0))}
     draw_creep(steps, output / "creep.png")
     shear = {"F_z": [0.0, 2.0, 2.0, 1.0, 0.0, 0.0], "F_x": [0.0, 0.0, 0.4, 0.4, 0.0, 0.0]}
     press = history([0.0, 1.0, 2.0, 3.0, 4.0, 6.0], **shear)

@@ -96,7 +96,7 @@ def stored_histories(path: Path = STORED) -> list[History]:
         History(row["name"], row["model"], tuple(row["scene"]), row["lever"], row["height"],
                 *(np.array(row[name]) for name in ("time", "load", "moved")), row["error"])
         for row in rows
-    ]  # fmt: skip
+    ]
 
 
 def loop_of(one: History, moved: Array) -> Loop:
@@ -141,7 +141,7 @@ def row_of(one: History, tolerance: float) -> tuple[dict[str, object], Array]:
         "residual m": theirs.residual, "residual off": (ours.residual - theirs.residual) / left,
         "pose off": float(away), "estimated": estimated, "reference's own": one.error,
         "processor s": spent, "times": one.time.size, "status": status,
-    }  # fmt: skip
+    }
     return row, found
 
 

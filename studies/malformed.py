@@ -111,7 +111,7 @@ def _asked_models() -> set[tuple[type, str]]:
         (each, method) for module in list(sys.modules.values()) for each in list(vars(module).values())
         for method, room in SOLVES.items()
         if isinstance(each, type) and str(each.__module__).startswith(f"sits_mech.{room}.") and method in vars(each)
-    }  # fmt: skip
+    }
 
 
 def _telling(method: Any) -> Any:
@@ -149,7 +149,7 @@ def outcome(case: str, seed: int, folder: Path, sound: Path) -> Outcome:
         end.killed: bool(end.killed), f"raised {said.raised}": bool(said.raised),
         f"{end.seconds:.1f} s": end.seconds > SECONDS, f"{end.peak / GIB:.1f} GiB": end.peak > MEMORY * GIB,
         **({} if end.killed or said.raised else answer_faults(words, said)),
-    }  # fmt: skip
+    }
     fault = ", ".join(what for what, is_so in found.items() if is_so)
     return Outcome(case, kind, tuple(words), said.code, bool(_reached[0]), end.seconds, end.peak / GIB, fault)
 
@@ -188,7 +188,7 @@ def by_kind(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
             **{f"exit {code}": codes[code] for code in CODES}, "faults": sum(bool(each.fault) for each in some),
             "seconds": sum(each.seconds for each in some), "worst s": max(each.seconds for each in some),
             "worst GiB": max(each.gib for each in some),
-        })  # fmt: skip
+        })
     return rows
 
 

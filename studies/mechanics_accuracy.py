@@ -32,7 +32,7 @@ TOLERANCES = (1e-2, 3e-3, 1e-3)
 DRAWN = (
     "15 x 15 on 20 x 20 x 2, small shear", "disc 10 on 20 x 2, small shear", "flush disc 15 x 2, small shear",
     "flush disc 15 x 2, pressed 1 %", "flush disc 15 x 2, pulled 8 %", "flush disc 10 x 10, pulled 10 %",
-)  # fmt: skip
+)
 QUICK = ("layer, sheared 10 %", "flush disc 15 x 2, pressed 1 %")  # the coarse run
 
 
@@ -112,7 +112,7 @@ def main() -> None:
             for tolerance in tolerances:
                 every.append(judged(reference, tolerance))
                 print(" | ".join(f"{x:.3g}" if isinstance(x, float) else str(x) for x in row_of(every[-1]).values()),
-                      flush=True)  # fmt: skip
+                      flush=True)
     write_rows([row_of(one) for one in every], asked.output / "mechanics_accuracy.csv")
     said = "\n".join([*counts(every), machine()]) + "\n"
     (asked.output / "mechanics_accuracy.txt").write_text(said, encoding="utf-8")

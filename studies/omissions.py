@@ -74,7 +74,7 @@ class Saving:
             "left out": self.what, "s, left out": self.without, "s, solved": self.with_,
             "times faster": self.with_ / self.without, "difference": self.difference, "promised": self.promised,
             "error of both answers": self.known, "kept": kept,
-        }  # fmt: skip
+        }
 
 
 def timed(ask: Callable[[], Any]) -> tuple[Any, float]:
@@ -214,7 +214,7 @@ def predicted(coarse: bool) -> list[Row]:
     ]
     asked = asked[-1:] if coarse else asked
     poses = [("planar", sensor, 1e-3), ("planar-fem", load_sensor("biorob2018", [FERRITE]), 1e-3),
-             ("axisymmetric", load_sensor("biorob2018", DISC), 1e-3), ("sheets", sensor, 1e-2)]  # fmt: skip
+             ("axisymmetric", load_sensor("biorob2018", DISC), 1e-3), ("sheets", sensor, 1e-2)]
     if coarse:
         poses = poses[:3]
     else:
@@ -232,7 +232,7 @@ def predicted(coarse: bool) -> list[Row]:
         rows.append({
             "request": what, "models": models + expected.magnetics.name, "tolerance": tolerance,
             "expected [s]": expected.seconds, "measured [s]": seconds, "ratio": expected.seconds / seconds,
-        })  # fmt: skip
+        })
     return rows
 
 
@@ -258,7 +258,7 @@ def main() -> None:
             finite_strain(), images_of_loads(*(2, LONG) if coarse else (3,)), *([] if coarse else [loads_between(9)]),
             inside(), other_model("mesh of the air", "biorob2018", ("planar", "planar-fem"), 0.0),
             places_beside(5 if coarse else 81), idle_coil(), ends_along_y(),  # the first two by the same sheets
-        ]  # fmt: skip
+        ]
         rows = predicted(coarse)
     draw(savings, folder / "omissions.png")
     print(write_rows([item.row for item in savings], folder / "omissions.csv"))

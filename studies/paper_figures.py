@@ -51,7 +51,7 @@ from common.paper import (
     distances,
     poses,
     spots,
-)  # fmt: skip
+)
 from common.paper_bench import measured_sensor
 from scipy.optimize import minimize_scalar
 
@@ -65,7 +65,7 @@ _FEW = 3  # heights of a coarse map
 PARTS = 8  # in which a field is asked: finding all places at once in a graded mesh takes 0.8 GB
 WIDE = 7.0  # of figures side by side [in]
 FIELDS = {"2 mm": (0.0, 2.0, 0.0), "$d_v$ 1 mm": (0.0, 1.0, 0.0), "$d_h$ 3 mm": (3.0, 2.0, 0.0),
-          "$\\alpha$ 20 deg": (0.0, 2.0, 20.0)}  # fmt: skip
+          "$\\alpha$ 20 deg": (0.0, 2.0, 20.0)}
 
 
 def switches(tolerance: float) -> list[dict[str, object]]:
@@ -167,7 +167,7 @@ def figure_6(count: int, tolerance: float, folder: Path) -> list[dict[str, objec
                  "from simulation: most": distances(found, SIMULATED)[0],
                  "from measured: most": distances(found, MEASURED)[0], "largest shear [%]": float(np.abs(shear).max()),
                  "at d_h [mm]": float(along[1][rising - 1])}
-            )  # fmt: skip
+            )
         for row, (x, y) in enumerate(_LABELS):
             for spot in axes[row * len(SHOWN) : (row + 1) * len(SHOWN)]:
                 spot.set_xlabel(x, labelpad=1)
@@ -189,7 +189,7 @@ def level(axes: Sequence[Any]) -> None:
 _LABELS = (
     ("$d_v$ [mm]", "$L/L_0$ [%]"), ("$d_h$ [mm]", "$L/L_0$ [%]"), ("$\\alpha$ [deg]", "$L/L_0$ [%]"),
     ("$d_v$ [mm]", "sum [%]"), ("$d_h$ [mm]", "difference [%]"), ("$\\alpha$ [deg]", "reads as [mm]"),
-)  # fmt: skip
+)
 
 
 def _mark(own: list[Any]) -> None:
@@ -232,7 +232,7 @@ def figure_7(count: int, tolerance: float, folder: Path) -> list[dict[str, objec
         rows.append(
             {"setting": setting.name, "width [mm]": width, "shear range [%]": shear, "printed shear [%]": printed[0],
              "normal range [%]": normal, "printed normal [%]": printed[1]}
-        )  # fmt: skip
+        )
     for signal in ("difference", "sum"):
         with new_figure(height=1.0, columns=columns, rows=len(FIGURE_7), width=WIDE) as (figure, axes):
             for number, (spot, (setting, (width, _)), found) in enumerate(zip(axes, cases, maps, strict=True)):
@@ -276,7 +276,7 @@ def optimum_width(count: int, tolerance: float, coarse: bool) -> list[dict[str, 
         rows.append(
             {"setting": setting.name, "best width [mm]": float(found.x), "to": accuracy, "shear range [%]": shear,
              "normal range [%]": normal, "printed best [mm]": BEST_WIDTH, "evaluations": int(found.nfev)}
-        )  # fmt: skip
+        )
     return rows
 
 

@@ -63,7 +63,7 @@ CHANGES = {
     "substrate radius [mm] (section)": {
         **{f"{r}": [f'substrate_radius="{r} mm"'] for r in (25, 50, 100, 200)}, "flat": [],
     },
-}  # fmt: skip
+}
 COARSE = ("copper plate below [mm]", "target thickness [mm]", "substrate radius [mm] (section)")
 NOISES = tuple(CHANGES)[:3]  # what comes after the calibration
 FAR = [NEIGHBOUR.format(x=40)]  # changes L by less than 1e-7: metal near is told from the same division of the target
@@ -100,7 +100,7 @@ def base(tolerance: float, coarse: bool) -> Base:
     sensor = load_sensor(SENSOR)
     F_x, F_z = np.linspace(-SHEAR, SHEAR, 5), np.linspace(0.0, NORMAL, 5)
     data = calibrate(sensor, F_x=F_x.tolist(), F_z=F_z.tolist(), tolerance=tolerance,
-                     mechanics="linear" if coarse else "auto", magnetics="sheets")  # fmt: skip
+                     mechanics="linear" if coarse else "auto", magnetics="sheets")
     places = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
     table = np.stack([part.transpose("F_x", "F_z").to_numpy() for part in places], -1)
     poses = np.array([table[2, 0], table[3, 2], table[4, 2], table[2, 2], table[3, 3], table[3, 1]])
@@ -135,7 +135,7 @@ def answer(it: Base, what: str, name: str, changes: list[str], tolerance: float)
         "L_v, rest to load [%]": float(100.0 * np.sum(share[1] - share[0])),
         "L_h, rest to load [%]": float(100.0 * (share[1, 0] - share[1, 1] - share[0, 0] + share[0, 1])),
         "F_x misread, tared [N]": _said(tared[0]), "F_z misread, tared [N]": _said(tared[1]),
-    }  # fmt: skip
+    }
     told = it.known.force_error(LOAD, it.L0 * error[1])
     row |= {"F_x told to [mN]": float(1e3 * told[0]), "F_z told to [mN]": float(1e3 * told[1])}
     if what in NOISES:

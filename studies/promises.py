@@ -33,7 +33,7 @@ MM = 1e-3
 SCENES = ("biorob2018", "biorob2018-w15", "triaxial-4")
 SILICONES = (
     "ecoflex-00-10", "ecoflex-00-30", "ecoflex-00-50", "ecoflex-00-30-neo-hookean", "ecoflex-00-10-neo-hookean",
-)  # fmt: skip
+)
 COUNT, COARSE = 60, 2
 TABLES: tuple[tuple[str, tuple[str, ...], dict[str, tuple[float, float, int]]], ...] = (
     ("biorob2018-w15", (), {"F_x": (-1.0, 1.0, 9), "F_z": (0.0, 4.0, 9)}),

@@ -78,7 +78,7 @@ def target(some: np.random.Generator, kind: str) -> str:
 
 
 KINDS = {"section": 0.60, "load": 0.11, "disc": 0.15, "disc beside": 0.04, "long load": 0.02, "nearby": 0.03,
-         "steel": 0.05}  # fmt: skip
+         "steel": 0.05}
 
 
 def draw(number: int, loaded: bool = False) -> Drawn:
@@ -100,7 +100,7 @@ def draw(number: int, loaded: bool = False) -> Drawn:
     if kind == "nearby":
         depth = -0.3 * MM - some.uniform(0.5, 3.0) * MM
         part = Conductor(name="plane", material="copper", shape="rectangle", centre=(0.0, 0.0, depth),
-                         width=20 * MM, length=20 * MM, thickness=0.2 * MM)  # fmt: skip
+                         width=20 * MM, length=20 * MM, thickness=0.2 * MM)
         sensor = sensor.model_copy(update={"conductors": (part,)})
     if loaded or "load" in kind:
         way = some.normal(size=2) * (0.3, 1.0)
@@ -125,7 +125,7 @@ def answered(sensor: Sensor, pose: Pose | None, load: Wrench | None) -> tuple[Im
 
 def richest(
     sensor: Sensor, pose: Pose | None, load: Wrench | None, tolerance: float
-) -> tuple[Impedance, Array, Array]:  # fmt: skip
+) -> tuple[Impedance, Array, Array]:
     """Return the same by block on finer meshes and by sheets to a tolerance."""
     if load is not None:
         rest = at_rest(sensor, block_pad(sensor, STIFF if short(sensor) is sensor else LONG), load)
@@ -173,7 +173,7 @@ def beside(sensor: Sensor, number: int) -> Sensor:
     some = np.random.default_rng([19, number])
     away = some.uniform(0.2, 0.6) * (way := some.normal(size=3)) / np.linalg.norm(way)
     nut = Conductor(name="nut", material="copper", shape="rectangle", width=2 * MM, length=2 * MM, thickness=MM,
-                    centre=(float(away[0]), float(away[1]), float(away[2])))  # fmt: skip
+                    centre=(float(away[0]), float(away[1]), float(away[2])))
     return sensor.model_copy(update={"conductors": (*sensor.conductors, nut)})
 
 

@@ -55,7 +55,7 @@ def followed(pad: Case, path: LoadPath, mesh: tuple[int, int], parts: int) -> Ar
     model = replace(discrete(pad, *mesh, not any(path.F_x)), pointwise=POINTWISE if is_thin(pad) else 0.0)
     found = PadHistory(model, pad.prony, pad.mullins).follow(times, loads)[::parts] * [1.0, -1.0, 1.0]
     print(f"   Q{mesh[0]}, {mesh[1]} layers, {len(times) - 1} steps: largest {np.abs(found).max(axis=0)}, "
-          f"{time.process_time() - began:.0f} s", flush=True)  # fmt: skip
+          f"{time.process_time() - began:.0f} s", flush=True)
     return np.asarray(found)
 
 
@@ -93,7 +93,7 @@ def row_of(pad: Case, name: str, coarse: bool) -> dict[str, object]:
         "load": [[float(f"{x:.10g}") for x in one] for one in wrenches(pad, path, times)[:, :2]],
         "moved": [[float(f"{x:.7g}") for x in one] for one in moved],
         "error": float(f"{error:.2g}"), "source": words,
-    }  # fmt: skip
+    }
 
 
 def write(rows: list[dict[str, object]], path: Path) -> None:

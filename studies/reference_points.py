@@ -42,7 +42,7 @@ PATHS = {
         (0.0, 0.6, 1.2, 1.8, 3.0), {"a": (0.0, 1.0, 0.2, 0.6, 0.0), "b": (0.0, 0.3, 1.0, -0.5, 0.0)},
         (("1 + 0.2*a", "0.25*b", "0.1*a"), ("-0.1*b", "1 - 0.1*a", "0.2*b"), ("0.15*b", "-0.05*a", "1 - 0.09*a")),
     ),
-}  # fmt: skip
+}
 ABOUT = (
     "First Piola stress P [Pa] at `time` [s] of one material point of a law with Prony branches (weight, time) and "
     "Ogden-Roxburgh softening (r, m, beta), F(t) given: rows of F are expressions of signals, linear between the "
@@ -67,7 +67,7 @@ def row(law: str, soft: bool, viscous: bool, name: str, count: int) -> dict[str,
         "corners": path.time, "signals": path.signals, "F": path.F, "time": time,
         "P": [[float(f"{x:.11g}") for x in one.ravel()] for one in finer],
         "W_max": [float(f"{x:.11g}") for x in largest], "error": float(f"{np.abs(finer - P).max() / size:.2g}"),
-    }  # fmt: skip
+    }
 
 
 def main() -> None:

@@ -40,7 +40,7 @@ DISC = (
 SCENES = {
     "block": ((), ("elastomer.thickness=0.003",)), "axisymmetric": (DISC,), "planar-fem": ((),), "linear": (LONG,),
     "planar": (LONG, (*LONG, "elastomer.thickness=0.003")), "closed-form": ((*LONG, "elastomer.width=0.008"),),
-}  # fmt: skip
+}
 LOADS = (Wrench(0.3, 1.0), Wrench(0.25, 1.2))
 POSES = (Pose(0.2e-3, 1.9e-3, 0.02), Pose(-0.3e-3, 1.8e-3, -0.02))
 ON_AXIS = (Pose(0.0, 1.9e-3), Pose(0.0, 1.8e-3))
@@ -104,7 +104,7 @@ def table(coarse: bool) -> list[Row]:
             rows.append({
                 "half": half, "model": model, "from": at, "asked": asked, "once [s]": own, "each [s]": more,
                 "told": once + each, "measured over told": (own + more) / (once + each),
-            })  # fmt: skip
+            })
     return rows
 
 

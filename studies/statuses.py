@@ -62,7 +62,7 @@ def answered(sensor: Sensor, load: Wrench, tolerance: float) -> Row:
     layer, pose = sensor.elastomer, found.equilibrium.pose
     assert layer is not None
     both = field.impedance(Pose.of(np.array([pose.components, [0, layer.standoff + layer.thickness, 0, 0, 0, 0]])),
-                           sensor.frequency)  # fmt: skip
+                           sensor.frequency)
     L = np.diagonal(both.L, axis1=1, axis2=2)
     changes = goal_rows(sensor) @ (L[0] - L[1]) / np.mean(np.diag(both.L0))
     stretch = found.equilibrium.report.stretch

@@ -34,7 +34,7 @@ def bar(name: str, centre: tuple[float, ...], size: tuple[float, float, float], 
     x, y, z = (MM * value for value in centre)
     width, length, thickness = (MM * value for value in size)
     return Conductor(name=name, material=metal, shape="rectangle", centre=(x, y, z), width=width, length=length,
-                     thickness=thickness)  # fmt: skip
+                     thickness=thickness)
 
 
 def ground(some: np.random.Generator) -> tuple[Conductor, ...]:
@@ -47,14 +47,14 @@ def slotted(some: np.random.Generator) -> tuple[Conductor, ...]:
     """A plane behind the coils in two halves."""
     width, slot, depth = some.uniform(8, 12), some.uniform(0.4, 1.5), some.uniform(0.4, 1.6)
     return tuple(bar(f"half {k + 1}", (s * (width + slot) / 2, 0, -0.14 - depth), (width, 1.4 * width, 0.035))
-                 for k, s in enumerate((-1, 1)))  # fmt: skip
+                 for k, s in enumerate((-1, 1)))
 
 
 def screws(some: np.random.Generator) -> tuple[Conductor, ...]:
     """Two brass heads beside the target."""
     d, t, z = some.uniform(2, 4), some.uniform(1, 3), some.uniform(0.5, 4)
     return tuple(Conductor(name=f"screw {k + 1}", material="brass", shape="disc", diameter=d * MM, thickness=t * MM,
-                           centre=(s * (9 + d / 2) * MM, 0.0, z * MM)) for k, s in enumerate((-1, 1)))  # fmt: skip
+                           centre=(s * (9 + d / 2) * MM, 0.0, z * MM)) for k, s in enumerate((-1, 1)))
 
 
 def can(some: np.random.Generator) -> tuple[Conductor, ...]:
@@ -80,7 +80,7 @@ def second(some: np.random.Generator) -> tuple[Conductor, ...]:
 
 KINDS: dict[str, Callable[[np.random.Generator], tuple[Conductor, ...]]] = {
     "ground": ground, "slotted": slotted, "screws": screws, "can": can, "frame": frame, "second": second,
-}  # fmt: skip
+}
 
 
 def scenes(coarse: bool) -> Iterator[tuple[str, Sensor, float, float]]:
@@ -95,7 +95,7 @@ def scenes(coarse: bool) -> Iterator[tuple[str, Sensor, float, float]]:
         t, depth = some.choice([0.018, 0.035, 0.07]) * MM, some.uniform(0.3, 1.5) * MM
         target = Target(material="copper", shape="disc", diameter=some.uniform(7, 10) * MM, thickness=0.2 * MM)
         plane = Conductor(name="ground", material="copper", shape="disc", diameter=some.uniform(10, 18) * MM,
-                          thickness=t, centre=(0.0, 0.0, -coil.height - depth - t / 2))  # fmt: skip
+                          thickness=t, centre=(0.0, 0.0, -coil.height - depth - t / 2))
         changes = {"coils": (coil,), "target": target, "conductors": (plane,)}
         yield "discs", whole.model_copy(update=changes), some.uniform(1, 3) * MM, 10 ** some.uniform(5, 7)
 

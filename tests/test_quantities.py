@@ -21,7 +21,7 @@ def test_work_has_one_unit() -> None:
     """Component by component a wrench works on a pose: newtons on metres, newton metres on radians."""
     assert {(UNITS[force], UNITS[motion]) for force, motion in zip(WRENCH, POSE, strict=True)} == {
         ("N", "m"), ("N*m", "rad"),
-    }  # fmt: skip
+    }
     assert shown_unit("M_z") == "N m"
 
 

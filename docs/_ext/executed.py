@@ -157,7 +157,7 @@ def _run(step: Step, folder: Path, where: str) -> str:
     done = subprocess.run(
         ["bash", "-c", step.command], cwd=folder, env=os.environ | own, capture_output=True, text=True, timeout=_LIMIT,
         stdin=subprocess.DEVNULL,
-    )  # fmt: skip
+    )
     if done.returncode != step.code:
         said = f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
         raise Mismatch(f"{where}: $ {step.command}\nmust end with {step.code}; it ended with {done.returncode}\n{said}")

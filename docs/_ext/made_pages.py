@@ -62,7 +62,7 @@ def _study(path: Path, folder: Path, kept: Path) -> Iterator[str]:
         yield from ("This study draws no picture at coarse settings; run the command for its tables.", "")
         return
     yield from ("The pictures are of a run with `--coarse`: few points and loose tolerances. They show what the study",
-                "draws; its results are those of the command above.", "")  # fmt: skip
+                "draws; its results are those of the command above.", "")
     for picture in pictures:
         yield from (f"![{picture.stem.replace('_', ' ')}](/_made/gallery/{path.stem}/{picture.name})", "")
 
@@ -73,7 +73,7 @@ def _grid(names: list[tuple[str, Path, str]]) -> Iterator[str]:
     for name, kept, question in sorted(names, key=lambda each: not each[1].exists()):
         pictures = sorted(kept.glob("*.png"))
         yield from (f":::{{grid-item-card}} {name.replace('_', ' ').capitalize()}", f":link: /_pages/studies/{name}",
-                    ":link-type: doc")  # fmt: skip
+                    ":link-type: doc")
         if pictures:
             yield f":img-top: /_made/gallery/{name}/{pictures[0].name}"
         yield from ("", _escaped(question), ":::", "")
@@ -85,7 +85,7 @@ def _grid(names: list[tuple[str, Path, str]]) -> Iterator[str]:
 def _escaped(text: str) -> str:
     """Return a docstring's prose as Markdown: what Markdown would take for its own is kept as it is."""
     lines = [line if line.startswith("    ") or "`" in line else re.sub(r"([*_\[\]<>|$])", r"\\\1", line)
-             for line in text.strip().splitlines()]  # fmt: skip
+             for line in text.strip().splitlines()]
     return "\n".join(lines)
 
 
@@ -99,7 +99,7 @@ def schemas(here: Path, made: Path) -> None:
     scene = schema_of("scene")
     lines = list(_keys(scene, "Top of the file"))
     places = {"coils": "Coil", "target": "Target", "elastomer": "Elastomer", "conductors": "Conductor",
-              "readout": "Readout"}  # fmt: skip
+              "readout": "Readout"}
     for key, part in places.items():
         title = f"`[[{key}]]`" if key in ("coils", "conductors") else f"`[{key}]`"
         lines += _keys(scene["$defs"][part], title)

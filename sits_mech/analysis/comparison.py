@@ -84,7 +84,7 @@ def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tan
 def compare(
     sensor: Sensor, data: xr.Dataset | None, measured: Measured, free: Sequence[str] = USUAL, *,
     noise: float | None = None, magnetics: str = "auto", tolerance: float = 1e-3,
-) -> Comparison:  # fmt: skip
+) -> Comparison:
     """Return a measurement beside the model, and the parameters that bring them together.
 
     `data` is from `calibrate` and reaches as far as the measured loads over the modulus to be found, or nearly; None

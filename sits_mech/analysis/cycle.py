@@ -104,7 +104,7 @@ def load_cycle(
         **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
         frequency=sensor.frequency, unit_L=reading.impedance.unit_L, **marks,
         **{key: item for name in told(data) for key, item in loops(data, name).items()},
-    )  # fmt: skip
+    )
     return labelled(data)
 
 

@@ -91,7 +91,7 @@ class Envelope:
 def envelope(
     sensor: Sensor, *, tolerance: float = TOLERANCE, mechanics: str = "auto", rays: int = RAYS,
     progress: Progress | None = None,
-) -> Envelope:  # fmt: skip
+) -> Envelope:
     """Return the forces that a sensor bears, and what limits them.
 
     Parameters
@@ -177,7 +177,7 @@ class _Search:
             tolerance = math.inf if self.deeper is not None else self.tolerance
             self.ends[solved] = capacity(
                 self.sensor, self.rough, solved, self.known, tolerance=tolerance, within=_WITHIN[0]
-            )  # fmt: skip
+            )
         return self.ends[solved]
 
     def last(self, load: Wrench) -> Capacity:
@@ -191,7 +191,7 @@ class _Search:
             found = capacity(
                 self.sensor, self.deeper, _times(guess, solved), self.known,
                 tolerance=self.tolerance, within=_WITHIN[1],
-            )  # fmt: skip
+            )
             self.finer[solved] = replace(found, multiple=guess * found.multiple, error=guess * found.error)
         return self.finer[solved]
 

@@ -147,7 +147,7 @@ def corners(
 def capacity(
     sensor: Sensor, layer: MechanicalModel, load: Wrench, known_stretch: float, *, tolerance: float = np.inf,
     within: float = _WITHIN,
-) -> Capacity:  # fmt: skip
+) -> Capacity:
     """Return how much of a load, tried first, a pad carries, and the limit that is met.
 
     `layer` is for loads as `symmetry_of` has them solved; `known_stretch` nan is no limit; `tolerance` is of the pose's

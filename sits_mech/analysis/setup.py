@@ -38,7 +38,7 @@ from sits_mech.units import quantity, shown, si_label, split_quantity
 PARAMETERS = {
     "modulus": "", "gap": "m", "d_h": "m", "d_y": "m", "alpha": "rad", "alpha_x": "rad", "alpha_z": "rad",
     "axis_x": "m", "axis_z": "m", "lead": "H", "capacitance": "F",
-}  # fmt: skip
+}
 """What can be fitted besides keys of the scene, with its unit."""
 _SERIES = ("modulus", "lead", "capacitance")  # no magnetic solve
 _PRIOR = re.compile(r"\s*([\w.*]+)\s*(?:=\s*(.+?)\s*(?:\+-|\+/-|±)\s*(.+?)\s*)?")

@@ -141,7 +141,7 @@ def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> T
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
         tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega), own,
         1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * np.where(own > 0.0, own, np.nan))),
-    )  # fmt: skip
+    )
 
 
 def _tracks(sensor: Sensor, unit_L: str, hertz: Sequence[float]) -> tuple[tuple[Array, Array] | None, tuple[str, ...]]:

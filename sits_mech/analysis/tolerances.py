@@ -61,7 +61,7 @@ class ForceSpread:
 def force_spread(
     sensor: Sensor, data: xr.Dataset, deviations: Mapping[str, float], loads: Sequence[Sequence[float]], *,
     samples: int = 64, progress: Progress | None = None,
-) -> ForceSpread:  # fmt: skip
+) -> ForceSpread:
     """Return the errors of forces by tolerances at some loads.
 
     `deviations` are standard deviations of `TOLERANCES`; `loads` hold all components that the table varies, in its
@@ -105,7 +105,7 @@ def usual_loads(cal: Calibration) -> Array:
 def _poses(
     sensor: Sensor, at: Mapping[str, float], loads: Sequence[Wrench], model: tuple[str, float],
     kept: dict[tuple[float, float], Array],
-) -> Array:  # fmt: skip
+) -> Array:
     """Return the poses (k, 6) of a sensor that is off, its coils at their places; NaN where a load fails."""
     key = (at["thickness"], at["modulus"])
     if key not in kept:

@@ -33,7 +33,7 @@ def wrench_slopes(sensor: Sensor, pad: MechanicalModel, field: MagneticModel) ->
     """
     loads = np.where([name.startswith("F") for name in WRENCH], _LOAD, 1e-3 * _LOAD)
     up, down = (np.array([pad.equilibrium(Wrench(*load)).pose.components for load in np.diag(sign * loads)])
-                for sign in (1.0, -1.0))  # fmt: skip
+                for sign in (1.0, -1.0))
     compliance = (up - down) / (2.0 * loads[:, None])
     return np.asarray((compliance @ _pose_slopes(sensor, field, pad.equilibrium(Wrench()).pose.components)).T)
 

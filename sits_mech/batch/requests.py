@@ -33,7 +33,7 @@ from sits_mech.quantities import (
     MechanicalModel,
     Pose,
     Wrench,
-)  # fmt: skip
+)
 from sits_mech.readout.quality import quality
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, sensor_from

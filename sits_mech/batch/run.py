@@ -60,7 +60,7 @@ def run_study(
     data = sweep(
         case, study.vary, combine=study.combine, executor=executor, chunk=study.request.chunk, folder=folder / "cases",
         key=case.key, progress=progress,
-    )  # fmt: skip
+    )
     data = _labelled(data, study)
     save_table(data, folder / "result.nc")
     return data

@@ -132,7 +132,7 @@ def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, An
     table: dict[str, Any] = {
         "name": found.net, "shape": "path", "track_width": widths[longest],
         "track_thickness": round(_thickness(board, found), _DIGITS), "path": path,
-    }  # fmt: skip
+    }
     table |= {"path_widths": widths} if len(set(widths)) > 1 else {}
     relative = permittivity(board.stack[run.layer] for run in found.runs)
     return table | ({} if relative is None else {"board_permittivity": round(relative, _FIGURES)})

@@ -45,7 +45,7 @@ class AimedRows(NamedTuple):
 def aimed_rows(
     sensor: Sensor, layer: MechanicalModel, grid: Axes, models: tuple[str, str], tolerance: float, *,
     symmetry: Symmetry, keep: tuple[Path | None, str] = (None, ""), progress: Progress | None = None, best: bool = True,
-) -> AimedRows:  # fmt: skip
+) -> AimedRows:
     """Return the rows of a grid of loads, solved to a tolerance of the signals' full scale.
 
     `models` are the names of the mechanical model and of the magnetic one as asked for. A tolerance that cannot be
@@ -81,7 +81,7 @@ def aimed_rows(
     rows = poses_on_grid(
         sensor, layer, grid, symmetry=symmetry, tolerance=tolerance, keep=keep, progress=progress,
         after=after, begun=begun,
-    )  # fmt: skip
+    )
     if aim is None:
         field = loaded_model(sensor, magnetics, tolerance, loads)[0]
         goal = goal_at(sensor, field, [pose_of(row) for row in rows.values() if status_of(sensor, row)[0] == OK])

@@ -126,10 +126,10 @@ def calibrate(
     found = aimed_rows(
         sensor, layer, axes, (by_layer.name, magnetics), tolerance,
         symmetry=symmetry_of(sensor), keep=keep, progress=progress, best=best,
-    )  # fmt: skip
+    )
     more = None if not drift else partial(
         slopes_by_temperature, sensor, (found.field, by_field.name, found.asked), numbers=numbers
-    )  # fmt: skip
+    )
     rows = [found.rows[load] for load in loads]
     reading, done = _read_rows(sensor, found.field, _shown(rows, loads), more)
     done = [row | _marks(sensor, found.goal, own, tolerance) for row, own in zip(done, rows, strict=True)]
@@ -202,7 +202,7 @@ def _shown(rows: Sequence[Row], loads: Sequence[Wrench]) -> list[Row]:
 
 def _by_temperature(
     sensor: Sensor, name: str, layer: MechanicalModel
-) -> tuple[list[Parameter], list[Parameter]]:  # fmt: skip
+) -> tuple[list[Parameter], list[Parameter]]:
     """Return the parameters of the sensor's temperature, and those of them that move the target."""
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"drift: must be asked of the mechanics block, planar or linear; got {name}")
@@ -214,7 +214,7 @@ def _by_temperature(
 
 def _read_rows(
     sensor: Sensor, model: MagneticModel, rows: Sequence[Row], more: Callable[..., dict[str, Array]] | None = None
-) -> tuple[Impedance, list[Row]]:  # fmt: skip
+) -> tuple[Impedance, list[Row]]:
     """Return the impedance of all converged rows, and the rows with impedances, signals and `more`."""
     checked = [row | dict(zip(("status", "reason"), status_of(sensor, row), strict=True)) for row in rows]
     good = [row for row in checked if row["status"] == OK]

@@ -55,7 +55,7 @@ class AmongFar:
         report = replace(
             found.report, estimated_error=found.report.estimated_error + relative,
             left_out=(*found.report.left_out, *self.left_out), notes=(*found.report.notes, *self.notes),
-        )  # fmt: skip
+        )
         error_R = found.error_R + 2.0 * np.pi * frequency * bound
         return replace(found, error_L=found.error_L + bound, error_R=error_R, report=report)
 

@@ -113,7 +113,7 @@ class Shown(NamedTuple):
 
 def sloped_model(
     sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench]
-) -> tuple[SlopedModel, Choice]:  # fmt: skip
+) -> tuple[SlopedModel, Choice]:
     """Return the mechanical model for some loads and its choice; raise SceneError for one without derivatives."""
     layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     if not isinstance(layer, SlopedModel):
@@ -124,7 +124,7 @@ def sloped_model(
 def gradient(
     sensor: Sensor, wrench: Wrench, names: Sequence[str], *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str = "auto", sideways: bool = False,
-) -> Gradient:  # fmt: skip
+) -> Gradient:
     """Return how what a sensor shows under a load changes with numbers of its scene and with the load.
 
     Parameters
@@ -172,7 +172,7 @@ def gradient(
     compliance, error = _taken_back(by_pose, back)
     return Gradient(
         tuple(names), simulation, moved.pose[0], moved.error[0], compliance, error, L, error_L, R, error_R, *each
-    )  # fmt: skip
+    )
 
 
 def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
@@ -218,7 +218,7 @@ def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
 def shown_change(
     sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
     moved: Moved, direct: Direct, *, quick: bool = False,
-) -> Shown:  # fmt: skip
+) -> Shown:
     """Join both halves: return derivatives of what the coils show at p poses by n numbers.
 
     The errors of `shown`, shape (p, c, c), include the poses' errors; `quick` as for `pose_slopes`.
@@ -249,7 +249,7 @@ def _chained(by_pose: Array, moved: Moved, direct: Array, error: Array, share: A
     """Return derivatives by n numbers, and errors, from slopes by k components of p poses, shape (p, ..., k)."""
     terms = [np.einsum("p...k,pkn->p...n", *pair) for pair in (
         (by_pose, moved.pose), (np.abs(by_pose), moved.error), (np.abs(by_pose), np.abs(moved.pose))
-    )]  # fmt: skip
+    )]
     share = share.reshape(-1, *[1] * (direct.ndim - 1))
     return terms[0] + direct, terms[1] + error + share * (terms[2] + np.abs(direct))
 

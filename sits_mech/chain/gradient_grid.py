@@ -66,7 +66,7 @@ class WithSlopes:
 def gradient_on_grid(
     sensor: Sensor, names: Sequence[str], loads: Mapping[str, Sequence[float]], *, tolerance: float = 1e-2,
     mechanics: str = "auto", magnetics: str = "auto", progress: Progress | None = None,
-) -> xr.Dataset:  # fmt: skip
+) -> xr.Dataset:
     """Return the derivatives of what a sensor shows over a grid of loads by numbers of its scene, as a Dataset.
 
     `loads` holds values of components by name [N, N m]; others are zero. Dims (*loads, coil, coil_2, component,
@@ -85,7 +85,7 @@ def gradient_on_grid(
     solved = aimed_rows(
         sensor, WithSlopes(layer, tuple(moving)), grid, (choice.name, magnetics), tolerance,
         symmetry=mirrors, progress=progress,
-    )  # fmt: skip
+    )
     field, rows = solved.field, solved.rows
     status = [status_of(sensor, rows[load]) for load in every]
     good = np.array([each == OK for each, _ in status])
@@ -109,7 +109,7 @@ def gradient_on_grid(
 def _table(
     sensor: Sensor, grid: Mapping[str, Sequence[float]], names: tuple[str, ...],
     status: tuple[NDArray[np.bool_], list[tuple[str, str]]], values: Mapping[str, Array],
-) -> xr.Dataset:  # fmt: skip
+) -> xr.Dataset:
     """Return numbers of the converged loads as a table over all of them."""
     good, said = status
     shape = [len(each) for each in grid.values()]

@@ -107,7 +107,7 @@ def poses_on_grid(
 
 def _each(
     layer: MechanicalModel, rows: Mapping[Wrench, Row], again: Callable[[Wrench], Row], symmetry: Symmetry
-) -> dict[Wrench, Row]:  # fmt: skip
+) -> dict[Wrench, Row]:
     """Return the rows of loads, solved ones again on finer meshes, and their images from these.
 
     Derivatives of poses stay those of the first meshes.

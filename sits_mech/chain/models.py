@@ -52,7 +52,7 @@ _COARSE = 1e-2  # relative error of the change that conductors are compared with
 def plan(
     sensor: Sensor, loads: Sequence[Wrench] = (), *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str = "auto",
-) -> Plan:  # fmt: skip
+) -> Plan:
     """Return what a request takes, what it leaves out, and what to expect of it.
 
     Parameters
@@ -85,7 +85,7 @@ def plan(
 
 def _seen(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
-) -> Look | None:  # fmt: skip
+) -> Look | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model."""
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == np.inf:
         return None

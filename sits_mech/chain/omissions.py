@@ -131,7 +131,7 @@ def beside_errors(items: Sequence[Omission], half: str | None = None) -> tuple[f
 def omissions(
     sensor: Sensor, loads: Sequence[Wrench], mechanics: str | None, magnetics: str | None, shown: Shown | None = None,
     auto: bool = False,
-) -> tuple[Omission, ...]:  # fmt: skip
+) -> tuple[Omission, ...]:
     """Return what a request leaves out, with sizes.
 
     `loads` are empty where the pose is given; `mechanics`, `magnetics` are the chosen models, None where that half is

@@ -104,7 +104,7 @@ def _in_space(sensor: Sensor, target: Target) -> bool:
 def choose_magnetics(
     sensor: Sensor, asked: str, known: tuple[str, ...], given: Sequence[Wrench] | Sequence[Pose] = (),
     loaded: bool = False,
-) -> Choice:  # fmt: skip
+) -> Choice:
     """Return the cheapest magnetic model for a scene, all of whose conductors matter.
 
     Components that leave the plane are solved in space. Poses that come of loads on a finite pad (`loaded`) are solved

@@ -97,7 +97,7 @@ def signals_at(found: Signals, index: int) -> Signals:
 
 def read_poses(
     sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose, shared: Array | None = None
-) -> Reading:  # fmt: skip
+) -> Reading:
     """Return impedance and signals at p poses in one call of the model, with the errors of poses in their errors.
 
     `pose` and `error` have shape (p,) [m, rad]; `shared`, shape (m, p, 6), are signed parts of the errors, each shared
@@ -122,7 +122,7 @@ def read_poses(
         np.concatenate([unsure.shared(parts), known]),
         np.concatenate([unsure.shared(np.where(turns[:, None, None], 0.0, parts)), known_last]),
         unsure.alone(parts), alone + np.abs(unsure.alone(each)[turns]).sum(axis=0),
-    )  # fmt: skip
+    )
 
 
 def _own(matrices: Array) -> Array:

@@ -67,7 +67,7 @@ class Aim:
 
 def aim_at(
     sensor: Sensor, magnetics: str, tolerance: float, loads: Sequence[Wrench], poses: Sequence[Pose]
-) -> Aim | None:  # fmt: skip
+) -> Aim | None:
     """Return the aim of a request, with its magnetic model; None where no signal changes.
 
     `poses` are where some of the loads bring the target, clear of the coils, the farthest first.

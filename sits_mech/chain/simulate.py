@@ -37,7 +37,7 @@ from sits_mech.quantities import (
     Pose,
     SolveFailed,
     Wrench,
-)  # fmt: skip
+)
 from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.status import OK, flags_of, marked
@@ -76,7 +76,7 @@ class Simulation:
 def simulate(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
     via: Sequence[Wrench] = (), best: bool = True,
-) -> Simulation:  # fmt: skip
+) -> Simulation:
     """Return what the sensor shows under a load.
 
     Parameters
@@ -142,7 +142,7 @@ def _flagged(sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance:
 
 def flags_over(
     sensor: Sensor, goal: Goal | None, error: Pose, stretch: Array, tolerance: float
-) -> dict[str, list[str]]:  # fmt: skip
+) -> dict[str, list[str]]:
     """Return status and flags over time, as `marked`; errors of poses and stretches have shape (p,)."""
     none, known = np.zeros((0, len(POSE))), known_stretch(sensor)
     errors = [0.0 if goal is None else goal.of(own, none) for own in error.components]
@@ -176,7 +176,7 @@ class AimedRest(NamedTuple):
 def aimed_rest(
     sensor: Sensor, wrench: Wrench, layer: MechanicalModel, magnetics: tuple[str, float], symmetry: Symmetry, *,
     best: bool = True,
-) -> AimedRest:  # fmt: skip
+) -> AimedRest:
     """Solve where a target rests to a tolerance of the signals; its first meshes tell what that needs.
 
     `magnetics` is the model's name as asked for and the tolerance; raises as `simulate`.
@@ -222,7 +222,7 @@ def _shown(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> E
 
 def image_at_rest(
     symmetry: Symmetry, layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None = None
-) -> tuple[Equilibrium, Array]:  # fmt: skip
+) -> tuple[Equilibrium, Array]:
     """Return where a target rests under the solved image of a load, and the matrix that takes it back.
 
     `start` is a rest of that image. Raises SolveFailed, of the load and not of its image, without an equilibrium.

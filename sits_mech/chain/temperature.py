@@ -51,7 +51,7 @@ _SETTLED = 0.1  # of a force's errors by map and table: what less changes is not
 def slopes_by_temperature(
     sensor: Sensor, model: tuple[MagneticModel, str, float], shown: Impedance, pose: Pose,
     numbers: tuple[Sequence[Parameter], Sequence[Parameter]], rows: Sequence[dict[str, object]],
-) -> dict[str, Array]:  # fmt: skip
+) -> dict[str, Array]:
     """Return the slopes of p loads by temperature, by the names of a table's variables.
 
     ``slope_T_L``, (p, coil), ``slope_T_L_by``, (p, thermal_cause, coil) [H/K or H/m/K], ``slope_T_d_h``, ..., (p,)
@@ -109,7 +109,7 @@ def at_other_temperature(sensor: Sensor, data: xr.Dataset, temperature: float) -
         return data
     if not has_slopes(data):
         raise SceneError(f"temperature: must be {celsius(sensor.temperature)}, that of the calibration, which was made "
-                         f"without --drift; got {celsius(temperature)}")  # fmt: skip
+                         f"without --drift; got {celsius(temperature)}")
     check_temperature(sensor, temperature)
     return _shifted(data, data["slope_T_L_by"].sum("thermal_cause") * dT)
 
@@ -117,7 +117,7 @@ def at_other_temperature(sensor: Sensor, data: xr.Dataset, temperature: float) -
 def _shifted(data: xr.Dataset, step: xr.DataArray) -> xr.Dataset:
     """Return a table with another inductance of each coil itself."""
     same = xr.DataArray(np.eye(data.sizes["coil"]), dims=("coil", "coil_2"),
-                        coords={name: data[name] for name in ("coil", "coil_2")})  # fmt: skip
+                        coords={name: data[name] for name in ("coil", "coil_2")})
     return data.assign(L=(data["L"] + step * same).transpose(*data["L"].dims))
 
 
@@ -148,7 +148,7 @@ def read_at(
             break
     if answer.status == OK and not np.all(last <= np.fmax(was, errors)):
         raise SceneError(f"temperature: must be nearer to {celsius(sensor.temperature)}, that of the calibration; got "
-                         f"{celsius(temperature)}, where corrections of the load do not settle")  # fmt: skip
+                         f"{celsius(temperature)}, where corrections of the load do not settle")
     return found, last
 
 
@@ -163,7 +163,7 @@ def _remainder(sensor: Sensor, moved: xr.Dataset, temperature: float, known: Cal
         solved = simulate(warm, replace(wrench_of(one), **forces), **models)
     except (SolveFailed, ValueError) as error:
         raise SceneError(f"temperature: must be one at which the sensor can be solved; got {celsius(temperature)} with "
-                         f"{load_words(forces)}: {error}") from error  # fmt: skip
+                         f"{load_words(forces)}: {error}") from error
     C = [at_temperature(one).readout.parallel_capacitance for one in (warm, sensor)]
     read = np.diagonal(solved.impedance.L) * C[0] / C[1] * (clock_factor(warm) / clock_factor(sensor)) ** 2
     return xr.DataArray(read - known.forward(load), dims="coil", coords={"coil": moved["coil"]})

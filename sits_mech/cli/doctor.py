@@ -25,7 +25,7 @@ _PARTS = {
     "pygmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
     "openpyxl": "workbooks: pip install 'sits-mech[excel]'",
     "distributed": "runs on a cluster: pip install 'sits-mech[cluster]'",
-}  # fmt: skip
+}
 _MODULES = {"scikit-fem": "skfem"}
 
 

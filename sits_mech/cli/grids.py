@@ -32,7 +32,7 @@ def calibrate(
     temperature: Warmth = None,
     drift: Annotated[bool, Parameter(negative="", help="Add slopes by temperature, for quality, invert.")] = False,
     best: Best = False, accept: Accept = False, overrides: Overrides = Overrides(),
-) -> int:  # fmt: skip
+) -> int:
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run is resumed.
 
     Each force and moment is a range "first:last:count", or one quantity for the whole table.
@@ -61,7 +61,7 @@ def calibrate(
             data = calibrated(
                 sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder), drift=drift,
                 best=best,
-            )  # fmt: skip
+            )
     except SolveFailed as error:
         return not_converged(error, False)
     took = process_time() - began
@@ -90,7 +90,7 @@ def sweep(
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Parallel processes.")] = 1,
     dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
     accept: Accept = False,
-) -> int:  # fmt: skip
+) -> int:
     """Run the cases of a study and join them to one table; a stopped run is resumed.
 
     A study file, its values quantities or ranges:

@@ -79,7 +79,7 @@ def explain(
     ladder: Annotated[
         bool, Parameter(negative="", help="Solve the load at each tolerance from 1e-1 to a tenth of --tolerance.")
     ] = False, overrides: Overrides = Overrides(), as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """What a load or pose would solve, in what time, what it neglects, and what smaller errors would cost.
 
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N" --ladder
@@ -112,7 +112,7 @@ def fit(
     law: str = "yeoh", max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Number of Ogden terms.")] = 2,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and fit.")] = None,
     as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """Fit a silicone's constants: a law to a tensile test, rate to a relaxation test, softening to a cyclic one.
 
     The file has rows of numbers below a row of names, in any order: "engineering strain (-)" or "(%)" and "engineering

@@ -23,7 +23,7 @@ _TOLD = 5  # slips of a scene, one line each; of more, their number
 app = App(
     name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
     suppress_keyboard_interrupt=False,
-)  # fmt: skip
+)
 
 Quantity = Annotated[str, Parameter(allow_leading_hyphen=True)]
 Scene = Annotated[str, Parameter(help="Path of a scene file, or name of a catalogued sensor.")]
@@ -265,7 +265,7 @@ def sensors_of(scene: str, overrides: Overrides, temperature: str | None, *, one
 
 def check_asked(
     sensor: Sensor, loads: Mapping[str, Any], tolerance: float, mechanics: str = "auto", magnetics: str = "auto"
-) -> None:  # fmt: skip
+) -> None:
     """Refuse a load or a tolerance beyond any sense, and models that there are not, before solvers are imported."""
     from sits_mech.scene.materials import unknown
     from sits_mech.scene.plausible import check_loads

@@ -34,7 +34,7 @@ def view(
     show: Annotated[Literal["displacement", "stretch"], Parameter(name="--show", help="Colours of a layer.")] =
     "displacement", output: Output = None,
     overrides: Overrides = Overrides(),
-) -> int:  # fmt: skip
+) -> int:
     """Draw a scene with its sizes (--kind scene), its layer under a load, the field at a pose, or both in space.
 
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
@@ -67,7 +67,7 @@ def import_board(
     chord_error: Annotated[Quantity, Parameter(help="Largest error of polylines for arcs.")] = "1 um",
     pours: Annotated[bool, Parameter(help="Take filled zones of other nets as conductors.")] = True,
     output: Output = None,
-) -> int:  # fmt: skip
+) -> int:
     """Read coils and copper pours of a KiCad board into a scene, on stdout without -o.
 
     Example: sits-mech import probe.kicad_pcb --net L1 --frequency "2 MHz" -o probe.toml
@@ -88,7 +88,7 @@ def export(
     folder: Folder, *,
     to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad, vtu, twin, pdf, svg or a plug-in.")],
     output: Output = None, load: Load = Load(),
-) -> int:  # fmt: skip
+) -> int:
     """Write a calibration for another program; the load chooses the state that --to spice shows.
 
     kicad writes a footprint in the format of KiCad 7, for that version or later; vtu writes a folder for ParaView,
@@ -127,7 +127,7 @@ def design(
     most: Annotated[int, Parameter(help="Largest number of designs to solve.")] = 60,
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Processes for the first designs.")] = 1,
     as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """Find a sensor for requirements: which thickness, silicone, target, coils; a stopped run is resumed.
 
     Example: sits-mech design requirements.toml -o fingertip
@@ -147,7 +147,7 @@ def design(
         found = designed(
             asked, folder=cases_folder(folder), most=most, told=lambda done, all_, _: progress(done, all_),
             executor=executor,
-        )  # fmt: skip
+        )
     missed = write_design(asked, found, folder)
     answer(design_record(found), design_tables(asked, found), as_json)
     for line in [*found.notes, *missed, f"written to {folder}"]:

@@ -29,7 +29,7 @@ def invert(
     temperature: Annotated[Quantity | None, Parameter(help="Measured temperature of the sensor.")] = None,
     as_json: Json = False,
     **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: inductance of each coil by number.")],
-) -> int:  # fmt: skip
+) -> int:
     """Which forces belong to these readings? One per coil: in H, in "%" of free space, or in the table's unit.
 
     With --temperature a calibration made with --drift is corrected along its slopes; the sensor is then solved at the
@@ -77,7 +77,7 @@ def converter(
     clock: Annotated[Quantity | None, Parameter(help="External clock; the part's largest.")] = None,
     rcount: Annotated[int, Parameter(help="Reference count: more is slower and quieter.")] = 0xFFFF,
     as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """How to set the converter for a calibrated sensor, and what it then reads.
 
     Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
@@ -132,7 +132,7 @@ def quality(
     components: Annotated[bool, Parameter(help="Which of the six forces and moments do the coils resolve?")] = False,
     capacity: Annotated[bool, Parameter(help="How far can the corner loads grow, and what limits them?")] = False,
     case: Case = None, as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """Range, linearity, crosstalk, resolution, condition, limits of a calibrated sensor; effect of tolerances.
 
     Example: sits-mech quality calibration --modulus "5 %" --gap "20 um"
@@ -198,7 +198,7 @@ def compare(
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
     as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """How far is a measurement from the model, and which modulus, gap, leads, tilt, ... fit it best?
 
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png

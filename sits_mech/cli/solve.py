@@ -34,7 +34,7 @@ from sits_mech.cli.options import (
     pose_of,
     sensor_of,
     sensors_of,
-)  # fmt: skip
+)
 from sits_mech.cli.timed import in_time
 from sits_mech.status import flags_of
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 def pose(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), mechanics: Mechanics = "auto", tolerance: Tolerance = 1e-2,
     temperature: Warmth = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """Displacement and rotation of the target under a load.
 
     Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
@@ -81,7 +81,7 @@ def inductance(
     scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
     magnetics: Magnetics = "auto", tolerance: Tolerance = 1e-3, temperature: Warmth = None, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """What the coils show with the target at a pose, or without a target, at one frequency or over a range.
 
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
@@ -131,7 +131,7 @@ def simulate(
     rcount: Annotated[int | None, Parameter(help="Reference count in a history; 65535 by default.")] = None,
     output: Output = None, picture: Picture = None, best: Best = False, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """What the sensor shows under a load, at one temperature or over a range (--picture draws the causes).
 
     With --history the load changes in time, and -o is a folder for the results.
@@ -183,7 +183,7 @@ def simulate(
 def over_temperature(
     sensors: Sequence[Sensor], wrench: Wrench, via: Sequence[Wrench], models: Models, picture: Path | None,
     as_json: bool, accept: bool,
-) -> int:  # fmt: skip
+) -> int:
     """Answer what a sensor shows under one load at some temperatures."""
     from sits_mech.report.folder import checked_picture
 
@@ -216,7 +216,7 @@ def envelope(
     tolerance: Annotated[float, Parameter(help="Error of the pose that counts as a limit.")] = 0.05,
     rays: Annotated[int, Parameter(help="Rays in each plane of forces; a multiple of four.")] = 8,
     temperature: Warmth = None, output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """Which forces can the sensor carry, and what limits them: the silicone's data, contact, buckling?
 
     In the plane of F_x and F_z, and of F_y and F_z where coils stand apart along y; -o is a folder: picture, numbers.

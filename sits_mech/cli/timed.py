@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 def in_time(
     sensor: Sensor, path: Path, models: Models, rcount: int | None, output: Path | None, as_json: bool, accept: bool
-) -> int:  # fmt: skip
+) -> int:
     """Follow a history of loads, and the converter through it."""
     from sits_mech.analysis.histories.codes import checked_count, with_codes
     from sits_mech.analysis.histories.read import read_history
@@ -66,7 +66,7 @@ def cycle(
     full: Annotated[bool, Parameter(negative="", help="Also solve each point of the pad: the difference.")] = False,
     output: Output = None, picture: Picture = None, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """How wide is the hysteresis loop of the signals under a cyclic load? For silicones with prony or mullins.
 
     The pad is taken as a whole, which is fast; --full solves every point of it as `simulate --history` does, and prints
@@ -94,7 +94,7 @@ def cycle(
             with progress_bar("full cycle [%]") as progress:
                 beside = full_cycle(
                     sensor, load.wrench(), triangle(seconds, cycles), **asdict(models), progress=progress
-                )  # fmt: skip
+                )
     except SolveFailed as error:
         return not_converged(error, as_json)
     if beside is None:

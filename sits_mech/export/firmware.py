@@ -126,7 +126,7 @@ def header(source: Source, found: FixedPoint) -> str:
         direction=_rows(found.direction), span=_rows(found.span), down=_row(found.down),
         seed=_rows(found.seed), image=_rows(found.image), first=_row(found.first),
         facet=_rows(found.facet), nodes=_row(found.nodes), valid=_row(found.valid), valid_bytes=len(found.valid),
-    )  # fmt: skip
+    )
 
 
 def _stack(found: FixedPoint) -> int:

@@ -82,7 +82,7 @@ def fixed_point(cal: Calibration) -> FixedPoint:
         np.array([1]) if flat.all() else np.packbits(flat, bitorder="little").astype(np.int64),
         max(_SETTLED, int(2.0 * error * one)),
         max(1, int(np.ceil(length - 0.5 * (_MOST - np.log2(len(base)))))), error,
-    )  # fmt: skip
+    )
 
 
 def _precision(power: Integers, above: Array) -> tuple[int, int, Array]:

@@ -117,7 +117,7 @@ def vtu_file(model: PlanarLayer | BlockPad, found: Equilibrium) -> bytes:
         np.vstack([piece.points for piece in pieces]), blocks,
         point_data={"displacement": np.vstack([piece.moved for piece in pieces])},
         cell_data={"J": _each([piece.J for piece in pieces], blocks), "part": parts},
-    )  # fmt: skip
+    )
     with tempfile.TemporaryDirectory() as folder:  # meshio writes files alone
         file = Path(folder) / "layer.vtu"
         mesh.write(file)

@@ -54,7 +54,7 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
         plates.append(
             Plate("target", place, float(pose.alpha), width, target.thickness, metal.conductivity,
                   metal.relative_permeability, target.net_current == "zero")
-        )  # fmt: skip
+        )
     for part in sensor.conductors:
         width, metal = cut_width(part), part.metal
         if width > 0.0:
@@ -62,7 +62,7 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
             plates.append(
                 Plate(f"conductors.{part.name}", bottom, 0.0, width, part.thickness, metal.conductivity,
                       metal.relative_permeability, True)
-            )  # fmt: skip
+            )
     return tuple(plates)
 
 

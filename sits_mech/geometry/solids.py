@@ -87,7 +87,7 @@ def as_plate(part: Conductor) -> Target:
         conductivity=part.metal.conductivity, relative_permeability=part.metal.relative_permeability, shape=part.shape,
         width=part.width, length=part.length, diameter=part.diameter, points=part.points, holes=part.holes,
         thickness=part.thickness, load_height=0.0,
-    )  # fmt: skip
+    )
 
 
 def overlapping(sensor: Sensor) -> str | None:

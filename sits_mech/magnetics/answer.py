@@ -60,7 +60,7 @@ def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> Non
 def answer(
     kind: Kind, sensor: Sensor, pose: Pose, frequency: float, alone: Callable[[], tuple[Array, Array]],
     react: Callable[[Pose, float], Reaction],
-) -> Impedance:  # fmt: skip
+) -> Impedance:
     """Return L and R for poses of any shape at `frequency` [Hz].
 
     `alone` returns L0 and R_dc of the coils; `react` is the model: poses, with fields of shape (p,), and frequency to
@@ -82,7 +82,7 @@ def answer(
     report = SolveReport(
         kind.name, found.unknowns, found.solves, found.residual, found.relative, time.perf_counter() - began,
         notes=found.notes, left_out=found.left_out,
-    )  # fmt: skip
+    )
     values = (L0 + change.imag / omega, change.real.copy(), L0, R_dc, error.imag / omega, error.real.copy())
     shared = None
     if found.shared is not None:

@@ -247,7 +247,7 @@ def _answering(
 def section_modes(
     size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
     return_radius: float | None,
-) -> PreparedPlate:  # fmt: skip
+) -> PreparedPlate:
     """Return a prepared plate (`section.plate.prepare_plate`); kept for later."""
     return prepare_plate(size, conductivity, resolution, lengths, return_radius)
 

@@ -31,7 +31,7 @@ _QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 def pose_slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
     quick: bool = False,
-) -> tuple[Impedance, Array, Array]:  # fmt: skip
+) -> tuple[Impedance, Array, Array]:
     """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad]."""
     rows, stencil = pose.components, FIRST if quick else CENTRAL
     steps = _steps(sensor, pose) * (_QUICK if quick else 1.0) if components else np.zeros((0, len(rows)))

@@ -124,7 +124,7 @@ def remote_bounds(
     found = (
         _together(_by_balls(sensor.coils, far, solved), gain) if enough > 0.0
         else np.full((len(solved.middle), len(far)), np.inf)
-    )  # fmt: skip
+    )
     if (close := ~(found.sum(axis=1) <= enough)).any():
         found[close] = _together(_in_space(sensor.coils, far, solved), gain)[close]
     cut = np.array([cut_width(part) > 0.0 for part in far], dtype=bool)
@@ -241,7 +241,7 @@ def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
     own = np.array([
         [field_bound(coil, math.dist(at, (*coil.centre, 0.0)) - body.radius) for coil in coils]
         for at, body in zip(middle, bodies, strict=True)
-    ]) * np.sqrt([[mu_0 * (3.0 if body.permeable else 1.5) * body.volume / L] for body in bodies])  # fmt: skip
+    ]) * np.sqrt([[mu_0 * (3.0 if body.permeable else 1.5) * body.volume / L] for body in bodies])
     kappa = np.zeros((len(solved.middle), len(far)))
     if solved.body is not None:
         kappa[:] = [_pairs([solved.body, *bodies], np.vstack([at, middle]))[0, 1:] for at in solved.middle]

@@ -128,7 +128,7 @@ class _Length:
 def slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, *, components: Sequence[str] = POSE,
     lengths: Sequence[str] = (),
-) -> Slopes:  # fmt: skip
+) -> Slopes:
     """Return the derivatives of L and R at one pose or many.
 
     Parameters

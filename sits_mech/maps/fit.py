@@ -94,13 +94,13 @@ def fit_parameters(
     return ParameterFit(
         tuple(each.name for each in free), found.x, widths, spread / np.outer(safe, safe), off[0], rms, before,
         chi_square, variance,
-    )  # fmt: skip
+    )
 
 
 def profile(
     model: Model, y: ArrayLike, free: Sequence[Free], found: ParameterFit, name: str, *, noise: float,
     values: ArrayLike,
-) -> Array:  # fmt: skip
+) -> Array:
     """Return the least chi^2, less its own term, for each value (k,) of a parameter `name`, above the least of them.
 
     `found` is the result of `fit_parameters`; inf where the model has no outputs.
@@ -162,7 +162,7 @@ def _least(
     return least_squares(
         one, first, jac=slopes, bounds=(low, high), x_scale=sizes, xtol=1e-8, ftol=1e-9,
         gtol=1e-12,
-    )  # fmt: skip
+    )
 
 
 def _check_ends(free: Sequence[Free], values: Array) -> None:

@@ -107,7 +107,7 @@ def interpolated(part: SolvedPart, values: ArrayLike, *, degree: int = _DEGREE) 
 def _solved(
     solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, levels: Levels, found: Array | None,
     blocks: Sequence[Block],
-) -> Array | None:  # fmt: skip
+) -> Array | None:
     """Return the outputs (*sizes, n) with more blocks solved; None where a point fails."""
     missing = np.zeros(tuple(len(values) for values in axes.values()), dtype=bool)
     for block in blocks:

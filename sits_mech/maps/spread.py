@@ -59,7 +59,7 @@ def design(deviations: ArrayLike, count: int, *, seed: int = 0) -> Array:
 def spread(
     names: Sequence[str], deviations: ArrayLike, points: ArrayLike, values: ArrayLike, *,
     samples: int = 4096, seed: int = 0,
-) -> Spread:  # fmt: skip
+) -> Spread:
     """Return mean, scatter and shares of answers (m, q) known at points (m, p) from `design`.
 
     Rows that are not finite are left out; `samples` of the quasi-Monte Carlo. Raise ValueError for too few points, or
@@ -76,7 +76,7 @@ def spread(
     return Spread(
         tuple(names), s, drawn.mean(axis=0), drawn.std(axis=0),
         np.quantile(drawn, [0.025, 0.975], axis=0).T, first, total, found.rms,
-    )  # fmt: skip
+    )
 
 
 def _within(found: SmoothMap, points: Array) -> Array:

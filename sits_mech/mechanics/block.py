@@ -119,7 +119,7 @@ class BlockPad:
     @one_thread
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
-    ) -> Equilibrium:  # fmt: skip
+    ) -> Equilibrium:
         """Return the equilibrium with forces or places given, reached from `start` or rest, via `via`.
 
         Its `wrench` holds the forces, given or found; raises as `equilibrium`.

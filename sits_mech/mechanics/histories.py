@@ -121,7 +121,7 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
         last.model, last.unknowns, sum(each.report.iterations for each in found), last.residual,
         max(each.report.estimated_error for each in found), clock.perf_counter() - began,
         notes=(*last.notes, "rate: relaxation of the pad as a whole, component by component"),
-    )  # fmt: skip
+    )
     return Motion(history.time, given, history.wrench, pose, error, stretch, report)
 
 

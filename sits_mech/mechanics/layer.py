@@ -82,7 +82,7 @@ class PlanarLayer:
     @one_thread
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
-    ) -> Equilibrium:  # fmt: skip
+    ) -> Equilibrium:
         """Return the equilibrium with forces or places given, reached from `start` or rest, via `via`.
 
         Its `wrench` holds the forces, given or found, and `report.estimated_error` covers those found; raises as

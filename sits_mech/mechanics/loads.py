@@ -203,5 +203,5 @@ def rest_of(wrench: Wrench, row: Row, model: str = "kept") -> Equilibrium:
     report = SolveReport(
         model, row["unknowns"], row["iterations"], 0.0, row["error_mechanics"], 0.0, notes=(row["notes"],),
         min_J=row["min_J"], stretch=row["stretch"],
-    )  # fmt: skip
+    )
     return Equilibrium(wrench, pose, error, np.asarray(row["state"][1], dtype=float), report, shared_of(row))

@@ -73,7 +73,7 @@ class Strip:
             _MISSED[0] * abs(sheared) + 0.5 * _MISSED[2] * abs(alpha) * t + bound * size,
             _MISSED[1] * (abs(sink + self.rise) + abs(self.rise)) + bound * size,
             _MISSED[2] * abs(alpha) + bound * size / half,
-        )  # fmt: skip
+        )
         worst = max(errors[0], errors[1], errors[2] * half) / size if size > 0.0 else 0.0
         report = SolveReport("closed-form", 0, 0, 0.0, worst, time.perf_counter() - began)
         if not worst < 1.0:

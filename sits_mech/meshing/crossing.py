@@ -137,7 +137,7 @@ def _ring(piece: _Piece, inside: Array) -> Patch:
     """Return what lies between the core and a piece of the rim."""
     (rim_0, rim_1), even = piece.rim(np.array([0.0, 1.0])), np.linspace(0.0, 1.0, piece.cells + 1)
     return Patch(straight(piece.begin, rim_0), straight(piece.end, rim_1), straight(piece.begin, piece.end), piece.rim,
-                 inside, even)  # fmt: skip
+                 inside, even)
 
 
 def _beyond_arc(r: float, w: float, h: float, cuts: tuple[int, ...], beside: Array, around: int) -> list[Patch]:
@@ -147,7 +147,7 @@ def _beyond_arc(r: float, w: float, h: float, cuts: tuple[int, ...], beside: Arr
         return _three_sided(arc(A, B), straight(A, C), straight(B, C), beside, around)
     begin, end = (C, np.array([0.0, h])) if 0 in cuts else (np.array([w, 0.0]), C)
     return [Patch(arc(A, B), straight(begin, end), straight(A, begin), straight(B, end),
-                  np.linspace(0.0, 1.0, 2 * around + 1), beside)]  # fmt: skip
+                  np.linspace(0.0, 1.0, 2 * around + 1), beside)]
 
 
 def _beyond_side(r: float, sides: tuple[float, float], axis: int, beside: Array, around: int) -> list[Patch]:

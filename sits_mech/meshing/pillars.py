@@ -21,7 +21,7 @@ _PLANE = 1e-9  # how near to y = 0 a pillar's middle lies on it
 def pillar_bricks(
     disc: Outline, middles: Sequence[tuple[float, float]], lines: tuple[Array, Array], around: int, split: int = 1,
     base: tuple[Array, Array] | None = None,
-) -> tuple[MeshHex2, Division]:  # fmt: skip
+) -> tuple[MeshHex2, Division]:
     """Return the pillars at y >= 0, half of those that the plane y = 0 cuts through the middle, and their division.
 
     `disc` is one pillar's outline, `middles` are of all of them (those at y < 0 are images of others), `lines` go from

@@ -41,7 +41,7 @@ _ELEMENTS: dict[type[Mesh], tuple[type[Mesh], Element, Element]] = {
     MeshTet: (MeshTet, ElementTetP1(), ElementTetP2()), MeshTet2: (MeshTet, ElementTetP1(), ElementTetP2()),
     MeshHex: (MeshHex, ElementHex1(), ElementHex2()), MeshHex2: (MeshHex, ElementHex1(), ElementHex2()),
     MeshQuad: (MeshQuad, ElementQuad1(), ElementQuad2()), MeshQuad2: (MeshQuad, ElementQuad1(), ElementQuad2()),
-}  # fmt: skip
+}
 """Straight mesh, linear and quadratic element of each kind of mesh."""
 
 # Middles of a tetrahedron's edges at the ends of each inner diagonal, and around it.
@@ -171,7 +171,7 @@ def _by_diagonal(places: Array) -> Indices:
     middle = {
         edge: int(np.argmin(np.abs(nodes - corners[list(edge)].mean(axis=0)).sum(axis=1)))
         for diagonal in _DIAGONALS for edge in diagonal[:2]
-    }  # fmt: skip
+    }
     lengths = [np.linalg.norm(places[:, middle[a]] - places[:, middle[b]], axis=1) for a, b, _ in _DIAGONALS]
     best = np.argmin(np.round(np.stack(lengths) / np.max(lengths, axis=0), 9), axis=0)
     return np.column_stack([np.tile(np.arange(4), (len(places), 1)), 4 + 4 * best[:, None] + np.arange(4)])

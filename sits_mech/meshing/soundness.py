@@ -77,15 +77,15 @@ def check_sound(name: str, points: Array, cells: Indices) -> None:
     """
     surface = faces_of(cells)
     _refuse(name, points[surface.corners[surface.times[surface.number] > 2]], "faces must belong to one cell or two",
-            "belong to more")  # fmt: skip
+            "belong to more")
     _refuse(name, points[surface.corners[_one_sided(points, cells, surface)]],
-            "cells must lie on the two sides of the face that they share", "have both on one side")  # fmt: skip
+            "cells must lie on the two sides of the face that they share", "have both on one side")
     outer, same = surface.corners[surface.outer], joined(points, cells)
     _, number, count = np.unique(np.sort(same[outer], axis=1), axis=0, return_inverse=True, return_counts=True)
     merged = np.count_nonzero(same != np.arange(len(same)))
     _refuse(name, points[outer[count[number.ravel()] > 1]], "must not be cut by duplicated nodes",
             f"of the surface lie on each other ({merged} nodes too many; elastomer.weld = true, or --weld, "
-            "merges them)")  # fmt: skip
+            "merges them)")
     _check_touching(name, points, outer, same)
     _check_hinges(name, points, cells, surface)
 
@@ -139,7 +139,7 @@ def _check_touching(name: str, points: Array, faces: Indices, same: Indices) -> 
     near_too = np.all(same[faces[face]] != same[node][:, None], axis=1)
     hanging = np.unique(node[near_too])
     _refuse(name, points[hanging][:, None], "nodes must be corners of every cell that they lie on",
-            "hang in the middle of a face or edge", "nodes")  # fmt: skip
+            "hang in the middle of a face or edge", "nodes")
     face, other = _within(points[faces], points[faces].mean(axis=1), near)
     lying = np.unique(other[face != other])
     _refuse(name, points[faces[lying]], "must not be cut", "of the surface lie on others that do not match")

@@ -158,5 +158,5 @@ _CORNERS = {
     8: [(a, [b, d, u]) for a, b, d, u in (
         (0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7), (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3)
     )],
-}  # fmt: skip
+}
 """Corners of a cell with the ends of the three edges that leave each, as a right-handed frame."""

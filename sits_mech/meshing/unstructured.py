@@ -70,7 +70,7 @@ def _set_options() -> None:
     for name, number in (
         ("General.Terminal", 0), ("General.NumThreads", 1), ("Geometry.Tolerance", 1e-13), ("Mesh.Algorithm", 5),
         ("Mesh.MeshSizeMin", 0), ("Mesh.MeshSizeFromPoints", 0), ("Mesh.MeshSizeExtendFromBoundary", 1),
-    ):  # fmt: skip
+    ):
         gmsh.option.setNumber(name, number)
 
 

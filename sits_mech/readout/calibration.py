@@ -272,7 +272,7 @@ def _own(matrix: xr.DataArray) -> xr.DataArray:
 def calibration_of(
     points: ArrayLike, L: ArrayLike, *, forces: Sequence[str], coils: Sequence[str],
     free: tuple[str, ArrayLike], noise: Sequence[float] | None = None,
-) -> Calibration:  # fmt: skip
+) -> Calibration:
     """Return the calibration through scattered loads (m, d) [N, N m] with the inductances L (m, n).
 
     `free` has the unit of the inductances and their values without target; `noise` of each coil weighs, equal by
@@ -300,7 +300,7 @@ def without_coil(cal: Calibration, coil: int) -> Calibration:
     return Calibration(
         cal.forces, tuple(np.array(cal.coils)[others].tolist()), cal.unit, cal.L0[others], found, cal.weights[others],
         cal.full_scale[others], domain, seeds,
-    )  # fmt: skip
+    )
 
 
 def check_resolved(cal: Calibration) -> None:

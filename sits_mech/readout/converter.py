@@ -70,7 +70,7 @@ class Converter:
 _DRIVE_161X = (
     16, 18, 20, 23, 28, 32, 40, 46, 52, 59, 72, 82, 95, 110, 127, 146, 169, 195, 212, 244, 297, 342, 424, 489, 551, 635,
     763, 880, 1017, 1173, 1355, 1563,
-)  # fmt: skip
+)
 _R_P_MIN_1101 = (96e3, 48e3, 24e3, 12e3, 6e3, 3e3, 1.5e3, 0.75e3)
 _DIVIDE_FROM = 8.75e6  # [Hz] SNOSCY9A, registers CLOCK_DIVIDERSx: at least 2 from here on
 _DRIVE_1101 = (4.7, 9.4, 18.7, 37.5, 75.0, 150.0, 300.0, 600.0)
@@ -82,7 +82,7 @@ def _ldc161x(name: str, channels: int) -> Converter:
         name, "SNOSCY9A", channels, 28, (1e3, 10e6), (1e3, 100e3), (2e6, 40e6), (40e6, 35e6), 4.0, (1.2, 1.8),
         tuple(1e-6 * current for current in _DRIVE_161X), (9, 0xFFFF), 4.0, (692e-9, 5.0),
         dividers=(1, 2), divide_from=_DIVIDE_FROM, stops_below=0.5, registers=registers_161x,
-    )  # fmt: skip
+    )
 
 
 CONVERTERS: Mapping[str, Converter] = {
@@ -94,7 +94,7 @@ CONVERTERS: Mapping[str, Converter] = {
         R_p_min=_R_P_MIN_1101, dividers=(1, 2, 4, 8), divide_from=_DIVIDE_FROM, register_bits=8,
         registers=registers_1101,
     ),
-}  # fmt: skip
+}
 """The parts by name."""
 
 

@@ -72,7 +72,7 @@ class FrontEnd:
 def front_end(
     part: Converter, L: ArrayLike, R: ArrayLike, capacitance: float, *, clock: float | None = None,
     rcount: int = 0xFFFF, noise: float | None = None,
-) -> FrontEnd:  # fmt: skip
+) -> FrontEnd:
     """Return a converter's settings for n coils over m loads, L and R (m, n) at the terminals, leads included [H, ohm].
 
     `capacitance` is across each coil, of pins and cable too [F]; `clock` external, the part's greatest by default [Hz];
@@ -101,7 +101,7 @@ def front_end(
         part, reference, rcount, divider, reference_divider, np.minimum(settle, 0xFFFF), drive, _ends(f),
         _ends(code_of(f, part, reference, divider)), _ends(R_p), _ends(Q), _ends(amplitude), times,
         float(1.0 / times.sum()), inductance_noise(L.max(axis=0), relative), (), (),
-    )  # fmt: skip
+    )
     return FrontEnd(**(vars(found) | {"warnings": _warnings(found, settle), "registers": part.registers(found)}))
 
 

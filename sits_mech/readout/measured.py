@@ -52,7 +52,7 @@ class Measured:
 def read_measured(
     path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,
     held: Mapping[str, float] | None = None,
-) -> Measured:  # fmt: skip
+) -> Measured:
     """Read a measurement of the forces and coils of a model; without forces the file must have poses.
 
     `tank` is needed where the file holds codes; `held` are other components of the load that the model has, of one

@@ -72,7 +72,7 @@ class Quality:
 def quality(
     cal: Calibration, noise: ArrayLike, *, table: xr.Dataset | None = None,
     branches: tuple[ArrayLike, ArrayLike] | None = None,
-) -> Quality:  # fmt: skip
+) -> Quality:
     """Return the figures of a sensor; `noise` (n,) is the standard deviation of each inductance [unit].
 
     `table` has ``L`` and ``error_L`` over (*forces, coil), NaN where a load has none [unit]; ``weights`` (signal, coil)
@@ -104,7 +104,7 @@ def quality(
         _misread(read - loads, span), _linear_error(table, sums) / span, after, fine, by_model, by_map,
         _condition(cal, valid if len(valid) else flat[inside]), seen, cal.share, cal.no_inverse, cal.error,
         _hysteresis(cal, branches),
-    )  # fmt: skip
+    )
 
 
 def _loads(cal: Calibration) -> xr.DataArray:
@@ -170,7 +170,7 @@ def _parts(table: xr.Dataset, forces: tuple[str, ...]) -> tuple[Array, Array, Ar
     shared, alone = (
         table[name].transpose(dim, *forces, "coil").to_numpy().reshape(-1, whole.size // n, n) if name in table
         else np.zeros((0, whole.size // n, n)) for name, dim in (("shared_L", "part"), ("alone_L", "cause"))
-    )  # fmt: skip
+    )
     rest = whole.reshape(-1, n) - np.abs(shared).sum(axis=0) - np.abs(alone).sum(axis=0)
     return shared, alone, np.maximum(rest, 0.0)
 

@@ -49,7 +49,7 @@ _MEANINGS = {
     "where two loads show the same.",
     "yield": "share of the sensors made, scattering by the tolerances, that hold every limit.",
     "within its error": "the figure is nearer to its limit than it is known: whether the limit holds is open.",
-}  # fmt: skip
+}
 """What a reader must know of the figures."""
 
 
@@ -119,7 +119,7 @@ def design_page(asked: Requirements, found: DesignAnswer, sensor: Sensor, folder
         title=html.escape(sensor.name), subtitle=html.escape(f"{found.solves} designs solved; {found.verdict}"),
         tiles="", nav=nav, sections="\n".join(sections), script="", css=page_file("page.css"),
         footer=f"Made by sits-mech {html.escape(__version__)}.",
-    )  # fmt: skip
+    )
 
 
 def _tables(asked: Requirements, found: DesignAnswer) -> str:

@@ -53,7 +53,7 @@ def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission] = (), ha
 def impedance_record(
     pose: Pose, found: Impedance, left_out: Sequence[Omission] = (), seen: Terminals | None = None, *,
     more: Sequence[str] = (), half: str | None = None,
-) -> Record:  # fmt: skip
+) -> Record:
     """Return L and R at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
     own, free = np.diagonal(found.L), np.diagonal(found.L0)
     matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}

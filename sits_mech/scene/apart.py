@@ -50,7 +50,7 @@ class Prism:
 def check_parts(
     coils: Sequence[Coil], target: Target | None, elastomer: Elastomer | None, conductors: Sequence[Conductor],
     substrate_radius: float | None,
-) -> None:  # fmt: skip
+) -> None:
     """Refuse parts that do not fit together; raise SceneError in one line: which two, what they must be, what came."""
     around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
     for (coil, here, radius), (other, there, reach) in combinations(around, 2):

@@ -55,7 +55,7 @@ def _metal(name: str, item: Mapping[str, Any]) -> Metal:
     return Metal(
         name, float(item["conductivity"]), float(item["relative_permeability"]), str(item["source"]),
         permeability_coefficient=steady, temperature_range=(low, high), **own,
-    )  # fmt: skip
+    )
 
 
 @cache

@@ -140,7 +140,7 @@ def _by_cause(sensor: Sensor, name: str) -> Parameter:
     return Parameter(
         name, ((name, sensor.temperature),), _KELVIN, here,
         lambda amount: warmed(plain, held | {cause: dT + amount}), _REACHES[cause],
-    )  # fmt: skip
+    )
 
 
 def value_of(sensor: Sensor, key: str) -> float | None:

@@ -35,7 +35,7 @@ from sits_mech.units import SceneError
 
 _METAL = (
     "conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion"
-)  # fmt: skip
+)
 _FROZEN = ConfigDict(frozen=True, extra="forbid")
 
 

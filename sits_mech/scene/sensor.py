@@ -28,13 +28,13 @@ from sits_mech.units import SceneError, printable, quantity, shown
 __all__ = [
     "Coil", "Conductor", "Elastomer", "Metal", "Readout", "SceneError", "Sensor", "Silicone", "Target",
     "catalogue", "changed", "load_sensor", "quantity", "save_sensor", "scene_hash", "scene_text", "sensor_from",
-]  # fmt: skip
+]
 
 REFERENCE = 293.15
 """Temperature that the numbers of a scene hold at, 20 degC [K]."""
 _UNSAID = {  # keys of each part that are left out where they have their defaults
     "elastomer": ("weld", "free_stretch"), "readout": ("capacitance_coefficient", "clock_coefficient"),
-}  # fmt: skip
+}
 _PARTS: Mapping[str, type[BaseModel]] = {
     "coils": Coil,
     "target": Target,

@@ -83,7 +83,7 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
     silicone = sensor.elastomer.silicone
     if sensor.elastomer.mesh is not None:
         raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
-                         f"{celsius(temperature)}")  # fmt: skip
+                         f"{celsius(temperature)}")
     for key in ("expansion", "temperature_range"):
         if getattr(silicone, key) is None:
             raise _missing(f"elastomer.material.{key}", temperature)
@@ -154,7 +154,7 @@ def _check_range(name: str, ends: tuple[float, float] | None, temperature: float
 def _missing(key: str, temperature: float) -> SceneError:
     """Return the error about an unknown coefficient."""
     return SceneError(f"{key}: must be given for a temperature other than 20 degC; it is missing, and "
-                      f"{celsius(temperature)} is asked for")  # fmt: skip
+                      f"{celsius(temperature)} is asked for")
 
 
 def _plate(part: Any, dT: Mapping[str, float]) -> Any:
@@ -187,7 +187,7 @@ def _pad(pad: Elastomer, dT: Mapping[str, float], grown: float) -> Elastomer:
     keys = ("width", "length", "diameter", "pitch", "thickness", "edge_radius")
     changes: dict[str, Any] = {} if grown == 1.0 else {
         key: grown * size for key in keys if (size := getattr(pad, key)) is not None
-    }  # fmt: skip
+    }
     changes["free_stretch"] = pad.free_stretch * free / grown
     if dT["modulus"]:
         changes["material"] = stiffer(silicone, 1.0 + dT["modulus"] / REFERENCE)

@@ -25,7 +25,7 @@ def bench_schema() -> dict[str, Any]:
     return {
         "$schema": DIALECT, "title": "Row of a bench file of sits-mech", "type": "object",
         "patternProperties": loads | poses | coils, "minProperties": 2,
-    }  # fmt: skip
+    }
 
 
 def _column(unit: str, what: str) -> dict[str, Any]:

@@ -17,18 +17,18 @@ def requirements_schema() -> Schema:
     parts = {
         "scene": {"type": "string", "description": "A scene file in the same folder, or a name of the catalogue."},
         "loads": _loads(), "vary": _vary(), "require": _require(), "tolerance": _tolerance(), "goal": _goal(),
-    }  # fmt: skip
+    }
     return {
         "$schema": DIALECT, "title": "Requirements of sits-mech", "type": "object", "additionalProperties": False,
         "required": ["scene", "loads", "vary"], "properties": parts,
-    }  # fmt: skip
+    }
 
 
 def _object(properties: Schema, description: str, **more: Any) -> Schema:
     """Return a table with known keys."""
     return {
         "type": "object", "additionalProperties": False, "properties": properties, "description": description, **more,
-    }  # fmt: skip
+    }
 
 
 def _loads() -> Schema:

@@ -98,11 +98,11 @@ def _law(name: str) -> Schema:
     law = LAWS[name]
     one = {key: quantity_schema(unit) for key, unit in law.units.items()}
     constants = {key: {"anyOf": [item, {"type": "array", "items": item}]} if law.lists else item
-                 for key, item in one.items()}  # fmt: skip
+                 for key, item in one.items()}
     branch = {
         "type": "object", "additionalProperties": False, "required": ["weight", "time"],
         "properties": {"weight": quantity_schema(""), "time": quantity_schema("s")},
-    }  # fmt: skip
+    }
     properties = {
         "law": {"const": name}, **constants, "bulk_modulus": quantity_schema("Pa"),
         "prony": {"type": "array", "items": branch, "description": "Shares of the first stiffness that relax."},
@@ -115,7 +115,7 @@ def _law(name: str) -> Schema:
         "temperature_range": {"type": "array", "items": quantity_schema("K"), "minItems": 2, "maxItems": 2},
         "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
         "spread": {"type": "number"},
-    }  # fmt: skip
+    }
     needed = ["law", *law.units, "bulk_modulus"]
     own = {"type": "object", "title": name, "additionalProperties": False}
     return own | {"required": needed, "properties": properties}

@@ -21,7 +21,7 @@ def study_schema() -> Schema:
         "type": "object", "additionalProperties": False, "required": ["from", "to", "count"],
         "properties": {"from": ends, "to": ends, "count": {"type": "integer", "minimum": 2}},
         "description": "From one end to the other, evenly.",
-    }  # fmt: skip
+    }
     values = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, span]}
     said = {
         "scene": {"type": "string", "description": "A scene file in the same folder, or a name of the catalogue."},
@@ -30,12 +30,12 @@ def study_schema() -> Schema:
         "vary": {"type": "object", "minProperties": 1, "additionalProperties": values,
                  "description": "Keys of the scene in quotes, arguments of the request bare: lists or ranges."},
         "fixed": {"type": "object", "description": "What is the same in all cases."},
-    }  # fmt: skip
+    }
     return {
         "$schema": DIALECT, "title": "Study of sits-mech", "type": "object", "additionalProperties": False,
         "required": ["scene", "request", "vary"], "properties": {key: said[key] for key in KEYS},
         "allOf": [_of_request(name, request) for name, request in REQUESTS.items()],
-    }  # fmt: skip
+    }
 
 
 def _of_request(name: str, request: Request) -> Schema:

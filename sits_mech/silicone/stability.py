@@ -62,7 +62,7 @@ def ellipticity(
 def _first(
     silicone: Silicone, stretch_range: tuple[float, float], modes: Sequence[str],
     measure: Callable[[Silicone, str, Array], Array],
-) -> Stability:  # fmt: skip
+) -> Stability:
     """Find where a measure of stiffness first vanishes in uniform tests."""
     low, high = stretch_range
     if not 0.0 < low <= 1.0 <= high < np.inf:

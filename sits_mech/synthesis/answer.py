@@ -133,7 +133,7 @@ def unit_of(name: str) -> tuple[str, float]:
 TITLES = {
     STRAIN: "strain under the overload, of its data", INVERSE: "one load for each reading (1: evenly)",
     "rate": "readings a second",
-}  # fmt: skip
+}
 """Names of figures for a reader, where they do not tell."""
 
 

@@ -99,7 +99,7 @@ class Task:
         return sum(
             weight * (-1.0 if name in LEAST else 1.0) * figures[name] / abs(size.get(name, 1.0))
             for name, weight in self.goal.items()
-        )  # fmt: skip
+        )
 
 
 def over(name: str, value: float, limit: float) -> float:

@@ -107,7 +107,7 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
 
 def sensitivities(
     task: Task, prediction: Prediction, x: Array, variables: Sequence[Variable]
-) -> tuple[Changes, Changes]:  # fmt: skip
+) -> tuple[Changes, Changes]:
     """Return relative changes of the figures by each number: by a tenth of its bounds' distance, and of itself."""
     if not len(x) or not prediction.solved:
         return {}, {}

@@ -50,7 +50,7 @@ Told = Callable[[int, int, str], None]
 def design(
     requirements: Requirements | Mapping[str, Any] | str | Path, *, folder: Path | None = None, most: int = MOST,
     seed: int = 0, told: Told | None = None, executor: Executor | None = None,
-) -> DesignAnswer:  # fmt: skip
+) -> DesignAnswer:
     """Return the best sensor for some requirements.
 
     Parameters
@@ -115,7 +115,7 @@ def design(
         front_of(task, [*finals, *known]), tuple(known), lost_values(asked, search, known, finals),
         tied_with(search, [*finals, *others], best, space.words), run.count,
         landscape_of(asked, search, branch.prediction, best), run.notes(best),
-    )  # fmt: skip
+    )
 
 
 def _asked(requirements: Requirements | Mapping[str, Any] | str | Path) -> Requirements:
@@ -190,7 +190,7 @@ class _Run:
             open_ = [
                 each for each in found if each.design not in sharpest and search.task.undecided(each)
                 and (each is found[0] or search.may_beat(each, found[0]))
-            ]  # fmt: skip
+            ]
             if not open_:
                 return found
             sharpest.add(open_[0].design)

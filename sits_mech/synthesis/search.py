@@ -217,7 +217,7 @@ class Search:
         result = minimize(
             aimed, np.append(start, slack), method="SLSQP", bounds=Bounds(low, high),
             options={"maxiter": 25, "ftol": 1e-6}, constraints=[NonlinearConstraint(left, 0.0, np.inf)],
-        )  # fmt: skip
+        )
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         aim, over = seen(x)
         return Proposal(x, aim + _exceeded(float(over.max())))

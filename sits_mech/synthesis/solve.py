@@ -200,7 +200,7 @@ class Solver:
         mechanics = self._mechanics(found.design.choice, sensor)
         data = gradient_on_grid(
             sensor, tuple(dict.fromkeys(names)), axes, tolerance=self.tolerance, mechanics=mechanics
-        )  # fmt: skip
+        )
         if not bool(data["status"].isin(ANSWERED).all()):
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = own_inductances(sensor, data)
@@ -217,7 +217,7 @@ class Solver:
         return replace(
             found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | more,
             error=found.error | _errors(sensor, data, noise),
-        )  # fmt: skip
+        )
 
     def _mechanics(self, choice: tuple[int, ...], sensor: Sensor) -> str:
         """Name the model of a design's table: of finite strain where any corner of its choice needs it.

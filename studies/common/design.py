@@ -20,7 +20,7 @@ from sits_mech.status import ANSWERED
 Row = dict[str, Any]
 _FIGURES = (
     "L_v_range", "L_h_range", "crosstalk_v", "crosstalk_h", "resolution_x", "resolution_z", "unique", "error",
-)  # fmt: skip
+)
 
 
 def table_row(sensor: Sensor, data: xr.Dataset) -> Row:

@@ -62,7 +62,7 @@ PATHS: Mapping[str, LoadPath] = {
         (0.0, 0.5, 1.0, 1.5, 2.2, 3.0), (0.0, 0.0, 0.0, 1.0, 1.0, 1.0), (0.0, 1.0, 1.0, 1.0, 0.4, 0.4),
         (8, 6, 8, 10, 6), (False, True, False, False, True),
     ),
-}  # fmt: skip
+}
 TWO = ((0.2, 0.5), (0.1, 5.0))
 THREE = ((0.15, 0.2), (0.1, 1.0), (0.05, 10.0))
 PADS: tuple[Case, ...] = (
@@ -76,7 +76,7 @@ PADS: tuple[Case, ...] = (
          height=0.2, prony=TWO),
     Case("5 x 5 on 8 x 8 x 4, Yeoh, a branch", "box", (8.0, 8.0), (5.0, 5.0), 4.0, (0.08, 0.5, 0.0), "yeoh",
          height=0.2, prony=((0.25, 1.0),)),
-)  # fmt: skip
+)
 
 
 def wrenches(pad: Case, path: LoadPath, times: Array) -> Array:

@@ -213,6 +213,6 @@ def _turns(W: Callable[[float], float], a: float, b: float) -> set[float]:
         way = np.sign(seen[k] - seen[k - 1])
         if way * (seen[k + 1] - seen[k]) < 0.0:
             best = minimize_scalar(lambda t, way=way: -way * W(t), bounds=(grid[k - 1], grid[k + 1]), method="bounded",
-                                   options={"xatol": 1e-10 * (b - a)})  # fmt: skip
+                                   options={"xatol": 1e-10 * (b - a)})
             found.add(float(best.x))
     return found

@@ -118,7 +118,7 @@ class Pad:
             fixed |= {"dirichletx": "", "dirichlety": "mirror_y|mirror_x", "dirichletz": "mirror_x"}
         Q = complete_polynomials(self.mesh, self.order - 1) if self.complete else ng.L2(
             self.mesh, order=max(2, self.order - 2)
-        )  # fmt: skip
+        )
         self.space = ng.VectorH1(self.mesh, order=self.order, **fixed) * Q
         u, p = self.space.TrialFunction()
         self.form, self.state = ng.BilinearForm(self.space, symmetric=True, condense=True), ng.GridFunction(self.space)

@@ -33,7 +33,7 @@ LADDERS = {
     ("plane", False): Ladder(6, 5, 2, 4, 0.4, 4), ("plane", True): Ladder(8, 7, 3, 5, 0.2, 5),
     ("round", False): Ladder(6, 5, 2, 4, 0.4, 4), ("round", True): Ladder(8, 7, 3, 5, 0.2, 5),
     ("box", True): Ladder(3, 4, 1, 3, 0.2, 1),
-}  # fmt: skip
+}
 # Order of the elements, and of those beside them: parts of the base cells of their meshes
 FAMILIES: Mapping[int, tuple[int, ...]] = {3: (1, 2, 3, 4), 2: (2, 3, 4)}
 # Parts of the bulk modulus that act at every point [shear moduli]; the one with the smaller error is taken

@@ -31,7 +31,7 @@ def study_arguments(doc: str) -> tuple[bool, Path]:
 
 def kept_rows(
     numbers: Iterable[int], measure: Callable[[int], dict[str, Any]], folder: Path
-) -> list[dict[str, Any]]:  # fmt: skip
+) -> list[dict[str, Any]]:
     """Return the row of each scene: one that is kept in `folder` from a stopped run, or measured, told and kept."""
     rows = list[dict[str, Any]]()
     for number in numbers:

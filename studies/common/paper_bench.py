@@ -32,7 +32,7 @@ KNOWN = {
     "gap": ("0 +- 0.2 mm", 1e3, "mm"), "d_h": ("0 +- 0.2 mm", 1e3, "mm"), "alpha": ("0 +- 2 deg", 1 / DEGREE, "deg"),
     "axis_x": ("0 +- 1 mm", 1e3, "mm"), "axis_z": ("0 +- 1 mm", 1e3, "mm"),
     "target.conductivity": ("55 +- 4 MS/m", 1e-6, "MS/m"),
-}  # fmt: skip
+}
 SHIFTS = tuple(KNOWN)[:-1]  # without the conductivity, which the points do not resolve: profiles
 STILL = ("capacitance", "lead", "gap", "d_h", "alpha", "target.conductivity")  # nothing turns
 FEW = ("capacitance", "gap", "axis_z")  # coarse
@@ -74,7 +74,7 @@ def points(test: str, found: Comparison) -> list[dict[str, object]]:
                  "measured [%]": float(measured), "scene [%]": float(before[k, coil]),
                  "scene less measured": float(before[k, coil] - measured), "fitted [%]": float(percent[k, coil]),
                  "fitted less measured": float(percent[k, coil] - measured)}
-            )  # fmt: skip
+            )
     return rows
 
 
@@ -85,7 +85,7 @@ def parameters(test: str, found: Comparison) -> list[dict[str, object]]:
         scale, unit = KNOWN[name][1:]
         own, value = found.free[k], float(found.fit.values[k])
         others = [(abs(c), other, c) for other, c in zip(found.fit.names, found.fit.correlation[k], strict=True)
-                  if other != name]  # fmt: skip
+                  if other != name]
         _, partner, share = max(others)
         rows.append(
             {"fit": test, "parameter": f"{name} [{unit}]", "beforehand": KNOWN[name][0], "value": scale * value,
@@ -93,7 +93,7 @@ def parameters(test: str, found: Comparison) -> list[dict[str, object]]:
              "off [deviations]": (value - own.start) / own.deviation,
              "resolved": max(0.0, float(1.0 - (found.fit.half_widths[k] / (1.96 * own.deviation)) ** 2)),
              "strongest correlation": f"{partner} {share:+.2f}"}
-        )  # fmt: skip
+        )
     return rows
 
 

@@ -106,7 +106,7 @@ class Case:
         words, shares = LAWS[self.law]
         scale = 1e3 * self.mu
         each = {name: [scale * x for x in share] if isinstance(share, list) else scale * share
-                for name, share in shares.items()}  # fmt: skip
+                for name, share in shares.items()}
         constants = ", ".join(f"{name}={value}" for name, value in each.items())
         law, history = self.law.partition(" ")[0], ""
         if self.prony:

@@ -63,7 +63,7 @@ def _graded(length: float, first: float, largest: float, parts: int) -> Array:
 
 def _joined(parts: Sequence[Sections]) -> Sections:
     return Sections(*(np.concatenate([getattr(part, name) for part in parts])
-                      for name in ("radius", "z", "width", "height")))  # fmt: skip
+                      for name in ("radius", "z", "width", "height")))
 
 
 def _column(rings: Sections) -> Sections:

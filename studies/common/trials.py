@@ -45,7 +45,7 @@ def random_designs(space: Space, count: int, seed: int) -> list[Design]:
     return [
         Design(tuple(int(x * len(each)) for x, each in zip(row[v:], lists, strict=True)), tuple(row[:v].tolist()))
         for row in unit[:count]
-    ]  # fmt: skip
+    ]
 
 
 @dataclass(frozen=True)

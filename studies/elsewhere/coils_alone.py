@@ -78,7 +78,7 @@ WINDINGS = (
             "leads are in the reading; the layout of the 40 turns is not stated"),
     Winding("TEAM 15, coil A", 6.15, 12.40, 6.15, 3790, 221.8e3, 0.5e3, TEAM, _TEAM),
     Winding("TEAM 15, coil B", 9.34, 18.40, 9.00, 408, 3960.0, 8.0, TEAM, _TEAM),
-)  # fmt: skip
+)
 
 
 def bundle(winding: Winding, across: int = 1, along: int = 1) -> Sections:
@@ -117,16 +117,16 @@ def bundles() -> Iterator[Row]:
     for one in WINDINGS:
         loose, found, tight = (wired(one, share) * 1e6 for share in (0.5, FILLED, 1.0))
         yield Row("wound coils", f"L of {one.name}", "uH", one.L, found, one.tolerance, one.source,
-                  error=max(loose - found, found - tight), remark=as_measured(one, found))  # fmt: skip
+                  error=max(loose - found, found - tight), remark=as_measured(one, found))
 
 
 def spiral(shape: str, turns: int, outer: float, width: float, gap: float, thickness: float) -> Coil:
     """Return a one-layer coil by its outer size between outermost edges; lengths in one unit, taken as metres."""
     inner = outer - 2 * turns * (width + gap) + 2 * gap
     sizes = {"inner_diameter": inner} if shape == "circle" else {"shape": "rectangle", "inner_width": inner,
-                                                                 "inner_length": inner}  # fmt: skip
+                                                                 "inner_length": inner}
     return Coil(name="C", centre=(0.0, 0.0), layers=1, turns=turns, track_width=width, track_gap=gap,
-                track_thickness=thickness, **sizes)  # fmt: skip
+                track_thickness=thickness, **sizes)
 
 
 def closed_forms(shape: str, turns: int, outer: float, width: float, gap: float) -> dict[str, float]:
@@ -167,9 +167,9 @@ def mohan(found: dict[str, list[tuple[float, float]]]) -> Iterator[Row]:
     for name, points in found.items():
         away = 100 * (np.array(points)[:, 1] - 1)
         yield Row("closed forms", f"{name}: rms from ours", "%", 0.0, float(np.sqrt(np.mean(away**2))), 3.0, MOHAN,
-                  remark="stated 1 to 3 %")  # fmt: skip
+                  remark="stated 1 to 3 %")
         yield Row("closed forms", f"{name}: largest from ours", "%", 0.0, float(np.abs(away).max()), 8.0, MOHAN,
-                  remark="stated 8 % at most for s up to 3 w, of the current sheet; taken for all")  # fmt: skip
+                  remark="stated 8 % at most for s up to 3 w, of the current sheet; taken for all")
 
 
 def probe() -> Iterator[Row]:
@@ -179,13 +179,13 @@ def probe() -> Iterator[Row]:
     wheeler = closed_forms("square", 18, 10e-3, 0.127e-3, 0.127e-3)["modified Wheeler"] * 1e6
     yield Row("ECAS-8 spiral", "L by its designer's formula", "uH", 1.654, wheeler, 0.001, ECAS)
     yield Row("ECAS-8 spiral", "L alone, one layer of 18 turns", "uH", 1.654, alone, 0.05, ECAS,
-              remark="3 % of the formula")  # fmt: skip
+              remark="3 % of the formula")
     yield Row("ECAS-8 spiral", "L measured over intact aluminium", "uH", 3.57, alone, 0.1, ECAS,
               remark="metal can only lower L, so one layer of 18 turns in a tank of 1 nF does not read this. Layers "
               "and lift-off are not stated: two layers of 18 turns, 1.4 mm apart as the outer ones of its board, would "
-              f"read it {lift_off(3.57e-6) * 1e3:.1f} mm above the metal")  # fmt: skip
+              f"read it {lift_off(3.57e-6) * 1e3:.1f} mm above the metal")
     yield Row("ECAS-8 spiral", "rise over the slot of 1.5 mm, of L", "%", 6.3, np.nan, 0.9, ECAS,
-              remark="not computed: neither lift-off nor winding is stated, and the base above is not met")  # fmt: skip
+              remark="not computed: neither lift-off nor winding is stated, and the base above is not met")
 
 
 def lift_off(L: float) -> float:
@@ -194,7 +194,7 @@ def lift_off(L: float) -> float:
     inner = 10e-3 - 35 * pitch
     coil = Coil(name="C", centre=(0.0, 0.0), layers=2, turns=18, layer_pitch=1.4e-3, shape="rectangle",
                 inner_width=inner, inner_length=inner, track_width=pitch / 2, track_gap=pitch / 2,
-                track_thickness=35e-6)  # fmt: skip
+                track_thickness=35e-6)
     plate = Target(material="aluminium", shape="rectangle", width=24e-3, length=24e-3, thickness=1e-3, load_height=0.0)
     model = sheets(Sensor(name="ECAS-8", frequency=hertz, coils=(coil,), target=plate), 0.05)
     gaps = np.array([0.5e-3, 0.8e-3, 1.1e-3, 1.5e-3, 2e-3])

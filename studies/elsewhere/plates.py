@@ -60,13 +60,13 @@ SWEEPS = {  # both sweeps over each plate [ohm]
 PLATES = {  # conductivity [MS/m], distance beyond contact [mm]
     "P057": (3.948, 0.0), "P057+342": (3.948, 0.342), "P057+519": (3.948, 0.519), "P057+1012": (3.948, 1.012),
     "P066": (0.6102, 0.0), "1010": (3.83, 0.0), "1010+1012": (3.83, 1.012),
-}  # fmt: skip
+}
 WORDS = {
     "P057": "block of 3.95 MS/m at contact (gap fitted)", "P057+342": "the same, 0.342 mm more",
     "P057+519": "the same, 0.519 mm more", "P057+1012": "the same, 1.012 mm more",
     "P066": "block of 0.61 MS/m at contact",
     "1010": "steel 1010 at contact (permeability fitted)", "1010+1012": "steel 1010, 1.012 mm more",
-}  # fmt: skip
+}
 TEAM_HERTZ, TEAM_GAP, TEAM_LAYER = 900.0, 0.88e-3, Layer(3.06e7, 12.22e-3)
 TEAM_L, TEAM_R = 178.63, 120.67  # over the plate, without the wire's own resistance [mH, ohm]
 STEEL = 6.5e-3  # thickness of the steel [m]
@@ -75,7 +75,7 @@ KNOWN = 0.03  # of the change: conductivity to 1 %, spacers and the coil's sizes
 READINGS = {  # conductivity [MS/m]: mean reactance at 10 kHz of twelve readings, standard deviations 1 to 4 mohm [ohm]
     0.6102: 0.79740, 3.948: 0.54238, 8.632: 0.42656, 17.47: 0.35477, 34.43: 0.28790, 58.18: 0.23995, 58.37: 0.25531,
     58.91: 0.24045,
-}  # fmt: skip
+}
 ALONE = 0.89515  # the same in air [ohm]
 
 
@@ -145,7 +145,7 @@ def swept(found: Swept) -> Iterator[Row]:
         for part, value in (("reactance", away.imag), ("resistance", away.real)):
             yield Row("coil over plates", f"{part}, {words}", "%", 0.0, 100 * float(np.sqrt(np.mean(value**2))),
                       open_ + 100 * KNOWN, SWEPT, error=0.1,
-                      remark=f"{steel}rms from 10 to 158 kHz, of |Delta Z|; open: 0.3 % of |Z|, 3 % of it")  # fmt: skip
+                      remark=f"{steel}rms from 10 to 158 kHz, of |Delta Z|; open: 0.3 % of |Z|, 3 % of it")
 
 
 def team() -> Iterator[Row]:
@@ -157,7 +157,7 @@ def team() -> Iterator[Row]:
         yield Row("coil over plates", f"{name} of TEAM 15, coil A over its plate", unit, published, float(found),
                   1e-3 * published, TEAM, error=1e-6 * published,
                   remark="computed there, not measured; 0.1 % taken: L changes by 5e-5 from mesh to mesh, the box "
-                  "ends at 150 mm")  # fmt: skip
+                  "ends at 150 mm")
 
 
 def flat() -> tuple[list[Row], Array]:
@@ -172,7 +172,7 @@ def flat() -> tuple[list[Row], Array]:
     row = Row("coil over plates", "inductance, flat coil of 40 turns at 0.05 mm, eight blocks", "%", 0.0,
               float(np.sqrt(np.mean(away**2))), 3.0, FLAT, error=0.1,
               remark="rms; a smaller gap yet would be needed. As its L alone, 11 % from the stated sizes, says, the "
-              "layout of its turns is another than the uniform disc that was computed")  # fmt: skip
+              "layout of its turns is another than the uniform disc that was computed")
     return [row], table
 
 
@@ -188,7 +188,7 @@ def draw(found: Swept, table: Array, folder: Path) -> None:
         upper.set(xscale="log", ylabel="change of inductance [uH]")
         lower.set(xscale="log", yscale="log", xlabel="frequency [kHz]", ylabel="change of resistance [ohm]")
         figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center",
-                      title="points measured, lines computed")  # fmt: skip
+                      title="points measured, lines computed")
         save_figure(figure, folder / "coil_over_plates.png")
     with new_figure() as (figure, (axes,)):
         axes.plot(table[:, 0], table[:, 1], "C0o", label="measured")

@@ -50,4 +50,4 @@ class Row:
             "case": self.case, "quantity": self.quantity, "unit": self.unit, "published": self.published,
             "computed": self.computed, "miss": self.miss, "tolerance": self.tolerance, "error": self.error,
             "within": "yes" if self.within else "MISS", "source": self.source, "remark": self.remark,
-        }  # fmt: skip
+        }

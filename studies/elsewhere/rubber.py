@@ -44,7 +44,7 @@ def pad(shape: str, width: float, thickness: float, mu: float = MU, bulk: float 
     size = {
         "disc": f'diameter="{width} mm"', "square": f'width="{width} mm", length="{width} mm"',
         "strip": f'width="{width} mm", length="1 m"',
-    }[shape]  # fmt: skip
+    }[shape]
     law = f'{{law="neo-hookean", shear_modulus={mu}, bulk_modulus={bulk}}}'
     plate = f'material="copper", shape="{"disc" if shape == "disc" else "rectangle"}", {size}, thickness="0.2 mm"'
     rubber = f'{size}, thickness="{thickness} mm", contact="never", material={law}'
@@ -74,7 +74,7 @@ def blocks(coarse: bool) -> tuple[list[Row], dict[str, Array]]:
             points.append((S, value / E, published))
             remark = TAKEN + (SQUARE if shape == "square" else "")
             rows.append(Row("bonded blocks", f"E_a/E of a {shape}, S = {S:g}", "-", published, value / E,
-                            0.1 * published, GENT, error=error / E, remark=remark))  # fmt: skip
+                            0.1 * published, GENT, error=error / E, remark=remark))
         curves[shape] = np.array(points)
     return [*rows, thin(tolerance)], curves
 
@@ -86,7 +86,7 @@ def thin(tolerance: float) -> Row:
     y = S * np.sqrt(48 * mu / K)
     thin_one = float(K * (1 - 2 * i1(y) / (y * i0(y))))
     return Row("bonded blocks", "E_c of a disc, S = 10, K = 1000 mu", "kPa", thin_one / 1e3, value / 1e3,
-               thin_one / 1e3 / S, THIN, error=error / 1e3, remark="terms of order 1/S are left out")  # fmt: skip
+               thin_one / 1e3 / S, THIN, error=error / 1e3, remark="terms of order 1/S are left out")
 
 
 def pulled(coarse: bool) -> tuple[list[Row], Array]:
@@ -101,7 +101,7 @@ def pulled(coarse: bool) -> tuple[list[Row], Array]:
             error=error / 1e6, remark=f"{open_}; the testing machine's own extension is in the curve"),
         Row("disc pulled", "E_a freed of the machine", "MPa", CORRECTED / 1e6, value / 1e6, 0.1 * CORRECTED / 1e6,
             "Kumar and Lopez-Pamies 2021, by cmaurini/poker-chip", error=error / 1e6, remark=open_),
-    ]  # fmt: skip
+    ]
     model = block_pad(pad("disc", 20.0, 1.9, **silicone), 5 * tolerance)
     area, loads = np.pi * 1e-4, STRESS[1:3:1] if coarse else STRESS[1:]
     found = [model.equilibrium(Wrench(F_z=-float(stress) * area)) for stress in loads]

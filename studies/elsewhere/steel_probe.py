@@ -59,7 +59,7 @@ HERTZ = np.array([float(word) for word in """
     3189617.482 3189389.765 3189197.550 3188974.854 3188748.495 3188581.109 3188367.906 3188168.587 3187994.694
     3187798.898 3187610.875 3187425.754 3187238.814 3187073.057 3186889.971 3186706.388 3186549.245 3186371.693
     3186206.078 3186034.704
-""".split()])  # fmt: skip
+""".split()])
 DRIFT = np.array([  # a [Hz], b [Hz/K], c [Hz/K^2], T in degC
     (3248461.6, -742.266, 5.94168),
     (3232546.8, -532.646, 4.33396),
@@ -70,7 +70,7 @@ DRIFT = np.array([  # a [Hz], b [Hz/K], c [Hz/K^2], T in degC
     (3194836.9, -114.272, 1.02719),
     (3191166.9, -79.114, 0.76289),
     (3188276.3, -51.153, 0.53001),
-])  # fmt: skip
+])
 CALIBRATED = 31.0  # degC
 OMEGA = 2 * np.pi * 3.2e6
 MU_R = 300.0  # with sigma/mu_r fitted, any large one serves
@@ -150,7 +150,7 @@ def shaped(best: Fit, kept: list[Fit]) -> Iterator[Row]:
     low = np.min([fit.p - 2 * fit.deviation for fit in kept], axis=0)
     high = np.max([fit.p + 2 * fit.deviation for fit in kept], axis=0)
     remark = "; ".join(f"{name} {p:.5g} ({a:.5g} to {b:.5g})"
-                       for name, p, a, b in zip(NAMES, best.p, low, high, strict=True))  # fmt: skip
+                       for name, p, a, b in zip(NAMES, best.p, low, high, strict=True))
     hertz, most = float(np.sqrt(np.mean(best.hertz**2))), float(np.abs(best.um).max())
     other = "tolerance: 10 % more than another fit of an infinite steel plate left, 41 Hz, 3.0 um, 6.8 um at most"
     yield Row("probe over steel", "rms left of the curve", "Hz", 0.0, hertz, 45.1, SOURCE, remark=remark)
@@ -158,7 +158,7 @@ def shaped(best: Fit, kept: list[Fit]) -> Iterator[Row]:
     yield Row("probe over steel", "largest left of the curve", "um", 0.0, most, 7.5, SOURCE, remark=other)
     yield Row("probe over steel", "rms left beside the readings' scatter", "Hz", 17.0, hertz, 3.4, SOURCE,
               remark="scatter about a smooth polynomial, 20 %: what is left is not noise, as the picture shows; the "
-              "coil's turns and what lies under the steel sheet are not known")  # fmt: skip
+              "coil's turns and what lies under the steel sheet are not known")
 
 
 @dataclass(frozen=True)
@@ -212,19 +212,19 @@ def drifting(found: Drift) -> Iterator[Row]:
     open_words = "open: capacitor +-30 ppm/K, mount +-0.4 um/K; at 40 degC, the beginning of the range"
     for h, slopes, computed, open_ in zip(found.height, found.measured, found.computed, found.open, strict=True):
         yield Row("probe's drift", f"df/dT at 40 degC, height {h:.2f} mm", "Hz/K", float(slopes[0]), float(computed),
-                  float(open_), SOURCE, remark=open_words)  # fmt: skip
+                  float(open_), SOURCE, remark=open_words)
     slopes = (1e6 * own / found.hertz for own in (found.measured[:, 0], found.computed, found.parts[1]))
     measured, computed, open_ = (float(own[0] - own[-1]) for own in slopes)
     yield Row("probe's drift", "df/dT/f at 40 degC, nearest less farthest", "ppm/K", measured, computed, open_, SOURCE,
               remark="steel's part: capacitor and board are alike at all heights; T is the coil's, the bed that heats "
-              "it goes through more; permeability over temperature is not known, 0.3 %/K would close it")  # fmt: skip
+              "it goes through more; permeability over temperature is not known, 0.3 %/K would close it")
     for column, T in ((1, 60), (2, 80)):
         away = found.computed - found.measured[:, column]
         yield Row("probe's drift", f"df/dT at {T} degC, rms of nine heights", "Hz/K", 0.0,
                   float(np.sqrt(np.mean(away**2))), float(np.sqrt(np.mean(found.open**2))), SOURCE,
                   remark="coefficients of materials are constant over 40 K to some percent, so a drift by them does "
                   "not turn; each of the nine curves turns between 48 and 63 degC: something else moves as the printer "
-                  "warms up")  # fmt: skip
+                  "warms up")
 
 
 def draw(best: Fit, found: Drift, folder: Path) -> None:
@@ -242,7 +242,7 @@ def draw(best: Fit, found: Drift, folder: Path) -> None:
             axes.plot(found.height, found.measured[:, number], f"C{number}o", label=f"measured at {T} degC")
         axes.plot(found.height, found.computed, "k-", label="computed: steel and board")
         axes.fill_between(found.height, found.computed - found.open, found.computed + found.open, alpha=0.2,
-                          label="capacitor and mount open")  # fmt: skip
+                          label="capacitor and mount open")
         axes.set(xlabel="height of the nozzle [mm]", ylabel="df/dT [Hz/K]")
         axes.legend()
         save_figure(figure, folder / "probe_drift.png")

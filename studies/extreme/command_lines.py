@@ -21,7 +21,7 @@ QUICK = {
     "cycle": ["soft.toml", "--fz", "0.5 N", "--mechanics", "planar", "--magnetics", "planar", "--tolerance", "0.1"],
     "view": ["biorob2018", "--dv", "2 mm", "--kind", "field", "-o", "field.png"],
     "export": ["calibration", "--to", "csv", "-o", "loads.csv"],
-}  # fmt: skip
+}
 """Words in place of a command's example where that one takes seconds."""
 VALUES = {
     "float": ("0.1", "0.3", "1e-3"), "int": ("1", "2", "3", "4096"), "bool": (),
@@ -30,7 +30,7 @@ VALUES = {
     "Path": ("out", "out.png", "out.nc", "out.html", "scene.toml", "calibration", "bench.csv",
              "/dev/stdin", "/dev/full"),
     "tuple": ("target.width=15 mm", "C1=91 %", "fz=1 N", "L1", "coils.0.turns=3", "elastomer.friction=0.5"),
-}  # fmt: skip
+}
 """Sound values by the kind of an option."""
 
 

@@ -16,7 +16,7 @@ from sits_mech.report.folder import read_calibration
 NUMBER = re.compile(rb"-?\d+\.?\d*(?:[eE][-+]?\d+)?")
 ODD_NUMBERS = (
     b"nan", b"inf", b"-1", b"0", b"1e308", b"-1e308", b"1e-320", b"9" * 400, b"", b"x", b"1,5", b"=1+1", b"1e400",
-)  # fmt: skip
+)
 READ_BY: dict[str, tuple[tuple[str, ...], ...]] = {
     "scene.toml": (("inductance", "{}", "--dv", "2 mm", "--tolerance", "0.1"), ("explain", "{}", "--fz", "1 N")),
     "soft.toml": (("pose", "{}", "--fz", "0.2 N", "--model", "planar"), ("cycle", "{}", "--fz", "0.2 N")),
@@ -33,13 +33,13 @@ READ_BY: dict[str, tuple[tuple[str, ...], ...]] = {
     "tensile.csv": (("fit", "{}"), ("fit", "{}", "--law", "ogden", "--terms", "2"), ("fit", "{}", "-o", "fit.png")),
     "hold.csv": (("fit", "--relaxation", "{}"), ("fit", "tensile.csv", "--relaxation", "{}")),
     "cycles.csv": (("fit", "--cyclic", "{}", "--law", "yeoh"), ("fit", "--cyclic", "{}", "--relaxation", "hold.csv")),
-}  # fmt: skip
+}
 OF_FOLDER: tuple[tuple[str, ...], ...] = (
     ("invert", "calibration", "--l1", "90 %", "--l2", "90 %"), ("quality", "calibration"), ("report", "calibration"),
     ("converter", "calibration"), ("compare", "calibration", "bench.csv"),
     ("quality", "calibration", "--gap", "9 um", "--samples", "2"),
     *(("export", "calibration", "--to", to) for to in ("csv", "netcdf", "xlsx", "c", "spice", "kicad", "twin", "svg")),
-)  # fmt: skip
+)
 
 
 def damaged_file(dice: random.Random, folder: Path, sound: Path) -> list[str]:
@@ -135,7 +135,7 @@ def _other_letters(dice: random.Random, text: bytes) -> bytes:
 BYTES: tuple[Callable[[random.Random, bytes], bytes], ...] = (
     _cut, _odd_bytes, _odd_numbers, _odd_numbers, _scaled, _swapped_lines, _fewer_lines, _swapped_columns, _repeated,
     _other_letters,
-)  # fmt: skip
+)
 
 
 def _without(dice: random.Random, data: xr.Dataset) -> xr.Dataset:
@@ -177,4 +177,4 @@ def _other_kind(dice: random.Random, data: xr.Dataset) -> xr.Dataset:
 
 TABLES: tuple[Callable[[random.Random, xr.Dataset], xr.Dataset], ...] = (
     _without, _odd_values, _turned, _renamed, _other_kind,
-)  # fmt: skip
+)

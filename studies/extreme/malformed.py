@@ -24,7 +24,7 @@ VALUES: tuple[Any, ...] = (
     *TEXTS, 0, 1, -1, 2, 7, 1000, 10**6, 10**30, -(10**30), 1e-300, 1e300, 1e-9, 1e-6, 1e-3, 0.5, 1.0, 30.0,
     float("nan"), float("inf"), True, False, [], {}, [[]], [0.0], [0.0, 0.0], [1e-3, 1e-3, 1e-3], {"law": "yeoh"},
     [[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]], {"a": {"b": {"c": {}}}}, ["x"] * 300, [[0.0, 0.0]] * 300,
-)  # fmt: skip
+)
 TENSILE = b"engineering strain (%),engineering stress (kPa)\n"
 BYTES = (
     b"", b"\x00", b"\xff\xfe\x00", b"\xef\xbb\xbf", b"[" * 5000, b"a = " + b"[" * 5000, b"a = 1\na = 2\n",
@@ -33,13 +33,13 @@ BYTES = (
     b"(kicad_pcb" + b"(" * 3000, b"(kicad_pcb)", b"strain,stress\n1,2\n", b"F_x,F_z,L1,L2\n" + b"1,1,1,1\n" * 9,
     b"d_v [mm],L1 [uH],L2 [uH]\n2,3,3\nx,3,3\n3,nan,3\n-1,1e99,0\n", TENSILE,
     TENSILE + b"".join(b"%d,%d\n" % (k, -k) for k in range(40)), TENSILE + b"0,0\n1e-300,1e300\n" * 9,
-)  # fmt: skip
+)
 LOADS = ("--fx", "--fy", "--fz", "--mx", "--moment", "--mz")
 PLACES = ("--dv", "--dh", "--dy", "--alpha", "--alphax", "--alphaz")
 OPTIONS = (
     *LOADS, *PLACES, "--set", "--tolerance", "--model", "--mechanics", "--magnetics", "--frequency", "--memory",
     "--via", "--period", "--cycles", "-o", "--kind", "--driven", "--what",
-)  # fmt: skip
+)
 KEYS = ("target.width", "coils.0.turns", "coils.9.turns", "a.b.c", "", "frequency", "elastomer", "conductors.x.name")
 Asked = tuple[str, list[str]]
 """A kind of input, and the command line that asks for it."""
@@ -109,7 +109,7 @@ def _slipped_options(dice: random.Random, folder: Path, sound: Path) -> list[str
             ["explain", scene, f"{dice.choice(LOADS)}={slip}", f"--tolerance={slip}"],
             ["simulate", scene, f"{dice.choice(LOADS)}={slip}", *loose],
         )
-    )  # fmt: skip
+    )
 
 
 def _odd_file(dice: random.Random, folder: Path, sound: Path) -> list[str]:
@@ -126,7 +126,7 @@ def _odd_file(dice: random.Random, folder: Path, sound: Path) -> list[str]:
             ["export", name, "--to", "c"], ["inductance", "biorob2018", "--set", f"target.mesh={name}"],
             ["view", name, "-o", f"{out}.png"],
         )
-    )  # fmt: skip
+    )
 
 
 def _odd_tables(dice: random.Random, folder: Path, sound: Path) -> list[str]:
@@ -174,7 +174,7 @@ def _is_accepted(table: dict[str, Any]) -> bool:
 MAKERS = (
     _scene_of_odd_values, _scene_of_extreme_numbers, _scene_of_extreme_numbers, _odd_options, _slipped_options,
     _slipped_options, _odd_file, _odd_tables, *3 * (damaged_file,), *5 * (_scene_at_a_border,), *6 * (_any_scene,),
-)  # fmt: skip
+)
 """What makes an input, as often as it is named."""
 
 
@@ -190,7 +190,7 @@ def _asked(dice: random.Random, scene: str) -> list[str]:
             ["inductance", scene, "--dv", "2 mm", "--tolerance", "0.1"], ["pose", scene, "--fz", "0.1 N"],
             ["explain", scene, "--fz", "0.1 N"], ["simulate", scene, "--fz", "0.1 N", "--tolerance", "0.1"],
         )
-    )  # fmt: skip
+    )
 
 
 def _many(coil: dict[str, Any], count: int) -> list[dict[str, Any]]:

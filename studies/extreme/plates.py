@@ -29,13 +29,13 @@ SIZES = "{} mm wide, {} mm thick, gap {} mm, {:g} S/m"
 MUST = (
     "no load", "a millionth of a newton", "2 N and 0.5 N of shear", "K/mu = 1e7", "1 Hz", "100 MHz",
     "layer of 0.1 mm, 2 N",
-)  # fmt: skip
+)
 # width [mm], thickness [mm], gap [mm], conductivity [S/m]
 PLATES = [
     (8, 0.2, 2, 5.8e7), (0.5, 0.2, 0.05, 1e9), (8, 0.2, 0.05, 5.8e7), (8, 0.2, 0.5, 1e9), (8, 0.2, 2, 1e3),
     (8, 0.005, 2, 5.8e7), (8, 0.005, 0.05, 1e3), (8, 5, 2, 5.8e7), (8, 5, 50, 1e9), (100, 0.2, 50, 5.8e7),
     (100, 5, 50, 1e9), (0.5, 0.005, 50, 1e3), (0.5, 5, 0.5, 5.8e7),
-]  # fmt: skip
+]
 FEW = [PLATES[k] for k in (0, 4, 5, 11)]  # for models that take seconds
 
 
@@ -44,7 +44,7 @@ def coil(name: str, x: float) -> Coil:
     return Coil(
         name=name, centre=(x * MM, 0.0), layers=2, turns=12, inner_diameter=2.2 * MM, track_width=0.1 * MM,
         track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6,
-    )  # fmt: skip
+    )
 
 
 def scene(model: str, width: float, thickness: float, sigma: float, mu: float = 1.0) -> Sensor:
@@ -56,7 +56,7 @@ def scene(model: str, width: float, thickness: float, sigma: float, mu: float = 
     plate = Target(
         conductivity=sigma, relative_permeability=mu, shape="rectangle", width=size, length=size,
         thickness=thickness * MM,
-    )  # fmt: skip
+    )
     return Sensor(name="plate", frequency=1e6, coils=(coil("C1", -4.0), coil("C2", 4.0)), target=plate)
 
 

@@ -51,7 +51,7 @@ def beside(away: float) -> Sensor:
     nut = Conductor(
         name="nut", material="copper", shape="rectangle", centre=(0.0, 0.0, z * MM), width=2 * MM, length=2 * MM,
         thickness=1 * MM,
-    )  # fmt: skip
+    )
     return plate().model_copy(update={"conductors": (nut,)})
 
 

@@ -19,12 +19,12 @@ MESHES = Path(__file__).parents[2] / "meshes"
 SOFT = {
     "law": "yeoh", "c10": 7.5e3, "c20": 250.0, "c30": 0.0, "bulk_modulus": 15e6, "mullins": {"r": 4.0},
     "prony": [{"weight": 0.1, "time": 0.5}],
-}  # fmt: skip
+}
 STUDY = {"scene": "biorob2018", "request": "inductance", "vary": {"dv": ["1 mm", "2 mm"]}, "fixed": {"model": "planar"}}
 REQUIREMENTS = {
     "scene": "biorob2018", "tolerance": 0.05, "loads": {"F_z": [0.0, 1.0]},
     "vary": {"elastomer.thickness": ["2 mm", "3 mm"]}, "require": {"error_F_z": 0.5}, "goal": {"minimise": "thickness"},
-}  # fmt: skip
+}
 LOADS = "t [s],F_z [N],F_x [N]\n0,0,0\n0.5,1,0\n1,1,0.2\n1.5,0,0\n"
 
 
@@ -41,7 +41,7 @@ def sound_files(folder: Path) -> Path:
         "requirements.toml": written(REQUIREMENTS), "bench.csv": _bench(folder / "calibration" / "result.csv"),
         "tensile.csv": _pulled([0.0, 10.0], [0.0, 1.0]), "hold.csv": _pulled([0.0, 1.0, 100.0], [0.0, 0.5, 0.5]),
         "cycles.csv": _pulled([0.0, 3.0, 6.0, 12.0, 18.0], [0.0, 0.3, 0.0, 0.6, 0.0]),
-    }  # fmt: skip
+    }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     return folder

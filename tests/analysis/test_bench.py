@@ -228,7 +228,7 @@ def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest
         (["--l1", "85 %", "--l2", "85 %", "--clock", "1 MHz"], "--clock: must come with --code"),
         ([], "--l1 --l2: must be given, one for each coil (C1, C2); got none"),
     ],
-)  # fmt: skip
+)
 def test_readings_that_are_none(folder: Path, capsys: pytest.CaptureFixture[str], words: list, message: str) -> None:
     """Coils that are not there, missing, twice; kinds mixed; codes that are none: one line each."""
     assert run(["invert", str(folder), *words]) == 2

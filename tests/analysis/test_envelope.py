@@ -61,7 +61,7 @@ def test_record_table_and_picture_of_two_planes() -> None:
     assert record["rays"][1] == {
         "plane": ["F_x", "F_z"], "angle": 0.5 * np.pi, "force": {"F_x": 0.0, "F_z": 3.0},
         "error": pytest.approx(0.15), "limit": "limit 1",
-    }  # fmt: skip
+    }
     said = list(envelope_table(found).columns[0].cells)
     assert said[:4] == ["F_x = 1.000 +- 0.050 N", "F_z = 3.00 +- 0.15 N", "F_x = -1.000 +- 0.050 N", "F_z = -inf N"]
     assert len(said) == 8

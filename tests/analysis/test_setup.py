@@ -30,7 +30,7 @@ class ByHand:
         alpha = pose.rotation[..., 1]
         heights = [z - np.tan(alpha) * (side - x) for side in (-4.0, 4.0)]
         near = np.stack([0.3 * (self.width / 8e-3) ** 2 * np.exp(-0.7 * each) * (1.0 + 0.2 * side * x)
-                         for side, each in zip((-1.0, 1.0), heights, strict=True)], -1)  # fmt: skip
+                         for side, each in zip((-1.0, 1.0), heights, strict=True)], -1)
         L = FREE * (1.0 - near)[..., None] * np.eye(2)
         report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
         return Impedance(frequency, L, 0.1 + 0.0 * L, FREE * np.eye(2), np.ones(2), 0.0 * L, 0.0 * L, "H", report)
@@ -59,7 +59,7 @@ def test_texts_are_read() -> None:
     for text, why in (
         ("colour", 'got "colour"'), ("gap=1 mm", "fit: must be modulus"), ("gap=0+-1 N", "gap: must be a length"),
         ("gap=0+-0 mm", "a deviation above zero"), ("gap=0+--1 mm", "a deviation above zero"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(ValueError, match=why):
             known(text)
 
@@ -70,7 +70,7 @@ def test_what_no_bench_of_the_kind_has_is_refused(sensor: Sensor) -> None:
         (["modulus"], True, "modulus: must be of loads"), (["axis_z"], False, "axis_z: must be of poses"),
         (["target.width"], True, "must come with what is known"), (["gap", "gap"], True, "different parameters"),
         (["target.colour=1+-1"], True, "a number that the scene gives"), ([], True, "got none"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(ValueError, match=why):
             checked(sensor, texts, posed)
 
@@ -124,7 +124,7 @@ def test_a_bench_of_poses_comes_back(
     values, rise = found.profile("gap", points=5, reach=0.2)
     assert values[2] == pytest.approx(found.fit.values[0]) and np.all(np.diff(rise[2:]) > 0.0)
     rows = [",".join(f"{1e3 * p[0]},{1e3 * p[1]},{p[2] / DEGREE},{1e6 * a!r},{1e6 * b!r}".split(","))
-            for p, (a, b) in zip(poses.tolist(), L.tolist(), strict=True)]  # fmt: skip
+            for p, (a, b) in zip(poses.tolist(), L.tolist(), strict=True)]
     (tmp_path / "bench.csv").write_text("d_h [mm],d_v [mm],alpha [deg],L1 [uH],L2 [uH]\n" + "\n".join(rows))
     words = ["compare", "biorob2018", str(tmp_path / "bench.csv"), "--free", ",".join(texts), "--noise", "2 nH"]
     assert run(words) == 0

@@ -19,7 +19,7 @@ def arc(*points: tuple[float, float]) -> Track:
 @given(
     st.floats(1e-4, 0.1), st.floats(-3.0, 3.0), st.floats(0.05, 6.2), st.sampled_from([1, -1]),
     st.sampled_from([1e-7, 1e-6, 2e-5]),
-)  # fmt: skip
+)
 def test_chords_hold_the_error(r: float, first: float, theta: float, way: int, error: float) -> None:
     """All corners on the circle, all chords within the error and the last fewer would not be; length 2 r sin."""
     angles = first + way * theta * np.array([0.0, 0.4, 1.0])

@@ -18,7 +18,7 @@ from sits_mech.scene.sensor import Conductor, Sensor, sensor_from
 COIL = {
     "name": "L1", "shape": "path", "track_width": 2e-4, "track_thickness": 35e-6,
     "path": [[[-2e-3, -2e-3, -17.5e-6], [2e-3, -2e-3, -17.5e-6], [2e-3, 2e-3, -17.5e-6], [-2e-3, 2e-3, -17.5e-6]]],
-}  # fmt: skip
+}
 
 
 def made(draw: Any, *zones: str, **options: Any) -> tuple[list[dict[str, Any]], tuple[str, ...], Sensor]:
@@ -50,7 +50,7 @@ def test_a_rectangle_is_whole(draw: Any) -> None:
             "centre": [pytest.approx(1e-3), pytest.approx(-1e-3), pytest.approx(-1.4875e-3)],
             "width": pytest.approx(18e-3), "length": pytest.approx(16e-3), "thickness": pytest.approx(35e-6),
         }
-    ]  # fmt: skip
+    ]
     assert sensor.conductors[0].centre[2] == pytest.approx(-1.4875e-3)
 
 

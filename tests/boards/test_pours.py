@@ -17,7 +17,7 @@ SQUARE = [(0, 0), (20, 0), (20, 20), (0, 20)]
 HOLES = [
     (0, 0), (20, 0), (20, 20), (0, 20), (0, 6), (4, 6), (4, 8), (8, 8), (8, 7), (12, 7), (12, 9), (15, 9), (15, 5),
     (12, 5), (12, 7), (8, 7), (8, 4), (4, 4), (4, 6), (0, 6),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("start", range(0, 20, 3))
@@ -44,7 +44,7 @@ def test_which_zones_are_plates(draw: Any) -> None:
     zones = [
         draw.zone(HOLES), draw.zone(SQUARE, net='(net 1) (net_name "L1")'), draw.zone([]),
         draw.zone([(30, 0), (31, 0), (31, 1)], "F.Cu", net='(net 0) (net_name "")'),
-    ]  # fmt: skip
+    ]
     board = read_board(draw.board([*draw.lines([(0, 0), (10, 0)]), *zones]))
     found, notes = pours(board, [route(board, "L1", 1e-6)])
     assert [(pour.net, pour.layer, len(pour.holes)) for pour in found] == [("GND", "B.Cu", 2), ("", "F.Cu", 0)]

@@ -41,7 +41,7 @@ def test_models_of_one_mesh_plan_nothing() -> None:
 
 def test_a_target_among_the_coils_has_no_reading() -> None:
     row = {"status": "ok", "reason": "", "d_h": 0.0, "d_v": -1e-3, "alpha": 0.0, "d_y": 0.0, "alpha_x": 0.0,
-           "alpha_z": 0.0}  # fmt: skip
+           "alpha_z": 0.0}
     assert status_of(SENSOR, row)[0] == "failed" and "coil plane" in status_of(SENSOR, row)[1]
     assert status_of(SENSOR, row | {"d_v": 2e-3}) == ("ok", "")
     assert status_of(SENSOR, row | {"status": "failed", "reason": "why"}) == ("failed", "why")

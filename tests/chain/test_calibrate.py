@@ -155,7 +155,7 @@ def test_more_loads_than_a_table_can_hold_are_refused(sensor: Sensor) -> None:
         [], [0.1, 0.2, 0.1], [0.1 * 3, 0.3], np.repeat(np.linspace(0.0, 1.0, 99), 2), [np.nan], [0.0, np.inf],
         "1 N", ["a"], None, [[0.0, 1.0], [2.0, 3.0]],
     ],
-)  # fmt: skip
+)
 def test_what_is_no_list_of_forces_is_refused_in_one_line(sensor: Sensor, values: Any) -> None:
     """Empty, with a value twice, if only but for rounding, not finite, no numbers, nested: name and what came."""
     for name, what in (("F_y", r"forces \[N\]"), ("M_z", r"moments \[N m\]")):

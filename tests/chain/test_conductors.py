@@ -31,7 +31,7 @@ def nut(x: float, z: float, material: str = "copper", name: str = "nut") -> Cond
     return Conductor(
         name=name, material=material, shape="rectangle", centre=(x * MM, 0.0, z * MM), width=2 * MM, length=2 * MM,
         thickness=0.5 * MM,
-    )  # fmt: skip
+    )
 
 
 def steel(x: float, z: float) -> Conductor:
@@ -166,7 +166,7 @@ def test_a_target_that_comes_near_to_what_was_left_out() -> None:
         ([Pose(0.0, 2 * MM, d_y=1 * MM)], False, "sheets"), ([Pose(0.0, 2 * MM, alpha_z=0.3)], False, "axisymmetric"),
         ([Pose(np.array([0.0, 1 * MM]), np.full(2, 2 * MM))], False, "sheets"),
     ],
-)  # fmt: skip
+)
 def test_a_disc_over_one_coil_is_axisymmetric_on_its_axis_alone(given, loaded, name) -> None:
     """Pressed and turned about z it stays; under shear or tilt it takes sheets."""
     sensor = load_sensor("biorob2018", ROUND)

@@ -49,7 +49,7 @@ def test_the_copper_part_is_that_of_a_coil_over_a_half_space() -> None:
     plain = load_sensor("biorob2018")
     base = plain.coils[0].model_copy(update={"centre": (0.0, 0.0)})
     target = plain.target.model_copy(update={"shape": "disc", "width": None, "length": None, "diameter": 40e-3,
-                                             "thickness": 0.6e-3, "load_height": 0.6e-3})  # fmt: skip
+                                             "thickness": 0.6e-3, "load_height": 0.6e-3})
     sensor = plain.model_copy(update={"coils": (base,), "target": target, "elastomer": None})
     gap, omega = 2e-3, 2 * np.pi * sensor.frequency
     own = slope(sensor, "axisymmetric", Pose.of(np.array([[0.0, gap, 0.0, 0.0, 0.0, 0.0]])))

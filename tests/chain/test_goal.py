@@ -85,6 +85,6 @@ def test_a_disc_on_the_axis_is_not_moved_off_it() -> None:
         'target={material="copper", shape="disc", diameter="7 mm", thickness="0.2 mm"}',
         'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", '
         'track_width="0.1 mm", track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
-    ])  # fmt: skip
+    ])
     found = goal_of(one, magnetic_model(one, "axisymmetric", 1e-2)[0], [Pose(0.0, 1.9e-3)])
     assert found is not None and found.weights[0, 1] > 0.0 and not found.weights[:, [0, 2, 3, 4, 5]].any()

@@ -15,7 +15,7 @@ LOAD = Wrench(F_x=0.3, F_z=1.0)
 PLANE = {"mechanics": "planar", "magnetics": "planar", "tolerance": 1e-2}
 NAMES = (
     "elastomer.thickness", "elastomer.width", "modulus", "elastomer.material.c20", "elastomer.standoff", "frequency",
-)  # fmt: skip
+)
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +139,7 @@ def test_loads_that_leave_the_plane_have_images_in_mirrors_alone(load: Wrench) -
     ("name", "words"),
     [("coils.C1.turns", "can go up and down"), ("target.conductivity", "target.conductivity has no derivative"),
      ("elastomer.hight", "elastomer.hight")],
-)  # fmt: skip
+)
 def test_what_has_no_derivative_is_refused(sensor: Sensor, name: str, words: str) -> None:
     """By its name, in one line, before anything is solved."""
     with pytest.raises(SceneError, match=words) as error:

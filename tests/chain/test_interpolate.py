@@ -60,7 +60,7 @@ def between(rows: dict[Wrench, Row]) -> list[Wrench]:
         (GRID, NONE, 21), (GRID, MIRRORS, 14), (SPACE, NONE, 60), (SPACE, MIRRORS, 22), (SPACE, SQUARE, 14),
         (SPACE, DISC, 13), (TWIST, MIRRORS, 60), (TWIST, DISC, 30),
     ],
-)  # fmt: skip
+)
 def test_a_smooth_pad_is_solved_at_some_loads(grid: dict[str, list[float]], symmetry: Symmetry, most: int) -> None:
     """All poses stand within their stated errors; those between say that they are, with the map's error added."""
     layer = Spring()

@@ -71,7 +71,7 @@ def test_five_scenes_have_five_plans() -> None:
     requests = [
         (sensor.model_copy(update={"target": None}), []), (load_sensor("biorob2018", COAXIAL), []),
         (sensor, [Wrench(0.0, 2.0)]), (load_sensor("biorob2018", BACKING), []), (sensor, [Wrench(0.5, 2.0)]),
-    ]  # fmt: skip
+    ]
     plans = [plan(scene, loads) for scene, loads in requests]
     told = [(found.mechanics, found.magnetics, found.left_out) for found in plans]
     assert len({str(item) for item in told}) == 5

@@ -37,7 +37,7 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
     assert own * 0.2 <= one.error - aim.goal.magnetics <= own * 0.25 < many.error and 2.0 * one.seconds < many.seconds
     assert Promise(one, 2.0, 0.01).record == {
         "planned_seconds": one.seconds, "planned_error": one.error, "seconds": 2.0, "error": 0.01,
-    }  # fmt: skip
+    }
 
 
 def test_what_is_surely_missed_is_refused_with_what_can_be_had() -> None:

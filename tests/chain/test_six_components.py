@@ -79,7 +79,7 @@ def test_zero_leaves_the_plane_contract_as_it_is(capsys):
         (["pose", "biorob2018", "--fy", "nan N"], "--fy: must be"),
         (["pose", "biorob2018", "--fy", "1 N", "--tolerance", "2"], "tolerance must lie between 0 and 1"),
     ],
-)  # fmt: skip
+)
 def test_refusals_are_one_line(capsys, words, line):
     assert run(words) == 2
     out, err = capsys.readouterr()

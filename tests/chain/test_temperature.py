@@ -42,7 +42,7 @@ def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
     found = gradient(here, LOAD, CHAINED, **PLANE)
     ways = (-2, -1, 1, 2)
     each = {way: simulate(here.model_copy(update={"temperature": here.temperature + 10.0 * way}), LOAD, **PLANE)
-            for way in ways}  # fmt: skip
+            for way in ways}
 
     def slope(of) -> np.ndarray:
         return (8.0 * (of(each[1]) - of(each[-1])) - (of(each[2]) - of(each[-2]))) / (12.0 * 10.0)
@@ -85,7 +85,7 @@ def test_a_moved_table_is_one_at_another_temperature(data: xr.Dataset) -> None:
     scene = sensor(*COEFFICIENTS)
     moved = at_other_temperature(scene, data, scene.temperature + 2.0)
     anew = calibrate(scene.model_copy(update={"temperature": scene.temperature + 2.0}), F_x=[-0.2, 0.0, 0.2],
-                     F_z=[0.0, 0.5, 1.0], **QUICK)  # fmt: skip
+                     F_z=[0.0, 0.5, 1.0], **QUICK)
     cold, warm, read = (np.diagonal(part["L"].to_numpy(), axis1=2, axis2=3) for part in (data, anew, moved))
     change = warm * (1 + 60e-6) * (1 - 4e-6) ** 2 - cold  # 1/((2 pi f)^2 C): C larger, the clock slower
     np.testing.assert_allclose(read - cold, change, rtol=1e-2)
@@ -96,7 +96,7 @@ def test_a_moved_table_is_one_at_another_temperature(data: xr.Dataset) -> None:
 def planar() -> xr.Dataset:
     """A table with slopes of the cheap models that solve the pad."""
     return calibrate(sensor(*COEFFICIENTS), F_x=np.linspace(-0.4, 0.4, 5), F_z=np.linspace(0.0, 1.5, 5), drift=True,
-                     **PLANE)  # fmt: skip
+                     **PLANE)
 
 
 def read_by(temperature: float, data: xr.Dataset, load: Wrench) -> tuple[Inverse, np.ndarray]:

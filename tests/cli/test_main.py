@@ -32,7 +32,7 @@ from sits_mech.status import ANSWERED
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 REPORT = {"model", "unknowns", "iterations", "residual", "estimated_error", "seconds", "status", "notes", "left_out",
-          "left_out_error", "not_estimated"}  # fmt: skip
+          "left_out_error", "not_estimated"}
 PLANAR = ("--mechanics", "planar")  # the quicker one, where the answer plays no part
 Capture = pytest.CaptureFixture[str]
 
@@ -51,7 +51,7 @@ def test_the_exit_code_is_that_of_the_status(capsys: Capture) -> None:
     for force, more, code, status in (
         ("0.5 N", (), 0, "ok"), ("8 N", (), 4, "beyond data"), ("8 N", ("--accept",), 0, "beyond data"),
         ("-60 N", ("--accept",), 3, "not carried"),
-    ):  # fmt: skip
+    ):
         assert run(["pose", "biorob2018", "--fz", force, *asked, *more]) == code
         out, err = capsys.readouterr()
         assert json.loads(out)["status"] == status and ("exit code 4" in err) == (code == 4)
@@ -122,7 +122,7 @@ def test_pose_against_independent_numbers(capsys: Capture) -> None:
     overrides = (
         'elastomer.material={law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"}', "elastomer.width=0.02",
         "elastomer.length=1.0", "elastomer.thickness=0.002", "target.width=0.015", "target.load_height=0.0",
-    )  # fmt: skip
+    )
     tokens = [word for override in overrides for word in ("--set", override)]
     found = answer(capsys, "pose", "biorob2018", "--fx", "267 N", "--fz", "4050 N", *tokens)
     assert set(found) >= {"pose", "wrench", "report"}
@@ -196,7 +196,7 @@ def test_simulate_joins_both(capsys: Capture) -> None:
     ("inductance", "biorob2018", "--dv", "2 mm", "--accept"),
     ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 Hz:9 Hz:3", "--accept"),
     ("pose", "biorob2018", "--fx", "-0.2 N"),
-])  # fmt: skip
+])
 def test_answers_for_a_reader(capsys: Capture, tokens: tuple[str, ...]) -> None:
     """Tables on stdout; on stderr silence, but for what a simulation planned and took."""
     assert run(tokens) == 0
@@ -244,7 +244,7 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("view", "biorob2018", "--driven", "C9"), "--driven: must be one of C1, C2"),
     (("view", "biorob2018", "--kind", "photograph"), "photograph"),
     (("unknown",), "unknown"),
-])  # fmt: skip
+])
 def test_bad_input_is_one_line(capsys: Capture, tokens: tuple[str, ...], expected: str) -> None:
     """Which input, what it must be, what came; exit 2."""
     assert expected in refused(capsys, *tokens)
@@ -371,7 +371,7 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     started = subprocess.Popen(
         [*words, str(folder)], env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background has it ignored
-    )  # fmt: skip
+    )
     cases = folder / "cases"
     whole = "[!.]*.json"  # not the file that is being written, which goes when it is interrupted
     while len(list(cases.glob(whole))) < 3 and started.poll() is None:  # however long a busy machine takes
@@ -417,7 +417,7 @@ def test_linear_algebra_of_a_command_keeps_to_one_thread() -> None:
     ("view", "biorob2018", "--driven", "C9"), ("view", "biorob2018", "--frequency", "soon"),
     ("view", "biorob2018", "--fz", "1 N", "--kind", "scene"), ("export", "{made}", "--to", "c", "-o", "table.cir"),
     ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 kHz:0 Hz:3"),
-])  # fmt: skip
+])
 def test_a_refusal_comes_before_what_is_heavy(calibrated: Path, tokens: tuple[str, ...]) -> None:
     """One line, before solvers, tables and pictures are imported; in 0.5 s of processor time and 60 MB (measured);
     a unit of another dimension takes pint besides, 0.3 s."""
@@ -516,9 +516,9 @@ def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path
     """A viscous silicone opens a loop, narrower once it has settled; the table is kept; another silicone has none."""
     law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7'
     words = ["cycle", "biorob2018", "--fz", "1 N", "--mechanics", "linear", "--tolerance", "0.05", "--json", "--accept",
-             "--set"]  # fmt: skip
+             "--set"]
     assert run([*words, f'{law}, prony=[{{weight=0.2, time="0.5 s"}}]}}', "-o", str(tmp_path / "c.nc"),
-                "--picture", str(tmp_path / "c.svg")]) == 0  # fmt: skip
+                "--picture", str(tmp_path / "c.svg")]) == 0
     out, told = capsys.readouterr()
     assert told.splitlines() == [f"written to {tmp_path / name}" for name in ("c.nc", "c.svg")]
     assert "cycle 2" in (tmp_path / "c.svg").read_text()
@@ -538,7 +538,7 @@ def test_over_temperature(capsys: Capture, tmp_path: Path) -> None:
     models = ("--mechanics", "linear", "--magnetics", "planar", "--tolerance", "0.1")
     picture = tmp_path / "drift.png"
     found = answer(capsys, "simulate", "biorob2018", "--fz", "0.5 N", *models, "--temperature", "10 degC:30 degC:3",
-                   "--picture", str(picture), "--accept")  # fmt: skip
+                   "--picture", str(picture), "--accept")
     assert {each["status"] for each in found["temperatures"]} <= {"ok", "above tolerance"}
     assert found["temperature"] == pytest.approx([283.15, 293.15, 303.15]) and picture.stat().st_size > 10_000
     heights = [each["pose"]["d_v"] for each in found["temperatures"]]

@@ -55,7 +55,7 @@ def test_all(half: str, first: int, tmp_path: Path, sound: Path) -> None:
         (malformed.Said(0, '{"flags": ["beyond data"]}'), "exit code 0 of ['beyond data']"),
         (malformed.Said(3, "", "RuntimeWarning: overflow"), "warning"),
     ],
-)  # fmt: skip
+)
 def test_what_is_a_fault(said: malformed.Said, fault: str) -> None:
     """The reader of exit codes and words sees each fault, and none in a good end."""
     found = malformed.answer_faults(["pose", "biorob2018", "--json"], said)

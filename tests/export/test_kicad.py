@@ -101,7 +101,7 @@ def test_turns_and_length(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("scene", "layers"), [
     *(("biorob2018-w15", layers) for layers in (1, 2, 3, 4, 6)), ("triaxial-4", 2), ("triaxial-4", 4), ("triaxial-3", 2)
-])  # fmt: skip
+])
 def test_nothing_touches_that_should_not(scene: str, layers: int, tmp_path: Path) -> None:
     """On each layer copper of other runs, turns and holes keeps the gap, to 2 um; each end meets its hole."""
     sensor = load_sensor(scene)
@@ -173,7 +173,7 @@ def test_kicad_opens_it(scene: str, tmp_path: Path) -> None:
     (["coils.C1.layers=4"], "coils: must have one number of layers"),
     (["substrate_radius=0.05"], "substrate_radius: must not be given"),
     (["coils.C1.directions=[1, -1]"], "coils.C1.directions: must not be given for --to kicad"),
-])  # fmt: skip
+])
 def test_what_is_no_footprint(change: list[str], message: str, tmp_path: Path) -> None:
     """No room for a via, boards of two stacks, a round board, layers wound against each other."""
     with pytest.raises(ValueError, match=message):

@@ -22,7 +22,7 @@ from sits_mech.scene.sensor import load_sensor, scene_text
 NAMES = {
     "html, c": ("<!--<script>", "*/ #error /*??/"), "kicad, sheet": ('") (pad "\\', '=HYPERLINK("a";"b"),-1+1'),
     "spice, xml": (".end ]]>-->", "+ R1 0 1 {x} '&amp;</script>"), "mathtext, format": ("$\\frac{$", "{0}%s%n ${x} $x"),
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module", params=NAMES.values(), ids=NAMES)

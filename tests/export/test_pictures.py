@@ -24,7 +24,7 @@ def test_curves_and_crosstalk(
 
 def test_what_a_table_has_no_loads_for_is_said(
     three_forces: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:  # fmt: skip
+) -> None:
     """Slices of three forces can all be drawn; of a file that is in the way one line says so."""
     assert run(["export", str(three_forces), "--to", "svg", "-o", str(tmp_path / "all")]) == 0
     assert "no picture" not in capsys.readouterr().err

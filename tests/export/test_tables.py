@@ -59,7 +59,7 @@ def test_workbook_holds_numbers(source: Source, calibrated: Path, tmp_path: Path
 @pytest.mark.parametrize(("name", "unit"), [
     ("L[C1][C2]", "H/m"), ("error_L_v", "H/m"), ("error_L_v_percent", "% of L0"), ("R[C1][C1]", "ohm/m"),
     ("error_d_v", "m"), ("error_alpha", "rad"), ("status", ""), ("reason", ""), ("seconds", "s"),
-])  # fmt: skip
+])
 def test_units(name: str, unit: str) -> None:
     """By the name of a column."""
     assert unit_of(name, "H/m") == unit

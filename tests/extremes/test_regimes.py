@@ -24,11 +24,11 @@ FREQUENCIES = (1.0, 1e4, 1e6, 1e8)
 FAST = (
     (0.5, 0.2, 0.05, 1e9), (8, 0.2, 2, 1e3), (8, 0.005, 2, 5.8e7), (8, 5, 50, 1e9), (100, 0.2, 50, 5.8e7),
     (0.5, 0.005, 50, 1e3), (8, 0.2, 0.5, 1e9),
-)  # fmt: skip
+)
 SLOW = tuple(
     (w, t, gap, sigma) for w in (0.5, 8, 100) for t in (0.005, 0.2, 5) for gap in (0.05, 2, 50)
     for sigma in (1e3, 5.8e7, 1e9) if (w, t, gap, sigma) not in FAST
-)  # fmt: skip
+)
 CORNERS = [*FAST, *(pytest.param(*row, marks=pytest.mark.slow) for row in SLOW)]
 
 
@@ -36,7 +36,7 @@ def coil(name: str = "C", x: float = 0.0) -> Coil:
     return Coil(
         name=name, centre=(x * MM, 0.0), layers=2, turns=12, inner_diameter=2.2 * MM, track_width=0.1 * MM,
         track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6,
-    )  # fmt: skip
+    )
 
 
 def plate_scene(width: float, thickness: float, sigma: float, mu: float = 1.0) -> Sensor:
@@ -44,7 +44,7 @@ def plate_scene(width: float, thickness: float, sigma: float, mu: float = 1.0) -
     target = Target(
         conductivity=sigma, relative_permeability=mu, shape="rectangle", width=width * MM, length=width * MM,
         thickness=thickness * MM,
-    )  # fmt: skip
+    )
     return Sensor(name="plate", frequency=1e6, coils=(coil("C1", -4), coil("C2", 4)), target=target)
 
 

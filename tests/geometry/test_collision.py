@@ -50,7 +50,7 @@ def with_plate(part, **changes):
 def test_every_model_refuses_a_pose_in_a_fixed_plate_alike():
     """Beside, above and below it, touching or not, the same line with both parts and the place."""
     for part, how in ((plate(4.5, 2.65), "overlaps it by 0.15 mm"), (plate(0.0, 2.8), "touches it"),
-                      (plate(5.0, 2.6), "touches it"), (plate(0.0, 2.4), "touches it")):  # fmt: skip
+                      (plate(5.0, 2.6), "touches it"), (plate(0.0, 2.4), "touches it")):
         said = set()
         for model in (planar_bars, planar_fem, sheets):
             with pytest.raises(Collision) as caught:
@@ -102,7 +102,7 @@ def test_outlines_of_fixed_plates_count_with_their_notches_filled():
     sensor = load_sensor("biorob2018")
     for x, clear in ((10.0, True), (2.0, False)):
         part = Conductor(name="GND", material="copper", shape="outline", centre=(x * MM, 0.0, 3.1 * MM), points=ell,
-                         thickness=0.2 * MM)  # fmt: skip
+                         thickness=0.2 * MM)
         among = sensor.model_copy(update={"conductors": (part,)})
         if clear:
             check_clearance(among, Pose(0.0, 3e-3))

@@ -20,7 +20,7 @@ def test_one_answer_a_component_for_errors(height: float) -> None:
     model, pose = sheets(sensor, 3e-2), Pose(*np.array([[0.3 * MM], [height * MM], [0.01]]))
     (found, L, R), (same, exact, exact_R) = (
         pose_slopes(sensor, model, pose, 5e6, POSE[:3], quick=quick) for quick in (True, False)
-    )  # fmt: skip
+    )
     np.testing.assert_allclose(found.L, same.L, rtol=1e-12)
     assert np.all(np.abs(L - exact) < 1e-2 * np.abs(exact).max(axis=(0, 1, 2)))
     assert np.all(np.abs(R - exact_R) < 3e-2 * np.abs(exact_R).max(axis=(0, 1, 2)))

@@ -22,7 +22,7 @@ def nut(x, z, *, y=0.0, size=(2.0, 2.0, 0.5), name="nut", material="copper"):
     return Conductor(
         name=name, material=material, shape="rectangle", centre=(x * MM, y * MM, z * MM), width=width, length=length,
         thickness=thickness,
-    )  # fmt: skip
+    )
 
 
 def with_parts(sensor: Sensor, *parts: Conductor) -> Sensor:
@@ -50,7 +50,7 @@ FAR_NUTS = ((14.0, -1.0), (20.0, 0.3), (0.0, -15.0), (60.0, 40.0))
 
 @pytest.mark.parametrize(("x", "z"), [
     (0.0, -5.0), *(pytest.param(*place, marks=pytest.mark.slow) for place in FAR_NUTS)
-])  # fmt: skip
+])
 def test_bound_on_a_nut_beside_coils(x, z):
     """2.5 to 10 times what sheets say: it is a box in an ellipsoid, a perfect conductor, and near ones in a ball."""
     true = effect(sheets, COILS, [nut(x, z)])
@@ -158,7 +158,7 @@ def test_bodies_by_hand() -> None:
     """A thin disc across the field has 8/3 a^3 and no less, a ball of a plate never less than the plate."""
     disc = Conductor(
         name="d", material="copper", shape="disc", centre=(0.0, 0.0, -0.1), diameter=2e-2, thickness=1e-7
-    )  # fmt: skip
+    )
     across = _body(disc).alpha[:, 2].min()
     assert 8.0 / 3.0 * 1e-6 < across < 1.1 * 8.0 / 3.0 * 1e-6
     cube = _body(nut(0.0, -9.0, size=(2.0, 2.0, 2.0)))
@@ -170,7 +170,7 @@ def test_bodies_by_hand() -> None:
 
 @pytest.mark.parametrize("parts", [
     [nut(200.0, -30.0)], [nut(0.0, 150.0, material="ferrite"), nut(-90.0, 0.0, y=200.0, name="second")],
-])  # fmt: skip
+])
 @pytest.mark.parametrize("section", [False, True])
 def test_closed_forms_alone_lie_above_what_is_integrated(parts, section):
     """By up to 100 times, for many poses at once; where they do not do, the better bound comes as ever."""

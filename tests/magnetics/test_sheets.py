@@ -139,7 +139,7 @@ def test_extreme_skin_ratios_follow_the_skin_depth(sensor: Sensor) -> None:
     """
     plate = 'relative_permeability=1, shape="rectangle", width="8 mm", length="8 mm", thickness="0.2 mm"'
     found = [sheets(load_sensor("biorob2018", [f"target={{conductivity={sigma}, {plate}}}"])).impedance(
-        Pose(0.0, 2e-3), 5e6) for sigma in (1e10, 1e12)]  # fmt: skip
+        Pose(0.0, 2e-3), 5e6) for sigma in (1e10, 1e12)]
     change, error = ((values * 1e9)[0, 0] for values in (found[1].L - found[1].L0, found[1].error_L))
     assert abs(change + 61.41) < 3.0 * error + 0.02 < 1.5
     (R, off), (other, _) = ((z.R[0, 0] * s, z.error_R[0, 0] * s) for z, s in zip(found, (1e5, 1e6), strict=True))
@@ -182,7 +182,7 @@ def test_refusals(sensor: Sensor, model: Sheets) -> None:
 def test_many_poses_without_a_target() -> None:
     """Fixed metal alone answers alike at every pose, errors and their shared parts too."""
     part = 'conductors=[{name="nut", material="brass", shape="rectangle", centre=["0 mm", "-3 mm"], width="6 mm", ' \
-        'length="6 mm", thickness="1 mm"}]'  # fmt: skip
+        'length="6 mm", thickness="1 mm"}]'
     bare = load_sensor("biorob2018", [part]).model_copy(update={"target": None, "elastomer": None})
     z = sheets(bare, 1e-2).impedance(Pose(np.zeros(3), 2e-3), 5e6)
     assert z.L.shape == (3, 2, 2) and np.ptp(z.L, axis=0).max() == 0.0 < (z.L0 - z.L[0])[0, 0]

@@ -35,7 +35,7 @@ def two_loops(target: str) -> Sensor:
     coils = ", ".join(
         f'{{name="C{k}", centre=[{x}, 0.0], layers=1, turns=1, inner_diameter="39.9 mm", track_width="0.1 mm", '
         'track_thickness="35 um"}' for k, x in ((1, -0.025), (2, 0.025))
-    )  # fmt: skip
+    )
     return load_sensor("biorob2018", [f"coils=[{coils}]", f"target={{{target}}}"])
 
 

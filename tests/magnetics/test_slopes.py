@@ -138,7 +138,7 @@ FRESH = [(planar_bars, 1e-4), pytest.param(sheets, 1e-3, marks=pytest.mark.slow)
 @pytest.mark.parametrize(("make", "share"), FRESH)
 def test_coils_as_fresh_answers(
     sensor: Sensor, make: Callable[[Sensor, float], MagneticModel], share: float
-) -> None:  # fmt: skip
+) -> None:
     """Richardson's differences of answers of other scenes, to what their plates, divided anew for other coils, change.
 
     Which is far below the tolerance: a coil's length moves the other coil's inductance in fresh answers only.
@@ -209,7 +209,7 @@ def test_all_coils_aside_of_fixed_metal_are_no_target_moved(sensor: Sensor) -> N
     plate = Conductor(  # type: ignore[call-arg]
         name="plate", material="copper", shape="rectangle", width=8 * MM, length=8 * MM, thickness=0.2 * MM,
         centre=(3 * MM, 0.0, -2 * MM),
-    )  # fmt: skip
+    )
     among, pose = sensor.model_copy(update={"conductors": (plate,)}), Pose(0.5 * MM, 2.0 * MM)
     model, key, h = planar_bars(among, 1e-2), "coils.*.centre.0", 2e-5
     found = slopes(among, model, pose, 5e6, components=["d_h"], lengths=[key])

@@ -14,7 +14,7 @@ from sits_mech.scene.sensor import load_sensor
 
 MM = 1e-3
 BESIDE = 'conductors=[{name="nut", material="brass", shape="rectangle", centre=["12 mm", "3 mm"], width="3 mm", ' \
-    'length="4 mm", thickness="2 mm"}]'  # fmt: skip
+    'length="4 mm", thickness="2 mm"}]'
 
 
 def steps(Z: Impedance) -> tuple[float, float]:
@@ -101,7 +101,7 @@ def test_no_steps_over_frequency() -> None:
 def rings(tolerance: float) -> Axisymmetric:
     """One of the published coils under a coaxial disc."""
     changes = ['coils.C2.centre=["30 mm", "0 mm"]', 'target={material="copper", shape="disc", diameter="7 mm", '
-               'thickness="0.2 mm"}']  # fmt: skip
+               'thickness="0.2 mm"}']
     sensor = load_sensor("biorob2018", changes)
     coil = sensor.coils[0].model_copy(update={"centre": (0.0, 0.0)})
     return axisymmetric(sensor.model_copy(update={"coils": (coil,)}), tolerance)

@@ -31,7 +31,7 @@ def flush(*more):
 NARROW = [
     'target.width="30 mm"', 'target.length="6 mm"', 'elastomer.width="30 mm"', 'elastomer.length="6 mm"',
     'elastomer.thickness="10 mm"',
-]  # fmt: skip
+]
 WIDE = ('target.width="15 mm"', 'target.length="15 mm"', NEO_HOOKEAN)
 LOADS = {False: np.array([10.0, 50.0, 4.0]), True: np.array([1.0, 60.0, 0.3])}  # on the whole pad, scaled
 

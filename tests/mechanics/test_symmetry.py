@@ -15,7 +15,7 @@ PLATE = 'target={material="copper", thickness=2e-4, '
 KINDS = ("none", "rectangle", "square", "disc")
 LOADS = [Wrench(*load) for load in np.random.default_rng(3).normal(size=(20, 6)).tolist()]
 LOADS += [Wrench(*(part * on for part, on in zip(LOADS[0].components, mask, strict=True)))
-          for mask in itertools.product((0.0, 1.0), repeat=6)]  # fmt: skip
+          for mask in itertools.product((0.0, 1.0), repeat=6)]
 
 
 @pytest.mark.parametrize(("kind", "count"), [*zip(KINDS, (1, 4, 8, 8), strict=True)])
@@ -72,7 +72,7 @@ def test_what_a_load_cannot_cause() -> None:
         ("rectangle", Wrench(0.3, 1.0, 1e-3), (3, 4, 5)), ("rectangle", Wrench(0.0, 1.0, M_z=1e-3), (0, 2, 3, 4)),
         ("rectangle", Wrench(F_y=0.2), (0, 2, 5)), ("none", Wrench(), ()), ("disc", Wrench(0.0, 1.0), (0, 2, 3, 4, 5)),
         ("square", Wrench(0.3, 1.0, F_y=0.2), ()),
-    ):  # fmt: skip
+    ):
         pose = Symmetry(kind).projection(load) @ np.arange(1.0, 7.0)  # type: ignore[arg-type]
         expected = np.where(np.isin(np.arange(6), zero), 0.0, np.arange(1.0, 7.0))
         np.testing.assert_array_equal(pose, expected)
@@ -88,7 +88,7 @@ def test_what_a_load_cannot_cause() -> None:
         ("triaxial-3", (PLATE + 'shape="rectangle", width=8e-3, length=8e-3}',), "square"),
         ("triaxial-3", (PLATE + 'shape="outline", points=[[0, 0], [5e-3, 0], [0, 4e-3]]}',), "none"),
     ],
-)  # fmt: skip
+)
 def test_pad_and_target_make_the_symmetry(name: str, changes: tuple[str, ...], kind: str) -> None:
     """Coils play no part."""
     assert symmetry_of(load_sensor(name, list(changes))).kind == kind

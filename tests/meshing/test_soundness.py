@@ -84,7 +84,7 @@ def test_a_gap_that_is_open_is_no_cut():
 def hanging():
     """Two cells beside one cell as high."""
     return together(hexahedra(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0])),
-                    hexahedra(np.array([1.0, 2.0]), np.array([0.0, 1.0]), np.array([0.0, 0.4, 1.0])))  # fmt: skip
+                    hexahedra(np.array([1.0, 2.0]), np.array([0.0, 1.0]), np.array([0.0, 0.4, 1.0])))
 
 
 def unlike():

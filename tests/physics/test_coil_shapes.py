@@ -34,7 +34,7 @@ def rectangle(width: float, length: float, **changes: Any) -> Coil:
 def scene(coil: Coil, width: float = 8.0, length: float = 8.0, **changes: Any) -> Sensor:
     """Return a sensor of a coil and a copper plate [mm]."""
     plate = Target(material="copper", shape="rectangle", width=width * MM, length=length * MM, thickness=0.2 * MM,
-                   load_height=0.0)  # fmt: skip
+                   load_height=0.0)
     return Sensor(**{"name": "s", "frequency": F, "coils": (coil,), "target": plate} | changes)
 
 
@@ -45,7 +45,7 @@ def as_path(coil: Coil, count: int) -> Coil:
     lines = tuple(
         tuple((float(r * np.cos(a)), float(r * np.sin(a)), z) for a in angle)
         for z in coil.heights for r in turn_radii(coil) * np.sqrt(2 * x / np.sin(2 * x))
-    )  # fmt: skip
+    )
     return Coil(name="C", shape="path", path=lines, track_width=coil.track_width, track_thickness=35e-6)
 
 
@@ -140,7 +140,7 @@ def test_free_space_of_any_coils_without_a_target() -> None:
 def test_far_metal_is_bounded_for_a_rectangle() -> None:
     """More than a solved plate takes, less than fifty times that."""
     far = Conductor(name="far", material="copper", shape="rectangle", centre=(12 * MM, 0.0, 3 * MM), width=2 * MM,
-                    length=2 * MM, thickness=0.5 * MM)  # fmt: skip
+                    length=2 * MM, thickness=0.5 * MM)
     sensor = scene(rectangle(2.0, 2.0), target=None)
     bound = float(remote_bounds(sensor, [far], Pose(0.0, 2 * MM))[0, 0])
     found = sheets(sensor.model_copy(update={"conductors": (far,)}), 2e-2).impedance(Pose(0.0, 2 * MM), F)
@@ -172,7 +172,7 @@ def test_a_plane_between_the_layers() -> None:
     coils = [rectangle(2.0, 2.0, layers=1).model_copy(update={"layer_z": (z,)}) for z in heights]
     both = rectangle(2.0, 2.0).model_copy(update={"layer_z": heights})
     plane = Conductor(name="plane", material="copper", shape="rectangle", centre=(0.0, 0.0, -0.5 * MM), width=6 * MM,
-                      length=6 * MM, thickness=0.1 * MM)  # fmt: skip
+                      length=6 * MM, thickness=0.1 * MM)
     found = []
     for coil in (*coils, both):
         z = sheets(scene(coil, target=None, conductors=(plane,)), 2e-2).impedance(Pose(0.0, 2 * MM), F)

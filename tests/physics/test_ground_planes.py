@@ -26,13 +26,13 @@ def slit(depth: float, width: float = 0.4) -> Loop:
 def plane(rim: Loop, *holes: Loop, z: float = -2.0) -> Conductor:
     """Return a plate of 35 um of copper [mm]."""
     return Conductor(name="GND", material="copper", shape="outline", centre=(0.0, 0.0, z * MM), points=rim,
-                     holes=holes, thickness=35e-6)  # fmt: skip
+                     holes=holes, thickness=35e-6)
 
 
 def rectangle(x: float, width: float) -> Conductor:
     """Return a rectangle of it, 8 mm long [mm]."""
     return Conductor(name=f"GND {x}", material="copper", shape="rectangle", centre=(x * MM, 0.0, -2 * MM),
-                     width=width * MM, length=8 * MM, thickness=35e-6)  # fmt: skip
+                     width=width * MM, length=8 * MM, thickness=35e-6)
 
 
 def scene(*parts: Conductor) -> Sensor:
@@ -80,7 +80,7 @@ def rings(inner: float, outer: float, frequency: float) -> complex:
     share = [(1 - np.cos(np.linspace(0, np.pi, n + 1))) / 2 for n in (40, 4)]
     r, z = (inner + (outer - inner) * share[0]) * MM, -35e-6 * share[1]
     parts = [np.meshgrid(a, b, indexing="ij") for a, b in (((r[1:] + r[:-1]) / 2, (z[1:] + z[:-1]) / 2),
-                                                           (np.diff(r), -np.diff(z)))]  # fmt: skip
+                                                           (np.diff(r), -np.diff(z)))]
     cells = Sections(*(each.ravel() for pair in parts for each in pair))
     coil, omega = coil_sections(COIL), 2 * np.pi * frequency
     apart = cells.z[:, None] - coil.z

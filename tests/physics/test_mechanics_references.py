@@ -8,7 +8,7 @@ REFERENCES = {one.name: one for one in stored_references(STORED)}
 QUICK = (
     "flush disc 15 x 2, small shear", "disc 10 on 20 x 2, small press", "disc 6 on 12 x 6, sheared little",
     "disc 8 on 12 x 3, ogden, pulled", "layer, sheared 10 %", "square section, pulled", "layer, gent",
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("name", [name for name in QUICK if name in REFERENCES])

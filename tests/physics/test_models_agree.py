@@ -41,7 +41,7 @@ def coil(x: float = 0.0, name: str = "C") -> Coil:
     return Coil(
         name=name, centre=(x, 0.0), layers=2, turns=12, inner_diameter=2.2 * MM, track_width=0.1 * MM,
         track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6,
-    )  # fmt: skip
+    )
 
 
 def disc(radius: float) -> Sensor:
@@ -55,7 +55,7 @@ def strip(length: float) -> Sensor:
     turn = Coil(
         name="C", centre=(0.0, 0.0), layers=1, turns=1, inner_diameter=2.0, track_width=0.1 * MM,
         track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6,
-    )  # fmt: skip
+    )
     target = Target(conductivity=COPPER, shape="rectangle", width=4 * MM, length=length, thickness=0.2 * MM)
     return Sensor(name="strip", frequency=5e6, coils=(turn,), target=target)
 

@@ -91,7 +91,7 @@ def test_every_force_into_every_signal_by_hand() -> None:
     assert strays == pytest.approx({
         "dL_v_from_F_x": 0.0, "dL_v_from_F_y": 0.0, "dL_x_from_F_z": 20.0, "dL_x_from_F_y": 1.0, "dL_y_from_F_z": 0.0,
         "dL_y_from_F_x": 0.0,
-    }, abs=1e-12)  # fmt: skip
+    }, abs=1e-12)
     assert found["error_full_scale_dL_x"] == pytest.approx(0.02)
     assert found["error_largest_dL_x_from_F_z"] == pytest.approx((2.0 + 20.0 * 0.02) / (10.0 - 0.02))
     assert crosstalk(three())["dL_x_from_F_y"].dims == ("F_x", "F_z", "F_y")

@@ -33,10 +33,10 @@ def collisions(monkeypatch: pytest.MonkeyPatch) -> Callable[[Figure], list[str]]
         assert boxes
         (width, height), low = figure.bbox.size + _SLACK, -_SLACK
         out = [f"{words!r} is cut off" for words, box in boxes
-               if box.x0 < low or box.y0 < low or box.x1 > width or box.y1 > height]  # fmt: skip
+               if box.x0 < low or box.y0 < low or box.x1 > width or box.y1 > height]
         return out + [
             f"{one!r} over {other!r}" for (one, a), (other, b) in combinations(boxes, 2)
             if min(a.x1, b.x1) - max(a.x0, b.x0) > _SLACK and min(a.y1, b.y1) - max(a.y0, b.y0) > _SLACK
-        ]  # fmt: skip
+        ]
 
     return found

@@ -31,7 +31,7 @@ ASKED: dict[str, Any] = {
     },
     "require": {"error": {"F_z": "9 %"}, "height": "3 mm"}, "tolerance": {"modulus": "10 %"},
     "goal": {"minimise": "resolution.F_z"},
-}  # fmt: skip
+}
 TEXT = """scene = "biorob2018"
 [loads]
 F_z = ["0 N", "0.4 N"]
@@ -107,7 +107,7 @@ def test_the_page_stands_alone(folder: Path) -> None:
 
 def test_nothing_is_written_over_another(
     collisions: Callable[[Figure], list[str]], monkeypatch: pytest.MonkeyPatch
-) -> None:  # fmt: skip
+) -> None:
     """In the front and the limits; what hollow marks, dashes, dots and the star are stands above."""
     asked = requirements_of(ASKED)
     monkeypatch.setattr(Solver, "answered", bent)

@@ -89,7 +89,7 @@ def test_what_holds_any_loads(three_forces: Path, tmp_path: Path, form: str) -> 
 
 def test_the_layer_is_drawn_as_it_was_solved(
     calibrated: Path, copied: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:  # fmt: skip
+) -> None:
     """The largest load's kept state makes the picture; nothing is solved for it."""
     (copied / "layer.png").unlink()
     for model in (BlockPad, PlanarLayer):

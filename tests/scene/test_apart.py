@@ -67,7 +67,7 @@ def test_the_film_below_the_layer_belongs_to_it() -> None:
         (DISC, 3.53, 3.53, False), (DISC, 3.54, 3.54, True),  # discs of 8 and 2 mm: 5 mm apart at 45 degrees
         (TRIANGLE, 1.0, 1.0, False), (TRIANGLE, 1.02, 1.02, True), (TRIANGLE, -1.0, -1.0, False),
     ],
-)  # fmt: skip
+)
 def test_round_plates_and_outlines_are_what_they_are(target: dict[str, Any], x: float, y: float, clear: bool) -> None:
     """Not the boxes around them; a square's corner reaches the triangle's long side at 1 mm both ways."""
     part = nut(x, 2.11, y=y, round_=target is DISC) | {"thickness": 0.1 * MM}

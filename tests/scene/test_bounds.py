@@ -18,7 +18,7 @@ from sits_mech.scene.bounds import Count, Length, MetalName, Name, Offset, Perme
     (Name, "a coil", "two\nlines", "must be a printable text of 1 to 200 letters"),
     (MetalName, "copper", "unobtainium", "unobtainium"),
     (SiliconeOrName, "ecoflex-00-30", "chewing gum", "chewing gum"),
-])  # fmt: skip
+])
 def test_one_inside_one_outside(kind: Any, good: object, bad: object, words: str) -> None:
     """What lies inside is taken, what lies outside refused with what it must be."""
     adapter: TypeAdapter[object] = TypeAdapter(kind)

@@ -140,7 +140,7 @@ def test_free_tracks_may_reach_into_each_other() -> None:
     made(PATH, PATH | {"name": "D", "path": [inner]})
     with pytest.raises(SceneError, match="C and coils.D overlap: tracks must not cross"):
         made(PATH, PATH | {"name": "D", "path": [[*inner, [0.0, 3e-3, TOP], [0.0, -1e-3, TOP], [3e-3, -1e-3, TOP],
-                                                  [3e-3, 0.5e-3, TOP]]]})  # fmt: skip
+                                                  [3e-3, 0.5e-3, TOP]]]})
 
 
 def test_plates_between_a_boards_layers() -> None:

@@ -27,7 +27,7 @@ def test_nothing_is_said_of_the_catalogue(name: str) -> None:
         ('elastomer.material={law="neo-hookean", shear_modulus="30 Pa", bulk_modulus="3 MPa"}', "modulus of 30 Pa"),
         (YEOH % "", "yeoh with c20 = -2e+03 Pa has no fitted_range and is unstable from a stretch of"),
     ],
-)  # fmt: skip
+)
 def test_slips_of_a_scene_are_told(override: str, said: str) -> None:
     (line,) = slips(load_sensor("biorob2018", [override]))
     assert line.startswith("implausible: ") and said in line

@@ -50,12 +50,12 @@ def test_causes_alone_change_their_own_parts() -> None:
     """Pad, modulus, board, ... one after the other; all of them together are the whole."""
     cold = sensor('readout.capacitance_coefficient="-30 ppm/K"')
     parts = {"conductivity": {"target", "coils"}, "plates": {"target", "elastomer"}, "pad": {"elastomer"},
-             "modulus": {"elastomer"}, "board": {"coils"}, "capacitor": {"readout"}, "clock": set()}  # fmt: skip
+             "modulus": {"elastomer"}, "board": {"coils"}, "capacitor": {"readout"}, "clock": set()}
     assert set(parts) == set(CAUSES)
     for cause, changed in parts.items():
         warm = at_temperature(cold, WARM, [cause])
         own = {part for part in ("target", "coils", "elastomer", "readout")
-               if getattr(warm, part).__repr__() != getattr(cold, part).__repr__()}  # fmt: skip
+               if getattr(warm, part).__repr__() != getattr(cold, part).__repr__()}
         assert own == changed, cause
 
 
@@ -88,7 +88,7 @@ def test_parameters_stand_for_causes_at_the_scenes_temperature() -> None:
         (('elastomer.material={law="neo-hookean",shear_modulus="20 kPa",bulk_modulus="20 MPa"}',), 300.0,
          "elastomer.material.expansion: must be given"),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_known_is_named(keys: tuple[str, ...], kelvin: float, said: str) -> None:
     """One line: which input, what it must be, what came; at 20 degC nothing is asked."""
     scene = sensor(*keys)
@@ -103,7 +103,7 @@ def test_given_coefficients_take_the_place_of_the_catalogues() -> None:
     """Steel as a fixed plate: resistivity, permeability and size by its own; its place stays."""
     steel = ('{name="bed",shape="rectangle",centre=["0 mm","-4 mm"],width="20 mm",length="20 mm",thickness="1 mm",'
              'conductivity="6 MS/m",relative_permeability=100.0,temperature_coefficient="5000 ppm/K",'
-             'permeability_coefficient="1000 ppm/K",expansion="12 ppm/K"}')  # fmt: skip
+             'permeability_coefficient="1000 ppm/K",expansion="12 ppm/K"}')
     warm = at_temperature(sensor(f"conductors=[{steel}]"), REFERENCE + 10.0).conductors[0]
     assert warm.metal.conductivity == pytest.approx(6e6 / 1.05, rel=1e-14)
     assert warm.metal.relative_permeability == pytest.approx(101.0, rel=1e-14)

@@ -60,7 +60,7 @@ def test_scenes_hold_it(path: Path) -> None:
         {"elastomer": {"material": "ecoflex-00-30", "shape": "pillars", "pitch": "2 mm", "diameter": "1 mm",
                        "thickness": "2 mm"}},
     ],
-)  # fmt: skip
+)
 def test_what_is_read_holds_it(changes: dict[str, Any]) -> None:
     """Numbers for quantities, what is filled in, tables of silicones, plates in two coordinates, fields of pillars."""
     sensor_from(scene(**changes))

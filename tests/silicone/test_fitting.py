@@ -175,7 +175,7 @@ def test_constrained_fit_is_the_best_of_the_stable_ones() -> None:
     fit = fit_law(test, "yeoh")
     assert fit.constants["c30"] == pytest.approx(0.0, abs=1e-6)
     matrix = np.stack([engineering_stress("yeoh", {"c10": 0.0, "c20": 0.0, "c30": 0.0} | {k: 1.0}, STRAIN)
-                       for k in ("c10", "c20")], axis=1)  # fmt: skip
+                       for k in ("c10", "c20")], axis=1)
     width = np.sqrt(np.diff(np.r_[0.0, 0.5 * (STRAIN[2:] + STRAIN[1:-1]), 1.0]))
     best = np.linalg.lstsq(matrix[1:] * width[:, None], test.stress[1:] * width)[0]
     assert [fit.constants["c10"], fit.constants["c20"]] == pytest.approx(best, rel=1e-5)

@@ -121,7 +121,7 @@ def test_impossible_materials_are_refused(table: dict[str, object], message: str
 @pytest.mark.parametrize(("mu", "bulk", "words"), [
     ("30 kPa", "30 MPa", ()), ("30 kPa", "50 kPa", ("bulk modulus",)), ("40 GPa", "80 TPa", ("shear modulus",)),
     ("50 Pa", "50 Pa", ("shear modulus", "bulk modulus")),
-])  # fmt: skip
+])
 def test_slips_of_unit_are_named(mu: str, bulk: str, words: tuple[str, ...]) -> None:
     """A line for each constant that no silicone has; the catalogue has none."""
     table = {"law": "neo-hookean", "shear_modulus": mu, "bulk_modulus": bulk}

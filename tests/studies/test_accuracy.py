@@ -20,7 +20,7 @@ def test_a_reference_judges_what_is_five_times_its_error(error: float, resolved:
     ("error", "estimated", "resolved", "honest"),
     [(1e-3, 4e-3, 0.0, True), (1e-3, 6e-3, 0.0, False), (1e-3, 1.9e-4, 0.0, False), (1e-3, 2.1e-4, 0.0, True),
      (1e-3, 2e-5, 1e-3, True), (0.0, 4e-3, 1e-3, True), (0.0, 6e-3, 1e-3, False)],
-)  # fmt: skip
+)
 def test_an_estimate_holds_within_a_factor_of_five(
     error: float, estimated: float, resolved: float, honest: bool
 ) -> None:

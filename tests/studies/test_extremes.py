@@ -146,7 +146,7 @@ def test_random_scenes_are_the_same_ones_and_of_all_kinds() -> None:
         (np.linalg.LinAlgError("8-th leading minor"), "exception"), (SceneError("target: must be"), "bad input"),
         (SolveFailed("lost", SolveReport("planar", 1, 1, 0.0, 1.0, 0.0, "load path ended")), "load path ended"),
     ],
-)  # fmt: skip
+)
 def test_what_is_refused_by_name_and_what_only_broke(error: Exception, status: str) -> None:
     try:
         raise error

@@ -109,7 +109,7 @@ def test_branches_follow_their_equation():
     stretch, x = lambda_of(3.0), np.zeros(2)  # S'_0 : C = 0, so that S'_0,xx = -lambda^3 S'_0,zz/2 at each time
     for a, b in ((0.0, 1.0), (1.0, 2.0), (2.0, 3.0)):
         x = solve_ivp(lambda t, x: (-0.5 * lambda_of(t) ** 3 * softened(t) - x) / tau, (a, b), x, rtol=1e-9, atol=1e-6,
-                      method="DOP853").y[:, -1]  # fmt: skip
+                      method="DOP853").y[:, -1]
     S_xx = -0.5 * stretch**3 * softened(3.0)
     S_xx += float(g @ (S_xx - x))
     rest = (2.0 * S_xx / stretch + S_zz * stretch**2) / 3.0

@@ -81,7 +81,7 @@ def test_probe_over_steel() -> None:
     found = drift(fit)
     assert np.all(np.abs(found.computed - found.measured[:, 0]) < found.open) and np.all(found.computed < 0.0)
     near_far = [1e6 * (own[0] / found.hertz[0] - own[-1] / found.hertz[-1]) for own in
-                (found.measured[:, 0], found.steel, found.board)]  # fmt: skip
+                (found.measured[:, 0], found.steel, found.board)]
     assert near_far[0] == pytest.approx(-80.0, abs=1.0)  # ppm/K: 83 near, 3 far
     assert 0.5 < near_far[1] / near_far[0] < 1.0 and abs(near_far[2]) < 1.0  # by the steel alone
 

@@ -34,7 +34,7 @@ def test_counts_hide_nothing() -> None:
     one = {"kind": "section", "status": "judged", "L over bar": 0.5, "seconds": 1.0, "told": 2.0}
     nut = {"nut": 1e-6, "nut seconds": 1.2}
     rows = [one, one | {"L over bar": 1.5, "seconds": 9.0} | nut, one | {"kind": "load", "pose over bar": 2.0},
-            {"kind": "load", "status": "ended"}, one | {"status": "no richer model"}]  # fmt: skip
+            {"kind": "load", "status": "ended"}, one | {"status": "no richer model"}]
     found = {row["what"]: (row["hold"], row["of"]) for row in counts(rows)}
     assert found["ended before the load, named"] == (1, 5) and found["no richer model"] == (1, 5)
     assert found["L within both errors"] == (2, 3) and found["pose within both errors"] == (0, 1)

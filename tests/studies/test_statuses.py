@@ -16,7 +16,7 @@ def answer(change: float, status: str = "ok", error: float = 0.002) -> Row:
     return {
         "status": status, "error": error, "stretch": 1.5, "changes": np.array([-1.0, change]),
         "told": {"d_v": (np.array(change), np.array(error))},
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.parametrize(
@@ -24,7 +24,7 @@ def answer(change: float, status: str = "ok", error: float = 0.002) -> Row:
     [(answer(0.011), False), (answer(-0.013), True), (answer(0.013, "above tolerance", 0.004), False),
      (answer(0.0, "beyond data"), True), ({"status": "not carried"}, True), ({"status": "failed"}, True),
      ({"status": LATE}, False)],
-)  # fmt: skip
+)
 def test_an_ok_is_wrong_beyond_the_tolerance_and_the_finer_error(finer: Row, wrong: bool) -> None:
     """By the share of the full scale; a finer answer that does not exist says so as well, one that is late nothing."""
     assert compared(answer(0.0), finer)["wrong"] == wrong
@@ -39,7 +39,7 @@ def test_figures_are_told_over_both_errors() -> None:
 def test_the_summary_names_the_wrong() -> None:
     """Beside how many there are of each status."""
     rows = [{"scene": 0, "status": "failed"}, {"scene": 1, "status": "ok", "finer": LATE},
-            {"scene": 2, "status": "ok", "finer": "beyond data", "wrong": True}]  # fmt: skip
+            {"scene": 2, "status": "ok", "finer": "beyond data", "wrong": True}]
     said = summary(rows)
     assert said.startswith("3 scenes: 2 ok") and "1 failed" in said
     assert said.endswith("1 ok not judged in time, 1 wrong (scenes 2)")

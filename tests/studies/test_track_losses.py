@@ -8,7 +8,7 @@ from common.track_losses import (
     foil_resistance_ratio,
     round_wire_impedance,
     turn_impedance,
-)  # fmt: skip
+)
 from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections

@@ -25,7 +25,7 @@ ASKED = requirements_of({
     },
     "require": {"resolution": {"F_z": "1 mN"}}, "tolerance": {"modulus": "20 %", "coil_offset": "0.1 mm"},
     "goal": {"minimise": "height"},
-})  # fmt: skip
+})
 
 
 def test_a_grid_has_its_ends_and_no_more_designs_than_asked() -> None:

@@ -25,7 +25,7 @@ FULL: dict[str, Any] = {
         "elastomer.thickness": "0.05 mm", "modulus": "10 %", "coil_offset": "0.1 mm", "repeatability": "0.01 %",
     },
     "goal": {"minimise": {"error.F_z": 2, "height": 1}, "yield": "90 %"},
-}  # fmt: skip
+}
 
 
 def test_a_file_in_si(tmp_path: Path) -> None:
@@ -36,7 +36,7 @@ def test_a_file_in_si(tmp_path: Path) -> None:
         "resolution.F_x": 0.01, "drift.F_z": 0.02, "error.F_z": 0.05, "crosstalk_before_inverse": 0.6, "rate": 100.0,
         "footprint.x": 0.025,
         "footprint.y": 0.02, "height": 0.008,
-    })  # fmt: skip
+    })
     assert found.tolerance == pytest.approx(
         {"elastomer.thickness": 5e-5, "modulus": 0.1, "coil_offset": 1e-4, "repeatability": 1e-4}
     )

@@ -26,7 +26,7 @@ ASKED: dict[str, Any] = {
     },
     "require": {"error": {"F_z": "6 %"}, "height": "5 mm"}, "tolerance": {"modulus": "10 %"},
     "goal": {"minimise": "resolution.F_z", "yield": "90 %"},
-}  # fmt: skip
+}
 STIFFNESS = (1.0, 2.0, 6.0)
 
 

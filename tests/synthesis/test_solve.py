@@ -21,7 +21,7 @@ ASKED: dict[str, Any] = {
     "vary": {"elastomer.thickness": {"from": "1.5 mm", "to": "3 mm"}},
     "require": {"resolution": {"F_z": "1 mN"}}, "tolerance": {"modulus": "10 %"},
     "goal": {"minimise": "resolution.F_z"},
-}  # fmt: skip
+}
 SOLVER = Solver(requirements_of(ASKED), 5e-2)
 
 

@@ -9,7 +9,7 @@ SENSOR = load_sensor("biorob2018")
 SPACE = space_of(SENSOR, {
     "elastomer.thickness": {"from": "1 mm", "to": "6 mm"}, "coils.*.turns": [8, 10],
     "target.width": {"from": 0.006, "to": 0.01},
-})  # fmt: skip
+})
 
 
 def test_a_design_is_a_scene() -> None:

@@ -25,7 +25,7 @@ from sits_mech.status import joined, marked
 def full_cycle(
     sensor: Sensor, peak: Wrench, programme: Programme, *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str = "auto", progress: Progress = untold,
-) -> xr.Dataset:  # fmt: skip
+) -> xr.Dataset:
     """Return pose, inductance and signals under a load cycle, by the memory of every point.
 
     As `load_cycle`, at the programme's times, without ``elastic_share``; errors as `in_time`.
@@ -36,7 +36,7 @@ def full_cycle(
     data = in_time(
         sensor, LoadHistory(programme.time[corners], loads), tolerance=tolerance, mechanics=mechanics,
         magnetics=magnetics, progress=progress, points=True,
-    )  # fmt: skip
+    )
     found, solved = {}, data["time"].to_numpy()
     load = np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
     for name in (*POSE, *(f"error_{name}" for name in POSE), "L", "error_L", *_signals(data)):

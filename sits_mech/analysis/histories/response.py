@@ -41,7 +41,7 @@ _CORNER = 0.5  # of a load's rate: a jump by more is a corner
 def in_time(
     sensor: Sensor, history: LoadHistory, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
     progress: Progress = untold, points: bool = False,
-) -> xr.Dataset:  # fmt: skip
+) -> xr.Dataset:
     """Return poses, inductances and signals under a history of loads, as a Dataset over time.
 
     ``given`` (whether the time is of the history, or solved between two of them), the wrench, pose, ``L`` (coil,
@@ -76,13 +76,13 @@ def in_time(
         scene=scene_text(sensor), scene_hash=scene_hash(sensor), version=__version__, name=sensor.name,
         request=json.dumps(request), notes="; ".join(notes), frequency=sensor.frequency, unit_L=found.unit_L,
         report=json.dumps(as_jsonable(asdict(motion.report))),
-    )  # fmt: skip
+    )
     return labelled(data)
 
 
 def taken_layer(
     sensor: Sensor, mechanics: str, tolerance: float, history: LoadHistory, *, points: bool = False
-) -> tuple[MechanicalModel, Choice]:  # fmt: skip
+) -> tuple[MechanicalModel, Choice]:
     """Return the mechanical model: small loads take a smaller one; softening takes one at finite strain.
 
     Raises SceneError for a named model without memory at every point, where `points` asks for it.

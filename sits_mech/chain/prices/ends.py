@@ -136,12 +136,12 @@ class InSection:
         report = replace(
             found.report, estimated_error=found.report.estimated_error + ends.size,
             notes=(*found.report.notes, f"{note} sheets"),
-        )  # fmt: skip
+        )
         known = np.zeros((0, *found.L.shape)) if found.shared_L is None else found.shared_L
         return replace(
             found, error_L=found.error_L + np.abs(ends.L) + ends.error_L, report=report,
             error_R=found.error_R + np.abs(ends.R) + ends.error_R, shared_L=np.concatenate([known, ends.L[None]]),
-        )  # fmt: skip
+        )
 
 
 def ends_of_pad(sensor: Sensor) -> FiniteLength | None:

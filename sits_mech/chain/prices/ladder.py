@@ -54,7 +54,7 @@ class Rung:
 def ladder(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
     progress: Progress | None = None,
-) -> list[Rung]:  # fmt: skip
+) -> list[Rung]:
     """Solve a load, not zero, at every tolerance from 0.1 down to a tenth of the asked one.
 
     Raises SceneError when there is no load, or a model cannot hold the scene.

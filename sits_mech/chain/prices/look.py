@@ -40,7 +40,7 @@ class Look(NamedTuple):
 
 def look(
     layer: MechanicalModel, load: Wrench, tolerance: float, measure: Callable[[Equilibrium], float]
-) -> Look | None:  # fmt: skip
+) -> Look | None:
     """Return what to expect of a load [N, N m]; None of a model that has no first meshes.
 
     `measure` gives the error of an answer on the first meshes, which `tolerance` is asked of.

@@ -68,7 +68,7 @@ class Plan:
     def of(
         cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice,
         shown: Shown | None = None, seen: Look | None = None,
-    ) -> Plan:  # fmt: skip
+    ) -> Plan:
         """Return the plan of a request whose models are chosen; arguments as `models.plan` and `omissions`.
 
         What is `seen` of the load on its first meshes replaces the typical cost and error.

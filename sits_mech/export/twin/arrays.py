@@ -167,7 +167,7 @@ def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
         "relaxation_weights": prony[:, 0] / (1.0 - prony[:, 0].sum()), "relaxation_times": prony[:, 1],
         "creep_weights": weights, "creep_times": times[: len(weights)],
         "mullins": np.full(3, np.nan) if soft is None else np.array([soft.r, soft.m, soft.beta]),
-    }  # fmt: skip
+    }
 
 
 def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[str, Any]:
@@ -183,7 +183,7 @@ def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[
         "input_divider": np.array(front.input_divider), "reference_divider": np.array(front.reference_divider),
         "rcount": np.array(front.rcount), "conversion": counted,
         "opened": windows(front)[0], "channel_time": _array(front.channel_time),
-    }  # fmt: skip
+    }
 
 
 def _temperature(source: Source) -> dict[str, Any]:

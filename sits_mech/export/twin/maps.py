@@ -176,7 +176,7 @@ def _among(found: SmoothMap, powers: Powers) -> Array:
 
 def _based(
     powers: Powers, coefficients: Array, box: Sequence[Array], columns: Powers, held: Array, error: Array, coils: int
-) -> TwinMap:  # fmt: skip
+) -> TwinMap:
     """Return a map whose constant is its base, in codes (of outputs beyond the coils) a whole number."""
     a, base = coefficients.copy(), coefficients[:, 0].copy()
     base[coils:] = np.rint(base[coils:])

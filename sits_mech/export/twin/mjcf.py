@@ -86,7 +86,7 @@ def mjcf(sensor: Sensor, numbers: Mapping[str, Any]) -> str | None:
     return _LAYOUT.format(
         model=quoteattr(sensor.name), worth=worth, mass=f"{mass:.6g}", joints="\n".join(lines), size=size,
         rest=f"{rest[_X]:.6g} {rest[_Y]:.6g} {rest[_Z]:.6g}", up=f"{half[2]:.6g}",
-    )  # fmt: skip
+    )
 
 
 _LAYOUT = """<!-- The compliant pad of a soft inductive sensor: x shear, z up, z = 0 the coils' plane; metres, newtons.

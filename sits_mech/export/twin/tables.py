@@ -23,7 +23,7 @@ def c_tables(numbers: Mapping[str, Any], about: str) -> str:
         "COILS": n, "CODES": codes, "OUTPUTS": n * (1 + codes), "BRANCHES": branches, "INVERSE": int(inverse),
         "VALID": int(not flat), "MOST_D": max(each.shape[1] for each in powers),
         "MOST_DEGREE": max(int(each.max()) for each in powers),
-    }  # fmt: skip
+    }
     parts = [f"#define SITS_{name} {size}" for name, size in sizes.items()]
     for name, readings in _MAPS:
         parts += _map(name, numbers, readings)
@@ -59,7 +59,7 @@ def _map(name: str, numbers: Mapping[str, Any], readings: bool) -> list[str]:
         _table("SITS_REAL", f"{name}_middle", 0.5 * (high + low)),
         _table("SITS_REAL", f"{name}_half", 0.5 * (high - low)),
         _one(f"{name}_same", 1e-9 + 1e-5 * float(np.abs(fixed).max())),
-    ]  # fmt: skip
+    ]
 
 
 def _inverse(numbers: Mapping[str, Any], codes: int) -> list[str]:

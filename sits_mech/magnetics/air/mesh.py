@@ -45,7 +45,7 @@ class Fineness:
         return Fineness(
             self.skin * factor, min(self.edge * factor, 0.5), self.growth * factor, self.near * factor,
             self.share * factor, self.around / factor,
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True)

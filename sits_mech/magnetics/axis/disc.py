@@ -158,7 +158,7 @@ def _rings(rows: list[Row]) -> Sections:
         ((row.r[1:] + row.r[:-1]) / 2, np.full(row.r.size - 1, (row.low + row.high) / 2), np.diff(row.r),
          np.full(row.r.size - 1, row.high - row.low))
         for row in rows
-    ]  # fmt: skip
+    ]
     radius, z, width, height = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Sections(radius, z, width, height)
 

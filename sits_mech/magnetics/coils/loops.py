@@ -216,7 +216,7 @@ def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Cheby
     return Chebyshev.interpolate(
         lambda rho: (weight * a**2) @ _reduced(a[:, None], rho, (z - height)[:, None]), degree,
         domain=[middle - half, middle + half],
-    )  # fmt: skip
+    )
 
 
 def _filaments(rings: Sections) -> tuple[Array, Array, Array]:

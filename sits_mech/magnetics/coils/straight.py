@@ -93,7 +93,7 @@ def _pairs(first: Tracks, second: Tracks, index: tuple[Array, Array], cosine: Ar
     M[skew] = c * sum(
         (1.0 if p == q else -1.0) * _corner(ends[0][p], ends[1][q], d2, (c, np.abs(n)))
         for p in (0, 1) for q in (0, 1)
-    )  # fmt: skip
+    )
     return np.asarray(mu_0 / (4.0 * np.pi) * M)
 
 

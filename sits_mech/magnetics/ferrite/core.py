@@ -192,7 +192,7 @@ def _class_matrix(K: Array, inverse: Any, parity: tuple[int, ...]) -> Complex:
 def _polynomial_curls(axes: Sequence[Array], box: Box, parity: tuple[int, ...]) -> tuple[Integers, Array]:
     """Return which coefficients a class sees, and the integrals of their curl over all eight images."""
     steps, means = zip(*(_along(axis / half, n) for axis, half, n in zip(axes, box.half, box.order, strict=True)),
-                       strict=True)  # fmt: skip
+                       strict=True)
     n = [axis.size - 1 for axis in axes]
     whole = np.zeros((3, *box.order, 3, *n))
     for b, d, a, sign in _CURL:

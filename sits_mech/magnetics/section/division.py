@@ -105,7 +105,7 @@ def _grading(
     return (
         (width / 2, along, largest[0], resolution.growth),
         (thickness / 2, across, largest[1], resolution.growth),
-    )  # fmt: skip
+    )
 
 
 def _sizes(length: float, first: float, largest: float, growth: float) -> tuple[list[float], int]:

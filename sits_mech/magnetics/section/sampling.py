@@ -128,7 +128,7 @@ def _offset_curve(size: tuple[float, float], distance: float, step: float) -> tu
     places = [
         corner.real * top + 1j * (corner.imag + distance), corner + distance * np.exp(0.5j * np.pi * (1.0 - turn)),
         corner.real + distance + 1j * corner.imag * (1.0 - side),
-    ]  # fmt: skip
+    ]
     lengths = [np.full(n, s / n) for n, s in zip(counts, (corner.real, arc, corner.imag), strict=True)]
     return np.concatenate(places), np.concatenate(lengths)
 

@@ -57,13 +57,13 @@ def reactions(
 def answered(
     coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array], frequency: float,
     far: Far,
-) -> list[tuple[Complex, Complex, Complex]]:  # fmt: skip
+) -> list[tuple[Complex, Complex, Complex]]:
     """Return what a plate does to the coils' impedance, and answers to others' far combinations U; as `reactions`.
 
     Of each division: a^T Y a (p, n, n), not yet symmetrised, U^T Y a (p, k, n) and U^T Y U (k, k).
     """
     own = np.concatenate([np.take_along_axis(drive, rank[..., None], axis=1)
-                          for _, drive, rank, _ in drives(coils, windings, plates[0], poses)])  # fmt: skip
+                          for _, drive, rank, _ in drives(coils, windings, plates[0], poses)])
     found, omega = [], 2 * np.pi * frequency
     for plate in plates:
         YU, Y = answers_to(plate, far, omega)
@@ -109,7 +109,7 @@ def drives(
 def _drive(
     drive: Array, index: tuple[Integers, Integers], field: Potential, plate: Sheeted, needed: tuple[int, ...],
     poses: tuple[Array, Array],
-) -> None:  # fmt: skip
+) -> None:
     """Fill in a_c of all classes by one winding about z in some poses, with polynomials of one order."""
     (pose, place), (turns, places), (values, parts) = index, poses, _of_order(plate, needed)
     step = max(1, _POINTS // len(values.points))

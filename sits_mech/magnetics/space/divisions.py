@@ -83,7 +83,7 @@ def prepared(
         (family.divisions, metal, family.box, family.highest, family.depth),
         lambda: prepare_sheets(family.divisions, metal, family.box, highest=family.highest, depth=family.depth),
         packed, partial(unpacked, family.box),
-    )  # fmt: skip
+    )
     return tuple(plate.resolved for plate in found) if family.resolved else found
 
 
@@ -91,7 +91,7 @@ def prepared(
 def prepared_near(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, beside: float | Sources = 0.0,
     become: Target | None = None,
-) -> tuple[Near, ...]:  # fmt: skip
+) -> tuple[Near, ...]:
     """Return a plate without polynomials along itself, but of what comes from others; otherwise as `prepared`.
 
     `beside` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
@@ -103,7 +103,7 @@ def prepared_near(
     return prepare_near(
         family.divisions, target.metal.conductivity, family.box, highest=highest, depth=family.depth,
         beside=field_box(target, outline, others, rung) if isinstance(others, float) else others,
-    )  # fmt: skip
+    )
 
 
 def _fitting_family(

@@ -76,7 +76,7 @@ def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: 
         field = K.T @ np.random.default_rng(0).normal(size=(len(K), 3 * count))
         Q, strength = np.linalg.svd(
             _weighted(strength_of, seen(plate, field.reshape(len(points), 3, count), r)), full_matrices=False
-        )[:2]  # fmt: skip
+        )[:2]
     Q = Q[:, strength > lost * strength[0]]
     if coils:
         found = Y @ np.eye(r, coils, coils - r)
@@ -163,7 +163,7 @@ def _around(box: Box, clearance: float) -> Array:
     ]
     ends = [np.arange(axis.size) % (axis.size - 1) == 0 for axis in axes]
     at = [index for index in product(*map(range, (axis.size for axis in axes)))
-          if any(end[i] for end, i in zip(ends, index, strict=True))]  # fmt: skip
+          if any(end[i] for end, i in zip(ends, index, strict=True))]
     points = np.stack([axis[i] for axis, i in zip(axes, np.array(at).T, strict=True)], axis=1)
     return np.asarray(points + (0.0, 0.0, box.half[2]))
 

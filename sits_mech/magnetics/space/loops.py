@@ -173,7 +173,7 @@ def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
     rows = np.arange(edges)
     ones = np.ones(edges)
     ends = sp.csr_array((np.r_[ones, -ones], (np.r_[rows, rows], np.r_[ahead, plan.cells.ravel()])),
-                        shape=(edges, stands.size))  # fmt: skip
+                        shape=(edges, stands.size))
     return sp.csr_array(ends @ spread)
 
 
@@ -242,4 +242,4 @@ def _pair_sums(corners: Array, area: Array) -> sp.csr_array:
             columns.append(4 * np.arange(cells) + edge)
             values.append(np.where(triangle, whole, quad * (edge % 2 == pair)))
     return sp.csr_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
-                        shape=(2 * cells, 4 * cells))  # fmt: skip
+                        shape=(2 * cells, 4 * cells))

@@ -97,7 +97,7 @@ class Sheeted:
         places = (np.arange(*pair) for pair in pairwise(ends))
         return Blocks(int(ends[-1]), tuple(
             (some, part.admittance(omega)) for some, part in zip(places, self.classes, strict=True)
-        ))  # fmt: skip
+        ))
 
 
 def prepare_sheets(
@@ -148,13 +148,13 @@ def unpacked(box: Box, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
             for k in range(count)
         ), *own)
         for d, own in enumerate(sizes)
-    )  # fmt: skip
+    )
 
 
 def _modes(
     plan: Plan, levels: Array, metal: tuple[float, float], reach: tuple[Box, float],
     bases: dict[tuple[int, int], Basis],
-) -> tuple[dict[tuple[int, int], Modes], int]:  # fmt: skip
+) -> tuple[dict[tuple[int, int], Modes], int]:
     """Return classes of one division by order and mirror, and unknowns; the first division fills `bases`.
 
     `metal` is its conductivity and the highest angular frequency.

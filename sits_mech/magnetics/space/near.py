@@ -119,7 +119,7 @@ class Near:
 def prepare_near(
     divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0,
     beside: Box | Sources | None = None,
-) -> tuple[Near, ...]:  # fmt: skip
+) -> tuple[Near, ...]:
     """Return a plate's divisions; `divisions` to `depth` as of `prepare_sheets`, `box` of the coils' fields.
 
     `beside` is the box of other plates' fields, if there are any; or the coils that a plate at rest sees, others'
@@ -142,13 +142,13 @@ def prepare_near(
             2 * np.pi * highest, others or box, tuple(bases.values()), len(own),
         )
         for (plan, levels), classes in zip(divisions, found, strict=True)
-    )  # fmt: skip
+    )
 
 
 def _classes(
     plan: Plan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
     bases: dict[tuple[int, int], Basis],
-) -> dict[tuple[int, int], _Class]:  # fmt: skip
+) -> dict[tuple[int, int], _Class]:
     """Return classes of a division; the first one fills `bases`. `metal`: conductivity, `depth` of `prepare_sheets`."""
     (conductivity, depth), (others, sources) = metal, seen
     prisms, first = stacked(plan, levels), not bases
@@ -178,7 +178,7 @@ def near_reactions(
 def near_answered(
     coils: tuple[Coil, ...], windings: str, plates: Sequence[Near], poses: tuple[Array, Array], frequency: float,
     far: Far,
-) -> list[tuple[Complex, Complex, Complex]]:  # fmt: skip
+) -> list[tuple[Complex, Complex, Complex]]:
     """Return what a plate does to the coils' impedance, and what it answers to others; as `coupling.answered`."""
     found, n, omega = [], len(coils), 2 * np.pi * frequency
     for plate in plates:
@@ -223,7 +223,7 @@ def _admittance(plate: Near, omega: float) -> Blocks:
     """Return Y of what a plate sees apart from coils in their poses."""
     return Blocks(plate.seen, tuple(
         (part.columns, beyond(partial(_seen, plate, k), omega, plate.highest)) for k, part in enumerate(plate.classes)
-    ))  # fmt: skip
+    ))
 
 
 def _seen(plate: Near, k: int, omega: float) -> Complex:
@@ -263,7 +263,7 @@ def _factor(part: _Class, omega: float) -> Any:
 def _by_others(plate: Near, omega: float) -> list[Complex]:
     """Return the currents that combinations of other plates' fields drive, class by class."""
     return [_currents(factor, part.fluxes)
-            for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]  # fmt: skip
+            for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]
 
 
 def coil_means(coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array]) -> Array:

@@ -114,7 +114,7 @@ def coupled_reactions(
 def _fixed(
     plates: tuple[tuple[Plate, ...], ...], where: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...], omega: float,
     n: int,
-) -> _Fixed:  # fmt: skip
+) -> _Fixed:
     """Return fixed plates together for n coils, by their divisions, and their turns and places."""
     fars = [seen_from(divisions[0], divisions[0].box.clearance, omega, _FIXED, n) for divisions in plates]
     placed = tuple(

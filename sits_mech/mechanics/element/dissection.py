@@ -222,7 +222,7 @@ def _fronts(
         shares = (
             Share(group, members, np.where(own >= 0, np.searchsorted(rows, own), len(rows)))
             for group, (members, own) in enumerate(zip(some, taken, strict=True)) if len(members)
-        )  # fmt: skip
+        )
         children = tuple(
             Child(half, _runs(np.searchsorted(rows, found[half].border), stop - start)) for half in halves
         )

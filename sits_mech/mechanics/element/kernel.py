@@ -117,7 +117,7 @@ def smallest_nodal_volume(mesh: MixedMesh, u: Array) -> float:
 
 def element_forces(
     mesh: MixedMesh, law: Law, K: float, u: Array, known: Deformed | None = None, swelling: float = 1.0
-) -> Forces:  # fmt: skip
+) -> Forces:
     """Return energy, forces and pressures at nodal displacements (d n,), K in shear moduli.
 
     `known` is their deformation if available; `swelling` is J_0.

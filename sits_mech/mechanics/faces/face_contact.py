@@ -75,7 +75,7 @@ class FaceContact:
 
 def contacts(
     faces: Faces, surfaces: tuple[tuple[Plane, Surface], ...], depth: float, friction: float = 0.0
-) -> tuple[Part, ...]:  # fmt: skip
+) -> tuple[Part, ...]:
     """Return the contacts of a layer's faces with planes, and with each other; none at zero depth.
 
     `friction` is the coefficient on planes; faces on each other, and on images, have none.
@@ -129,7 +129,7 @@ def faces_press(mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array) ->
 
 def face_notes(
     faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array, plate: float
-) -> tuple[str, ...]:  # fmt: skip
+) -> tuple[str, ...]:
     """Return notes on free faces under a target of thickness `plate`."""
     found = face_contact(faces, mesh, parts, u, q)
     names = {

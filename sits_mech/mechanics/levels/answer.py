@@ -96,13 +96,13 @@ def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, contro
     spend = most / len(levels.coarse.free)
     return follow(
         levels.coarse, state, (begin, end), smallest=_LOOK, held=held, beside=control.held[3:], most=spend
-    )  # fmt: skip
+    )
 
 
 def solve_levels(
     sensor: Sensor, levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
     asked: float, most: float = np.inf, coarse: Outcome | None = None, deepest: int = 99, goal: Array | None = None,
-) -> Solved:  # fmt: skip
+) -> Solved:
     """Follow the path on the first two levels, then refine until the estimated error is at most `asked`.
 
     Without `start` the path begins at rest; `coarse` is the result of `first_look`; `smallest` is the least increment,
@@ -116,7 +116,7 @@ def solve_levels(
     def followed(body: Bonded, state: State, goal: Array, spend: float) -> Outcome:
         return follow(
             body, state, (begin, goal), smallest=smallest, held=held, beside=control.held[3:], most=spend
-        )  # fmt: skip
+        )
 
     first = coarse or first_look(levels, scales, start, control, most)
     midway = begin + first.reached * (end - begin)
@@ -129,7 +129,7 @@ def solve_levels(
     if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
         left = follow(
             levels.fine, fine.state, (midway, end), smallest=_LOOK, held=held, beside=control.held[3:], most=_VERDICT
-        )  # fmt: skip
+        )
         there = left.over(first.reached, 1.0)
     elif fine.reached < first.reached:  # both must rest under one goal for the error to mean something
         second = followed(levels.coarse, coarse_start, begin + fine.reached * (end - begin), np.inf).state
@@ -228,7 +228,7 @@ def load_words(load: Mapping[str, float]) -> str:
 def answer(
     sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float,
     walk: Iterator[Approach] | None = None, deepest: int = 99, goal: Array | None = None,
-) -> Equilibrium:  # fmt: skip
+) -> Equilibrium:
     """Extrapolate the equilibrium and its errors from two levels at rest and as many finer ones as needed.
 
     `walk` yields the finer levels (default `finer`), at most `deepest` in all; `asked` applies to `goal`, if given.

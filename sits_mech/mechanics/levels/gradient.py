@@ -130,7 +130,7 @@ class _Level(NamedTuple):
 
 def solved_family(
     line: Line, found: Equilibrium, scales: Callable[[Sensor], Scales], sideways: bool = False
-) -> Family:  # fmt: skip
+) -> Family:
     """Return the family of a line that an equilibrium is on, with its states as far as known.
 
     Raise ValueError for an equilibrium without state (such as an image), SceneError for contact with friction.

@@ -84,7 +84,7 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     states = (steps.track.state, second.state)
     found = answer(
         line.sensor, levels, line.scales, controls[-1], states, line.asked, _finer(line, levels, controls, steps.parts)
-    )  # fmt: skip
+    )
     given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
     found = replace(found, wrench=replace(found.wrench, **given))
     way = "straight from zero load" if len(controls) == 1 else "along the given loads"
@@ -136,7 +136,7 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way:
     report = found.report
     report = replace(
         report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said)
-    )  # fmt: skip
+    )
     return replace(found, error=Pose.of(error), report=report, state=np.concatenate([[number], found.state]))
 
 

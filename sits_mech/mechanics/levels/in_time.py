@@ -108,7 +108,7 @@ def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
     words = f"{reason_words(end.reason)} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
     report = SolveReport(
         "", state.u.size, state.iterations, state.residual, 1.0, 0.0, "history ended", min_J=state.min_J,
-    )  # fmt: skip
+    )
     return SolveFailed(words, report)
 
 
@@ -191,7 +191,7 @@ def _motion(
         state.residual, found.relative, 0.0, notes=(*notes, *([large] if large else [])),
         min_J=min(walk.min_J for walk in walks), stretch=stretch,
         error_stretch=abs(stretch - before),
-    )  # fmt: skip
+    )
     wrench = np.pad(times.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads
     return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), last.stretch, report)
 
@@ -223,7 +223,7 @@ class _Recorder:
         """Return the recorded walk."""
         return _Walk(
             np.array(self.q), self.far, self.iterations, self.min_J, np.array(self.stretch), self.touches, self.pressed
-        )  # fmt: skip
+        )
 
 
 def _walked(body: Bonded, held: Held, times: _Times, tell: Callable[[float], None]) -> _Walk:
@@ -300,7 +300,7 @@ class _Pair:
 
 def _timed(
     body: Bonded, held: Held, loads: tuple[Array, Array], growth: float, tell: Callable[[float], None]
-) -> tuple[_Times, _Walk]:  # fmt: skip
+) -> tuple[_Times, _Walk]:
     """Walk the first level with steps limited by the error in time; before the first time there is no load."""
     pair, (at, goals) = _Pair(body, held, growth), loads
     ends = [(at[0], np.zeros(goals.shape[1])), *zip(at, goals, strict=True)]

@@ -135,12 +135,12 @@ def _own(family: Levels, number: int, start: Equilibrium | None) -> Equilibrium 
 
 def _tried(
     line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, waiting: bool
-) -> Solved:  # fmt: skip
+) -> Solved:
     """Return the last equilibrium on one family; with another one waiting the path is given up earlier."""
     solved = solve_levels(
         line.sensor, line[number], line.scales, own, control, smallest=_SMALLEST[not waiting], asked=line.asked,
         most=line.most, coarse=look, deepest=line.deepest, goal=line.goal,
-    )  # fmt: skip
+    )
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
 

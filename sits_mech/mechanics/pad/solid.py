@@ -78,7 +78,7 @@ def _pattern(own: NumberedMesh, touching: bool, hidden: bool = False) -> Pattern
 def bonded_block(
     sensor: Sensor, split: int, grading: float = GRADING, guard: float = 0.0, depth: float = 0.0, *,
     whole: bool = False, layers: int = 0,
-) -> Solid:  # fmt: skip
+) -> Solid:
     """Return half the pad (y >= 0), or the whole, of a box or cylinder with its target, meshed and scaled.
 
     `split` parts of each base cell (lines.py); `grading`: power of the spacing, 1 is uniform; `guard` [shear moduli] as
@@ -136,7 +136,7 @@ def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Soli
         shared=partial(_pattern, own, depth > 0.0),
         hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
         swelling=elastomer.free_stretch**3,
-    )  # fmt: skip
+    )
     return Solid(body, 0.5 if own.half else 1.0, own.division)
 
 

@@ -68,7 +68,7 @@ class Control:
         return {
             name: value for k, pair in enumerate(_PAIRS) for name in pair
             if (value := getattr(self, name)) is not None and (k < 3 or value != 0.0)
-        }  # fmt: skip
+        }
 
     def goal(self, lengths: Array, loads: Array) -> Array:
         """Return the scaled goal: a force, or d_h, d_z = -sink, ... where held; shape (6,).

@@ -44,7 +44,7 @@ def carried_words(carried: tuple[Wrench, Wrench], limit: tuple[float, float]) ->
     parts = [
         f"{name} = {value:.4g}{f' +- {error[name]:.2g}' * known} N{' m' * name.startswith('M')}"
         for name, value in load.items() if value != 0.0
-    ]  # fmt: skip
+    ]
     share = f"{limit[0]:.2%} +- {limit[1]:.2%} of the path" if known else "on a coarse mesh, its error is not known"
     return f"carried up to {', '.join(parts)} ({share})"
 

@@ -62,7 +62,7 @@ class Track:
 def followed(
     body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
     beside: Held | None = None,
-) -> Track:  # fmt: skip
+) -> Track:
     """Follow a path of loads with friction from a state at rest under the first goal, with its tractions.
 
     `goals` (k,) are forces at the start, at each load passed, at the end, or places where `held`; `parts` increments a

@@ -177,7 +177,7 @@ def way_of(
 def stepped(
     body: Bonded, here: State, found: Gradient, factor: Factor, way: tuple[Array, Array, Array, float], held: Held, *,
     falling: bool = False,
-) -> tuple[State, float, Gradient] | None:  # fmt: skip
+) -> tuple[State, float, Gradient] | None:
     """Return the state after the longest admissible part of Newton's step, that part, and the gradient there.
 
     Points stay well above inversion. If `falling`, the potential satisfies Armijo's condition (L. Armijo, Pacific J.
@@ -212,7 +212,7 @@ def stepped(
 
 def _overshot(
     ends: tuple[Gradient, Gradient], way: tuple[Array, Array, Array, float], held: Held
-) -> float:  # fmt: skip
+) -> float:
     """Return the part of a step that the potential admits; 1 where it falls, or where held places move."""
     dx, dq = way[0], way[1]
     if np.any(dq[held]):
@@ -225,7 +225,7 @@ def _overshot(
 
 def stepped_around(
     body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
-) -> State | None:  # fmt: skip
+) -> State | None:
     """Take Newton's step, only partly in cells that it would invert; None if that fails."""
     (linear, p_full), (_, dq, forces, _) = _increments(body, here, factor, way), way
     u, near, q = here.u + linear, here.u.copy(), moved(here.q, dq)
@@ -251,7 +251,7 @@ def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, flo
 
 def _increments(
     body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array]:
     """Return Newton's step of all displacements, and the pressures after it."""
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = way[0]

@@ -70,7 +70,7 @@ class Approach(NamedTuple):
 def newton(
     body: Bonded, start: State, goal: Array, held: Held | None = None, *, until: float = SETTLED,
     arc: Arc | None = None, falling: bool = False,
-) -> Settled:  # fmt: skip
+) -> Settled:
     """Iterate to rest under one goal; the result's residual says whether it settled.
 
     Goal and `held` as in `follow`; `until` is the residual to stop at. With an `arc` the part of the path is found,
@@ -96,7 +96,7 @@ def newton(
         length = body.length(way[1]) if way is not None and not count else length
         gone = None if factor is None or way is None or length > LONGEST else stepped(
             body, here, found, factor, way, held, falling=falling
-        )  # fmt: skip
+        )
         if gone is None or way is None:
             here = replace(here, residual=np.inf, iterations=count + 1)
             break
@@ -121,7 +121,7 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
         way = None if factor is None else way_of(body, here, found, factor, aim_of(here, goal, held, None))
         gone = None if factor is None or way is None else stepped(
             body, here, found, factor, way, held, falling=True
-        )  # fmt: skip
+        )
         if way is None or gone is None:
             break
         here, off, found = replace(gone[0], iterations=count), np.abs(way[1]), gone[2]

@@ -31,7 +31,7 @@ _LOOKS = 3  # how often a step is solved with more and more faces that meet
 def follow(
     body: Bonded, start: State, goals: tuple[Array, Array], *, smallest: float = 1e-3, held: Held | None = None,
     beside: Held | None = None, most: float = np.inf,
-) -> Outcome:  # fmt: skip
+) -> Outcome:
     """Follow the straight path between two goals from a state at rest under the first; ``reached == 1`` at the end.
 
     Goals (k,) are forces F_x, F_z, M, ..., or places d_h, d_z, alpha, ... where `held`, scaled. `beside` (3,): which

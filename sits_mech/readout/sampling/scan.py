@@ -51,7 +51,7 @@ class Samples:
 def scan(
     front: FrontEnd, capacitance: float, time: ArrayLike, L: ArrayLike, *, start: float | None = None,
     seed: int | np.random.Generator | None = 0,
-) -> Samples:  # fmt: skip
+) -> Samples:
     """Return the codes of a converter, all scans that end within the history, while inductances change.
 
     `time` (k,) rises [s], `L` (k, n) is at the terminals [H]; `front` is set for these coils over their range. `start`

@@ -37,15 +37,15 @@ _STILL = 1e-9  # a component of the pose below it is none [m, rad]
 _KINDS = {
     "F_x": "shear", "F_y": "shear along y", "F_z": "normal", "M": "moment about y", "M_x": "moment about x",
     "M_z": "moment about z",
-}  # fmt: skip
+}
 _POSE = {
     "d_h": "shift d_h", "d_y": "shift d_y", "d_v": "height d_v", "alpha_x": "tilt alpha_x", "alpha": "tilt alpha",
     "alpha_z": "turn alpha_z",
-}  # fmt: skip
+}
 _SIGNAL = {
     "L_v_percent": "sum signal L_v", "L_h_percent": "difference L_h", "dL_v": "mean change dL_v",
     "dL_x": "first moment dL_x", "dL_y": "first moment dL_y",
-}  # fmt: skip
+}
 
 _MARKUP = """<p class="hint">Move the load: what the coils show, and where the target goes.$hint</p>
 <div class="explorer">
@@ -194,7 +194,7 @@ def table(sensor: Sensor, data: xr.Dataset, read: Readings, items: list[Record],
     return {
         "forces": forces, "held": fixed(data), "values": values, "items": items, "scene": parts_of(sensor),
         "reasons": {str(k): str(text) for k, text in enumerate(reasons) if text},
-    }  # fmt: skip
+    }
 
 
 def _rounded(values: Array, digits: int) -> list[float]:
@@ -218,7 +218,7 @@ def parts_of(sensor: Sensor) -> Record:
     return {
         "coils": coils, "pad": pad, "target": plate, "rest": rest, "substrate": radius,
         "fixed": [_fixed(part) for part in sensor.conductors],
-    }  # fmt: skip
+    }
 
 
 def _coil(coil: Coil) -> Record:
@@ -230,7 +230,7 @@ def _coil(coil: Coil) -> Record:
         "name": coil.name, "centre": [_MM * place for place in coil.centre], "width": _MM * coil.track_width,
         "radii": radii, "lines": lines, "reach": _MM * coil.outer_diameter / 2,
         "thickness": _MM * coil.track_thickness, "heights": [round(_MM * z, 6) for z in coil.heights],
-    }  # fmt: skip
+    }
 
 
 def _fixed(part: Conductor) -> Record:

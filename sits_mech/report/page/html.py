@@ -27,7 +27,7 @@ from sits_mech.report.page.parts import (
     subtitle,
     tiles,
     words_part,
-)  # fmt: skip
+)
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor
 from sits_mech.version import __version__
@@ -54,7 +54,7 @@ def page(sensor: Sensor, data: xr.Dataset, folder: Path) -> str:
         sections="\n".join(texts), script=script, css=page_file("page.css"),
         footer=f"Made by sits-mech {html.escape(__version__)}. SI units; x and y are shear, F_z presses down, alpha "
         "turns the right edge down.",
-    )  # fmt: skip
+    )
 
 
 def _sections(sensor: Sensor, data: xr.Dataset, folder: Path, read: Readings) -> list[tuple[str, str, str]]:

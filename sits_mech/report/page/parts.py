@@ -113,7 +113,7 @@ def _mixing(data: xr.Dataset) -> list[str]:
         return []
     shares = [f"{signal} by up to {share:.2g} % of its full scale by {force}" for share, force, signal in much]
     return [f"Signals are moved by other forces than their own, {'; '.join(shares)}: read all forces from all signals "
-            "together, not each from its own."]  # fmt: skip
+            "together, not each from its own."]
 
 
 def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
@@ -185,7 +185,7 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
         fit,
         ("loads with one answer", f"{100.0 * cal.share:.4g} % of the calibrated range"),
         *(("no answer", region) for region in cal.no_inverse),
-    ]  # fmt: skip
+    ]
     if read.front is None:
         return _pairs(rows)
     found = quality(cal, read.front.noise, table=coil_table(sensor, data))
@@ -256,7 +256,7 @@ def _rows(part: BaseModel) -> list[tuple[str, str]]:
 _LENGTHS = (
     "diameter", "width", "gap", "thickness", "pitch", "length", "height", "centre", "standoff", "points", "radius",
     "layer_z", "path_widths", "holes",
-)  # fmt: skip
+)
 _CORNERS = 8  # of an outline that are written
 _UNITS = {"capacitance": "F", "inductance": "H", "resistance": "ohm", "modulus": "Pa", "conductivity": "S/m"}
 

@@ -152,7 +152,7 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
             spot.fill_between(
                 land.axes[0], 0.0, 1.0, where=(land.excess <= 0.0).tolist(), color="C2", alpha=0.15,
                 transform=spot.get_xaxis_transform(), label="every limit holds",
-            )  # fmt: skip
+            )
             spot.set_xlim(land.axes[0][0], land.axes[0][-1])
             for x, form in [*((each[0], "k.") for each in solved), (at[0], "k*")]:
                 spot.plot([x], [float(np.interp(x, land.axes[0], shown))], form, ms=7 if form == "k*" else 3)

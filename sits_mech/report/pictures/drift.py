@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _WORDS = {
     "conductivity": "metal's resistivity", "plates": "target's size", "pad": "pad's expansion",
     "modulus": "pad's modulus", "board": "board's expansion", "capacitor": "capacitor", "clock": "clock",
-}  # fmt: skip
+}
 
 
 def drift_figure(

@@ -70,7 +70,7 @@ def draw_potential(
     axes.contour(
         _MM * x, _MM * z, 1e9 * A, 1e9 * np.concatenate([-steps[::-1], steps]), cmap=shades.cmap, norm=shades.norm,
         linewidths=0.5, linestyles=[(0.0, (8.0, 3.0))] * levels + ["-"] * levels,
-    )  # fmt: skip
+    )
     bar = axes.figure.colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
     bar.set_label("Re $A$ along $y$ [nWb/m]; lines dashed where negative", fontsize=7)
     bar.ax.tick_params(labelsize=6)
@@ -101,10 +101,10 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array, *, number: int
     norm = LogNorm(size.max() * 10**-_DECADES, size.max())
     shown = axes.pcolormesh(
         _MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud", rasterized=True
-    )  # fmt: skip
+    )
     bar = axes.figure.colorbar(
         shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min"
-    )  # fmt: skip
+    )
     bar.set_label(r"$|J_y|$ [A/mm$^2$]", fontsize=7)
     bar.ax.tick_params(labelsize=6)
     axes.grid(False)

@@ -84,7 +84,7 @@ def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit) -> None:
     curve.plot(
         100.0 * test.strain[shown][dots], 1e-3 * test.stress[shown][dots], mark, **hollow,
         label=f"{test.mode}, measured",
-    )  # fmt: skip
+    )
     curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=f"{test.mode}, {fit.law} law")
     curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], color=colour, linestyle="--", label="beyond the fit")
     left = test.stress - engineering_stress(fit.law, fit.constants, test.strain, test.mode)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _UNITS = ((1e9, "nH"), (1e12, "pH"), (1e15, "fH"))
 _SCALES = {"": (1.0, "times the scene's"), "m": (1e6, "um"), "rad": (180.0 / np.pi, "deg"), "H": (1e9, "nH"),
-           "F": (1e12, "pF")}  # fmt: skip
+           "F": (1e12, "pF")}
 
 
 def comparison_record(found: Comparison, coils: Sequence[str]) -> dict[str, Any]:
@@ -50,7 +50,7 @@ def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
     strong = [
         f"{a} and {b} {fit.correlation[i, j]:+.3f}"
         for i, a in enumerate(fit.names) for j, b in enumerate(fit.names[:i]) if abs(fit.correlation[i, j]) > 0.95
-    ]  # fmt: skip
+    ]
     if strong:
         rows.append(("hardly resolved", f"correlation of {'; '.join(strong)}"))
     before = f"{100.0 * fit.rms_before:.3g} % before the fit"
@@ -71,7 +71,7 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
             both.plot(
                 1e6 * found.predicted[:, k], 1e6 * L[:, k], mark, color=colour, markerfacecolor="none",
                 markeredgewidth=0.5, alpha=0.7, label=f"{coil}, before the fit",
-            )  # fmt: skip
+            )
             rest.plot(np.arange(1, len(L) + 1), scale * fit.residual[:, k], mark + "-", color=colour, linewidth=0.5)
         ends = [1e6 * float(L.min()), 1e6 * float(L.max())]
         both.plot(ends, ends, color="black", linewidth=0.5, label="equal")

@@ -43,7 +43,7 @@ _CURRENT = 1e-3  # of the driven coil [A]
 def layer_view(
     sensor: Sensor, equilibrium: Equilibrium, mesh: DeformedSection | None = None, angle: float = 0.0,
     show: str = "displacement",
-) -> Figure:  # fmt: skip
+) -> Figure:
     """Plot an upright section under a load, `angle` [rad] from x, with the coils that it cuts."""
     plane = Plane(angle)
     tracks = [coil_cut(coil, plane, sensor.substrate_radius) for coil in sensor.coils]
@@ -66,7 +66,7 @@ def layer_view(
         axes.annotate(
             f"section {plane.words}{beside}", (0.0, 1.0), (0, 2), xycoords="axes fraction", textcoords="offset points",
             fontsize=6,
-        )  # fmt: skip
+        )
         handles = part_handles(sensor.target is not None, bool(sensor.conductors), plane.angle != 0.0)
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), handlelength=1.0)
     return figure
@@ -104,7 +104,7 @@ def _bonded_edges(sensor: Sensor, mesh: DeformedSection, plane: Plane) -> Array:
 def load_view(
     sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", known: Equilibrium | None = None,
     show: str = "displacement",
-) -> Figure:  # fmt: skip
+) -> Figure:
     """Plot the layer under a load, by the known equilibrium, the model, or a solve, coloured as in `layer_view`.
 
     The section is y = 0; of a load that leaves this plane the one along its shear force, or across its moment. Raise

@@ -160,7 +160,7 @@ def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
     flat = np.vstack(loops)
     corners = _MM * placed(np.column_stack([flat, np.zeros(len(flat))]), pose)
     rims = [np.r_[len(loop) + 1, start + np.arange(len(loop)), start]
-            for loop, start in zip(loops, starts[:-1], strict=True)]  # fmt: skip
+            for loop, start in zip(loops, starts[:-1], strict=True)]
     up = placed(np.array([[0.0, 0.0, target.thickness]]), pose) - placed(np.zeros((1, 3)), pose)
     face = pyvista.PolyData(corners, lines=np.concatenate(rims)).triangulate_contours()
     return face.extrude(_MM * up[0], capping=True)

@@ -60,7 +60,7 @@ def temperatures_record(temperatures: Sequence[float], found: Sequence[Simulatio
     """Return what a sensor shows under one load at each temperature [K], for a program, SI."""
     return {
         "temperature": list(temperatures), "temperatures": [simulation_record(each) for each in found],
-    }  # fmt: skip
+    }
 
 
 def temperatures_table(coils: Sequence[str], temperatures: Sequence[float], found: Sequence[Simulation]) -> Table:

@@ -76,7 +76,7 @@ class Fitted:
 def fit_tests(
     tensile: Path | None, relaxation: Path | None, cyclic: Path | None, *, law: str = "yeoh", max_strain: float = 1.0,
     terms: int = 2,
-) -> Fitted:  # fmt: skip
+) -> Fitted:
     """Fit the tests of one silicone, files for `read_tensile` and `read_record`, at least one.
 
     Without a tensile test the law is fitted to the envelope of the cyclic one. Raise ValueError for no or unsuitable

@@ -169,7 +169,7 @@ def _refined(cycles: _Cycles, free: Array) -> Array:
         found = least_squares(
             left, first, bounds=(np.zeros(len(first)), upper), x_scale=np.maximum(first, 0.1),
             xtol=1e-11, ftol=1e-13, gtol=1e-13, max_nfev=60,
-        )  # fmt: skip
+        )
         best = found if best is None or found.cost < best.cost else best
     return whole(best.x) if best is not None else np.zeros(3)
 

@@ -25,12 +25,12 @@ def test_steps_follow_the_tolerance() -> None:
     assert [(step.half, step.tolerance) for step in asked] == [("mechanics", 1e-2), ("magnetics", 1e-3)]
     assert magnetic_tolerance("planar", 1e-2) == 1e-3 and magnetic_tolerance("sheets", 1e-2) == 1e-2
     assert [step.seconds for step in asked] == [cost(half, name, at, count) for (half, name, count), at in
-                                                zip(parts, (1e-2, 1e-3), strict=True)]  # fmt: skip
+                                                zip(parts, (1e-2, 1e-3), strict=True)]
     assert [step.tolerance for step in finer if step.half == "mechanics"] == [1e-3, REACHED["mechanics", "block"]]
     given, _ = steps(parts[1:], 1e-2, False)
     assert given[0].tolerance == 1e-2
     alone, among, outlines = (steps([("magnetics", "sheets", 2)], 1e-2, False, near)[0][0].seconds
-                              for near in ((0, 0), (1, 0), (1, 1)))  # fmt: skip
+                              for near in ((0, 0), (1, 0), (1, 1)))
     assert alone < among - 1.0 < outlines - 10.0
 
 

@@ -34,7 +34,7 @@ def own(values: np.ndarray) -> np.ndarray:
         pytest.param(["frequency=5e4"], 0.0, marks=pytest.mark.slow),
     ],
     ids=["8", "15", "5e4"],
-)  # fmt: skip
+)
 def test_ends_are_what_space_has_more(keys: list[str], tilt: float) -> None:
     """Against sheets a rung finer: relative to the free-space inductances of each, within a few percent."""
     scene = load_sensor("biorob2018", keys)

@@ -27,7 +27,7 @@ SECTION = {"mechanics": "planar", "magnetics": "planar"}
          "ask 1e-2: 0.3 to 0.5 s; 3e-3: 0.6 s (1 of 2); errors below 4e-3 cannot be reached (1 of 2)"),
         ([[(1e-2, math.inf, 0.3)]], "no tolerance of the ladder can be reached"),
     ],
-)  # fmt: skip
+)
 def test_the_sentence_counts_what_an_estimate_holds(rows: list[list[tuple[float, float, float]]], said: str) -> None:
     """Seconds of what is as exact as asked by its own word; the least estimate of a ladder whose finest rung misses."""
     assert sentence([[Asked(*one) for one in row] for row in rows]) == said

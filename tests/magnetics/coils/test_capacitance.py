@@ -31,7 +31,7 @@ def test_free_tracks_as_the_same_rectangle() -> None:
     inwards = [(*(half * corner * MM), ) for half in halves for corner in corners]
     outwards = [(*(half * corner * MM), ) for half in halves[::-1] for corner in corners[[3, 2, 1, 0]]]
     lines = [tuple((float(x), float(y), z) for x, y in line)
-             for line, z in ((inwards, coil.heights[0]), (outwards, coil.heights[1]))]  # fmt: skip
+             for line, z in ((inwards, coil.heights[0]), (outwards, coil.heights[1]))]
     path = Coil(name="P", shape="path", path=tuple(lines), track_width=0.5 * MM, track_thickness=35e-6)
     assert own_capacitance(path) == pytest.approx(own_capacitance(coil), rel=0.15)
 

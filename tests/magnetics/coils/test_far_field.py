@@ -43,7 +43,7 @@ def test_within_the_coil_there_is_no_bound() -> None:
         "biorob2018",
         ['coils=[{name="S", shape="rectangle", centre=["0 mm", "0 mm"], layers=1, turns=4, inner_width="3 mm", '
          'inner_length="3 mm", track_width="0.1 mm", track_gap="0.1 mm", track_thickness="35 um"}]'],
-    ).coils[0]  # fmt: skip
+    ).coils[0]
     assert field_bound(square, 1.0) == math.inf
 
 
@@ -54,5 +54,5 @@ def test_the_least_inductance_is_near_the_rings_own(turns: int, layers: int) -> 
         "biorob2018",
         [f'coils=[{{name="C", centre=["0 mm", "0 mm"], layers={layers}, turns={turns}, inner_diameter="2.2 mm", '
          'track_width="0.1 mm", track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]'],
-    ).coils[0]  # fmt: skip
+    ).coils[0]
     assert least_inductance(coil) / free_inductances((coil,))[0, 0] == pytest.approx(0.9, abs=0.02)

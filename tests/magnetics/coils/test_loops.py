@@ -125,7 +125,7 @@ def around(first: Sections, second: Sections, distance: float, count: int) -> fl
     """Mutual inductance by the definition: every filament at every angle, no polynomial between."""
     (a, za), (b, zb) = ((rings.radius[:, None] + rings.width[:, None] / 2 * r * np.array([1, 1, -1, -1]),
                          rings.z[:, None] + rings.height[:, None] / 2 * r * np.array([1, -1, 1, -1]))
-                        for rings, r in ((first, 3**-0.5), (second, 3**-0.5)))  # fmt: skip
+                        for rings, r in ((first, 3**-0.5), (second, 3**-0.5)))
     cosine = np.cos(np.pi * (np.arange(count) + 0.5) / count)
     total = 0.0
     for radius, z in zip(b.ravel(), zb.ravel(), strict=True):
@@ -155,7 +155,7 @@ def test_inductances_depend_on_neither_order_nor_place_nor_other_coils() -> None
     """Two kinds of windings among six coils."""
     coils = [c.model_copy(update={"turns": 10}) if k % 2 else c for k, c in enumerate([*grid(2), *grid(2)[:2]])]
     coils[4], coils[5] = (c.model_copy(update={"name": f"D{k}", "centre": (k * 20 * MM, 30 * MM)})
-                          for k, c in enumerate(coils[4:]))  # fmt: skip
+                          for k, c in enumerate(coils[4:]))
     L, order = coil_inductances(coils), [3, 5, 0, 4, 2, 1]
     np.testing.assert_array_equal(coil_inductances([coils[k] for k in order]), L[np.ix_(order, order)])
     np.testing.assert_array_equal(coil_inductances(coils[1:3]), L[1:3, 1:3])

@@ -133,10 +133,10 @@ def test_one_turn_by_the_formula_for_rectangles() -> None:
     """Grover, ch. 8, for two unlike sides: of the same parts, and with the published end correction."""
     a, b, w, t = 4 * MM, 9 * MM, 0.2 * MM, 35e-6
     coil = Coil(name="R", shape="rectangle", centre=(0.0, 0.0), layers=1, turns=1, inner_width=a - w,
-                inner_length=b - w, track_width=w, track_thickness=t)  # fmt: skip
+                inner_length=b - w, track_width=w, track_thickness=t)
     g, d = 0.2235 * (w + t), math.hypot(a, b)
     expected = mu_0 / np.pi * (a * math.log(2 * a * b / (g * (a + d))) + b * math.log(2 * a * b / (g * (b + d)))
-                               + 2 * d - 2 * (a + b))  # fmt: skip
+                               + 2 * d - 2 * (a + b))
     assert own(coil) == pytest.approx(expected, rel=3e-3)  # it leaves out g / a
 
 
@@ -193,7 +193,7 @@ def circle_path(coil: Coil, count: int) -> Coil:
     lines = [
         tuple((float(r * np.cos(a)), float(r * np.sin(a)), z) for a in angle)
         for z in coil.heights for r in turn_radii(coil) * math.sqrt(2 * np.pi / count / math.sin(2 * np.pi / count))
-    ]  # fmt: skip
+    ]
     sizes = {key: getattr(coil, key) for key in ("name", "track_width", "track_thickness")}
     return Coil(**sizes, shape="path", path=tuple(lines))
 
@@ -201,7 +201,7 @@ def circle_path(coil: Coil, count: int) -> Coil:
 def test_many_segments_are_a_circle() -> None:
     """Two layers of six turns, tracks of a fiftieth of the radius: to 1e-4 of the rings, polygons of the same area."""
     round_ = Coil(name="C", centre=(0.0, 0.0), layers=2, turns=6, inner_diameter=9 * MM, track_width=0.1 * MM,
-                  track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=0.4 * MM)  # fmt: skip
+                  track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=0.4 * MM)
     errors = [abs(own(circle_path(round_, count)) / own(round_) - 1.0) for count in (12, 24, 72)]
     assert errors[2] < 1e-4 and errors[0] > 4 * errors[1]
 
@@ -218,7 +218,7 @@ def test_fully_rounded_square_is_a_circle() -> None:
 def test_coils_of_unlike_shapes() -> None:
     """A rectangle beside rings: the flux by the rings' potential along its tracks."""
     ring = Coil(name="C", centre=(0.0, 0.0), layers=1, turns=3, inner_diameter=3 * MM, track_width=0.1 * MM,
-                track_gap=0.1 * MM, track_thickness=35e-6)  # fmt: skip
+                track_gap=0.1 * MM, track_thickness=35e-6)
     other = square(4, 5.0, 0.1, 0.1, name="S", centre=(5 * MM, 1 * MM))
     tracks, (nodes, weights) = coil_tracks(other), np.polynomial.legendre.leggauss(40)
     step = tracks.end - tracks.start
@@ -235,7 +235,7 @@ def test_layers_wound_against_each_other() -> None:
     """L = L1 + L2 - 2 M, of rings and of tracks."""
     keys = {"layers": 2, "track_thickness": 35e-6, "layer_pitch": 0.3e-3}
     for one in (square(5, 6.0, 0.1, 0.1, **keys), Coil(name="C", centre=(0.0, 0.0), turns=5, inner_diameter=3 * MM,
-                                                       track_width=1e-4, track_gap=1e-4, **keys)):  # fmt: skip
+                                                       track_width=1e-4, track_gap=1e-4, **keys)):
         aiding, opposing = own(one), own(one.model_copy(update={"directions": (1, -1)}))
         alone = [own(one.model_copy(update={"layers": 1, "layer_z": (z,)})) for z in one.heights]
         assert (aiding + opposing) / 2 == pytest.approx(sum(alone), rel=1e-9)

@@ -15,7 +15,7 @@ MM = 1e-3
 COIL = Coil(
     name="C", centre=(0.0, 0.0), layers=1, turns=4, inner_diameter=2.2e-3, track_width=0.1e-3, track_gap=0.1e-3,
     track_thickness=35e-6, layer_pitch=85e-6,
-)  # fmt: skip
+)
 
 
 def test_equals_the_direct_solution() -> None:
@@ -63,7 +63,7 @@ def test_straight_tracks_as_rings(width: float, length: float, layers: int) -> N
     """What uneven current adds to the resistance of rectangles at 5 MHz, by their section: within a third of it."""
     sizes = {"track_width": 0.127 * MM, "track_gap": 0.127 * MM, "track_thickness": 35e-6, "layer_pitch": 0.2 * MM}
     coil = Coil(name="R", shape="rectangle", centre=(0.0, 0.0), layers=layers, turns=6, inner_width=width * MM,
-                inner_length=length * MM, **sizes)  # fmt: skip
+                inner_length=length * MM, **sizes)
     found = float(track_spectrum(coil, [5e6]).R[0]) / track_resistance(coil)
     expected = _section_ratio(coil, 5e6, (10, 4))
     assert found - 1 == pytest.approx(expected - 1, rel=1 / 3) and found == pytest.approx(expected, rel=0.06)

@@ -31,7 +31,7 @@ def sheet(mu: float, width: float, thickness: float, depth: float = 0.3, **chang
         name="ferrite", material="ferrite", relative_permeability=mu, shape="rectangle", width=width * MM,
         length=width * MM, thickness=thickness * MM, centre=(0.0, 0.0, -COIL.height - (depth + thickness / 2) * MM),
         **changes,
-    )  # fmt: skip
+    )
 
 
 def answers(coil: Coil, plate: Conductor, depth: float) -> tuple[float, float]:
@@ -49,7 +49,7 @@ SHEETS = [  # thickness [mm], mu_r, Delta L [H]
     (0.5, 10.0, 6.51730e-7), pytest.param(0.5, 100.0, 1.016819e-6, marks=SLOW), (0.5, 2000.0, 1.079921e-6),
     pytest.param(2.0, 10.0, 8.686026e-7, marks=SLOW), pytest.param(2.0, 100.0, 1.072511e-6, marks=SLOW),
     pytest.param(2.0, 2000.0, 1.097584e-6, marks=SLOW),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("thickness, mu, exact", SHEETS)
@@ -66,7 +66,7 @@ def test_losses_of_a_sheet_equal_finite_elements() -> None:
     plate = sheet(100.0, 10.0, 0.5, 0.5, loss_tangent=0.05)
     seen = Sources((COIL,), "rings", plate.centre, 0.5 * MM)
     fine, coarse = (core.response[-1, -1] for core in
-                    prepared_core(as_plate(plate), plate.metal.susceptibility, LADDER[0][1], 3 * MM, seen))  # fmt: skip
+                    prepared_core(as_plate(plate), plate.metal.susceptibility, LADDER[0][1], 3 * MM, seen))
     found = (4 * fine - coarse) / 3
     assert found.real == pytest.approx(1.016965e-6, rel=1e-2)
     assert found.imag == pytest.approx(-3.11451e-9, rel=3e-2)
@@ -102,7 +102,7 @@ def test_wide_sheets_are_infinite_slabs(mu: float, thickness: float) -> None:
 def test_thick_permeable_blocks_are_images() -> None:
     """A ring before a deep block: (mu - 1)/(mu + 1) of the mutual inductance with its mirror image."""
     keys = ('coils=[{name="C", centre=["0 mm", "0 mm"], layers=1, turns=1, inner_diameter="3.9 mm", '
-            'track_width="0.1 mm", track_thickness="35 um"}]')  # fmt: skip
+            'track_width="0.1 mm", track_thickness="35 um"}]')
     ring = load_sensor("biorob2018", [keys]).coils[0]
     plate = sheet(50.0, 16.0, 6.0).model_copy(update={"centre": (0.0, 0.0, -ring.height / 2 - 4 * MM)})
     found, error = answers(ring, plate, 1.0)

@@ -135,7 +135,7 @@ def test_a_plate_that_no_division_fits_is_refused_before_it_is_made(monkeypatch:
 
     def refused() -> None:
         with pytest.raises(TooLarge, match=r"^memory: \d+ cells of the plate of .* mm take some .* GiB, more than the "
-                           r"limit of 0.01 GiB \(--memory, or SITS_MECH_MEMORY\)$"):  # fmt: skip
+                           r"limit of 0.01 GiB \(--memory, or SITS_MECH_MEMORY\)$"):
             model.impedance(Pose(0.0, 2e-3), 5e6)
 
     assert peak(refused) < 0.1 * GIB

@@ -17,7 +17,7 @@ BOX = Box(np.array([4.0, 3.0, 0.1]) * MM, (24, 20, 3), (1.0, 1.0, 1.0), 10.0)
 SEVERAL = Pose(
     np.array([0.0, 0.3, -0.7]) * MM, np.array([2.05, 2.2, 2.4]) * MM, np.array([0.0, 0.02, -0.01]),
     np.array([0.0, -0.4, 0.2]) * MM, np.array([0.0, -0.02, 0.01]), np.array([0.0, 0.1, 0.5]),
-)  # fmt: skip
+)
 
 
 def array(count: int, target: str = 'shape="rectangle", width="6 mm", length="6 mm"') -> Sensor:
@@ -76,7 +76,7 @@ def test_few_polynomials_answer_as_all(nine: Sensor, monkeypatch: pytest.MonkeyP
     """Far below the stated errors: coils beside the plate with few terms, and with all of its box."""
     few = solved(nine)
     monkeypatch.setattr(Box, "needed", lambda box, coils, turns, places: np.broadcast_to(
-        [len(size) - 1 for size in box.sizes], (len(places), len(coils), 3)))  # fmt: skip
+        [len(size) - 1 for size in box.sizes], (len(places), len(coils), 3)))
     every = solved(nine)
     assert np.abs(few.L - every.L).max() < 2e-6 * np.abs(every.L - every.L0).max()
     assert np.abs(few.R - every.R).max() < 1e-4 * np.abs(every.R).max()

@@ -33,7 +33,7 @@ def test_coarse_triangles_in_place_of_fine_ones_tell_no_less_than_they_are_asked
     """Their levels are too few to show an order: half of the error that they are good for is told at least."""
     square = ((-2e-3, -2e-3), (2e-3, -2e-3), (2e-3, 2e-3), (-2e-3, 2e-3))
     plane = Conductor(name="GND", material="copper", shape="outline", centre=(-4e-3, 0.0, -2e-3), points=square,
-                      thickness=35e-6)  # fmt: skip
+                      thickness=35e-6)
     monkeypatch.setenv(VARIABLE, "0.003")
     sensor = load_sensor("biorob2018").model_copy(update={"target": None, "conductors": (plane,)})
     found = sheets(sensor, 1e-2).impedance(Pose(0.0, 2e-3), 1e5)

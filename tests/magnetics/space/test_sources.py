@@ -92,7 +92,7 @@ def test_ground_disc_behind_the_coil(frequency):
     coil = COILS[0].model_copy(update={"centre": (0.0, 0.0)})
     target = Target(material="copper", shape="disc", diameter=8 * MM, thickness=0.2 * MM)
     plane = Conductor(name="ground", material="copper", shape="disc", diameter=16 * MM, thickness=0.035 * MM,
-                      centre=(0.0, 0.0, -coil.height - 0.6175 * MM))  # fmt: skip
+                      centre=(0.0, 0.0, -coil.height - 0.6175 * MM))
     scene = {"coils": (coil,), "target": target, "conductors": (plane,)}
     sensor = load_sensor("biorob2018").model_copy(update=scene)
     discs = [(4 * MM, 2.1 * MM, 0.2 * MM, COPPER), (8 * MM, plane.centre[2], 0.035 * MM, COPPER)]

@@ -80,7 +80,7 @@ def test_columns_are_carried_one_by_one():
 
 
 @pytest.mark.parametrize(("name", "within"), [("section", 1e-12), ("bricks", 1e-12), ("curved section", 1e-3),
-                                              ("rings", 1e-3)])  # fmt: skip
+                                              ("rings", 1e-3)])
 def test_any_displacement_of_bricks_keeps_its_deformation(name, within):
     """The coarse functions are among the fine ones, on curved cells as well: the same volume, as far as integrated."""
     coarse, fine, onto = carried(name)
@@ -119,6 +119,6 @@ def test_linear_pressures_are_exact(name):
     found = onto.pressures(p)
     squares, totals = (np.bincount(onto.parents[0], each) for each in (
         (found**2).sum(axis=1), (found[:, None] @ fine.chi)[:, 0].sum(axis=1)
-    ))  # fmt: skip
+    ))
     np.testing.assert_allclose(squares, (p**2).sum(axis=1), rtol=within)
     np.testing.assert_allclose(totals, (p[:, None] @ coarse.chi)[:, 0].sum(axis=1), rtol=within, atol=0.1 * within)

@@ -96,7 +96,7 @@ YEOH = 'elastomer.material={law="yeoh", c10=1.5e4, c20=1500.0, c30=100.0, bulk_m
         ((10, 10, 2), YEOH, (30.0, 660.0)),
         pytest.param((20, 20, 2), NEO_HOOKEAN, (60.0, 4800.0), marks=pytest.mark.slow),
     ],
-)  # fmt: skip
+)
 def test_poses_in_contact_at_two_tolerances_are_within_both_errors(sizes, law, load):
     """Flush layers whose free faces lie on ground and target: the first two levels agree there by chance."""
     sensor = pad(*sizes, law)

@@ -119,7 +119,7 @@ def scene(size=15.0, *, disc=False):
     """A pad of 20 x 20 x 2 mm under a square target, or a cylinder under a disc; the force acts at the bonded face."""
     base = load_sensor(
         "biorob2018", ["target.load_height=0", *(f'target.{side}="{size} mm"' for side in ("width", "length")),
-                       NEO_HOOKEAN])  # fmt: skip
+                       NEO_HOOKEAN])
     if not disc:
         return base
     plate = {"shape": "disc", "material": "copper", "diameter": size * MM, "thickness": 0.2 * MM, "load_height": 0.0}

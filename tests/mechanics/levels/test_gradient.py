@@ -19,7 +19,7 @@ LEVER = np.array([1.0, 1.0, 5e-3, 1.0, 5e-3, 5e-3])  # of the components of a po
 LENGTHS = (
     "elastomer.thickness", "elastomer.width", "elastomer.length", "elastomer.standoff", "target.width",
     "target.length", "target.thickness",
-)  # fmt: skip
+)
 MODELS = {
     "block": lambda sensor: block_pad(sensor, 1e-2).rough,
     "planar": lambda sensor: planar_layer(sensor, 1e-2).rough,
@@ -86,7 +86,7 @@ def test_a_scene_of_twice_the_size_moves_twice_as_far(model: str) -> None:
     ("model", "name"),
     [("block", "elastomer.thickness"), ("block", "elastomer.material.c20"), ("planar", "target.width"),
      ("linear layer", "elastomer.width")],
-)  # fmt: skip
+)
 def test_derivatives_are_those_of_differences(model: str, name: str) -> None:
     """Of answers made anew, over a step of 1e-3: to 1e-5."""
     sensor = wide()
@@ -128,7 +128,7 @@ def test_half_a_pad_knows_what_its_symmetry_hides() -> None:
     np.testing.assert_allclose(
         half / np.outer(LEVER, LEVER) ** -1, layer.slopes(whole, []).compliance / np.outer(LEVER, LEVER) ** -1,
         atol=1e-5 * np.max(np.abs(half * np.outer(LEVER, LEVER))),
-    )  # fmt: skip
+    )
     assert np.all(np.isnan(layer.slopes(found, []).compliance[3:]))
 
 

@@ -78,7 +78,7 @@ def mixed(width, length, *, disc=8.0):
         (CYLINDER, 112.5 * np.pi), (scene({"diameter": 12 * MM}, SQUARE), 72.0 * np.pi),
         (scene({"diameter": 12 * MM}, DISC), 72.0 * np.pi),
     ],
-)  # fmt: skip
+)
 def test_the_whole_pad_is_meshed(sensor, volume):
     """Half of it, 2 mm thick; a box whose side a disc touches is taken a quarter of a percent wider."""
     body = bonded_block(sensor, 2, 2.0, 0.0).body

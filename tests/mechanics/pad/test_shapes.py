@@ -33,7 +33,7 @@ def scene(target, pad, *more):
     return load_sensor("biorob2018", [
         f'target={{material="copper", {plate}, thickness="0.2 mm", load_height="0 mm"}}',
         f'elastomer={{material={NEO_HOOKEAN}, thickness="2 mm", {sizes}}}', *more,
-    ])  # fmt: skip
+    ])
 
 
 def pillars(pitch=PITCH, diameter=DIAMETER):

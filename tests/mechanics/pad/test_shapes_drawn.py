@@ -25,7 +25,7 @@ def scene(target, pad, *more):
     return load_sensor("biorob2018", [
         f'target={{material="copper", shape="{shape}", {plate}, thickness="0.2 mm", load_height="0 mm"}}',
         f'elastomer={{material={{{law}}}, thickness="2 mm", {layer}}}', *more,
-    ])  # fmt: skip
+    ])
 
 
 def edge(x, y, z, rim):

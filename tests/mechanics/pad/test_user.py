@@ -396,7 +396,7 @@ def test_pieces_that_each_stand_between_ground_and_target_carry_together(tmp_pat
 def mixed_file(path):
     """Write a hexahedron and a wedge beside it."""
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 2], [1, 0, 2], [1, 1, 2], [0, 1, 2],
-                       [2, 0, 0], [2, 0, 2]]) * MM  # fmt: skip
+                       [2, 0, 0], [2, 0, 2]]) * MM
     cells = [("hexahedron", [[0, 1, 2, 3, 4, 5, 6, 7]]), ("wedge", [[1, 8, 2, 5, 9, 6]])]
     meshio.write(path, meshio.Mesh(points, cells), file_format="gmsh22", binary=False)
     return path
@@ -457,7 +457,7 @@ def test_refusals(tmp_path, said):
 def test_no_mesh_and_no_solid(tmp_path):
     (tmp_path / "text.msh").write_text("no mesh")
     for path, said in ((tmp_path / "none.msh", "meshio reads"), (tmp_path / "text.msh", "meshio reads"),
-                       (MESHES / "cross.msh", "must hold cells")):  # fmt: skip
+                       (MESHES / "cross.msh", "must hold cells")):
         with pytest.raises(ValueError, match=said):
             block_pad(scene(path))
 

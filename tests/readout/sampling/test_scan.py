@@ -106,7 +106,7 @@ def test_a_later_start_shifts_all():
     time = np.array([1.0, 1.0 + 9.5 * one.period])
     late = scan(one, C, time, np.tile(L0, (2, 1)), start=1.0 + 2.2 * one.period, seed=None)
     assert late.code.shape == (7, 2) and late.time[0, 0] == pytest.approx(1.0 + 2.2 * one.period + windows(one)[0][0]
-                                                                         + 0.5 * late.window)  # fmt: skip
+                                                                         + 0.5 * late.window)
 
 
 @pytest.mark.parametrize(

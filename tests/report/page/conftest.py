@@ -160,7 +160,7 @@ def triaxial() -> tuple[Sensor, xr.Dataset]:
     pose = {
         "d_h": 8e-4 * x, "d_v": 2e-3 - 5e-5 * z, "alpha": -5e-3 * x, "d_y": 8e-4 * y, "alpha_x": 5e-3 * y,
         "alpha_z": 1e-2 * x * y,
-    }  # fmt: skip
+    }
     places = np.array([coil.centre for coil in sensor.coils])
     rise = 2.0 * (x[..., None] * places[:, 0] + y[..., None] * places[:, 1]) / 4e-3 - 0.15 * z[..., None]
     L0 = np.full(4, 2.5e-6)

@@ -72,7 +72,7 @@ def test_any_loads_have_every_section(three_forces: Path, triaxial: tuple[Sensor
     assert 'id="explorer"' in text and "under M = 0.001 N m" in text and "2 coils cannot resolve F_x, F_z, F_y" in text
     text = page(*triaxial, tmp_path)
     for words in ("F_x, F_z, F_y", "code of C4", "full scale of dL_y", "RCOUNT3", "of F_z into dL_x", "60 loads",
-                  'id="limits"', "unknown: the silicone has neither", "sources differ by a factor"):  # fmt: skip
+                  'id="limits"', "unknown: the silicone has neither", "sources differ by a factor"):
         assert words in text, words
     assert "$" not in text
 

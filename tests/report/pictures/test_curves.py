@@ -135,7 +135,7 @@ def test_a_section_draws_the_coils_that_it_cuts() -> None:
 @pytest.mark.parametrize(("load", "degrees"), [
     ({"F_x": -1.0}, 0), ({"F_y": -1.0}, 90), ({"F_x": 1.0, "F_y": -1.0}, -45), ({"M": 1.0}, 0), ({"M_x": 1.0}, 90),
     ({}, 0),
-])  # fmt: skip
+])
 def test_where_a_load_is_cut(load: dict[str, float], degrees: float) -> None:
     """Along the shear; across the moment without one."""
     assert np.degrees(load_angle(Wrench(**({"F_x": 0.0} | load)))) == pytest.approx(degrees)
@@ -180,7 +180,7 @@ def test_a_layer_that_shrinks_is_said_to(J: float, said: str) -> None:
 @pytest.mark.parametrize("table", ["data", "triple"])
 def test_a_calibration_is_ready_for_print(
     table: str, collisions: Collisions, request: pytest.FixtureRequest
-) -> None:  # fmt: skip
+) -> None:
     """Units on every axis of numbers, a legend entry for every curve, bars explained, no text over another."""
     data = request.getfixturevalue(table).assign_attrs(name="A sensor whose name is as long as names of sensors are")
     for name, draw in calibration_pictures(data).items():

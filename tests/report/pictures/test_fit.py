@@ -21,7 +21,7 @@ def pulls() -> TensileTest:
     """Return a uniaxial and a planar test of one silicone."""
     stress = {mode: engineering_stress("gent", GENT, STRAIN, mode) for mode in ("uniaxial", "planar")}
     return TensileTest(STRAIN, stress["uniaxial"], "made.csv", others=(
-        TensileTest(STRAIN, stress["planar"], "made.csv", "planar"),))  # fmt: skip
+        TensileTest(STRAIN, stress["planar"], "made.csv", "planar"),))
 
 
 def test_picture_shows_data_law_and_rest(tmp_path: Path, collisions: Callable[[Figure], list[str]]) -> None:
@@ -34,7 +34,7 @@ def test_picture_shows_data_law_and_rest(tmp_path: Path, collisions: Callable[[F
     assert "[kPa]" in curve.get_ylabel() and "[kPa]" in rest.get_ylabel()
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == [words for mode in ("uniaxial", "planar") for words in
-                      (f"{mode}, measured", f"{mode}, gent law", "beyond the fit")]  # fmt: skip
+                      (f"{mode}, measured", f"{mode}, gent law", "beyond the fit")]
     assert collisions(figure) == []
     points, inside, beyond = curve.lines[:3]
     assert points.get_marker() == "o" and beyond.get_linestyle() == "--"

@@ -76,7 +76,7 @@ def test_plates_keep_their_holes():
     rim = ((-4e-3, -4e-3), (4e-3, -4e-3), (4e-3, 4e-3), *slot, (-4e-3, 4e-3))
     hole = ((-3e-3, -1e-3), (-1e-3, -1e-3), (-1e-3, 1e-3), (-3e-3, 1e-3))
     part = Conductor(name="GND", material="copper", shape="outline", centre=(1e-3, 0.0, -1e-3), points=rim,
-                     holes=(hole,), thickness=0.5e-3)  # fmt: skip
+                     holes=(hole,), thickness=0.5e-3)
     fixed = spatial._fixed(pyvista, part)
     assert fixed.area == pytest.approx(2 * 56 + 48 * 0.5, rel=1e-5)
     np.testing.assert_allclose(fixed.bounds, (-3.0, 5.0, -4.0, 4.0, -1.25, -0.75), atol=1e-5)

@@ -23,7 +23,7 @@ def made(error: float = 0.01) -> xr.Dataset:
     formulas = {
         "d_h": 1e-4 * x, "d_v": 2e-3 - 1e-4 * z, "alpha": 1e-3 * x, "L_v_percent": 190.0 - 2.0 * z,
         "L_h_percent": 3.0 * x, "L_h_untilted_percent": 2.7 * x, "seconds": 0.0 * x,
-    }  # fmt: skip
+    }
     data = data.assign(formulas)
     data = data.assign({f"error_{name}": error + 0.0 * x for name in ("L_v_percent", "L_h_percent")})
     data = data.assign({f"error_{name}": 1e-6 + 0.0 * x for name in ("d_h", "d_v", "alpha")})

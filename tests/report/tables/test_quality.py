@@ -109,7 +109,7 @@ def test_limits_that_are_known() -> None:
         "1.500 +- 0.010 mm over the coils, under F_z = 2 N", "3.1 %, load up",
         "5 %, of the displacement left 1 s after", "1 N means 0.5 to 2 N", "1.5 times F_z = 2 N; then x",
         "2.35 +- 0.12 times F_x = 1 N, F_z = 2 N; then limit load",
-    ):  # fmt: skip
+    ):
         assert words in text, words
     assert limits_record(found)["force_factor"] == [0.5, 2.0] and limits_record(found)["capacity"][1]["error"] is None
     within = Limits(1.5, 2.0, "F_z = 4 N", 1.5e-3, 1e-5, "F_z = 2 N", 0.031, 0.05, 2.0)

@@ -11,7 +11,7 @@ from sits_mech.report.tables.solves import figure_text, short, sizes_of, with_er
     (12.3456, 0.21, "12.35 +- 0.21"), (12.3456, 3.4, "12.3 +- 3.4"), (1234.5, 56.0, "1234 +- 56"),
     (0.0, 0.0, "0"), (2000.0, 0.0, "2000 +- 0"), (math.nan, 0.1, "-"), (1.5, math.inf, "1.5 +- ?"),
     (-0.00123, 0.000045, "-0.001230 +- 0.000045"),
-])  # fmt: skip
+])
 def test_digits_follow_the_error(value: float, error: float, expected: str) -> None:
     """Two digits of the error; neither invented nor lost."""
     assert with_error(value, error) == expected
@@ -20,7 +20,7 @@ def test_digits_follow_the_error(value: float, error: float, expected: str) -> N
 @pytest.mark.parametrize(("value", "error", "expected"), [
     (-1.68895e-14, 0.0, "0"), (1e-14, 3e-15, "0"), (2.5, 1e-9, "2.5 +- 0"), (-1e-14, 0.01, "0.000 +- 0.010"),
     (1e-14, math.inf, "0 +- ?"), (2.5, 4e-6, "2.5000000 +- 0.0000040"),
-])  # fmt: skip
+])
 def test_what_is_below_a_millionth_of_the_run_is_nothing(value: float, error: float, expected: str) -> None:
     """Of a run whose values of this kind are as large as 3; a millionth of that is 3e-6."""
     assert with_error(value, error, 3.0) == expected
@@ -47,7 +47,7 @@ def test_kinds_of_a_run_have_one_size() -> None:
     (0.0, 55.0, "below its error of 55 N"),
     (0.5, 0.021, "0.500 +- 0.021 N"), (0.0, 0.0, "0 N"), (math.nan, 0.1, "-"), (0.4521, math.nan, "0.452 N"),
     (0.5, math.inf, "not determined: within the errors of the signals"),
-])  # fmt: skip
+])
 def test_a_figure_that_its_error_exceeds_is_not_quoted(value: float, error: float, expected: str) -> None:
     """The error is, instead; scaled alike."""
     assert figure_text(value, error, unit="N") == expected

@@ -24,7 +24,7 @@ def file(tmp_path, names, rows, head=""):
          (TIME / 60, TIME, 1e2 * STRAIN, STRESS / 1e3)),
         ("Engineering Stress (MPa);Stretch (-);Time (ms)", (1e-6 * STRESS, 1.0 + STRAIN, 1e3 * TIME)),
     ],
-)  # fmt: skip
+)
 def test_columns_are_known_by_name_and_unit(tmp_path, names, columns):
     found = read_record(file(tmp_path, names, np.column_stack(columns), head="Specimen;3 mm"))
     assert found.timed and found.time == pytest.approx(TIME)
@@ -49,7 +49,7 @@ def test_a_cyclic_test_may_have_no_time(tmp_path):
         ("time;stretch;engineering stress (Pa)", (TIME, STRAIN, STRESS), "strain must be above -1; got -1"),
         ("time;engineering strain;engineering stress (Pa)", (TIME[:5], STRAIN[:5], STRESS[:5]), "8 rows.*got 5"),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_test_is_refused(tmp_path, names, columns, message):
     with pytest.raises(ValueError, match=message):
         read_record(file(tmp_path, names, np.column_stack(columns)))
