@@ -1,9 +1,11 @@
 """Does the package hold to its own order? Imports point downwards, the top is small, nothing talks by itself."""
 
 import ast
+import io
 import os
 import subprocess
 import sys
+import tokenize
 from pathlib import Path
 
 import pytest
@@ -30,6 +32,24 @@ RANKS = {
     "export": 10,
     "cli": 11,
     "__main__": 12,
+}
+SILENT = {
+    tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
+    tokenize.ENDMARKER,
+}
+LARGE = {  # to be divided; no others
+    "export/twin/twin.py",
+    "magnetics/bars.py",
+    "magnetics/ferrite/core.py",
+    "magnetics/remote.py",
+    "magnetics/space/prisms.py",
+    "maps/surrogate.py",
+    "mechanics/levels/answer.py",
+    "mechanics/levels/in_time.py",
+    "report/pictures/drawing.py",
+    "report/tables/quality.py",
+    "silicone/least_squares.py",
+    "synthesis/solve.py",
 }
 TALK = {"print", "breakpoint", "input"}
 
@@ -221,9 +241,10 @@ def test_package_neither_prints_nor_asserts(path: Path) -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=dotted)
 def test_files_stay_readable(path: Path) -> None:
-    """A file answers one question: said in its docstring, in at most 350 lines."""
+    """A file answers one question: said in its docstring, in at most 3000 tokens but for those that are listed."""
     text = path.read_text()
-    assert len(text.splitlines()) <= 350
+    tokens = sum(each.type not in SILENT for each in tokenize.generate_tokens(io.StringIO(text).readline))
+    assert (tokens > 3000) == (path.relative_to(PACKAGE).as_posix() in LARGE), f"{tokens} tokens"
     assert not text.strip() or ast.get_docstring(ast.parse(text))
 
 
