@@ -11,10 +11,11 @@ in a forked child of one process that has all imported, so that it costs what it
     exit code         none of 0, 2, 3, 4; one that is not that of the status; 2 without one line of error
     answer            not JSON where that was asked for
 
-Run ``python studies/malformed.py [--coarse] [--seed 0] [--inputs 2000] [--lines 1000] --output DIR``:
+Run ``python studies/malformed.py [--coarse] [--seed 0] [--first 0] [--inputs 2000] [--lines 1000] --output DIR``:
 `malformed.csv` by kind (how many, how many of them came to a solver, exit codes, the worst seconds and memory) and
-`faults.csv` with the command that repeats each: the same with ``--case input-17``, which leaves its files in DIR. A
-fault that is not known (`OPEN`) ends it with exit code 1.
+`faults.csv` with the command that repeats each: the same with ``--case input-17``, which leaves its files in DIR. One
+that is stopped has the cases until then, and tells them; ``--first`` goes on. A fault that is not known (`OPEN`) ends
+it with exit code 1.
 """
 
 from __future__ import annotations
@@ -197,7 +198,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--coarse", action="store_true", help=f"{COARSE} inputs and as many command lines")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--inputs", type=int, default=2000)
+    parser.add_argument("--first", type=int, default=0, help="number of the first input and command line")
+    parser.add_argument("--inputs", type=int, default=2000, help="number of inputs, those before the first too")
     parser.add_argument("--lines", type=int, default=1000)
     parser.add_argument("--case", help="one of them, such as input-17: its files stay in DIR/input-17")
     parser.add_argument("--output", type=Path, required=True)
@@ -206,9 +208,10 @@ def main() -> int:
     output.mkdir(parents=True, exist_ok=True)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     counts = {"input": COARSE, "line": COARSE} if asked.coarse else {"input": asked.inputs, "line": asked.lines}
-    cases = [asked.case] if asked.case else [f"{kind}-{k}" for kind, count in counts.items() for k in range(count)]
+    numbers = [(kind, k) for kind, count in counts.items() for k in range(asked.first, count)]
+    cases = [asked.case] if asked.case else [f"{kind}-{k}" for kind, k in numbers]
     outcomes, faults = [], []
-    with warm() as sound, tempfile.TemporaryDirectory() as place:
+    with warm() as sound, tempfile.TemporaryDirectory() as place, contextlib.suppress(KeyboardInterrupt):
         for case in cases:
             one = outcome(case, asked.seed, (output if asked.case else Path(place)) / case, sound)
             outcomes.append(one)
@@ -221,7 +224,7 @@ def main() -> int:
                 write_rows(faults, output / "faults.csv")
                 print(f"{one.fault}\n    {words}\n    {again}", flush=True)
             shutil.rmtree(Path(place) / case, ignore_errors=True)
-    print(write_rows(by_kind(outcomes), output / "malformed.csv"))
+    print(*(each.case for each in outcomes[-1:]), write_rows(by_kind(outcomes), output / "malformed.csv"), sep="\n")
     return 1 if any(each.fault and (asked.seed, each.case) not in OPEN for each in outcomes) else 0
 
 
