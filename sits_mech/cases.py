@@ -268,6 +268,10 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
         dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 
 
+_DAMAGED = OSError, ValueError, LookupError, RuntimeError
+"""What HDF5 raises of files that are none, or damaged."""
+
+
 def glance(path: Path) -> tuple[dict[str, Any], int]:
     """Return the attributes of such a table and how many cases it has, in a tenth of the time; errors as of it."""
     import h5py
@@ -275,7 +279,7 @@ def glance(path: Path) -> tuple[dict[str, Any], int]:
     try:
         with h5py.File(path) as file:
             return dict(file.attrs), int(file["status"].size) if "status" in file else 0
-    except (OSError, ValueError) as error:
+    except _DAMAGED as error:
         raise _no_table(path, error) from None
 
 
@@ -290,5 +294,5 @@ def read_table(path: Path) -> xr.Dataset:
 
     try:
         return xr.load_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError) as error:
+    except _DAMAGED as error:
         raise _no_table(path, error) from None
