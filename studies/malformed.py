@@ -57,8 +57,8 @@ OPEN = {(0, "input-21"), (0, "input-87"), (0, "input-99")}
 """Faults that are known and not mended, by seed and case: they are told and do not end it with code 1.
 
 Above 20 s, as measured on a busy machine. Of nine spirals above two plates (21) each step keeps to its limit until the
-field on the target is refused, and their sum does not; 87 (pillars under a spiral) and 99 (a disc at next to no load)
-are not looked into.
+field on the target is refused, and their sum does not. Of 87 the modes of a wide plate's section take the time, of 99
+the path of a disc in space to a load of 3e-13 N.
 """
 CODES = (0, 2, 3, 4)
 SOLVES = {"equilibrium": "mechanics", "impedance": "magnetics"}  # methods of models, and their rooms
