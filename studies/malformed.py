@@ -14,7 +14,7 @@ in a forked child of one process that has all imported, so that it costs what it
 Run ``python studies/malformed.py [--coarse] [--seed 0] [--first 0] [--inputs 2000] [--lines 1000] --output DIR``:
 `malformed.csv` by kind (how many, how many of them came to a solver, exit codes, the worst seconds and memory) and
 `faults.csv` with the command that repeats each: the same with ``--case input-17``, which leaves its files in DIR. One
-that is stopped has the cases until then, and tells them; ``--first`` goes on. A fault that is not known (`OPEN`) ends
+that is stopped keeps the cases until then; ``--first`` goes on. A fault that is not known (`OPEN`) ends
 it with exit code 1.
 """
 
@@ -212,11 +212,12 @@ def main() -> int:
     counts = {"input": COARSE, "line": COARSE} if asked.coarse else {"input": asked.inputs, "line": asked.lines}
     numbers = [(kind, k) for kind, count in counts.items() for k in range(asked.first, count)]
     cases = [asked.case] if asked.case else [f"{kind}-{k}" for kind, k in numbers]
-    outcomes, faults = [], []
+    outcomes, faults, table = [], [], ""
     with warm() as sound, tempfile.TemporaryDirectory() as place, contextlib.suppress(KeyboardInterrupt):
         for case in cases:
             one = outcome(case, asked.seed, (output if asked.case else Path(place)) / case, sound)
             outcomes.append(one)
+            table = write_rows(by_kind(outcomes), output / "malformed.csv")
             if asked.case:
                 print(shlex.join(["sits-mech", *one.words]), one, sep="\n")
             elif one.fault:
@@ -226,7 +227,7 @@ def main() -> int:
                 write_rows(faults, output / "faults.csv")
                 print(f"{one.fault}\n    {words}\n    {again}", flush=True)
             shutil.rmtree(Path(place) / case, ignore_errors=True)
-    print(*(each.case for each in outcomes[-1:]), write_rows(by_kind(outcomes), output / "malformed.csv"), sep="\n")
+    print(*(each.case for each in outcomes[-1:]), table, sep="\n")
     return 1 if any(each.fault and (asked.seed, each.case) not in OPEN for each in outcomes) else 0
 
 

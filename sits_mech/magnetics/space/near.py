@@ -153,12 +153,11 @@ def prepare_near(
     others, sources = (box, beside) if isinstance(beside, Sources) else (beside, None)
     found: list[dict[tuple[int, int], _Class]] = []
     bases: dict[tuple[int, int], Basis] = {}
-    metal, seen = (conductivity, depth), (others, sources)
+    metal, seen, alike = (conductivity, depth), (others, sources), first_alike(divisions)
     if sources is not None:
-        unlike = [divisions[k] for k in set(first_alike(divisions))]
-        points = sum(sources.points(plan, stacked(plan, levels)) for plan, levels in unlike)
+        points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(alike))
         check_straight(sources.coils, sources.windings, 0.0, points)
-    for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
+    for (plan, levels), first in zip(divisions, alike, strict=True):
         found.append(found[first] if first < len(found) else _classes(plan, levels, metal, seen, bases))
     if not found[0]:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
