@@ -40,7 +40,6 @@ SILENT = {
 LARGE = {  # to be divided; no others
     "export/twin/twin.py",
     "magnetics/bars.py",
-    "magnetics/ferrite/core.py",
     "magnetics/remote.py",
     "magnetics/space/prisms.py",
     "maps/surrogate.py",

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, cKDTree
 
-from sits_mech.geometry.sheet_plan import BEYOND, Grading, Integers, Plan, graded_axis
-from sits_mech.quantities import Array
+from sits_mech.geometry.sheet_plan import BEYOND, Grading, Plan, graded_axis
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops, read_loops, signed_area
 from sits_mech.scene.sensor import Elastomer, Target

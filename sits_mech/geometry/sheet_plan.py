@@ -16,12 +16,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Integers
 
-Integers = NDArray[np.int_]
 BEYOND = 0.4
 """Growth of cells per length beyond the reach."""
 _SMALLEST, _SAMPLES = 1e-3, 2000  # of the integral of their density

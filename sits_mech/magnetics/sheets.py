@@ -118,10 +118,11 @@ class Sheets:
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
-        def alone() -> tuple[Array, Array]:
-            return free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)
-
-        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
+        return answer(
+            _KIND, self.sensor, pose, frequency,
+            lambda: (free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)),
+            self._reaction,
+        )
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the plates' reaction, blended over the preparations that serve each pose."""
