@@ -40,6 +40,12 @@ class Outline:
         """Corners of the outer rim, shape (k, 2) [m]."""
         return np.array(self.loops[0])
 
+    @property
+    def turned(self) -> list[Array]:
+        """Corners of all loops, with the metal to the left of each, shape (k, 2) [m]."""
+        loops = map(np.array, self.loops)
+        return [loop if (signed_area(loop) > 0.0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
+
 
 def target_outline(target: Target, outline: Outline | None = None) -> Outline:
     """Return `outline`, or else the outline that the scene gives the target."""
@@ -84,8 +90,7 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
     if crossing is not None:
         x, y = crossing
         raise ValueError(f"outline: rims must not cross themselves or each other; they do at ({x:.4g}, {y:.4g}) m")
-    loops = [np.array(loop) for loop in outline.loops]
-    loops = [loop if (signed_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
+    loops = outline.turned
     depth = min(_DEPTH * _narrowest(loops), 0.8 * grading.largest)
     smaller = max(min(grading.largest, _SHALLOW * depth), _HALVED * grading.largest)
     grading = replace(grading, largest=smaller)

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
 Pair = tuple[int, int, tuple[float, float]]
@@ -84,7 +84,7 @@ def rounded(distance: float) -> float:
     return float(f"{distance:.11e}")
 
 
-def placed_pairs(coils: Sequence[Coil], turned: Sequence[bool]) -> tuple[list[Pair], NDArray[np.int64]]:
+def placed_pairs(coils: Sequence[Coil], turned: Sequence[bool]) -> tuple[list[Pair], Integers]:
     """Return the distinct pairs of windings, the second axis as seen from the first, and the pair of each two (n, n).
 
     A coil makes a pair with itself, at distance zero. `turned`: whether each winding (`kinds_of`) is the same however
