@@ -41,10 +41,16 @@ from sits_mech.geometry.tracks import coil_bars, section_refusal
 from sits_mech.geometry.windings import Bars
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, sizes
 from sits_mech.magnetics.coils.alone import section_resistances
-from sits_mech.magnetics.section.coupling import Filaments, circle_samples, filaments, samples
+from sits_mech.magnetics.section.coupling import (
+    Filaments,
+    SectionPlate,
+    circle_samples,
+    coupled_reaction,
+    filaments,
+    samples,
+)
 from sits_mech.magnetics.section.division import Lengths, Resolution
 from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.magnetics.section.neighbours import SectionPlate, coupled_reaction
 from sits_mech.magnetics.section.plate import PreparedPlate, prepare_plate
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
