@@ -9,12 +9,11 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from common.infinite_plate import coil_change
+from common.infinite_plate import Layer, coil_change
 from common.outputs import study_arguments, write_rows
 from common.track_losses import coil_losses
 
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.coils.alone import track_resistance
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.quantities import Pose

@@ -40,7 +40,6 @@ SILENT = {
 LARGE = {  # to be divided; no others
     "export/twin/twin.py",
     "magnetics/bars.py",
-    "magnetics/ferrite/core.py",
     "magnetics/remote.py",
     "magnetics/space/prisms.py",
     "maps/surrogate.py",
@@ -101,7 +100,6 @@ UNMIRRORED = {
     "magnetics/axis/disc.py": "tests/magnetics/test_rings.py: its impedance",
     "magnetics/coils/alone.py": "tests/magnetics/coils/test_terminals.py: coils without target",
     "magnetics/coils/ring_field.py": "tests/magnetics/test_sheets_outline.py: the potential of its rings",
-    "magnetics/section/coupling.py": "tests/magnetics/section/test_neighbours.py: fluxes in the bars",
     "magnetics/section/plate.py": "tests/magnetics/section/test_division.py: the plate of a division",
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",

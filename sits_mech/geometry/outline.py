@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, cKDTree
 
-from sits_mech.geometry.sheet_plan import BEYOND, Grading, Integers, Plan, graded_axis
-from sits_mech.quantities import Array
+from sits_mech.geometry.sheet_plan import BEYOND, Grading, Plan, graded_axis
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops, read_loops, signed_area
 from sits_mech.scene.sensor import Elastomer, Target
@@ -39,6 +39,12 @@ class Outline:
     def rim(self) -> Array:
         """Corners of the outer rim, shape (k, 2) [m]."""
         return np.array(self.loops[0])
+
+    @property
+    def turned(self) -> list[Array]:
+        """Corners of all loops, with the metal to the left of each, shape (k, 2) [m]."""
+        loops = map(np.array, self.loops)
+        return [loop if (signed_area(loop) > 0.0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
 
 
 def target_outline(target: Target, outline: Outline | None = None) -> Outline:
@@ -84,8 +90,7 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
     if crossing is not None:
         x, y = crossing
         raise ValueError(f"outline: rims must not cross themselves or each other; they do at ({x:.4g}, {y:.4g}) m")
-    loops = [np.array(loop) for loop in outline.loops]
-    loops = [loop if (signed_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
+    loops = outline.turned
     depth = min(_DEPTH * _narrowest(loops), 0.8 * grading.largest)
     smaller = max(min(grading.largest, _SHALLOW * depth), _HALVED * grading.largest)
     grading = replace(grading, largest=smaller)

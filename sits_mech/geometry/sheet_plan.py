@@ -16,12 +16,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Integers
 
-Integers = NDArray[np.int_]
 BEYOND = 0.4
 """Growth of cells per length beyond the reach."""
 _SMALLEST, _SAMPLES = 1e-3, 2000  # of the integral of their density
@@ -77,7 +75,7 @@ def rectangle_plan(width: float, length: float, grading: Grading) -> Plan:
     return Plan(nodes, cells, np.where(rim, 0, -1), group, characters, np.ones(4), (x, y))
 
 
-def disc_plan(diameter: float, grading: Grading, *, orders: int | None = None) -> Plan:
+def disc_plan(diameter: float, grading: Grading, *, orders: int) -> Plan:
     """Return one of n equal sectors of a disc [m], n from the largest cell; classes are the angular orders.
 
     The polygon has the disc's area. Classes above `orders` are left out.
@@ -95,8 +93,7 @@ def disc_plan(diameter: float, grading: Grading, *, orders: int | None = None) -
     loop[[m, 2 * m]] = 0
     turns = step * np.arange(n)
     group = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in turns])
-    highest = n // 2 if orders is None else min(orders, n // 2)
-    order = np.arange(highest + 1)
+    order = np.arange(min(orders, n // 2) + 1)
     weights = np.where((order == 0) | (2 * order == n), 1.0, 2.0)
     return Plan(nodes, cells, loop, group, np.exp(1j * np.outer(order, turns)), weights)
 

@@ -55,7 +55,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
     if sensor.target is not None and places.size:
         t = sensor.target.thickness
         half = np.array([*np.abs(target_outline(sensor.target, outline).rim).max(0), t / 2])
-        lowest_points(sensor.target, outline, turns, places)  # refuses what is not above the coils
+        _check_above(sensor.target, outline, turns, places)
         moving = [Solid("target", half, turns, places + turns[:, :, 2] * t / 2)]
         sides = turns[:, 2, :2] * half[:2]
         sides = np.hypot(*sides.T)[:, None] if sensor.target.shape == "disc" else sides
@@ -106,11 +106,10 @@ def overlapping(sensor: Sensor) -> str | None:
     return None
 
 
-def lowest_points(target: Target, outline: Outline | None, turns: Array, places: Array) -> Array:
-    """Return the height of the plate's lowest point, one a pose [m]; Collision where it is not above the coil plane."""
+def _check_above(target: Target, outline: Outline | None, turns: Array, places: Array) -> None:
+    """Raise Collision where the plate's lowest point is not above the coil plane."""
     rim = target_outline(target, outline).rim
     low = places[:, 2] + (turns[:, 2, :2] @ rim.T).min(1) + np.minimum(turns[:, 2, 2] * target.thickness, 0.0)
     if not np.all(low > 0.0):
         worst = float(np.min(np.where(np.isnan(low), -np.inf, low)))
         raise Collision(f"pose: the target must stay above the coil plane z = 0, its lowest point is at {worst:.4g} m")
-    return np.asarray(low)

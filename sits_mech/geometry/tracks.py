@@ -112,15 +112,6 @@ def track_length(coil: Coil) -> float:
     return float(coil_tracks(coil).length.sum())
 
 
-def track_places(coil: Coil, count: int) -> Array:
-    """Return points at equal distances along a coil's tracks, seen from above, shape (count, 2) [m]."""
-    tracks = coil_tracks(coil)
-    ends = np.concatenate([[0.0], np.cumsum(tracks.length)])
-    along = (np.arange(count) + 0.5) / count * ends[-1]
-    k = np.searchsorted(ends[1:-1], along, side="right")
-    return np.asarray(tracks.start[k, :2] + (along - ends[k])[:, None] * tracks.way[k])
-
-
 def track_squares(coil: Coil) -> float:
     """Return the length of a coil's track over its width, summed along it [-]."""
     if coil.is_round:

@@ -20,11 +20,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations_with_replacement
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
 Pair = tuple[int, int, tuple[float, float]]
@@ -50,6 +51,10 @@ class Sections:
     width: Array  # (n,) along r [m]
     height: Array  # (n,) along z [m]
     sign: Array | float = 1.0  # +1 where a positive coil current runs counter-clockwise from above, else -1
+
+    def some(self, index: NDArray[Any]) -> Sections:
+        """Return some of the rings, without their signs."""
+        return Sections(self.radius[index], self.z[index], self.width[index], self.height[index])
 
     def mirrored(self) -> Sections:
         """Return the image in the plane z = 0."""
@@ -79,7 +84,7 @@ def rounded(distance: float) -> float:
     return float(f"{distance:.11e}")
 
 
-def placed_pairs(coils: Sequence[Coil], turned: Sequence[bool]) -> tuple[list[Pair], NDArray[np.int64]]:
+def placed_pairs(coils: Sequence[Coil], turned: Sequence[bool]) -> tuple[list[Pair], Integers]:
     """Return the distinct pairs of windings, the second axis as seen from the first, and the pair of each two (n, n).
 
     A coil makes a pair with itself, at distance zero. `turned`: whether each winding (`kinds_of`) is the same however
@@ -97,13 +102,6 @@ def placed_pairs(coils: Sequence[Coil], turned: Sequence[bool]) -> tuple[list[Pa
     return list(found), index
 
 
-def distinct_pairs(coils: Sequence[Coil]) -> tuple[Sequence[Coil], list[tuple[int, int, float]], NDArray[np.int64]]:
-    """Return the distinct windings, their distinct pairs with the axes' distance, and the pair of each two (n, n)."""
-    kinds, _ = kinds_of(coils)
-    pairs, index = placed_pairs(coils, [True] * len(kinds))
-    return kinds, [(one, other, apart) for one, other, (apart, _) in pairs], index
-
-
 def turn_radii(coil: Coil) -> Array:
     """Return the radii of a round coil's turns, innermost first, shape (turns,) [m]; ValueError for other shapes."""
     if not coil.is_round:
@@ -112,14 +110,9 @@ def turn_radii(coil: Coil) -> Array:
     return coil.inner_diameter / 2 + coil.track_width / 2 + pitch * np.arange(coil.turns, dtype=np.float64)
 
 
-def layer_heights(coil: Coil) -> Array:
-    """Return heights z of the layers' mid-planes, uppermost first [m]; shape (layers,)."""
-    return np.array(coil.heights)
-
-
 def coil_sections(coil: Coil) -> Sections:
     """Return a round coil as ``layers * turns`` concentric rings about its axis; ValueError for other shapes."""
-    z, radius = (each.ravel() for each in np.meshgrid(layer_heights(coil), turn_radii(coil), indexing="ij"))
+    z, radius = (each.ravel() for each in np.meshgrid(coil.heights, turn_radii(coil), indexing="ij"))
     sign = np.repeat(np.array(coil.directions, dtype=float), coil.turns) if coil.directions else 1.0
     return Sections(radius, z, np.full(z.size, coil.track_width), np.full(z.size, coil.track_thickness), sign)
 
@@ -134,7 +127,7 @@ def spiral_path(coil: Coil, *, points_per_turn: int = 60) -> list[Array]:
     theta = np.linspace(0.0, 2 * np.pi * coil.turns, points_per_turn * coil.turns + 1)
     outward = r[0] - pitch / 2 + pitch * theta / (2 * np.pi)
     pieces: list[Array] = []
-    for k, (z, way) in enumerate(zip(layer_heights(coil), coil.directions or (1,) * coil.layers, strict=True)):
+    for k, (z, way) in enumerate(zip(coil.heights, coil.directions or (1,) * coil.layers, strict=True)):
         radius = outward[::-1] if k % 2 == 0 else outward
         xy = np.column_stack([radius * np.cos(theta), way * radius * np.sin(theta)])
         pieces.append(np.column_stack([xy + np.asarray(coil.centre), np.full(theta.size, z)]))

@@ -41,10 +41,16 @@ from sits_mech.geometry.tracks import coil_bars, section_refusal
 from sits_mech.geometry.windings import Bars
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, sizes
 from sits_mech.magnetics.coils.alone import section_resistances
-from sits_mech.magnetics.section.coupling import Filaments, circle_samples, filaments, samples
+from sits_mech.magnetics.section.coupling import (
+    Filaments,
+    SectionPlate,
+    circle_samples,
+    coupled_reaction,
+    filaments,
+    samples,
+)
 from sits_mech.magnetics.section.division import Lengths, Resolution
 from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.magnetics.section.neighbours import SectionPlate, coupled_reaction
 from sits_mech.magnetics.section.plate import PreparedPlate, prepare_plate
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
@@ -76,10 +82,10 @@ class PlanarBars:
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
-        def alone() -> tuple[Array, Array]:
-            return free_space_inductance(self.sensor), section_resistances(self.sensor.coils)
-
-        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
+        return answer(
+            _KIND, self.sensor, pose, frequency,
+            lambda: (free_space_inductance(self.sensor), section_resistances(self.sensor.coils)), self._reaction,
+        )
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the plates' reaction, blended over the preparations that serve each pose."""
@@ -239,17 +245,8 @@ def _answering(
     found = []
     for plate, own in zip(plates, clear, strict=True):
         size, lengths = (plate.width, plate.thickness), _lengths(own, 0.0, plate.conductivity, top)
-        found.append(SectionPlate(plate, section_modes(size, plate.conductivity, resolution, lengths, None)))
+        found.append(SectionPlate(plate, prepare_plate(size, plate.conductivity, resolution, lengths)))
     return tuple(found)
-
-
-@lru_cache(maxsize=64)
-def section_modes(
-    size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
-    return_radius: float | None,
-) -> PreparedPlate:
-    """Return a prepared plate (`section.plate.prepare_plate`); kept for later."""
-    return prepare_plate(size, conductivity, resolution, lengths, return_radius)
 
 
 def prepared_plate(sensor: Sensor, resolution: Resolution, gap: float, frequency: float) -> PreparedPlate:
@@ -260,7 +257,7 @@ def prepared_plate(sensor: Sensor, resolution: Resolution, gap: float, frequency
     size, conductivity = (target.extent[0], target.thickness), target.metal.conductivity
     winding = min(_winding_width(coil) for coil in sensor.coils)
     lengths = _lengths(gap, winding, conductivity, frequency)
-    return section_modes(size, conductivity, resolution, lengths, return_radius(sensor))
+    return prepare_plate(size, conductivity, resolution, lengths, return_radius(sensor))
 
 
 def _winding_width(coil: Coil) -> float:

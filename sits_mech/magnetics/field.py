@@ -121,11 +121,12 @@ class PlanarFem:
         Raises as `check_asked`, ValueError if the mesh generator is missing, SolveFailed if the tolerance is not
         reached.
         """
-        def alone() -> tuple[Array, Array]:
-            inductance = free_inductance(tracks(self.sensor), return_radius(self.sensor))
-            return inductance, section_resistances(self.sensor.coils)
-
-        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
+        return answer(
+            _KIND, self.sensor, pose, frequency, lambda: (
+                free_inductance(tracks(self.sensor), return_radius(self.sensor)),
+                section_resistances(self.sensor.coils),
+            ), self._reaction,
+        )
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the plates' reaction, every pose on a mesh of its own."""

@@ -56,8 +56,9 @@ from scipy.special import elliprd
 from sits_mech.geometry.plates import cut_width
 from sits_mech.geometry.tracks import coil_bars, standing_rings
 from sits_mech.magnetics.bars import free_space_inductance
+from sits_mech.magnetics.coils.alone import free_inductances
 from sits_mech.magnetics.coils.far_field import coil_field, field_bound, least_inductance
-from sits_mech.magnetics.coils.loops import coil_inductances, mutual_loops, series_inductance
+from sits_mech.magnetics.coils.loops import mutual_loops, series_inductance
 from sits_mech.magnetics.ferrite.core import added_inductance
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
@@ -219,12 +220,6 @@ def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
     )
 
 
-@lru_cache(maxsize=32)
-def _self_inductance(coil: Coil) -> float:
-    """Return L_cc in free space [H]."""
-    return float(coil_inductances([coil])[0, 0])
-
-
 def _sphere() -> tuple[Array, Array]:
     """Return points on the unit ball, shape (n, 3), and their weights, which add up to 1."""
     up, weight = np.polynomial.legendre.leggauss(_UP)
@@ -237,7 +232,7 @@ def _sphere() -> tuple[Array, Array]:
 def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Return far conductors as balls in the largest field that they can be in: the closed forms alone."""
     bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far])
-    L = max(least_inductance(coil) if coil.is_round else _self_inductance(coil) for coil in coils)
+    L = max(least_inductance(coil) if coil.is_round else float(free_inductances((coil,))[0, 0]) for coil in coils)
     own = np.array([
         [field_bound(coil, math.dist(at, (*coil.centre, 0.0)) - body.radius) for coil in coils]
         for at, body in zip(middle, bodies, strict=True)
@@ -250,7 +245,7 @@ def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
 
 def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Return far conductors as ellipsoids and balls."""
-    L = max(_self_inductance(coil) for coil in coils)
+    L = max(float(free_inductances((coil,))[0, 0]) for coil in coils)
     bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
     own = [[_own_strength(coil, part) for coil in coils] for part in far]
     kappa = [_kappa(body, place, solved) for body, place in zip(bodies, middle, strict=True)]

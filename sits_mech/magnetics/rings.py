@@ -56,10 +56,10 @@ class Axisymmetric:
         `check_asked`, ValueError if a pose leaves the coil's axis, SolveFailed if the tolerance asks for more rings
         than fit.
         """
-        def alone() -> tuple[Array, Array]:
-            return free_inductances(self.sensor.coils), track_resistances(self.sensor.coils)
-
-        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
+        return answer(
+            _KIND, self.sensor, pose, frequency,
+            lambda: (free_inductances(self.sensor.coils), track_resistances(self.sensor.coils)), self._reaction,
+        )
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the disc's reaction on the coil."""
@@ -170,16 +170,10 @@ def _divided(problem: DiscProblem, top: float, tolerance: float) -> tuple[tuple[
     for level in range(12):
         if count_rings(problem, level) > _MOST:
             break
-        discs.append(_prepared(problem, level))
+        discs.append(prepare_disc(problem, level))
         if level and all(_holds(_limits(discs, gaps, frequency), tolerance) for frequency in frequencies.tolist()):
             return tuple(discs), True
     return tuple(discs), False
-
-
-@lru_cache(maxsize=64)
-def _prepared(problem: DiscProblem, level: int) -> Disc:
-    """Return divided discs, kept."""
-    return prepare_disc(problem, level)
 
 
 def _limits(discs: Sequence[Disc], d_v: Array, frequency: float) -> _Limits:

@@ -118,10 +118,11 @@ class Sheets:
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
-        def alone() -> tuple[Array, Array]:
-            return free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)
-
-        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
+        return answer(
+            _KIND, self.sensor, pose, frequency,
+            lambda: (free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)),
+            self._reaction,
+        )
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the plates' reaction, blended over the preparations that serve each pose."""
@@ -180,18 +181,19 @@ class Sheets:
         halves = (plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
         plates, rung, large = fitting(self.tolerance, asked, max(halves, default=math.inf), divided)
         notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
+        near = sensor.target is not None and isinstance(plates[0].divisions[0], Near)
         if sensor.conductors:
             values = self._together(parts, plates, frequency[0])
         else:
             poses = parts[0].turns, parts[0].places
-            answers = near_reactions if isinstance(plates[0].divisions[0], Near) else reactions
+            answers = near_reactions if near else reactions
             values = answers(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
         lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if sensor.conductors else (1.0, 1.0))
         if large and rung.along[0] == rung.along[1]:
             lost = lost + ROUGH / 2
-        if sensor.target is not None and isinstance(plates[0].divisions[0], Near):
+        if near:
             left = left.real + 1j * _NEAR * left.imag
         if sensor.conductors:
             left = _BETWEEN * left.real + 1j * left.imag

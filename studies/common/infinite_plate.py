@@ -1,12 +1,26 @@
 """A coil or a pair of wires over an infinite stack of layers: one integral over the reflected waves (Dodd and Deeds).
 
-For a coil, with Gamma and S of `axis.dodd_deeds`, where the source is named too,
+``exp(+j omega t)``; the layers fill z > gap, air below and above them, all linear and isotropic:
 
+    laplace A = 0 in air,    (1/mu) laplace A = j omega sigma A in a layer,    A and (1/mu) dA/dz continuous.
+
+For a coil below z = 0, with S of `axis.spectrum`, where the source is named too,
+
+    A_phi = (mu0/2) int_0^inf S(k) J1(k r) [exp(-k z) + Gamma(k) exp(k (z - 2 gap))] dk    [V s/m per A],
     Delta L_complex = pi mu0 int_0^inf Gamma(k) S(k)^2 exp(-2 k gap) dk = Delta L - j R / omega;
 
 for a planar pair of opposite currents, a distance s apart at height h, with one ampere each,
 
     Delta L_complex = (mu0/pi) int_0^inf Gamma(k) (1 - cos(k s)) / k  exp(-2 k h) dk   [H/m].
+
+Reflection. Layer i has ``q_i = sqrt(k^2 + j omega mu_i sigma_i)``; between i and j
+
+    r_ij = (q_i/mu_i - q_j/mu_j) / (q_i/mu_i + q_j/mu_j),    Gamma_i = (r_ij + Gamma_j e_j) / (1 + r_ij Gamma_j e_j),
+
+``e_j = exp(-2 q_j t_j)``. The numerator of r_ij is written as a difference of squares, in which k^2 drops out between
+non-magnetic layers: the weak reflections of low frequencies keep their digits.
+
+Range: any frequency, conductivity (infinite: a perfect conductor), permeability. Neglected: displacement current.
 """
 
 from __future__ import annotations
@@ -20,10 +34,49 @@ from scipy.constants import mu_0
 from scipy.integrate import cubature
 
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
-from sits_mech.quantities import Array
+from sits_mech.magnetics.axis.spectrum import spectrum
+from sits_mech.quantities import Array, Complex
 
 _DIGITS = 40.0  # the integrand is cut where exp(-2 k gap) falls to exp(-40)
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One layer of an infinite stack."""
+
+    conductivity: float  # [S/m]; infinite for a perfect conductor
+    thickness: float = np.inf  # [m]; infinite for a half-space, which must come last
+    relative_permeability: float = 1.0  # [-]
+
+
+def reflection(k: Array, omega: float, layers: Sequence[Layer]) -> Complex:
+    """Return Gamma(k) at the face of a stack, nearest layer first, air behind it; -1 is a perfect conductor, 0 air."""
+    air = Layer(0.0)
+    stack = [air, *layers, air]
+    gamma = np.zeros(np.shape(k), dtype=complex)
+    for near, far in zip(stack[-2::-1], stack[:0:-1], strict=True):
+        if np.isinf(far.conductivity):
+            gamma = np.full(np.shape(k), -1.0 + 0j)
+            continue
+        if np.isinf(near.conductivity):
+            continue
+        q = _wave_number(k, omega, far)
+        back = gamma * (0.0 if np.isinf(far.thickness) else np.exp(-2.0 * q * far.thickness))
+        r = _interface(k, omega, near, far)
+        gamma = (r + back) / (1.0 + r * back)
+    return gamma
+
+
+def _wave_number(k: Array, omega: float, layer: Layer) -> Complex:
+    """Return q of a layer, with positive real part [1/m]."""
+    return np.asarray(np.sqrt(k**2 + 1j * omega * mu_0 * layer.relative_permeability * layer.conductivity))
+
+
+def _interface(k: Array, omega: float, near: Layer, far: Layer) -> Complex:
+    """Return r_ij of the module docstring."""
+    m, n = near.relative_permeability, far.relative_permeability
+    difference = k**2 * (n - m) * (n + m) + 1j * omega * mu_0 * m * n * (near.conductivity * n - far.conductivity * m)
+    return np.asarray(difference / (_wave_number(k, omega, near) * n + _wave_number(k, omega, far) * m) ** 2)
 
 
 @dataclass(frozen=True)

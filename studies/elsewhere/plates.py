@@ -24,13 +24,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from common.infinite_plate import coil_change
+from common.infinite_plate import Layer, coil_change
 from elsewhere.coils_alone import TEAM, WINDINGS, bundle
 from elsewhere.rows import Row
 from scipy.optimize import least_squares
 
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.coils.loops import series_inductance
 from sits_mech.quantities import Array, Complex
 from sits_mech.report.pictures.curves import new_figure, save_figure

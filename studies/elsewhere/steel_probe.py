@@ -33,12 +33,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from common.infinite_plate import Layer, reflection
 from elsewhere.rows import Row
 from scipy.constants import mu_0
 from scipy.optimize import least_squares
 
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
+from sits_mech.magnetics.axis.spectrum import spectrum
 from sits_mech.magnetics.coils.loops import series_inductance
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.curves import new_figure, save_figure

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from common.infinite_plate import Layer, reflection
 from scipy.constants import mu_0
 
 from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
+from sits_mech.magnetics.axis.spectrum import spectrum
 from sits_mech.quantities import Pose
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Sensor, load_sensor

@@ -14,7 +14,6 @@ from sits_mech.geometry.tracks import (
     section_refusal,
     standing_rings,
     track_length,
-    track_places,
     track_squares,
 )
 from sits_mech.geometry.windings import coil_sections
@@ -131,12 +130,10 @@ def test_a_meander_has_one_ring_around_it() -> None:
     assert rings.radius.size == 1 and rings.radius[0] < 3 * MM
 
 
-def test_squares_and_places_along_tracks() -> None:
-    """Each stretch with its own width; places at equal distances."""
+def test_squares_along_tracks() -> None:
+    """Each stretch with its own width."""
     coil = path([(0, 0), (4, 0)], [(4, 0), (4, 2)], path_widths=(1e-4, 2e-4))
     assert track_squares(coil) == pytest.approx(40.0 + 10.0, rel=1e-12)
-    places = track_places(coil, 3) - np.array(coil.centre) + (2 * MM, 1 * MM)
-    assert places == pytest.approx(np.array([[1.0, 0.0], [3.0, 0.0], [4.0, 1.0]]) * MM, abs=1e-12)
 
 
 def test_strands_share_the_width() -> None:

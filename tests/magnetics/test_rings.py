@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from common.infinite_plate import coil_change
+from common.infinite_plate import Layer, coil_change
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.windings import Sections, coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.coils.loops import ring_mutual
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.quantities import Pose

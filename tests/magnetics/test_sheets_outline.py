@@ -16,7 +16,7 @@ from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.classes import stacked
-from sits_mech.magnetics.space.loops import class_loops
+from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means, prism_potential
 from sits_mech.quantities import Pose
 from sits_mech.scene.outlines import signed_area
@@ -80,7 +80,7 @@ def test_no_loop_links_a_gradient(mirror: int) -> None:
     """A = grad(x), grad(y), grad(xz), grad(yz) drives nothing: these fields are exact with one value a cell."""
     plan = outline_plan(Outline((circle(1.0, 12), circle(0.3, 8))), Grading(0.1, 2.0, 0.4))
     heights = np.array([0.05, 0.03, 0.02])
-    loops = class_loops(plan, heights, (np.ones(1, complex), mirror), depth=0.2)
+    loops = plan_sums(plan, 0.2).flows(np.ones(1, complex)).loops(heights, mirror)
     prisms = stacked(plan, np.concatenate([[0.0], np.cumsum(heights)]))
     points, weights = gauss_points(prisms, 3)
     x, y, z = np.einsum("mpd,mp->dm", points, weights)

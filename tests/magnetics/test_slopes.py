@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from common.infinite_plate import coil_change
+from common.infinite_plate import Layer, coil_change
 from scipy.interpolate import make_interp_spline
 
 from sits_mech.chain.conductors import AmongFar
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from common.infinite_plate import coil_change
+from common.infinite_plate import Layer, coil_change
 
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Coil, Sensor, Target, load_sensor
 

@@ -18,14 +18,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshTri
 
 from sits_mech.geometry.plates import Plate
 from sits_mech.meshing.unstructured import fill_between
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Integers
 
-Index = NDArray[np.int64]
 _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved
 
 
@@ -53,7 +51,7 @@ class Division:
     """The divided plane."""
 
     mesh: MeshTri
-    part: Index  # (elements,) 0 in air, k + 1 in plate k
+    part: Integers  # (elements,) 0 in air, k + 1 in plate k
     centre: complex  # of the outer circle [m]
     radius: float  # of the outer circle [m]
 
@@ -143,7 +141,7 @@ def graded_nodes(length: float, size: Callable[[Array], Array], first: float) ->
     return np.asarray(nodes)
 
 
-def _rim(grid: Complex) -> tuple[Index, Index]:
+def _rim(grid: Complex) -> tuple[Integers, Integers]:
     """Return indices of a grid's outline, counter-clockwise."""
     n, m = grid.shape
     i = np.concatenate([np.arange(n - 1), np.full(m - 1, n - 1), np.arange(n - 1, 0, -1), np.zeros(m - 1, dtype=int)])
@@ -156,7 +154,7 @@ def _pairs(places: Complex) -> Array:
     return np.column_stack([places.real, places.imag])
 
 
-def _tensor_triangles(number: Index) -> Index:
+def _tensor_triangles(number: Integers) -> Integers:
     """Return two triangles a cell, the diagonals mirrored about the grid's middle; shape (m, 3)."""
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     i, j = np.indices(a.shape)
@@ -167,7 +165,8 @@ def _tensor_triangles(number: Index) -> Index:
 
 
 def _joined(
-    grids: list[Complex], rims: list[tuple[Index, Index]], air: tuple[Array, Index], circle: tuple[complex, float, int]
+    grids: list[Complex], rims: list[tuple[Integers, Integers]], air: tuple[Array, Integers],
+    circle: tuple[complex, float, int],
 ) -> Division:
     """Number the plates' inner nodes after the air's and join all triangles."""
     points, triangles = [air[0]], [air[1]]

@@ -40,7 +40,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.constants import mu_0
 from scipy.sparse import csc_matrix, csr_matrix, eye_array, hstack, vstack
 from scipy.sparse.linalg import splu
@@ -50,7 +49,7 @@ from skfem.helpers import dot, grad
 from sits_mech.geometry.plates import Plate
 from sits_mech.magnetics.air.mesh import Division
 from sits_mech.magnetics.air.source import Track, coil_potentials
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Integers
 
 _ELEMENTS = {2: ElementTriP2, 3: ElementTriP3}
 _HARMONICS = 0.25  # of the circle's edges
@@ -123,7 +122,7 @@ def solve_field(
     return FieldSolution(basis, u, g, e, flux, residual)
 
 
-def _dofs(part: Basis) -> NDArray[np.int64]:
+def _dofs(part: Basis) -> Integers:
     """Return unknowns of a part, its rim included."""
     return np.asarray(np.unique(part.element_dofs))
 
@@ -201,7 +200,7 @@ def element_errors(
 
 
 def _field_on(
-    solution: FieldSolution, elements: NDArray[np.int64], quadrature: tuple[Array, Array], part: int
+    solution: FieldSolution, elements: Integers, quadrature: tuple[Array, Array], part: int
 ) -> tuple[Complex, Complex]:
     """Return gradient (coils, 2, elements, points) and value less e_k (coils, elements, points) in one part."""
     basis = Basis(solution.basis.mesh, solution.basis.elem, elements=elements, quadrature=quadrature)

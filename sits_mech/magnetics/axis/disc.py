@@ -28,14 +28,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.constants import mu_0
 from scipy.special import j1
 
 from sits_mech.geometry.windings import Sections, coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import spectrum
+from sits_mech.magnetics.axis.spectrum import spectrum
 from sits_mech.magnetics.coils.loops import paired_mutual
 from sits_mech.magnetics.modes import Modes, eddy_modes
 from sits_mech.quantities import Array, Complex
@@ -90,6 +90,7 @@ class Disc:
         return total
 
 
+@lru_cache(maxsize=64)
 def prepare_disc(problem: DiscProblem, level: int) -> Disc:
     """Divide the disc, halving the coarsest cells `level` times, each time four times the rings, and find its modes."""
     rows = divided_disc(problem, level)
@@ -178,21 +179,17 @@ def _mutual(rings: Sections, others: Sections) -> Array:
         near = apart < _NEAR * np.maximum(side[i], side[j])
         value = np.empty(i.size)
         far = ~near
-        value[far] = paired_mutual(_part(rings, i[far]), _part(others, j[far]), (2, 1), (2, 1))
+        value[far] = paired_mutual(rings.some(i[far]), others.some(j[far]), (2, 1), (2, 1))
         orders = [(i[near], j[near]), (j[near], i[near])]
-        value[near] = sum(paired_mutual(_part(rings, p), _part(others, q), (2, 1), (3, 1)) for p, q in orders) / 2
+        value[near] = sum(paired_mutual(rings.some(p), others.some(q), (2, 1), (3, 1)) for p, q in orders) / 2
         matrix[i, j] = matrix[j, i] = value
     return matrix
 
 
-def _part(rings: Sections, some: NDArray[np.int64]) -> Sections:
-    """Return some of the rings."""
-    return Sections(rings.radius[some], rings.z[some], rings.width[some], rings.height[some])
-
-
 def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
     """Return Chebyshev coefficients of the coil's flux through each cell, even and odd part; (m, n), [V s per A]."""
-    count = _terms(problem.gaps)
+    spread = np.log(problem.gaps[1] / problem.gaps[0])
+    count = 4 + int(np.ceil(_DIGITS / np.arcsinh(np.pi / spread)))  # by the distance of the singularity in ln d_v
     u = np.cos(np.pi * (np.arange(count) + 0.5) / count)
     low, high = np.log(problem.gaps)
     gaps = np.exp((low + high) / 2 + (high - low) / 2 * u)
@@ -240,11 +237,6 @@ def _waves(problem: DiscProblem) -> Iterator[tuple[Array, Array]]:
             places = np.arange(start, min(start + step, pieces))
             k = low + width * (places[:, None] + (nodes + 1) / 2)
             yield k.ravel(), np.tile(width / 2 * weights, places.size)
-
-
-def _terms(gaps: tuple[float, float]) -> int:
-    """Return terms of the series in ln d_v, by the distance of its singularity."""
-    return 4 + int(np.ceil(_DIGITS / np.arcsinh(np.pi / np.log(gaps[1] / gaps[0]))))
 
 
 def _chebyshev(gaps: tuple[float, float], d_v: Array, count: int) -> Array:

@@ -30,7 +30,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import Chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.constants import mu_0
 from scipy.special import elliprd
 
@@ -148,7 +148,7 @@ def series_inductance(rings: Sections) -> float:
     """Return the inductance of coaxial rings in series [H]; a coil of n equal layers costs n pairs of them, not n^2."""
     sign = np.broadcast_to(rings.sign, rings.radius.shape)
     levels, level = np.unique(rings.z, return_inverse=True)
-    layers = [_taken(rings, level == k) for k in range(levels.size)]
+    layers = [rings.some(level == k) for k in range(levels.size)]
     first, ways = layers[0], np.array([sign[level == k][0] for k in range(levels.size)])
     alike = all(_alike(first, layer) for layer in layers) and np.array_equal(ways[level], sign)
     shared = alike and levels.size >= _SHARED
@@ -167,11 +167,6 @@ def series_inductance(rings: Sections) -> float:
         M = paired_mutual(one, lower, (3, 3), (4, 3)).sum(axis=(0, 2))
         total += float(count[begin : begin + step] @ M)
     return total
-
-
-def _taken(rings: Sections, some: NDArray[np.bool_]) -> Sections:
-    """Return some of the rings, without their signs."""
-    return Sections(rings.radius[some], rings.z[some], rings.width[some], rings.height[some])
 
 
 def _alike(first: Sections, second: Sections) -> bool:

@@ -86,7 +86,12 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
     if not winding.is_round or windings == "spiral":
         return _straight(winding, windings, _across(winding, region[0]))
     if region[1] <= region[0]:
-        return lambda points: _in_rows(ring_potential(winding, _in_columns(points), across=2), points)[:, :2]
+        def potential(points: Array) -> Array:
+            """Return A_x and A_y at points."""
+            A = ring_potential(winding, np.swapaxes(points, 1, 2).reshape(-1, 3), across=2)
+            return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)[:, :2]
+
+        return potential
     return _table(winding, region[0], *(math.ceil(math.log2(size)) for size in region[1:])).potential
 
 
@@ -123,16 +128,6 @@ class _Table:
         if below.any():
             P[below] = _profile(self.winding, np.hypot(x[below], y[below]), z[below], 2)
         return np.stack([-y * P, x * P], axis=1)
-
-
-def _in_columns(points: Array) -> Array:
-    """Return points (p, 3, q) as (p q, 3)."""
-    return np.swapaxes(points, 1, 2).reshape(-1, 3)
-
-
-def _in_rows(A: Array, points: Array) -> Array:
-    """Return vectors (p q, 3) at points (p, 3, q) in their shape."""
-    return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)
 
 
 @lru_cache(maxsize=16)

@@ -44,12 +44,11 @@ _MOST = 4000  # filaments: an eigenproblem of ten seconds
 
 @dataclass(frozen=True)
 class TrackSpectrum:
-    """A coil's own series impedance over f frequencies, without target, with estimated absolute errors."""
+    """A coil's own series impedance over f frequencies, without target."""
 
     R: Array  # (f,) with skin and proximity effect [ohm]
     shift: Array  # (f,) what the uneven current takes from the inductance: L(f) - L(0) [H]
-    error_R: Array  # (f,)
-    error_shift: Array  # (f,)
+    error_R: Array  # (f,) estimated absolute error of R
 
 
 def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
@@ -75,7 +74,7 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     if not coil.is_round:  # as much more resistance as the coil's tracks have squares
         scale = np.array([[track_squares(coil) / float((2.0 * np.pi * rings.radius / rings.width).sum())], [1.0]])
         value, step = scale * value, scale * step
-    return TrackSpectrum(value[0], value[1], np.abs(step[0]), np.abs(step[1]))
+    return TrackSpectrum(value[0], value[1], np.abs(step[0]))
 
 
 def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity: float) -> Array:

@@ -48,7 +48,7 @@ def box_charges(x: Array, y: Array, z: Array) -> Array:
     K = np.empty((len(PAIRS), 2, 2, 2, int(np.prod(n)), int(np.prod(n))))
     for row, (a, b) in zip(K, PAIRS, strict=True):
         near = _integrated(axes, a, b)
-        whole = np.where(far[0], _dipoles(axes, far[1], a, b), near) * scale**3 / (4 * np.pi)
+        whole = np.where(far[0], _dipoles(axes, far[1:], a, b), near) * scale**3 / (4 * np.pi)
         for octant in np.ndindex(2, 2, 2):
             X, Y, Z = (slice(m, None) if p == 0 else slice(m - 1, None, -1) for m, p in zip(n, octant, strict=True))
             row[octant] = whole[:, X, :, Y, :, Z].transpose(0, 2, 4, 1, 3, 5).reshape(row.shape[-2:])
@@ -114,21 +114,19 @@ def _asinh(a: Array, b: Array, c: Array) -> Array:
     return np.asarray(np.arcsinh(a / np.where(rho > 0.0, rho, 1.0)))
 
 
-def _far(axes: list[_Axis]) -> tuple[NDArray[np.bool_], Array]:
-    """Tell which boxes are dipoles to each other; return their squared distance too, in the shape of `_integrated`."""
+def _far(axes: list[_Axis]) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Tell which boxes are dipoles to each other; return r^2 and V V' too, in the shape of `_integrated`."""
     square, volume, largest = np.zeros((1,) * 6), np.ones((1,) * 6), np.zeros((1,) * 6)
     for k, axis in enumerate(axes):
         square = square + _shaped(axis.apart**2, k)
         volume = volume * _shaped(axis.first[:, None] * axis.second, k)
         largest = np.maximum(largest, _shaped(np.maximum(axis.first[:, None], axis.second), k))
-    return (square**3 > _LOST * volume) & (square > (_APART * largest) ** 2), square
+    return (square**3 > _LOST * volume) & (square > (_APART * largest) ** 2), square, volume
 
 
-def _dipoles(axes: list[_Axis], square: Array, a: int, b: int) -> Array:
-    """Return 4 pi K_ab of dipoles."""
-    volume = np.ones((1,) * 6)
-    for k, axis in enumerate(axes):
-        volume = volume * _shaped(axis.first[:, None] * axis.second, k)
+def _dipoles(axes: list[_Axis], sizes: tuple[Array, Array], a: int, b: int) -> Array:
+    """Return 4 pi K_ab of dipoles, from their r^2 and V V'."""
+    square, volume = sizes
     square = np.where(square > 0.0, square, 1.0)
     product = _shaped(axes[a].apart, a) * _shaped(axes[b].apart, b)
     return np.asarray(volume * (float(a == b) - 3.0 * product / square) / square**1.5)

@@ -35,14 +35,13 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import eigh, solve
 
-from sits_mech.geometry.sheet_plan import Integers
 from sits_mech.magnetics.ferrite.charges import PAIRS, box_charges
 from sits_mech.magnetics.space.divisions import field_box, field_length
 from sits_mech.magnetics.space.fields import Box, decay_scale
-from sits_mech.magnetics.space.modes import Basis, Blocks, Sheeted
+from sits_mech.magnetics.space.modes import Basis, Blocks
 from sits_mech.magnetics.space.rungs import Rung
 from sits_mech.magnetics.space.sources import Sources
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.sensor import Coil, Conductor, Target
 
 _KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
@@ -64,28 +63,11 @@ _NEXT = {"plate": (0.45, 0.2), "block": (0.0, 0.7)}
 class Core:
     """A permeable plate, ready to answer."""
 
-    frame: Sheeted  # its box and the combinations of fields that its classes see, without modes
+    box: Box  # of its fields
+    bases: tuple[Basis, ...]  # combinations of fields, one a symmetry class
+    unknowns: int  # of the discrete problem
+    sheets: int  # boxes through the thickness
     response: Complex  # (r + n, r + n) Y / (j omega) of combinations, then n coils, symmetric [A^2 / J]
-
-    @property
-    def box(self) -> Box:
-        """Box of its fields."""
-        return self.frame.box
-
-    @property
-    def bases(self) -> tuple[Basis, ...]:
-        """Combinations of fields, one a symmetry class."""
-        return self.frame.bases
-
-    @property
-    def unknowns(self) -> int:
-        """Size of the discrete problem."""
-        return self.frame.unknowns
-
-    @property
-    def sheets(self) -> int:
-        """Boxes through the thickness."""
-        return self.frame.sheets
 
     def admittance(self, omega: float) -> Blocks:
         """Return Y; omega [rad/s]."""
@@ -140,8 +122,7 @@ def prepare_core(
             whole = np.vstack([_combined(bases[k], box, rows, G), driven])
             blocks.append(whole @ solve(A, whole.T, assume_a="sym") / (8.0 * mu_0))
         count = len(sources.coils)
-        frame = Sheeted(box, tuple(bases), (), 24 * volume.size, 2 * (axes[2].size - 1))
-        found.append(Core(frame, _joined(blocks, count)))
+        found.append(Core(box, tuple(bases), 24 * volume.size, 2 * (axes[2].size - 1), _joined(blocks, count)))
     return tuple(found)
 
 

@@ -1,4 +1,4 @@
-"""The coils' field at the plate's nodes: what a pose costs in the planar integral model.
+"""The coils' field at the plates' nodes, and several plates together: what a pose costs in the planar integral model.
 
 A coil's bars carry s_k = +-1 A per ampere of the coil and have the complex potential f with A = Re f,
 
@@ -11,6 +11,19 @@ zeta = xi + j eta (`sampling`), in its own frame:
     p(zeta) = d_h + j d_v + exp(-j alpha) (zeta + j t/2),    df/dzeta = f'(p) exp(-j alpha).
 
 The constant in A acts on a plate with a free net current alone.
+
+Several plates: each answers to the coils and to the others' eddy currents. Plate X sees a potential with the
+coefficients c_X and answers with the bar currents ``K_X c_X`` (`plate`).
+Those currents are line currents to every other plate, which sees their potential with coefficients
+G_XY K_Y c_Y; so, with c0 the coils' own coefficients,
+
+    c_X = c0_X + sum over Y != X of G_XY K_Y c_Y,        Delta Z = sum over X of c0_X^T Y_X c_X.
+
+Only the few coefficients are unknown, whatever the plates' division; no air is meshed. The coefficients are real for a
+source without phase: phasors enter through K alone.
+
+Range: isolated non-magnetic plates of rectangular section that do not touch. Bars stand as filaments at their centres,
+so that plates closer than a few of their bars' lengths need the finer rungs; the divisions know the distance.
 """
 
 from __future__ import annotations
@@ -20,7 +33,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import mu_0
 
+from sits_mech.geometry.plates import Plate
 from sits_mech.geometry.windings import Bars
+from sits_mech.magnetics.section.plate import PreparedPlate
 from sits_mech.quantities import Array, Complex, Pose
 
 _PAIRS = 30_000  # pairs of points and filaments held at once, so that they stay in the cache
@@ -114,3 +129,49 @@ def _potential(source: Filaments, points: Complex, radius: float) -> Array:
     image = radius - points[:, None] * places.conj() / radius
     logs = np.log(np.abs(points[:, None] - places)) - np.log(np.abs(image))
     return np.asarray(-mu_0 / (2 * np.pi) * logs @ source.current)
+
+
+@dataclass(frozen=True)
+class SectionPlate:
+    """A plate in its place, ready to answer."""
+
+    place: Plate
+    prepared: PreparedPlate
+
+
+def coupled_reaction(
+    plates: tuple[SectionPlate, ...], source: Filaments, omega: float, finest: int = 0
+) -> Complex:
+    """Return Delta Z of the coils over several plates, shape (n, n) [ohm/m]; not yet symmetrised.
+
+    `source` are all coils, in free space; omega [rad/s]; `finest` division in use, from 1 on for the check.
+    """
+    own = [_rows(plate, source) for plate in plates]
+    ends = np.cumsum([0, *(rows.shape[0] for rows in own)])
+    system = np.eye(ends[-1], dtype=complex)
+    for k, emitter in enumerate(plates):
+        fields = _emitted(emitter, omega, finest)
+        for i, receiver in enumerate(plates):
+            if i != k:
+                real, imaginary = (_rows(receiver, part) for part in fields)
+                system[ends[i] : ends[i + 1], ends[k] : ends[k + 1]] = -(real + 1j * imaginary)
+    total = np.linalg.solve(system, np.concatenate(own))
+    change = np.zeros((source.current.shape[1],) * 2, dtype=complex)
+    for k, plate in enumerate(plates):
+        Y = plate.prepared.admittance(omega, finest)
+        change += own[k].T @ Y @ total[ends[k] : ends[k + 1]]
+    return change
+
+
+def _rows(plate: SectionPlate, source: Filaments) -> Array:
+    """Return coefficients of a source's potential on a plate, shape (k, columns of the source)."""
+    place = plate.place
+    pose = Pose(np.array([place.bottom.real]), np.array([place.bottom.imag]), np.array([place.alpha]))
+    return plate.prepared.coefficients(samples(source, pose, place.thickness, plate.prepared.nodes)[0]).T
+
+
+def _emitted(plate: SectionPlate, omega: float, finest: int) -> tuple[Filaments, Filaments]:
+    """Return a plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
+    places, currents = plate.prepared.currents(omega, finest)
+    p = plate.place.placed(places + 0.5j * plate.place.thickness)
+    return Filaments(p.real, p.imag, currents.real, None), Filaments(p.real, p.imag, currents.imag, None)

@@ -18,6 +18,7 @@ Neglected: the plate's ends along y (planar), displacement current.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
@@ -79,11 +80,12 @@ class PreparedPlate:
         return np.concatenate(places), np.concatenate(rows)
 
 
+@lru_cache(maxsize=64)
 def prepare_plate(
     size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
     return_radius: float | None = None,
 ) -> PreparedPlate:
-    """Divide a plate of width w and thickness t [m] and find its modes; SolveFailed if its bars do not fit.
+    """Divide a plate of width w and thickness t [m] and find its modes; SolveFailed if its bars do not fit; kept.
 
     `return_radius` is R_b, where A = 0 for a plate with free net current; None for an isolated plate [m].
     """

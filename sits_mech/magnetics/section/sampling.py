@@ -82,7 +82,7 @@ def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array
     """Return charges of one quadrant's inner panels at potential 1 against the outer curve at 0."""
     places, lengths = (np.concatenate(pair) for pair in zip(inner, outer, strict=True))
     matrix = np.zeros((places.size,) * 2)
-    for image in (places, -places.conj(), places.conj(), -places):
+    for image in mirrored(places):
         distance = np.abs(places[:, None] - image)
         matrix -= np.log(np.maximum(distance, lengths / (2 * np.e)))
     potential = np.where(np.arange(places.size) < inner[0].size, 1.0, 0.0)

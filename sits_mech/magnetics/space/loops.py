@@ -45,17 +45,6 @@ class Loops:
         return int(self.uneven.shape[1])
 
 
-def class_loops(plan: Plan, heights: Array, symmetry: tuple[Complex, int], *, depth: float = 0.0) -> Loops:
-    """Return the loops of one class on sheets at heights (l,) of the upper half, from the middle plane up [m].
-
-    `symmetry` is the class's row of `plan.characters`, and +1 if the lower half carries the same in-plane currents as
-    the upper, -1 if the opposite. Vertical loops are taken in the cells at the rim and those whose middle is no further
-    from it than `depth` [m].
-    """
-    character, mirror = symmetry
-    return plan_sums(plan, depth).flows(character).loops(heights, mirror)
-
-
 @dataclass(frozen=True)
 class Sums:
     """What all classes of a plan have in common: sums over cells of the outward currents of their edges.
@@ -85,7 +74,10 @@ class Flows:
     across: sp.coo_array  # (5 n, unknowns) of the vertical loops
 
     def loops(self, heights: Array, mirror: int) -> Loops:
-        """Return the loops of one class; arguments as of `class_loops`."""
+        """Return the loops of one class on sheets of some heights (l,) of the upper half, from the middle plane up [m].
+
+        `mirror` is +1 if the lower half carries the same in-plane currents as the upper, -1 if the opposite.
+        """
         n, count = self.area.size, heights.size
         sheets, rises, drops = _interfaces(count, mirror)
         columns = self.psi.shape[1] * count, self.across.shape[1] * sheets.shape[1]
@@ -106,7 +98,10 @@ class Flows:
 
 
 def plan_sums(plan: Plan, depth: float) -> Sums:
-    """Return what all classes of a plan have in common; `depth` as of `class_loops`."""
+    """Return what all classes of a plan have in common.
+
+    Vertical loops are taken in the cells at the rim and those whose middle is no further from it than `depth` [m].
+    """
     corners = plan.nodes[plan.cells]
     area, centre = signed_area(corners), _centroids(corners)
     lever = (corners + np.roll(corners, -1, axis=1)) / 2 - centre[:, None, :]
@@ -128,7 +123,7 @@ def _on_sheets(
 
 
 def most_unknowns(plan: Plan, depth: float) -> int:
-    """Return how many currents a sheet of a plan has at most in a class; `depth` as in `class_loops`.
+    """Return how many currents a sheet of a plan has at most in a class; `depth` as of `plan_sums`.
 
     Symmetric classes have fewer. Where even to look which cells are near a rim would take long, all count.
     """

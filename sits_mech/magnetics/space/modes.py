@@ -32,11 +32,11 @@ from typing import Any
 import numpy as np
 from scipy.linalg import cholesky, eigh, solve_triangular
 
-from sits_mech.geometry.sheet_plan import Integers, Plan
+from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.modes import Modes, few_modes
 from sits_mech.magnetics.space.classes import Problem, first_alike, kernel, mixed, problems, scaled, stacked
 from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, without_gradients
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Integers
 
 _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 _SKETCH = 256  # random currents, doubled until they show weaker combinations

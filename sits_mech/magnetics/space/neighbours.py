@@ -130,19 +130,16 @@ def _fixed(
     L += L.T
     answers = []
     for divisions in zip(*plates, strict=True):
-        each = [_with_coils(plate, far, omega, n) for plate, far in zip(divisions, fars, strict=True)]
+        each = [
+            responses(plate, np.hstack([np.eye(len(far.fields), n, n - len(far.fields)), far.fields]), omega)[1]
+            for plate, far in zip(divisions, fars, strict=True)
+        ]
         Y, T = block_diag(*(Z[n:, n:] for Z in each)), np.vstack([Z[n:, :n] for Z in each])
         through = np.linalg.solve(np.eye(len(L)) - Y @ L / (1j * omega), np.hstack([T, Y]))
         outer = sum(Z[:n, :n] for Z in each) + T.T @ L @ through[:, :n] / (1j * omega)
         seen = np.asarray(through / (1j * omega))
         answers.append((outer, seen[:, :n], np.asarray(seen[:, n:] / (1j * omega))))
     return _Fixed(placed, tuple(answers))
-
-
-def _with_coils(plate: Plate, far: Far, omega: float, n: int) -> Complex:
-    """Return the answer of a plate at rest to its n coils and its far combinations, shape (n + k, n + k)."""
-    own = np.eye(len(far.fields), n, n - len(far.fields))
-    return responses(plate, np.hstack([own, far.fields]), omega)[1]
 
 
 def _times(P: Array, X: Complex) -> Complex:

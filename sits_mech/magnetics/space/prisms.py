@@ -27,7 +27,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.geometry.sheet_plan import Integers
 from sits_mech.quantities import Array
 from sits_mech.scene.outlines import signed_area
 
@@ -195,13 +194,8 @@ def prism_means(first: Prisms, second: Prisms, *, symmetric: bool = False) -> Ar
         near, far = apart < _NEAR_PRISMS, apart >= _FAR_PRISMS
         for choice, means in ((near, _near), (~near & ~far, _middle)):
             i, j = np.nonzero(choice)
-            G[start + i, j] = means(_picked(first, start + i), _picked(second, j))
+            G[start + i, j] = means(first.some(start + i), second.some(j))
     return np.triu(G) + np.triu(G, 1).T if symmetric else G
-
-
-def _picked(prisms: Prisms, index: Integers) -> Prisms:
-    """Return some of the prisms, in the order of `index`."""
-    return Prisms(prisms.corners[index], prisms.low[index], prisms.high[index])
 
 
 def _near(first: Prisms, second: Prisms) -> Array:

@@ -61,7 +61,7 @@ class TooLarge(ValueError):
     """The divisions of a plate take more memory than they may."""
 
 
-def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float = math.inf) -> Rung:
+def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float) -> Rung:
     """Return the rung for an asked error of Delta Z, and plates at most `half` skin depths from middle to face.
 
     Where a third of each half is no thicker than the finest sheet at the face of thick plates, plates begin with one

@@ -22,12 +22,12 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import outline_plan, target_outline
-from sits_mech.geometry.sheet_plan import Grading, Integers, Plan
+from sits_mech.geometry.sheet_plan import Grading, Plan
 from sits_mech.geometry.waves import check_frequency
 from sits_mech.magnetics.coils.ring_field import coil_potential
-from sits_mech.magnetics.space.loops import class_loops
+from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, prism_means
-from sits_mech.quantities import Array, Complex, Pose
+from sits_mech.quantities import Array, Complex, Integers, Pose
 from sits_mech.scene.sensor import Sensor, Target
 from sits_mech.turns import rotation_matrix
 
@@ -54,7 +54,7 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
     check_frequency(sensor.coils, frequency)
     check_clearance(sensor, pose)
     plan = _plan(target, cells)
-    loops = class_loops(plan, np.array([target.thickness]), (plan.characters[0], 1))
+    loops = plan_sums(plan, 0.0).flows(plan.characters[0]).loops(np.array([target.thickness]), 1)
     low = np.full(plan.cells.shape[0], -target.thickness / 2)
     prisms = Prisms(plan.nodes[plan.cells], low, -low)
     G = prism_means(prisms, prisms, symmetric=True)

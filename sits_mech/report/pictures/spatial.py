@@ -25,7 +25,6 @@ from sits_mech.quantities import Array, Pose
 from sits_mech.report.pictures.asked import driven_coil
 from sits_mech.report.pictures.curves import new_figure
 from sits_mech.report.pictures.fields import written_frequency
-from sits_mech.scene.outlines import signed_area
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 
 if TYPE_CHECKING:
@@ -154,8 +153,7 @@ def _fixed(pyvista: Any, part: Conductor) -> Any:
 
 def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
     """Return a plate as a solid with its holes, in the place of a target [mm]."""
-    loops = [np.array(loop) for loop in target_outline(target).loops]
-    loops = [loop if (signed_area(loop) > 0.0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
+    loops = target_outline(target).turned
     starts = np.cumsum([0, *map(len, loops)])
     flat = np.vstack(loops)
     corners = _MM * placed(np.column_stack([flat, np.zeros(len(flat))]), pose)

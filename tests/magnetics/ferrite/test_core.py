@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from common.infinite_plate import coil_change
+from common.infinite_plate import Layer, coil_change
 
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.coils.loops import mutual_loops
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.ferrite.core import Core, prepare_core, prepared_core

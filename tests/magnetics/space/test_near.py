@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from common.infinite_plate import coil_change
+from common.infinite_plate import Layer, coil_change
 
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics import sheets as sheets_module
-from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.near import near_reactions

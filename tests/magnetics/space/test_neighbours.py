@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from common.infinite_plate import coil_change
+from common.infinite_plate import Layer, coil_change
 
 from sits_mech.geometry.boxes import Solid, separation
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.solids import placed_plates
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.divisions import prepared, prepared_near
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions

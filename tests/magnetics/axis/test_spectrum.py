@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from common.infinite_plate import coil_change, pair_change
+from common.infinite_plate import Layer, coil_change, pair_change, reflection
 from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
+from sits_mech.magnetics.axis.spectrum import spectrum
 from sits_mech.magnetics.coils.loops import mutual_loops, ring_mutual
 from sits_mech.scene.sensor import Coil
 
