@@ -233,6 +233,10 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
         dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 
 
+_DAMAGED = OSError, ValueError, LookupError, RuntimeError
+"""What HDF5 raises of files that are none, or damaged."""
+
+
 def glance(path: Path) -> tuple[dict[str, Any], int]:
     """Return a table's attributes and number of cases, in a tenth of the time of `read_table`; raise as it does."""
     import h5py
@@ -240,7 +244,7 @@ def glance(path: Path) -> tuple[dict[str, Any], int]:
     try:
         with h5py.File(path) as file:
             return dict(file.attrs), int(file["status"].size) if "status" in file else 0
-    except (OSError, ValueError) as error:
+    except _DAMAGED as error:
         raise _no_table(path, error) from None
 
 
@@ -255,5 +259,5 @@ def read_table(path: Path) -> xr.Dataset:
 
     try:
         return xr.load_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError) as error:
+    except _DAMAGED as error:
         raise _no_table(path, error) from None

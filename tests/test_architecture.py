@@ -51,6 +51,16 @@ LARGE = {  # to be divided; no others
 }
 TALK = {"print", "breakpoint", "input"}
 
+# what Windows lacks, and macOS some of it; of signals all but PORTABLE
+POSIX = {
+    "fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty", "signal.alarm", "signal.setitimer",
+    *(f"os.{name}" for name in (
+        "chown", "fork", "getegid", "geteuid", "getgid", "getloadavg", "getpgid", "getuid", "killpg", "mkfifo", "nice",
+        "posix_spawn", "sched_getaffinity", "sched_setaffinity", "setpgid", "setsid", "sysconf", "uname", "wait4",
+    )),
+}  # fmt: skip
+PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN"}
+
 # files without tests of their own at the mirrored place, and where they are tested instead
 UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
@@ -284,3 +294,27 @@ def test_nothing_reads_outside_the_project() -> None:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 assert not node.value.startswith(("/work", "/home", "/root", "/tmp", "../shared")), path
+
+
+def posix_only(source: str) -> list[str]:
+    """Return what of a module's source is not on every system: modules, functions, signals, paths."""
+    names = []
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case ast.Import():
+                names += [alias.name for alias in node.names]
+            case ast.ImportFrom(module=str(module)):
+                names += [module, *(f"{module}.{alias.name}" for alias in node.names)]
+            case ast.Attribute(value=ast.Name(id=module)):
+                names.append(f"{module}.{node.attr}")
+            case ast.Constant(value=str(text)) if text.startswith(("/dev", "/etc", "/proc", "/sys", "/tmp", "/usr")):
+                names.append(text)
+    return [name for name in names if name in POSIX or name.startswith(("/", "signal.SIG")) and name not in PORTABLE]
+
+
+def test_one_file_knows_the_system() -> None:
+    """Descriptors as paths, such as /dev/stdout, are known where files are written; nothing else is of one system."""
+    assert [dotted(path) for path in FILES if posix_only(path.read_text())] == ["sits_mech.scene.files"]
+    bad = "import fcntl", "from os import fork", "os.killpg(1, 9)", "signal.SIGALRM", "Path('/proc/cpuinfo')"
+    assert [source for source in bad if not posix_only(source)] == []
+    assert posix_only("import os, signal\nos.replace(a, b)\nsignal.signal(signal.SIGINT, signal.SIG_IGN)") == []

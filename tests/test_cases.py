@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.cases import read_table, save_table, sweep
+from sits_mech.cases import glance, read_table, save_table, sweep
 from sits_mech.quantities import SolveFailed, SolveReport
 from sits_mech.units import SceneError
 
@@ -106,6 +106,22 @@ def test_tables_survive_the_disk(tmp_path: Path) -> None:
         save_table(found, tmp_path / "nowhere" / "result.nc")
     with pytest.raises(SceneError, match="must be a table"):
         read_table(tmp_path / "absent.nc")
+
+
+def test_damaged_tables_are_refused(tmp_path: Path) -> None:
+    """Whatever HDF5 raises where a byte is another one; numbers have no checksum."""
+    path, refused = tmp_path / "result.nc", 0
+    save_table(sweep(root, GRID), path)
+    sound = path.read_bytes()
+    for place in range(100, len(sound), len(sound) // 30):
+        path.write_bytes(sound[:place] + bytes([sound[place] ^ 255]) + sound[place + 1 :])
+        try:
+            glance(path)
+            read_table(path)
+        except SceneError as error:
+            assert "must be a table of this package; got: " in str(error)
+            refused += 1
+    assert refused > 0
 
 
 def test_arrays_of_different_lengths_are_filled_up() -> None:

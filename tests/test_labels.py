@@ -1,5 +1,6 @@
 """Tables say what they hold: a unit that others read, a name for an axis, coordinates as coordinates."""
 
+import re
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -17,12 +18,21 @@ from sits_mech.labels import labelled, unit_of
 _MODELS = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
 
 
+_UDUNITS = set("1 % N m s rad H ohm Hz K".split())  # all that names of units here are made of, by its database
+
+
 @pytest.fixture(scope="module")
-def table(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """A calibration with slopes by temperature, as it is read back from its file."""
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of a calibration with slopes by temperature."""
     path = tmp_path_factory.mktemp("labels") / "result.nc"
     loads = {"F_x": [-0.2, 0.0, 0.2], "F_z": [0.0, 1.0], "M": 1e-3}
     save_table(sm.calibrate(sm.load_sensor("biorob2018"), **loads, **_MODELS, drift=True), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def table(path: Path) -> xr.Dataset:
+    """The same, as it is read back."""
     return read_table(path)
 
 
@@ -43,7 +53,22 @@ def test_every_variable_of_a_calibration_has_unit_and_name(table: xr.Dataset) ->
     assert found == {"M": "N m", "L_v": "H/m", "dL_x": "%", "slope_T_alpha": "rad/K", "error_L_h_turned": "%"}
     assert table["L"].attrs["ancillary_variables"] == "error_L"
     assert table["flags"].attrs["long_name"] == "all that holds of the answer, worst first"
-    assert not any("_FillValue" in item.encoding for item in table.coords.values())
+
+
+def test_a_file_keeps_the_rules_of_cf(path: Path) -> None:
+    """Of its chapters 2.3 (names), 3.1 (units), 3.4 (ancillary variables), 3.5 (flags) and 5 (coordinates)."""
+    with xr.open_dataset(path, engine="h5netcdf", decode_cf=False) as data:
+        _check(data)
+        assert all(re.fullmatch("[A-Za-z][A-Za-z0-9_]*", str(name)) for name in {*data.variables, *data.dims})
+        for name, item in data.variables.items():
+            assert set(re.split("[ /]", item.attrs.get("units", "1"))) <= _UDUNITS, name
+            for other in f"{item.attrs.get('ancillary_variables', '')} {item.attrs.get('coordinates', '')}".split():
+                assert set(data[other].dims) <= set(item.dims), (name, other)
+            assert item.dtype.kind in "fU" or {"flag_values", "flag_meanings"} <= set(item.attrs), name
+            if item.dims == (name,) and item.dtype.kind == "f":
+                steps = np.diff(item.to_numpy())
+                assert np.all(steps > 0.0) or np.all(steps < 0.0), name
+                assert "_FillValue" not in item.attrs, name
 
 
 def test_a_plot_has_axes_with_units(table: xr.Dataset) -> None:

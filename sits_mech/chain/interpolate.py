@@ -1,10 +1,11 @@
 """Find the target's pose over a grid of loads while only as many are solved as predict the others.
 
 Which loads are solved, and what stands between them, is decided by `maps.grid`: the map of the poses must be within the
-tolerance of the range of each of their components, the target's edges included. The error of the map is added to the
-solver's, which is linear from load to load, as its signed parts are. A grid is solved whole where it is small, where
-a load fails, or where nothing is known of its error. A model of several meshes solves more than a few loads on the
-first of them; what finer ones change, and what is left of their errors, is taken from two loads (corrections.py).
+tolerance of the range of each of their components, the target's edges included, and of the signals (goal.py). The error
+of the map is added to the solver's, which is linear from load to load, as its signed parts are. A grid is solved whole
+where it is small, where a load fails, or where nothing is known of its error. A model of several meshes solves more
+than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from two loads
+(corrections.py).
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ from sits_mech.scene.sensor import Sensor
 from sits_mech.status import OK
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
+_SIGNALS = 0.5  # of that, what the map leaves of the signals in doubt: solved loads are given the rest of the tolerance
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 _FEW = 3  # loads that are solved on all meshes each: one more than are compared
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
@@ -80,7 +82,9 @@ def poses_on_grid(
         return np.array([[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)])
 
     sizes = levers(sensor)
-    part = solve_part(poses, grid, tolerance=_BETWEEN * tolerance, weights=sizes)
+    aim = None if after is None or not begun else after(begun.values())
+    weighed = None if aim is None else aim.weights / _SIGNALS
+    part = solve_part(poses, grid, tolerance=_BETWEEN * tolerance, weights=sizes, goal=weighed)
     loads = loads_of(grid)
     if part is None:
         rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress, begun=begun))

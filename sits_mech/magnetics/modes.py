@@ -43,7 +43,8 @@ RESOLVED = 1.5
 
 _SHIFTS = ((0.0, 1), (1.0 / 3.0, 2), (3.0, 2))  # s over the angular frequency, and how often it is applied
 _WHOLE = 2.0  # elements, over what the shifts would leave, up to which all modes are kept
-_DEPTHS = np.array([1.0, 1.6, 2.6])  # skin depths, over the least that is resolved, from which is gone on
+DEPTHS = np.array([1.0, 1.6, 2.6])
+"""Skin depths, over the least that is resolved, from which is gone on."""
 _NOTHING = 1e-15  # of the strongest field: weaker ones are of another symmetry
 _SPAN = 1e-10  # of the strongest direction: weaker ones are rounding
 
@@ -100,9 +101,9 @@ def beyond(reaction: Callable[[float], Complex], omega: float, highest: float) -
     if omega <= highest:
         return reaction(omega)
     depth = np.sqrt(highest / omega)
-    known = [reaction(highest / d**2) for d in _DEPTHS]
-    R = _onwards(depth, _DEPTHS[::2], [depth * d * Y.real for d, Y in zip(_DEPTHS, known, strict=True)][::2])
-    L = _onwards(depth, _DEPTHS, [d**2 * Y.imag for d, Y in zip(_DEPTHS, known, strict=True)])
+    known = [reaction(highest / d**2) for d in DEPTHS]
+    R = _onwards(depth, DEPTHS[::2], [depth * d * Y.real for d, Y in zip(DEPTHS, known, strict=True)][::2])
+    L = _onwards(depth, DEPTHS, [d**2 * Y.imag for d, Y in zip(DEPTHS, known, strict=True)])
     return np.asarray((R + 1j * L) * omega / highest)
 
 

@@ -49,13 +49,14 @@ class SolvedPart:
 
 
 def solve_part(
-    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: float, weights: ArrayLike = 1.0
+    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: float, weights: ArrayLike = 1.0,
+    goal: Array | None = None,
 ) -> SolvedPart | None:
     """Return a grid solved at as few points as predict the rest, or None where all are to be solved.
 
     That is so for small grids, and where a point fails. `solve` maps points to outputs (m, n), nan where it fails;
     `tolerance` is relative to each output's range, at least a quarter of the largest; `weights` (n,) make outputs
-    comparable.
+    comparable. A `goal` (s, n) makes relative figures of outputs, whose errors are within the tolerance as well.
     """
     levels = _levels_of(axes)
     if _count(axes) <= _WHOLE:
@@ -71,13 +72,19 @@ def solve_part(
         wanted = tolerance * np.maximum(ranges, _LEAST * np.max(ranges * weight) / np.maximum(weight, 1e-300))
         expected = {block: _expected(sizes, block) for block in _next_blocks(sizes, levels)}
         error = np.sqrt(np.sum(np.square([np.zeros_like(wanted), *expected.values()]), axis=0))
-        if np.all(error <= wanted):
+        if _share(error, wanted, goal, tolerance) <= 1.0:
             return SolvedPart(axes, tuple(sizes), found, error)
-        shares = {block: float(np.max(size / wanted)) for block, size in expected.items()}
+        shares = {block: _share(size, wanted, goal, tolerance) for block, size in expected.items()}
         worst = next(block for block, share in shares.items() if share >= max(shares.values()) / _TIE)
         new = [block for block in itertools.product(*(range(level + 1) for level in worst)) if block not in sizes]
         found = _solved(solve, axes, levels, found, new)
     return None
+
+
+def _share(error: Array, wanted: Array, goal: Array | None, tolerance: float) -> float:
+    """Return errors of outputs (n,) over those that are wanted, or of figures over the tolerance: the largest."""
+    figures = np.zeros(1) if goal is None else np.abs(goal) @ error / tolerance
+    return float(max(np.max(error / wanted), np.max(figures)))
 
 
 def likely_part(axes: Axes) -> list[tuple[float, ...]]:

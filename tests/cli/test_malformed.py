@@ -22,21 +22,21 @@ def sound() -> Iterator[Path]:
 
 
 def faults(half: str, numbers: Iterable[int], folder: Path, sound: Path) -> dict[str, str]:
-    """Return what is wrong with the ends of cases, by their names."""
-    ends = (malformed.outcome(f"{half}-{number}", 0, folder / f"{number}", sound) for number in numbers)
+    """Return what is wrong with the ends of cases, by their names; of those that are not known to be at fault."""
+    cases = [case for case in (f"{half}-{number}" for number in numbers) if (0, case) not in malformed.OPEN]
+    ends = (malformed.outcome(case, 0, folder / case, sound) for case in cases)
     return {end.case: end.fault for end in ends if end.fault}
 
 
 @pytest.mark.parametrize("half", FAST)
 def test_sample(half: str, tmp_path: Path, sound: Path) -> None:
-    numbers = [number for number in range(FAST[half]) if (0, f"{half}-{number}") not in malformed.OPEN]
-    assert faults(half, numbers, tmp_path, sound) == {}
+    assert faults(half, range(FAST[half]), tmp_path, sound) == {}
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="20 s and 3 GiB where steps are asked to keep to 10 s and 1 GiB")
-@pytest.mark.parametrize(("seed", "case"), sorted(malformed.OPEN))
-def test_open(tmp_path: Path, sound: Path, seed: int, case: str) -> None:
+@pytest.mark.parametrize(("seed", "case"), [(0, "input-5"), (2, "input-19"), (2, "input-31"), (2, "input-37")])
+def test_mended(seed: int, case: str, tmp_path: Path, sound: Path) -> None:
+    """A target 995 m thick, of which near matrices took 7 GiB; straight tracks summed for a minute."""
     assert malformed.outcome(case, seed, tmp_path / case, sound).fault == ""
 
 

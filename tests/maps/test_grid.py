@@ -73,6 +73,21 @@ def test_a_smooth_function_is_solved_at_a_part_of_its_points(
     np.testing.assert_allclose(interpolated(found, found.values)[known], found.values[known], atol=1e-14)
 
 
+def test_figures_of_outputs_are_within_the_tolerance_as_well() -> None:
+    """A figure that hangs on a small output alone: more points, until what its error makes of the figure is small."""
+    axes = box(9, 9)
+
+    def outputs(points: np.ndarray) -> np.ndarray:
+        return np.stack([np.exp(points @ [0.5, -0.3]), 0.02 * np.sin(points @ [0.9, 1.3])], -1)
+
+    goal = np.array([[0.0, 1.0 / np.ptp(outputs(points_of(axes))[..., 1])]])
+    without, found = solved(outputs, axes), solved(outputs, axes, goal=goal)
+    assert without is not None and found is not None
+    assert goal @ without.error > 1e-2 >= goal @ found.error and count(found) > count(without)
+    off = np.abs(interpolated(found, found.values) - outputs(points_of(axes))).reshape(-1, 2).max(axis=0)
+    assert np.all(off <= found.error)
+
+
 def test_many_variables_need_few_points() -> None:
     """Of six variables of five values: some hundreds of 15625 points, not a power of six."""
     axes = box(5, 5, 5, 5, 5, 5)

@@ -17,6 +17,7 @@ Source: Carlson, Numer. Algorithms 10 (1995) 13.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -34,6 +35,7 @@ from sits_mech.scene.sensor import Coil
 
 _STEP = 0.05  # of the table, in distances to the coil
 _POINT = 1.9e-7  # s of processor time that a ring takes at a point
+_TRACK = 5e-8  # s that a straight filament does
 _PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
 
 
@@ -81,12 +83,23 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
     part.
     """
     winding = winding.model_copy(update={"centre": (0.0, 0.0)})
-    across = 1 if region[0] > 3 * winding.track_width else 2
     if not winding.is_round or windings == "spiral":
-        return _straight(winding, windings, across)
+        return _straight(winding, windings, _across(winding, region[0]))
     if region[1] <= region[0]:
         return lambda points: _in_rows(ring_potential(winding, _in_columns(points), across=2), points)[:, :2]
     return _table(winding, region[0], *(math.ceil(math.log2(size)) for size in region[1:])).potential
+
+
+def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: int) -> None:
+    """Refuse the potential of coils of straight tracks, at points from a height on, where it takes too long."""
+    straight = [coil for coil in coils if not coil.is_round or windings == "spiral"]
+    tracks = sum(_across(coil, lowest) * len(coil_tracks(coil, windings).start) for coil in straight)
+    check_seconds(_TRACK * tracks * points, f"coils: the field of {tracks} straight tracks at {points} points")
+
+
+def _across(winding: Coil, lowest: float) -> int:
+    """How many filaments stand for a track, at heights from one on."""
+    return 1 if lowest > 3 * winding.track_width else 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +146,7 @@ def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
     start = math.log(lowest) - _PAD * _STEP
     u = steps[0] * np.arange(math.ceil(math.asinh(2.0**reach / scale) / steps[0]) + _PAD)
     z = np.exp(start + _STEP * np.arange(math.ceil((high * math.log(2.0) - start) / _STEP) + _PAD))
-    across = 1 if lowest > 3 * winding.track_width else 2
+    across = _across(winding, lowest)
     turns, points = winding.layers * winding.turns, u.size * z.size
     check_seconds(_POINT * across * turns * points, f"coils: the field of {turns} turns at {points} points")
     profile = _profile(winding, scale * np.sinh(u)[:, None], z, across)

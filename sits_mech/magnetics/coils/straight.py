@@ -39,12 +39,12 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.tracks import Tracks
 from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 Potential = Callable[[Array], Array]
 _PAIRS = 200_000  # at once
 _PARALLEL, _ACROSS = 3e-6, 1e-12  # sine and cosine of an angle that is none, or a right one
-_HELD = 2_000_000  # distances of points and ends held at once
+_HELD = 100_000  # distances of points and ends held at once: as many as a cache holds
 _PRODUCT = 12  # ratios multiplied before their logarithm is taken
 _SMALL = 1e-12  # least square of a distance, over that of a length
 
@@ -142,40 +142,50 @@ def track_potential(tracks: Tracks, *, across: int = 1) -> Potential:
 
 @dataclass(frozen=True)
 class _Strand:
-    """Filaments: their ends (v, 3), and for each direction which ends (before, behind) and lengths, all one way."""
+    """Filaments, those of one direction in a row and all one way, and groups of them whose ratios are multiplied.
+
+    Attributes
+    ----------
+    places : ndarray, shape (v, 3)
+        Their ends.
+    start, end, length : ndarray, shape (f,)
+        Which ends; negative lengths of filaments that were turned.
+    first : ndarray, shape (g,)
+        Of each group.
+    ways : ndarray, shape (2, g)
+    """
 
     places: Array
-    groups: tuple[tuple[Array, list[tuple[int, int, float]]], ...]
+    start: Integers
+    end: Integers
+    length: Array
+    first: Integers
+    ways: Array
 
 
 def _strand(tracks: Tracks) -> _Strand:
     """Return filaments sorted by direction; those that run against it turned, with a negative length."""
-    ends = np.vstack([tracks.start, tracks.end])
-    places, number = np.unique(ends, axis=0, return_inverse=True)
-    start, end = np.split(number.ravel(), 2)
+    places, number = np.unique(np.vstack([tracks.start, tracks.end]), axis=0, return_inverse=True)
     x, y = np.where(np.abs(tracks.way) > _ACROSS, tracks.way, 0.0).T
     upward = np.where((y > 0.0) | ((y == 0.0) & (x > 0.0)), 1.0, -1.0)
-    ways, group = np.unique(np.round(upward[:, None] * tracks.way, 12), axis=0, return_inverse=True)
-    found: list[list[tuple[int, int, float]]] = [[] for _ in ways]
-    for k, *filament in zip(group.ravel(), start, end, upward * tracks.length, strict=True):
-        found[k].append((int(filament[0]), int(filament[1]), float(filament[2])))
-    return _Strand(places, tuple(zip(ways, found, strict=True)))
+    ways, group, counts = np.unique(
+        np.round(upward[:, None] * tracks.way, 12), axis=0, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(group.ravel(), kind="stable")
+    start, end = (part[order] for part in np.split(number.ravel(), 2))
+    begins = np.cumsum(counts) - counts
+    first = np.concatenate([np.arange(b, b + count, _PRODUCT) for b, count in zip(begins, counts, strict=True)])
+    return _Strand(places, start, end, (upward * tracks.length)[order], first, ways[group.ravel()[order][first]].T)
 
 
 def _strand_potential(strand: _Strand, points: Array) -> Array:
     """Return A over mu0 / (4 pi) at points (3, m), shape (2, m); filaments of one direction share their logarithms."""
-    places, A = strand.places, np.zeros((2, points.shape[1]))
-    step = max(1, _HELD // len(places))
+    places, length, A = strand.places.T[..., None], strand.length[:, None], np.empty((2, points.shape[1]))
+    step = max(1, _HELD // len(strand.places))
     for first in range(0, points.shape[1], step):
         some = slice(first, first + step)
-        R = np.sqrt(sum((points[k, some] - places[:, k, None]) ** 2 for k in range(3)))
-        for way, filaments in strand.groups:
-            logs = np.zeros(R.shape[1])
-            for begin in range(0, len(filaments), _PRODUCT):
-                ratio = np.ones(R.shape[1])
-                for start, end, length in filaments[begin : begin + _PRODUCT]:
-                    both = R[start] + R[end]
-                    ratio *= (both + length) / (both - length)
-                logs += np.log(ratio)
-            A[:, some] += way[:, None] * logs
+        R = np.sqrt(sum((points[k, some] - places[k]) ** 2 for k in range(3)))
+        both = R[strand.start] + R[strand.end]
+        ratio = np.multiply.reduceat((both + length) / (both - length), strand.first, axis=0)
+        np.einsum("kg,gp->kp", strand.ways, np.log(ratio), out=A[:, some])
     return A

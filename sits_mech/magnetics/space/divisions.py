@@ -10,12 +10,15 @@ q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 f
     2 g n (n + q) + c max(4 n^2 + 2 n u + 2 u^2, 5 u^2 + 7.5 q u / min(g, 4)),
 
 the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled to find modes, and
-what drives them. One that takes more than the limit of memory is refused.
+what drives them. A near plate keeps L and R of all k classes of all divisions besides and, where it moves, their LU
+factors at f frequencies (three where its cells do not resolve the skin depth, `modes.beyond`): k u^2 (2 c + 2 f). What
+takes more than the limit of memory, or longer than a step may, is refused.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
@@ -26,8 +29,9 @@ from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis,
 from sits_mech.geometry.tracks import standing_rings
 from sits_mech.kept import kept
 from sits_mech.magnetics.axis.dodd_deeds import spectrum, wave_numbers
-from sits_mech.magnetics.modes import RESOLVED
+from sits_mech.magnetics.modes import DEPTHS, RESOLVED
 from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.space.classes import first_alike
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import Sheeted, packed, prepare_sheets, unpacked
@@ -49,6 +53,7 @@ _VERTICAL = 3.0  # half thicknesses from the rim up to which current passes betw
 _KEPT = 1.1  # of that, from the rim on where cells keep their sizes when a plate grows
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _GIB = 20.0  # s of processor time that a plate of a GiB takes to prepare, some
+_FACTOR = 1e-10  # s that the factors of a class take, over the cube of its currents
 _UNSEEN = 1e-3  # share of the field that may be missed
 _APART = 4.0  # digits more (natural logarithm) for coils that need fewer polynomials
 _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
@@ -57,7 +62,7 @@ _Scale = tuple[float, float, float, float]  # as of `prepared`
 
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """Divisions of a plate, what prepares them (as `prepare_sheets`), and the bytes that the largest takes."""
+    """Divisions of a plate, what prepares them (as `prepare_sheets`), the bytes and the seconds that they take."""
 
     divisions: tuple[tuple[Plan, Array], ...]
     box: Box
@@ -65,6 +70,7 @@ class _Family:
     depth: float
     resolved: bool
     needed: float
+    seconds: float
 
 
 @lru_cache(maxsize=12)
@@ -78,7 +84,7 @@ def prepared(
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
     so that differences are free of what other divisions change. TooLarge before the first large array.
     """
-    family, metal = _fitting_family(target, outline, rung, scale, (become, False)), target.metal.conductivity
+    family, metal = _fitting_family(target, outline, rung, scale, (become, None)), target.metal.conductivity
     found = kept(
         (family.divisions, metal, family.box, family.highest, family.depth),
         lambda: prepare_sheets(family.divisions, metal, family.box, highest=family.highest, depth=family.depth),
@@ -97,7 +103,7 @@ def prepared_near(
     `beside` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
     away as it is prepared for.
     """
-    family = _fitting_family(target, outline, rung, scale, (become, True))
+    family = _fitting_family(target, outline, rung, scale, (become, not isinstance(beside, Sources)))
     highest = math.inf if family.resolved else family.highest / RESOLVED**2
     others = None if beside == 0.0 else beside
     return prepare_near(
@@ -107,9 +113,9 @@ def prepared_near(
 
 
 def _fitting_family(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[Target | None, bool]
+    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[Target | None, bool | None]
 ) -> _Family:
-    """Return a plate's divisions, of what it has become, near or not; refuse too large or too slow ones."""
+    """Return a plate's divisions, of what it has become; of a near one `way` says whether it moves; or refuse."""
     (become, near), limit = way, memory_limit()
     family = _family(target, outline, rung, scale, near)
     family = family if become is None else _carried_to(family, target, become)
@@ -120,13 +126,13 @@ def _fitting_family(
             f"memory: {cells} cells of the plate of {x:.3g} x {y:.3g} mm take some {family.needed / GIB:.2g} GiB, more "
             f"than the limit of {limit / GIB:.3g} GiB (--memory, or {VARIABLE})"
         )
-    check_seconds(_GIB * family.needed / GIB, f"sheets: the preparation of a plate of {family.needed / GIB:.2g} GiB")
+    check_seconds(family.seconds, f"sheets: the preparation of a plate of {family.needed / GIB:.2g} GiB")
     return family
 
 
 @lru_cache(maxsize=64)
 def _family(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, near: bool
+    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, near: bool | None
 ) -> _Family:
     """Return a plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
@@ -140,9 +146,13 @@ def _family(
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
-    seen = 1 if near else math.prod(box.order)
+    resolved, seen = half <= _THICK * depth, math.prod(box.order) if near is None else 1
     needed = max(memory_of(plan, z.size - 1, vertical, seen) for plan, z in divisions)
-    return _Family(divisions, box, highest, vertical, half <= _THICK * depth, needed)
+    seconds = _GIB * needed / GIB
+    if near is not None:
+        kept, factored = _near_cost(divisions, vertical, near * (1 if resolved else DEPTHS.size))
+        needed, seconds = needed + kept, seconds + factored
+    return _Family(divisions, box, highest, vertical, resolved, needed, seconds)
 
 
 def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
@@ -164,6 +174,17 @@ def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
     u, c = sheets * most_unknowns(plan, depth), 2 if np.iscomplex(plan.characters).any() else 1
     dense = max(4.0 * n**2 + 2.0 * n * u + 2.0 * u**2, 5.0 * u**2 + 7.5 * q * u / min(g, 4))
     return float(_SLACK * 8.0 * (2.0 * g * n * (n + q) + c * dense))
+
+
+def _near_cost(divisions: Sequence[tuple[Plan, Array]], depth: float, frequencies: int) -> tuple[float, float]:
+    """What a near plate's classes keep, by the module's formula [bytes], and how long their factors take [s]."""
+    kept = seconds = 0.0
+    for plan, z in (divisions[k] for k in set(first_alike(divisions))):
+        u, classes = (z.size - 1) * most_unknowns(plan, depth), 2 * len(plan.characters)
+        c = 2 if np.iscomplex(plan.characters).any() else 1
+        kept += 8.0 * classes * u**2 * (2 * c + 2 * frequencies)
+        seconds += _FACTOR * classes * u**3 * frequencies
+    return kept, seconds
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:

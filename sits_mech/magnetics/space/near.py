@@ -26,7 +26,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import winding_potential
+from sits_mech.magnetics.coils.ring_field import check_straight, winding_potential
 from sits_mech.magnetics.modes import beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
 from sits_mech.magnetics.space.far import Far, answers_to
@@ -128,8 +128,11 @@ def prepare_near(
     others, sources = (box, beside) if isinstance(beside, Sources) else (beside, None)
     found: list[dict[tuple[int, int], _Class]] = []
     bases: dict[tuple[int, int], Basis] = {}
-    metal, seen = (conductivity, depth), (others, sources)
-    for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
+    metal, seen, alike = (conductivity, depth), (others, sources), first_alike(divisions)
+    if sources is not None:
+        points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(alike))
+        check_straight(sources.coils, sources.windings, 0.0, points)
+    for (plan, levels), first in zip(divisions, alike, strict=True):
         found.append(found[first] if first < len(found) else _classes(plan, levels, metal, seen, bases))
     if not found[0]:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
@@ -172,6 +175,7 @@ def near_reactions(
 ) -> list[Complex]:
     """Return what a plate does to the coils' impedance; as `coupling.reactions`."""
     n = len(coils)
+    _check_field(coils, windings, plates)
     return [_reaction(coils, windings, plate, poses, 2 * np.pi * frequency)[..., :n] for plate in plates]
 
 
@@ -181,11 +185,17 @@ def near_answered(
 ) -> list[tuple[Complex, Complex, Complex]]:
     """Return what a plate does to the coils' impedance, and what it answers to others; as `coupling.answered`."""
     found, n, omega = [], len(coils), 2 * np.pi * frequency
+    _check_field(coils, windings, plates)
     for plate in plates:
         answer = _reaction(coils, windings, plate, poses, omega)
         e = np.swapaxes(answer[..., n:] @ far.fields, 1, 2)
         found.append((answer[..., :n], e, answers_to(plate, far, omega)[1]))
     return found
+
+
+def _check_field(coils: tuple[Coil, ...], windings: str, plates: Sequence[Near]) -> None:
+    """Refuse coils of straight tracks whose field on all divisions, in one pose, takes too long."""
+    check_straight(coils, windings, plates[0].coils.clearance, sum(plate.points[0].size // 3 for plate in plates))
 
 
 def _reaction(

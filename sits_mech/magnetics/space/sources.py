@@ -22,7 +22,7 @@ from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potential
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
 _STEP = 0.05  # of the profile's nodes in asinh(rho / radius), over the distance to the radius
@@ -44,11 +44,9 @@ class Sources:
 
         The plan's group moves the cells; the prisms are the upper half's.
         """
-        sides = (prisms.corners.max(1) - prisms.corners.min(1)).max(axis=1)
-        away = np.maximum(self._away(plan, prisms) - sides, self.distance)
-        counts = np.minimum(2 + np.ceil(np.log2(np.maximum(sides / away, 1.0))).astype(int), _MOST)
+        counts = self._counts(plan, prisms)
         flips = np.array([[1.0, 1.0, s] for s in (1.0, -1.0)])
-        found = np.empty((len(plan.group), 2, len(sides), 3, len(self.coils)))
+        found = np.empty((len(plan.group), 2, len(counts), 3, len(self.coils)))
         for count in np.unique(counts).tolist():
             some = counts == count
             points, weights = gauss_points(prisms.some(some), count)
@@ -57,6 +55,16 @@ class Sources:
             A = self.potential(images.reshape(-1, 3)).reshape(*images.shape, -1)
             found[:, :, some] = np.einsum("gsnqac,nq->gsnac", A, weights, optimize=True)
         return found
+
+    def points(self, plan: Plan, prisms: Prisms) -> int:
+        """Return at how many points `means` takes the coils' potential."""
+        return int(len(plan.group) * 2 * (2 * self._counts(plan, prisms) ** 2).sum())
+
+    def _counts(self, plan: Plan, prisms: Prisms) -> Integers:
+        """Gauss points along an axis of each cell."""
+        sides = (prisms.corners.max(1) - prisms.corners.min(1)).max(axis=1)
+        away = np.maximum(self._away(plan, prisms) - sides, self.distance)
+        return np.asarray(np.minimum(2 + np.ceil(np.log2(np.maximum(sides / away, 1.0))).astype(int), _MOST))
 
     def _away(self, plan: Plan, prisms: Prisms) -> Array:
         """Return each cell's distance, or its images', from the nearest circle around a coil, in the plan [m]."""

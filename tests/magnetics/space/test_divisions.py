@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import tracemalloc
 from collections.abc import Callable
 from itertools import pairwise
-from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +15,13 @@ import pytest
 from sits_mech.extrapolation import added
 from sits_mech.geometry.outline import Outline, read_outline
 from sits_mech.geometry.sheet_plan import Grading, graded_axis
+from sits_mech.magnetics.modes import RESOLVED
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.divisions import _family, _interfaces, field_box, memory_of
 from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
+from sits_mech.magnetics.space.near import _factors, near_reactions, prepare_near
 from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, rungs_for
 from sits_mech.memory import GIB, VARIABLE
 from sits_mech.quantities import Pose
@@ -90,12 +92,12 @@ def test_axes_of_one_family_follow_one_map(length: float) -> None:
     assert all(after <= before * (1.0 + 1e-9) for before, after in pairwise(cells))
 
 
-def family(outline: Outline | None, tolerance: float) -> Any:
+def family(outline: Outline | None, tolerance: float, near: bool | None = None, target: Any = None) -> Any:
     """Divisions of the catalogue's target."""
-    target = load_sensor("biorob2018").target
+    target = load_sensor("biorob2018").target if target is None else target
     assert target is not None
     rung = rungs_for(tolerance, [(target, outline)])[0]
-    return _family(target, outline, rung, (1.5e-3, 1e7, 8e-3, 2e-3), near=False)
+    return _family(target, outline, rung, (1.5e-3, 1e7, 8e-3, 2e-3), near)
 
 
 def peak(run: Callable[[], object]) -> int:
@@ -113,9 +115,26 @@ def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) 
     """Of triangles over all of an outline, and of a quarter of a rectangle."""
     found = family(None if mesh is None else read_outline(MESHES / f"{mesh}.msh"), tolerance)
     (plan, levels), box = found.divisions[0], found.box
-    known = memory_of(plan, levels.size - 1, found.depth, prod(box.order))
+    known = memory_of(plan, levels.size - 1, found.depth, math.prod(box.order))
     taken = peak(lambda: prepare_sheets([(plan, levels)], 5.8e7, box, highest=found.highest, depth=found.depth))
     assert 1 / 1.5 < known / taken < 1.5
+
+
+@pytest.mark.parametrize("thickness, frequencies", [("0.2 mm", 1), ("0.5 mm", 3)])
+def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions(thickness: str, frequencies: int) -> None:
+    """With the factors at one frequency, or at three where cells do not resolve the skin depth."""
+    sensor = load_sensor("biorob2018", [f'target.thickness="{thickness}"'])
+    found, poses = family(None, 1e-2, True, sensor.target), (np.eye(3)[None], np.array([[0.0, 0.0, 1e-3]]))
+    assert found.resolved == (frequencies == 1)
+    _factors.cache_clear()
+
+    def asked() -> None:
+        highest = math.inf if found.resolved else found.highest / RESOLVED**2
+        plates = prepare_near(found.divisions, 5.8e7, found.box, highest=highest, depth=found.depth)
+        near_reactions(sensor.coils, "rings", plates, poses, 1e7)
+
+    assert 1 / 1.5 < found.needed / peak(asked) < 1.5
+    _factors.cache_clear()
 
 
 def test_memory_grows_like_the_square_of_the_cells() -> None:

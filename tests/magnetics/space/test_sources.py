@@ -16,9 +16,10 @@ from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import prepare_near
 from sits_mech.magnetics.space.prisms import gauss_points
 from sits_mech.magnetics.space.sources import Sources
+from sits_mech.memory import TIME
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
-from sits_mech.scene.sensor import Conductor, Target, load_sensor
+from sits_mech.scene.sensor import Conductor, SceneError, Target, load_sensor
 
 MM = 1e-3
 COPPER = metals()["copper"].conductivity
@@ -103,3 +104,32 @@ def test_ground_disc_behind_the_coil(frequency):
     assert abs(z.R.item() - Z.real) < min(2.0 * z.error_R.item(), 1.5e-2 * Z.real)
     assert abs(step.imag / Z.imag) < 5e-4
     assert z.report.estimated_error < 1e-2
+
+
+@pytest.mark.parametrize("backed", [False, True])
+def test_straight_tracks_that_take_too_long_are_refused_before_they_are_summed(
+    backed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Close to a target, and of a plate at rest, by the points that all divisions take."""
+    sensor = load_sensor("biorob2018")
+    plate = Conductor(name="back", material="copper", shape="rectangle", centre=(0.0, -2e-3), width=2e-2, length=2e-2,
+                      thickness=1e-4)  # fmt: skip
+    asked = sensor.model_copy(update={"conductors": (plate,), "target": None} if backed else {})
+    monkeypatch.setenv(TIME, "6")
+
+    def summed(*given: object) -> None:
+        raise AssertionError("the field was summed")
+
+    monkeypatch.setattr("sits_mech.magnetics.coils.straight._strand_potential", summed)
+    with pytest.raises(SceneError, match=r"^coils: the field of \d+ straight tracks at \d+ points must take at most"):
+        sheets(asked, 1e-2, windings="spiral").impedance(Pose(0.0, 1e-4), 5e6)
+
+
+def test_points_are_as_many_as_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    sensor = load_sensor("biorob2018")
+    plan, levels = rectangle_plan(2e-2, 2e-2, Grading(2e-4, 1.9, 3e-3)), np.array([0.0, 1e-4])
+    seen, sources = list[int](), Sources(sensor.coils, "rings", (0.0, 0.0, 1e-3), 1e-3)
+    found = Sources.potential
+    monkeypatch.setattr(Sources, "potential", lambda self, points: (seen.append(len(points)), found(self, points))[1])
+    sources.means(plan, stacked(plan, levels))
+    assert sources.points(plan, stacked(plan, levels)) == sum(seen)
