@@ -31,9 +31,8 @@ from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model, plan
-from sits_mech.chain.omissions import skin_depths, strain_bound
+from sits_mech.chain.omissions import idle_share, skin_depths, strain_bound
 from sits_mech.chain.pose_errors import read_poses
-from sits_mech.chain.prices.idle import idle_share
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.loads import settle
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of

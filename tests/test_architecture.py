@@ -42,12 +42,10 @@ LARGE = {  # to be divided; no others
     "magnetics/bars.py",
     "magnetics/remote.py",
     "magnetics/space/prisms.py",
-    "maps/surrogate.py",
     "mechanics/levels/answer.py",
     "mechanics/levels/in_time.py",
     "report/pictures/drawing.py",
     "report/tables/quality.py",
-    "silicone/least_squares.py",
     "synthesis/solve.py",
 }
 TALK = {"print", "breakpoint", "input"}

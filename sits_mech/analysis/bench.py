@@ -21,7 +21,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.chain.pose_errors import signal_weights
+from sits_mech.chain.pose_errors import diagonals, signal_weights
 from sits_mech.magnetics.coils.alone import track_resistances
 from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.coils.terminals import terminal_impedance
@@ -70,13 +70,13 @@ def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ..
     for name in ("L", "R", "L0", "error_L", "error_R"):
         matrix = np.asarray(getattr(found, name), dtype=float)
         parts[name] = np.zeros_like(matrix)
-        parts[name][..., range(n), range(n)] = np.diagonal(matrix, axis1=-2, axis2=-1) * scale
+        parts[name][..., range(n), range(n)] = diagonals(matrix) * scale
     return replace(found, **parts, unit_L="H"), ((_IDLE,) if n > 1 else ())
 
 
-def table_impedance(data: xr.Dataset) -> Impedance:
-    """Return the impedance of a table, with its varied dimensions as leading axes; NaN where a load failed."""
-    order = (*varied(data), "coil", "coil_2")
+def table_impedance(data: xr.Dataset, leading: tuple[str, ...] | None = None) -> Impedance:
+    """Return the impedance of a table, with its varied dimensions, or others, as leading axes; NaN where one failed."""
+    order = (*(varied(data) if leading is None else leading), "coil", "coil_2")
     L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
     L0 = data["L0"].to_numpy()
     report = SolveReport("table", 0, 0, 0.0, 0.0, 0.0)
@@ -109,7 +109,7 @@ def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
     ``slope_T_L_by`` (thermal_cause, ...) [H/K].
     """
     found, good = absolute(sensor, table_impedance(data))[0], _converged(data)[..., None]
-    L, error_L, L0 = (np.diagonal(part, axis1=-2, axis2=-1) for part in (found.L, found.error_L, found.L0))
+    L, error_L, L0 = (diagonals(part) for part in (found.L, found.error_L, found.L0))
     each = {name: np.where(good, part, np.nan) for name, part in (("L", L), ("error_L", error_L))}
     scale = ("coil", L0 / np.diagonal(data["L0"].to_numpy()))
     parts = {name: data[name] for name in ("shared_L", "alone_L", "slope_T_L", "slope_T_L_by") if name in data}
@@ -198,11 +198,11 @@ def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:
 
 
 def sensor_front_end(
-    sensor: Sensor, data: xr.Dataset, *, clock: float | None = None, rcount: int = 0xFFFF, noise: float | None = None
+    sensor: Sensor, data: xr.Dataset, *, clock: float | None = None, rcount: int = 0xFFFF
 ) -> tuple[FrontEnd, tuple[str, ...]]:
     """Return the settings of the scene's converter for all loads of a table, and what was left out.
 
-    `clock`, `rcount` and `noise` as for `front_end`. Raises SceneError without a converter, ValueError when it has no
+    `clock` and `rcount` as for `front_end`. Raises SceneError without a converter, ValueError when it has no
     such settings.
     """
     if sensor.readout.converter == "none":
@@ -211,22 +211,22 @@ def sensor_front_end(
     flat = [seen[name].to_numpy().reshape(-1, len(sensor.coils)) for name in ("L", "R")]
     good = np.isfinite(flat[0]).all(axis=-1)
     part, C = converter(sensor.readout.converter), at_temperature(sensor).readout.parallel_capacitance
-    found = front_end(part, flat[0][good], flat[1][good], C, clock=clock, rcount=rcount, noise=noise)
+    found = front_end(part, flat[0][good], flat[1][good], C, clock=clock, rcount=rcount)
     return found, (*missing, f"R is taken at {sensor.frequency:.4g} Hz{found.off(sensor.frequency)}")
 
 
-def branches(sensor: Sensor, data: xr.Dataset, points: int = 41) -> tuple[Array, Array]:
+def branches(sensor: Sensor, data: xr.Dataset) -> tuple[Array, Array]:
     """Return inductances at the same loads while the last cycle rises and falls, shape (m, n) [H] each.
 
     `data` is from `load_cycle`, its last cycle starting and ending without load; loads are even from none to the peak.
     """
     free = np.diagonal(data["L0"].to_numpy())
-    L = np.diagonal(data["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
+    L = diagonals(data["L"].transpose("time", "coil", "coil_2").to_numpy())
     L = L if data.attrs["unit_L"] == "H" else L / free * free_inductances(sensor)
     share = data["share"].to_numpy()
     last = int(np.flatnonzero(share == share.max())[-1])
     first = int(np.flatnonzero(share[:last] == share.min())[-1])
-    grid = np.linspace(share[first], share[last], points)
+    grid = np.linspace(share[first], share[last], 41)
     ways = (slice(first, last + 1), slice(None, last - 1 if last else None, -1))
     rising, falling = ([np.interp(grid, share[way], coil[way]) for coil in L.T] for way in ways)
     return np.array(rising).T, np.array(falling).T

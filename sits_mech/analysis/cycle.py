@@ -31,10 +31,9 @@ from sits_mech.labels import labelled
 from sits_mech.quantities import POSE, Array, Pose, Wrench
 from sits_mech.readout.signals import told
 from sits_mech.scene.elastomer import pad_volume
-from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
+from sits_mech.scene.sensor import SceneError, Sensor, provenance
 from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.status import joined, marked
-from sits_mech.version import __version__
 
 
 @dataclass(frozen=True)
@@ -99,9 +98,8 @@ def load_cycle(
     data = xr.Dataset(columns, coords={"time": programme.time, "coil": names, "coil_2": names})
     data["L0"] = (("coil", "coil_2"), reading.impedance.L0)
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
-    scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     data = data.assign_attrs(
-        **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
+        **provenance(sensor), notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
         frequency=sensor.frequency, unit_L=reading.impedance.unit_L, **marks,
         **{key: item for name in told(data) for key, item in loops(data, name).items()},
     )

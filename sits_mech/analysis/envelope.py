@@ -196,9 +196,9 @@ class _Search:
         return self.finer[solved]
 
 
-def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto", tolerance: float = _POSE) -> float:
+def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto") -> float:
     """Return the share of a load that a pad bears, to one digit, by two meshes (whose stretch is too large)."""
-    layer, _ = mechanical_model(sensor, mechanics, tolerance, [load])
+    layer, _ = mechanical_model(sensor, mechanics, _POSE, [load])
     if not isinstance(layer, RefinedModel):
         return 1.0
     most, solved = known_stretch(sensor), symmetry_of(sensor).standard(load)[0]

@@ -33,6 +33,7 @@ from scipy.optimize import brentq
 
 from sits_mech.cases import Progress
 from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.pose_errors import unloaded
 from sits_mech.geometry.collision import clearance, room
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.rest.verdict import REASONS
@@ -215,9 +216,7 @@ class _Search:
 
     def _margins(self, there: Equilibrium) -> list[tuple[float, str]]:
         """Return each margin with its name."""
-        elastomer = self.sensor.elastomer
-        free = 0.0 if elastomer is None else elastomer.standoff + elastomer.thickness
-        coils = float(room(self.sensor, there.pose)) / float(room(self.sensor, Pose(0.0, free)))
+        coils = float(room(self.sensor, there.pose)) / float(room(self.sensor, unloaded(self.sensor)))
         found = [(coils, "coil contact" if not self.sensor.conductors else "contact with the coils or a fixed plate")]
         if there.report.stretch is not None and np.isfinite(self.known):
             left = (self.known - there.report.stretch) / (self.known - 1.0)

@@ -116,7 +116,8 @@ class Setup:
         `poses` (m, 6) are the measurement's or the table's; `ends` holds parameters that are decided elsewhere.
         """
         reach = _REACH * float(np.min(self._clearances(poses[None])))
-        lengths = {"m": reach, "rad": reach / max(self._half(), reach), "H": _LEAD}
+        half = 0.0 if self.sensor.target is None else 0.5 * max(self.sensor.target.extent)
+        lengths = {"m": reach, "rad": reach / max(half, reach), "H": _LEAD}
         lengths["F"] = 0.5 * self.sensor.readout.parallel_capacitance
         found = []
         for each in self.parameters:
@@ -181,10 +182,6 @@ class Setup:
         there = np.isfinite(poses[..., POSE.index("d_v")])
         safe = np.where(there[..., None], poses, 1.0)
         return np.asarray(np.min(np.where(there, clearance(self.sensor, Pose.of(safe)), np.inf), axis=-1))
-
-    def _half(self) -> float:
-        """Return half of the target's longer side [m]."""
-        return 0.0 if self.sensor.target is None else 0.5 * max(self.sensor.target.extent)
 
 
 def checked(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[Known, ...]:

@@ -12,14 +12,12 @@ at rest (`wrenches`).
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.wrenches import wrench_slopes
-from sits_mech.chain.models import magnetic_model, mechanical_model
+from sits_mech.analysis.wrenches import table_slopes
 from sits_mech.quantities import WRENCH, Array, SolveFailed, shown_unit
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration, without_coil
 from sits_mech.readout.inversion import INCONSISTENT
@@ -29,7 +27,6 @@ from sits_mech.scene.sensor import Sensor
 _ALONG = 0.97  # cosine of the angle between the residual and what a component makes of the coils
 _SEEN = 0.03  # of a component's slopes: what is smaller lies in the table's own directions
 _LESS = 0.25  # of the residual: what may remain without a coil that is off
-_TOLERANCE = 1e-2  # of the field in space: directions need no more
 _MOST = 2.0  # times the largest load of the table: beyond it a component is no cause
 
 
@@ -41,8 +38,7 @@ def component_slopes(sensor: Sensor, data: xr.Dataset) -> tuple[tuple[str, ...],
     """
     others = tuple(name for name in WRENCH if name not in varied(data))
     try:
-        pad = mechanical_model(sensor, "block", json.loads(data.attrs["request"])["tolerance"])[0]
-        slopes = wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
+        slopes = table_slopes(sensor, data)
     except (ValueError, KeyError, SolveFailed):
         return (), np.zeros((len(sensor.coils), 0)), np.zeros(0)
     largest = max((float(np.abs(data[name]).max()) for name in varied(data) if name.startswith("F")), default=1.0)

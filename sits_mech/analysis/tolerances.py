@@ -78,7 +78,7 @@ def force_spread(
     asked = np.vstack([np.zeros((1, len(cal.forces))), np.asarray(loads, dtype=float)])  # the first one is tared
     held = fixed(data.isel({name: 0 for name in varied(data) if name not in cal.forces}))
     wrenches = [Wrench(**held | dict(zip(cal.forces, load, strict=True))) for load in asked.tolist()]
-    points = design([deviations[name] for name in deviations], samples)
+    points = design(list(deviations.values()), samples)
     request = json.loads(data.attrs["request"])
     poses, kept = [], dict[tuple[float, float], Array]()
     for number, point in enumerate(points):
@@ -90,8 +90,7 @@ def force_spread(
     off = L - L[:1]
     inverse = np.linalg.pinv(cal.map.slopes(asked[1:]))
     errors = np.einsum("kdn,mkn->mkd", inverse, off[:, 1:] - off[:, :1])
-    names = tuple(deviations)
-    found = spread(names, [deviations[name] for name in names], points, errors.reshape(len(points), -1))
+    found = spread(tuple(deviations), list(deviations.values()), points, errors.reshape(len(points), -1))
     return ForceSpread(asked[1:], cal.forces, found, int(np.sum(np.isfinite(errors).all(axis=(1, 2)))))
 
 

@@ -48,6 +48,12 @@ def _pose_slopes(sensor: Sensor, field: MagneticModel, rest: Array) -> Array:
     return np.asarray((L[: len(POSE)] - L[len(POSE) :]) / (2.0 * steps[:, None]))
 
 
+def table_slopes(sensor: Sensor, data: xr.Dataset) -> Array:
+    """Return `wrench_slopes` of a calibrated sensor in space; raise SceneError where models do not hold the scene."""
+    pad = mechanical_model(sensor, "block", json.loads(data.attrs["request"])["tolerance"])[0]
+    return wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
+
+
 def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> Observability:
     """Return which components of `WRENCH` the coils of a calibrated sensor resolve at rest, in space.
 
@@ -58,8 +64,7 @@ def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> O
     """
     if sensor.target is None:
         raise SceneError(f"{sensor.name}: target: must be given to bear a load; it is missing")
-    pad = mechanical_model(sensor, "block", json.loads(data.attrs["request"])["tolerance"])[0]
-    slopes = wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
+    slopes = table_slopes(sensor, data)
     noise = np.asarray(noise, dtype=float) / free_inductances(sensor)
     return observability(WRENCH, slopes, noise, _full_scale(data, sensor.target.extent))
 

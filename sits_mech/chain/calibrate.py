@@ -29,12 +29,11 @@ from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.signals import Signals, signal_changes, signals
 from sits_mech.scene.parameters import Parameter
-from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, scene_hash, scene_text
+from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
 from sits_mech.silicone.stability import renewed_notes
 from sits_mech.status import ANSWERED, OK, flags_of, marked
 from sits_mech.units import shown
-from sits_mech.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,8 +141,7 @@ def calibrate(
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
     attributes |= {"unit_L": reading.unit_L, "request": json.dumps(request)}
     attributes |= {"notes": "; ".join(said)} | _promised(found)
-    scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
-    return labelled(data.assign_attrs(**scene, **attributes))
+    return labelled(data.assign_attrs(**provenance(sensor), **attributes))
 
 
 def _promised(found: AimedRows) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.chain.conductors import on_axis
-from sits_mech.chain.pose_errors import signal_weights
+from sits_mech.chain.pose_errors import diagonals, signal_weights, unloaded
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.mechanics.levels.answer import by_goal
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed
@@ -56,10 +56,9 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     `poses` are those asked for, or some of the farthest, clear of the coils. Raises SolveFailed when the coils cannot
     be solved there.
     """
-    layer = sensor.elastomer
-    if layer is None:
+    if sensor.elastomer is None:
         return None
-    at_rest = Pose(0.0, layer.standoff + layer.thickness)
+    at_rest = unloaded(sensor)
     farthest = max(poses, key=lambda pose: np.hypot(np.hypot(pose.d_h, pose.d_y), pose.d_v - at_rest.d_v))
     some = Pose.of(np.array([pose.components for pose in (farthest, at_rest, *poses)]))
     names = ("d_v",) if on_axis(field) else POSE if some.beside else POSE[:3]
@@ -67,7 +66,7 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     found = field.impedance(some, sensor.frequency)
     rows = goal_rows(sensor)
     scale = float(np.mean(np.diag(first.L0)))
-    shown = _own(found.L) @ rows.T / scale
+    shown = diagonals(found.L) @ rows.T / scale
     size = float(np.max(np.ptp(shown, axis=0)))
     if size <= 0.0:
         return None
@@ -98,13 +97,8 @@ def goal_at(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
 
 def _unshared(found: Impedance, rows: Array) -> float:
     """Return the magnetic error of a signal's change from rest, the second pose, to the first."""
-    errors, shared = _own(found.error_L), found.shared_L
-    parts = np.zeros((0, *errors.shape)) if shared is None else _own(shared)
+    errors, shared = diagonals(found.error_L), found.shared_L
+    parts = np.zeros((0, *errors.shape)) if shared is None else diagonals(shared)
     own = np.maximum(errors - np.abs(parts).sum(axis=0), 0.0)
     doubt = np.abs((parts[:, 0] - parts[:, 1]) @ rows.T).sum(axis=0) + (own[0] + own[1]) @ np.abs(rows).T
     return float(np.max(doubt))
-
-
-def _own(matrices: Array) -> Array:
-    """Return the diagonals of matrices (..., n, n)."""
-    return np.asarray(np.diagonal(matrices, axis1=-2, axis2=-1))

@@ -15,7 +15,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.cases import Progress
 from sits_mech.chain.aimed import aimed_rows, status_of
 from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.gradient import (
@@ -65,7 +64,7 @@ class WithSlopes:
 
 def gradient_on_grid(
     sensor: Sensor, names: Sequence[str], loads: Mapping[str, Sequence[float]], *, tolerance: float = 1e-2,
-    mechanics: str = "auto", magnetics: str = "auto", progress: Progress | None = None,
+    mechanics: str = "auto", magnetics: str = "auto",
 ) -> xr.Dataset:
     """Return the derivatives of what a sensor shows over a grid of loads by numbers of its scene, as a Dataset.
 
@@ -84,7 +83,7 @@ def gradient_on_grid(
     layer, choice = sloped_model(sensor, mechanics, tolerance, every)
     solved = aimed_rows(
         sensor, WithSlopes(layer, tuple(moving)), grid, (choice.name, magnetics), tolerance,
-        symmetry=mirrors, progress=progress,
+        symmetry=mirrors,
     )
     field, rows = solved.field, solved.rows
     status = [status_of(sensor, rows[load]) for load in every]

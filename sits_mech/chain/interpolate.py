@@ -20,6 +20,7 @@ import numpy as np
 from sits_mech.cases import Progress, Row
 from sits_mech.chain.corrections import corrected
 from sits_mech.chain.goal import Goal
+from sits_mech.chain.pose_errors import levers, unloaded
 from sits_mech.chain.prices.look import MANY_ON_THREE
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import (
@@ -80,10 +81,10 @@ def poses_on_grid(
         good = [row["status"] == OK and np.isfinite(row["error_mechanics"]) for row in found]
         return np.array([[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)])
 
-    levers = _levers(sensor)
+    sizes = levers(sensor)
     aim = None if after is None or not begun else after(begun.values())
-    goal = None if aim is None else aim.weights / _SIGNALS
-    part = solve_part(poses, grid, tolerance=_BETWEEN * tolerance, weights=levers, goal=goal)
+    weighed = None if aim is None else aim.weights / _SIGNALS
+    part = solve_part(poses, grid, tolerance=_BETWEEN * tolerance, weights=sizes, goal=weighed)
     loads = loads_of(grid)
     if part is None:
         rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress, begun=begun))
@@ -99,10 +100,11 @@ def poses_on_grid(
             own = (folder, key if few else f"{key} {share:.3g}")
             return upright(settled_again(model, rough, load, own), load, symmetry)
 
+        rest = unloaded(sensor).components
         if most > wanted:
-            rows = _each(first, rough, again, symmetry) if few else corrected(rough, again, levers, _at_rest(sensor))
+            rows = _each(first, rough, again, symmetry) if few else corrected(rough, again, sizes, rest)
     if part is not None:
-        error = np.maximum(part.error, _UNSEEN * np.max(part.error * levers) / levers)
+        error = np.maximum(part.error, _UNSEEN * np.max(part.error * sizes) / sizes)
         rows.update(_between(replace(part, error=error), rows, symmetry))
         if progress is not None:
             progress(len(loads), len(loads))
@@ -141,18 +143,6 @@ def solved_likely(loads: Sequence[Wrench]) -> list[Wrench]:
     if np.prod([len(values) for values in axes.values()]) != len(set(loads)):
         return list(loads)
     return [Wrench(**dict(zip(axes, point, strict=True))) for point in likely_part(axes)]
-
-
-def _at_rest(sensor: Sensor) -> Array:
-    """Return the undeformed pose."""
-    layer = sensor.elastomer
-    return np.array([0.0, 0.0 if layer is None else layer.standoff + layer.thickness, 0.0, 0.0, 0.0, 0.0])
-
-
-def _levers(sensor: Sensor) -> Array:
-    """Return the factors that turn components of a pose into displacements, half the target's sides for angles [m]."""
-    width, length = (0.0, 0.0) if sensor.target is None else sensor.target.extent
-    return np.array([1.0, 1.0, 0.5 * width, 1.0, 0.5 * length, 0.5 * max(width, length)])
 
 
 def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -> dict[Wrench, Row]:

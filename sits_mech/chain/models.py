@@ -14,10 +14,11 @@ from sits_mech.chain.conductors import AmongFar, negligible, without_far
 from sits_mech.chain.goal import HALF, Goal, goal_of
 from sits_mech.chain.omissions import Omission, Shown, strain_bound
 from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
+from sits_mech.chain.pose_errors import unloaded
 from sits_mech.chain.prices.costs import magnetic_tolerance
 from sits_mech.chain.prices.ends import ROUGH, InSection
 from sits_mech.chain.prices.look import Look, look
-from sits_mech.chain.prices.request import Plan
+from sits_mech.chain.request import Plan
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.plausible import check_loads
 from sits_mech.scene.sensor import Sensor
@@ -214,8 +215,8 @@ def _settled(
     pose = _shown_at(sensor, given)
     if pose is not None and sensor.substrate_radius is None:
         asked = magnetic_tolerance(plain.name, tolerance) if loaded else tolerance
-        flat = _KINDS[plain.name] == "section"
-        solved, left_out, counted = without_far(sensor, partial(_coarse, plain.name), pose, asked, section=flat)
+        flat, made = _KINDS[plain.name] == "section", MAGNETICS[plain.name]
+        solved, left_out, counted = without_far(sensor, lambda bare: made(bare, _COARSE), pose, asked, section=flat)
     choice = choose_magnetics(solved, name, known, given, loaded)
     choice = replace(choice, reason=f"{choice.reason} ({counted})") if counted else choice
     notes = () if choice.name == plain.name else (_changed(plain, choice),)
@@ -227,13 +228,7 @@ def _shown_at(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose]) -> Pose 
     poses = [pose.components.reshape(-1, len(POSE)) for pose in given if isinstance(pose, Pose)]
     if poses:
         return Pose.of(np.concatenate(poses))
-    layer = sensor.elastomer
-    return None if layer is None else Pose(0.0, layer.standoff + layer.thickness)
-
-
-def _coarse(name: str, sensor: Sensor) -> MagneticModel:
-    """Return a model that estimates the size of a change."""
-    return MAGNETICS[name](sensor, _COARSE)
+    return None if sensor.elastomer is None else unloaded(sensor)
 
 
 def _changed(plain: Choice, choice: Choice) -> str:

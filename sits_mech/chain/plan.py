@@ -12,7 +12,7 @@ from sits_mech.magnetics.sheets import not_representable as sheets_refuse
 from sits_mech.mechanics.closed_form import LONG, finite_strain_model
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.scene.materials import unknown
+from sits_mech.scene.materials import check_model
 from sits_mech.scene.sensor import Sensor, Target
 from sits_mech.units import SceneError
 
@@ -49,7 +49,7 @@ def choose_mechanics(
 
     Raises SceneError when the model is unknown or the scene has no layer.
     """
-    _check_known("mechanics", asked, known)
+    check_model("mechanics", asked, ("auto", *known))
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
@@ -112,7 +112,7 @@ def choose_magnetics(
     to see and relative. Conductors are solved in space, as are fixed rectangles of ferrite; other permeable parts in
     section: no other model has them. Raises SceneError when the model is unknown, or none can hold the scene.
     """
-    _check_known("magnetics", asked, known)
+    check_model("magnetics", asked, ("auto", *known))
     target, coaxial = sensor.target, _is_coaxial(sensor, given, loaded)
     beside = tuple(name for name in leaving(given) if not (coaxial and name in ("M_z", "alpha_z")))
     if beside and asked not in ("auto", "sheets"):
@@ -186,9 +186,3 @@ def _check_in_section(sensor: Sensor, permeable: tuple[str, ...], beside: tuple[
             f"{names}: permeable parts that matter are modelled by planar-fem only, in the section y = 0; got "
             f"{' and '.join(hindered)}"
         )
-
-
-def _check_known(kind: str, asked: str, known: tuple[str, ...]) -> None:
-    """Refuse a model that does not exist."""
-    if asked not in ("auto", *known):
-        raise SceneError(f"model ({kind}) {unknown(asked, ('auto', *known))}")

@@ -72,6 +72,18 @@ class _Uncertain:
         return np.asarray(np.abs(self.shared(parts)).sum(axis=0) + np.abs(self.alone(parts)).sum(axis=0))
 
 
+def unloaded(sensor: Sensor) -> Pose:
+    """Return the pose without load; at the coil plane without a layer."""
+    layer = sensor.elastomer
+    return Pose(0.0, 0.0 if layer is None else layer.standoff + layer.thickness)
+
+
+def levers(sensor: Sensor) -> Array:
+    """Return the factors that turn components of a pose into displacements, half the target's sides for angles [m]."""
+    width, length = (0.0, 0.0) if sensor.target is None else sensor.target.extent
+    return np.array([1.0, 1.0, 0.5 * width, 1.0, 0.5 * length, 0.5 * max(width, length)])
+
+
 def stacked(poses: Sequence[Pose]) -> Pose:
     """Return many poses as one."""
     return Pose.of(np.array([pose.components for pose in poses]).reshape(-1, len(POSE)))
@@ -107,12 +119,12 @@ def read_poses(
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
     flat = _untilted(model, found, pose)
-    L, L0, last = _own(found.L), np.diagonal(found.L0), _own(flat.L)
+    L, L0, last = diagonals(found.L), np.diagonal(found.L0), diagonals(flat.L)
     none = np.zeros((0, *found.L.shape))
-    known, known_last = (_own(none if one.shared_L is None else one.shared_L) for one in (found, flat))
-    alone = np.maximum(_own(found.error_L) - np.abs(known).sum(axis=0), 0.0) @ np.abs(rows_of(weights)).T
+    known, known_last = (diagonals(none if one.shared_L is None else one.shared_L) for one in (found, flat))
+    alone = np.maximum(diagonals(found.error_L) - np.abs(known).sum(axis=0), 0.0) @ np.abs(rows_of(weights)).T
     whole_L, whole_R = (unsure.parts(slope) for slope in by_pose)
-    parts = _own(whole_L)
+    parts = diagonals(whole_L)
     each, turns = combine(parts, weights), np.isin(unsure.components, _ROTATION)
     errors = np.abs(combine(known, weights)).sum(axis=0) + alone + unsure.total(each)
     error_L, error_R = found.error_L + unsure.total(whole_L), found.error_R + unsure.total(whole_R)
@@ -125,7 +137,7 @@ def read_poses(
     )
 
 
-def _own(matrices: Array) -> Array:
+def diagonals(matrices: Array) -> Array:
     """Return the diagonals of matrices (..., n, n)."""
     return np.asarray(np.diagonal(matrices, axis1=-2, axis2=-1))
 

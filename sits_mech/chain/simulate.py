@@ -137,7 +137,7 @@ def _flagged(sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance:
         error = shown.promise.error
     elif (goal := goal_at(sensor, field, [rest.pose])) is not None:
         error = goal.of(rest.error.components, rest.shared)
-    return replace(shown, flags=_flags(sensor, error, tolerance, rest))
+    return replace(shown, flags=rest_flags(sensor, rest, tolerance, error))
 
 
 def flags_over(
@@ -151,14 +151,12 @@ def flags_over(
     return {name: [row[name] for row in each] for name in ("status", "flags")}
 
 
-def rest_flags(sensor: Sensor, found: Equilibrium, tolerance: float) -> tuple[str, ...]:
-    """Return flags of a rest by the tolerance of its pose and by the silicone's data, as `flags_of`."""
-    return _flags(sensor, found.report.estimated_error, tolerance, found)
-
-
-def _flags(sensor: Sensor, error: float, tolerance: float, rest: Equilibrium) -> tuple[str, ...]:
-    """Return flags of an error, and of the stretch of a rest."""
-    report = rest.report
+def rest_flags(
+    sensor: Sensor, found: Equilibrium, tolerance: float, error: float | None = None
+) -> tuple[str, ...]:
+    """Return flags of a rest by an error, its pose's by default, and by the silicone's data, as `flags_of`."""
+    report = found.report
+    error = report.estimated_error if error is None else error
     return flags_of(error, tolerance, report.stretch, known_stretch(sensor), changed=report.error_stretch)
 
 
@@ -246,14 +244,12 @@ def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> 
     """Return the rest at the end of a path of loads, without what the symmetry of all of them forbids."""
     if sensor.elastomer is None or sensor.elastomer.friction == 0.0 or not isinstance(layer, PathModel):
         raise SceneError("via: must be left out without elastomer.friction: the way of the load makes no difference")
-    kept = symmetry_of(sensor).projection(*loads)
-    found = layer.along(loads)
-    return replace(turned(found, found.wrench, kept), state=found.state)
+    return with_symmetry(sensor, layer.along(loads), *loads)
 
 
-def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
-    """Return an equilibrium without the components of pose and error that the symmetry of scene and load forbids."""
-    kept = symmetry_of(sensor).projection(found.wrench)
+def with_symmetry(sensor: Sensor, found: Equilibrium, *loads: Wrench) -> Equilibrium:
+    """Return an equilibrium without what the symmetry of the scene and of all loads, by default its own, forbids."""
+    kept = symmetry_of(sensor).projection(*(loads or (found.wrench,)))
     if np.array_equal(kept, np.eye(len(kept))):
         return found
     return replace(turned(found, found.wrench, kept), state=found.state)

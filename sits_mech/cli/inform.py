@@ -87,8 +87,8 @@ def explain(
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     check_asked(sensor, vars(wrench), **asdict(models))
 
+    from sits_mech.chain.ladder import ladder as solved
     from sits_mech.chain.models import plan
-    from sits_mech.chain.prices.ladder import ladder as solved
     from sits_mech.report.tables.ladder import ladder_record, ladder_tables
     from sits_mech.report.tables.plan import plan_record, plan_tables
 

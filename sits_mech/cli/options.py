@@ -267,13 +267,12 @@ def check_asked(
     sensor: Sensor, loads: Mapping[str, Any], tolerance: float, mechanics: str = "auto", magnetics: str = "auto"
 ) -> None:
     """Refuse a load or a tolerance beyond any sense, and models that there are not, before solvers are imported."""
-    from sits_mech.scene.materials import unknown
+    from sits_mech.scene.materials import check_model
     from sits_mech.scene.plausible import check_loads
-    from sits_mech.units import SceneError, checked_tolerance
+    from sits_mech.units import checked_tolerance
 
     for kind, name, known in (("mechanics", mechanics, MECHANICS), ("magnetics", magnetics, MAGNETICS)):
-        if name not in known:
-            raise SceneError(f"model ({kind}) {unknown(name, known)}")
+        check_model(kind, name, known)
     check_loads(sensor, loads)
     checked_tolerance(tolerance)
 

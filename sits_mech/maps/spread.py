@@ -40,11 +40,10 @@ class Spread:
     map_error: Array  # (q,), root mean square at points left out
 
 
-def design(deviations: ArrayLike, count: int, *, seed: int = 0) -> Array:
+def design(deviations: ArrayLike, count: int) -> Array:
     """Return the deviations at which to evaluate, (count, p), the first zero; a power of two fills the box evenly.
 
-    `seed` scrambles the sequence. Raise ValueError for a deviation that is not positive, or fewer than two points a
-    tolerance.
+    Raise ValueError for a deviation that is not positive, or fewer than two points a tolerance.
     """
     s = np.asarray(deviations, dtype=float)
     if s.ndim != 1 or not np.all(s > 0.0):
@@ -52,13 +51,12 @@ def design(deviations: ArrayLike, count: int, *, seed: int = 0) -> Array:
     if count < 2 * len(s) + 2:
         raise ValueError(f"count: must be at least {2 * len(s) + 2} for {len(s)} tolerances; got {count}")
     power = int(np.ceil(np.log2(count)))
-    unit = qmc.Sobol(len(s), rng=np.random.default_rng(seed)).random_base2(power)[: count - 1]
+    unit = qmc.Sobol(len(s), rng=np.random.default_rng(0)).random_base2(power)[: count - 1]
     return np.vstack([np.zeros((1, len(s))), _WIDTH * s * (2.0 * unit - 1.0)])
 
 
 def spread(
-    names: Sequence[str], deviations: ArrayLike, points: ArrayLike, values: ArrayLike, *,
-    samples: int = 4096, seed: int = 0,
+    names: Sequence[str], deviations: ArrayLike, points: ArrayLike, values: ArrayLike, *, samples: int = 4096
 ) -> Spread:
     """Return mean, scatter and shares of answers (m, q) known at points (m, p) from `design`.
 
@@ -70,9 +68,9 @@ def spread(
         raise ValueError(f"samples: must be a power of two from 64 on; got {samples}")
     good = np.isfinite(y).all(axis=1)
     found = fit_map(names, x[good], y[good], simplex=len(s) > 2)
-    unit = qmc.Sobol(len(s), rng=np.random.default_rng(seed)).random_base2(int(np.log2(samples)))
+    unit = qmc.Sobol(len(s), rng=np.random.default_rng(0)).random_base2(int(np.log2(samples)))
     drawn = found.at(_within(found, norm.ppf(np.clip(unit, 1e-9, 1.0 - 1e-9)) * s))
-    first, total = _shares(found, s, samples, seed)
+    first, total = _shares(found, s, samples)
     return Spread(
         tuple(names), s, drawn.mean(axis=0), drawn.std(axis=0),
         np.quantile(drawn, [0.025, 0.975], axis=0).T, first, total, found.rms,
@@ -84,11 +82,11 @@ def _within(found: SmoothMap, points: Array) -> Array:
     return np.asarray(np.clip(points, found.low, found.high))
 
 
-def _shares(found: SmoothMap, s: Array, samples: int, seed: int) -> tuple[Array, Array]:
+def _shares(found: SmoothMap, s: Array, samples: int) -> tuple[Array, Array]:
     """Return first-order and total shares, shape (q, p) each."""
     q = found.coefficients.shape[1]
     first, total = np.full((q, len(s)), np.nan), np.full((q, len(s)), np.nan)
-    scale = np.ptp(found.at(_within(found, design(s, 64, seed=seed))), axis=0)
+    scale = np.ptp(found.at(_within(found, design(s, 64))), axis=0)
     moves = np.flatnonzero(scale > _STILL * np.maximum(np.abs(found.at(np.zeros(len(s)))), 1e-300))
     if moves.size == 0:
         return first, total
@@ -98,7 +96,7 @@ def _shares(found: SmoothMap, s: Array, samples: int, seed: int) -> tuple[Array,
         return np.asarray((found.at(_within(found, x.T))[:, moves] / scale[moves]).T)
 
     dists = [norm(scale=size) for size in s]
-    indices = sobol_indices(func=answers, n=samples, dists=dists, rng=np.random.default_rng(seed))
+    indices = sobol_indices(func=answers, n=samples, dists=dists, rng=np.random.default_rng(0))
     first[moves] = np.asarray(indices.first_order).reshape(len(moves), -1)
     total[moves] = np.asarray(indices.total_order).reshape(len(moves), -1)
     return first, total

@@ -117,20 +117,19 @@ class SmoothMap:
 
 
 def fit_map(
-    names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False, scale: ArrayLike | None = None
+    names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False
 ) -> SmoothMap:
     """Fit the smooth map through values (m, n) at points (m, d), on a grid or scattered, over their box.
 
-    `simplex`: fewer terms, for three and more variables; `scale` (n,): size of each output's error for choosing
-    degrees, its range by default. Raise ValueError for unequal shapes, a value that is not finite, a variable with one
-    value, or too few points for a plane.
+    `simplex`: fewer terms, for three and more variables. Raise ValueError for unequal shapes, a value that is not
+    finite, a variable with one value, or too few points for a plane.
     """
     p, y = np.asarray(points, dtype=float), np.asarray(values, dtype=float)
     _check(names, p, y)
     low, high = p.min(axis=0), p.max(axis=0)
     x = (2.0 * p - high - low) / (high - low)
     size = np.maximum(np.abs(y).max(axis=0), 1e-300)
-    sizes = np.ptp(y, axis=0) if scale is None else np.asarray(scale, dtype=float)
+    sizes = np.ptp(y, axis=0)
     sizes = np.where(sizes > _EXACT * size, sizes, size)
     groups, counts = _lines(x), [int(_numbered(column).max()) + 1 for column in x.T]
     highest = [min(_HIGHEST, n - 3 if n > 5 else max(1, n - 2)) for n in counts]
@@ -165,10 +164,8 @@ def _check(names: Sequence[str], points: Array, values: Array) -> None:
 
 def _lines(x: Array) -> list[NDArray[np.int_]]:
     """Return the points of each value of each variable, except the outermost values."""
-    groups = []
-    for numbers in map(_numbered, x.T):
-        groups += [np.flatnonzero(numbers == number) for number in range(1, int(numbers.max()))]
-    return groups
+    each = map(_numbered, x.T)
+    return [np.flatnonzero(numbers == number) for numbers in each for number in range(1, int(numbers.max()))]
 
 
 def _numbered(column: Array) -> NDArray[np.int_]:

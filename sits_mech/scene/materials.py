@@ -5,14 +5,14 @@ from __future__ import annotations
 import difflib
 import math
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Any
 
 from sits_mech.silicone.material import Silicone, silicone_from
-from sits_mech.units import shown, si_value
+from sits_mech.units import SceneError, shown, si_value
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,12 @@ def _metal(name: str, item: Mapping[str, Any]) -> Metal:
 def silicones() -> Mapping[str, Silicone]:
     """Return the catalogue's silicones by name."""
     return {name: silicone_from(item, name) for name, item in _catalogued("silicones.toml").items()}
+
+
+def check_model(kind: str, asked: str, known: Sequence[str]) -> None:
+    """Refuse a model of a kind that is not among `known`."""
+    if asked not in known:
+        raise SceneError(f"model ({kind}) {unknown(asked, known)}")
 
 
 def unknown(name: object, known: Iterable[str]) -> str:

@@ -39,12 +39,6 @@ _METAL = (
 _FROZEN = ConfigDict(frozen=True, extra="forbid")
 
 
-def _check_metal(material: str | None, conductivity: float | None) -> None:
-    """Refuse a conductor without a conductivity."""
-    if material is None and conductivity is None:
-        raise SceneError("material (or conductivity) must be given; it is missing")
-
-
 def _metal(plate: Target | Conductor) -> Metal:
     """Return the catalogue's metal with the scene's own numbers in place of the catalogue's.
 
@@ -122,8 +116,7 @@ class Target(BaseModel):
     @model_validator(mode="after")
     def _whole(self) -> Target:
         """Refuse a target without material, without its sizes, or without the boundary its current returns at."""
-        _check_metal(self.material, self.conductivity)
-        _check_shape(self)
+        _check_plate(self)
         if self.net_current == "free" and self.planar_boundary_radius is None:
             raise SceneError('planar_boundary_radius must be given with net_current = "free"; it is missing')
         return self
@@ -190,8 +183,7 @@ class Conductor(BaseModel):
     @model_validator(mode="after")
     def _whole(self) -> Conductor:
         """Refuse a plate without material or sizes."""
-        _check_metal(self.material, self.conductivity)
-        _check_shape(self)
+        _check_plate(self)
         return self
 
     @property
@@ -233,8 +225,10 @@ class Readout(BaseModel):
     clock_coefficient: Coefficient = 0.0
 
 
-def _check_shape(plate: Target | Conductor) -> None:
-    """Refuse a plate without the sizes of its shape, with those of another, or with rims that cannot be."""
+def _check_plate(plate: Target | Conductor) -> None:
+    """Refuse a plate without metal, without the sizes of its shape, with those of another, or with impossible rims."""
+    if plate.material is None and plate.conductivity is None:
+        raise SceneError("material (or conductivity) must be given; it is missing")
     needed = {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[plate.shape]
     check_sizes(plate, needed, f"a{'n' if plate.shape == 'outline' else ''} {plate.shape}")
     check_rims(plate.points, plate.holes)

@@ -24,6 +24,7 @@ from sits_mech.scene.materials import Metal, unknown
 from sits_mech.scene.parts import Conductor, Readout, Target
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, printable, quantity, shown
+from sits_mech.version import __version__
 
 __all__ = [
     "Coil", "Conductor", "Elastomer", "Metal", "Readout", "SceneError", "Sensor", "Silicone", "Target",
@@ -263,6 +264,12 @@ def scene_text(sensor: Sensor) -> str:
 def scene_hash(sensor: Sensor) -> str:
     """Return sixteen hexadecimal digits that identify the whole scene."""
     return hashlib.sha256(scene_text(sensor).encode()).hexdigest()[:16]
+
+
+def provenance(sensor: Sensor) -> dict[str, str]:
+    """Return the attributes by which a table names its scene and the version that made it."""
+    text = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor)}
+    return text | {"version": __version__, "name": sensor.name}
 
 
 def save_sensor(sensor: Sensor, path: str | Path) -> None:

@@ -22,7 +22,7 @@ temperatures that differ from part to part.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -36,10 +36,10 @@ CAUSES = ("conductivity", "plates", "pad", "modulus", "board", "capacitor", "clo
 """Parts of a sensor that a temperature changes, each by its own coefficients."""
 
 
-def at_temperature(sensor: Sensor, temperature: float | None = None, causes: Collection[str] = CAUSES) -> Sensor:
+def at_temperature(sensor: Sensor, temperature: float | None = None) -> Sensor:
     """Return the scene that a sensor is at a temperature [K], its own by default; `temperature` is back at 20 degC.
 
-    `causes` are those of `CAUSES` that count. Raises SceneError for an unknown coefficient, or outside its range.
+    Raises SceneError for an unknown coefficient, or outside its range.
 
     Examples
     --------
@@ -53,7 +53,7 @@ def at_temperature(sensor: Sensor, temperature: float | None = None, causes: Col
     if asked == REFERENCE:
         return sensor
     check_temperature(sensor, asked)
-    return warmed(sensor, dict.fromkeys(causes, asked - REFERENCE))
+    return warmed(sensor, dict.fromkeys(CAUSES, asked - REFERENCE))
 
 
 def at_each(sensor: Sensor, temperatures: Sequence[float]) -> list[Sensor]:
@@ -196,10 +196,7 @@ def _pad(pad: Elastomer, dT: Mapping[str, float], grown: float) -> Elastomer:
 
 def stiffer(silicone: Silicone, factor: float) -> Silicone:
     """Return a silicone with all constants that are stresses times a factor; its bulk modulus stays."""
-    constants: dict[str, float | tuple[float, ...]] = {}
-    for key, value in silicone.constants.items():
-        own = factor if LAWS[silicone.law].units[key] == "Pa" else 1.0
-        constants[key] = tuple(own * each for each in value) if isinstance(value, tuple) else own * value
+    constants = LAWS[silicone.law].rescaled(silicone.constants, lambda value: factor * value)
     return replace(silicone, constants=constants)
 
 

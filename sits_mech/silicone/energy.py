@@ -30,7 +30,7 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.silicone.kinematics import POINTS, Kinematics, Principal, diagonal
-from sits_mech.silicone.laws import Constants, Law, known_law
+from sits_mech.silicone.laws import Constants, known_law
 from sits_mech.silicone.laws.law import (
     InvariantDerivatives,
     Invariants,
@@ -105,8 +105,8 @@ def isochoric_stress(silicone: Silicone, guard: float = 0.0, past: Past | None =
 def _isochoric(silicone: Silicone, guard: float) -> Callable[[Kinematics, Past | None], PointState]:
     """Return the state of a point under a law with constants in units of its shear modulus."""
     law = known_law(silicone.law)
-    constants = _in_moduli(law, silicone.constants, silicone.shear_modulus)
-    energy = law.energy
+    modulus, energy = silicone.shear_modulus, law.energy
+    constants = law.rescaled(silicone.constants, lambda value: value / modulus)
 
     def state(point: Kinematics, past: Past | None) -> PointState:
         if isinstance(energy, OfInvariants):
@@ -117,15 +117,6 @@ def _isochoric(silicone: Silicone, guard: float) -> Callable[[Kinematics, Past |
         return _guarded(found, guard, point) if guard else found
 
     return state
-
-
-def _in_moduli(law: Law, constants: Constants, modulus: float) -> Constants:
-    """Return the constants in units of a shear modulus."""
-    found: dict[str, float | tuple[float, ...]] = {}
-    for name, value in constants.items():
-        unit = modulus if law.units[name] == "Pa" else 1.0
-        found[name] = tuple(item / unit for item in value) if isinstance(value, tuple) else value / unit
-    return found
 
 
 def _guarded(found: PointState, guard: float, point: Kinematics) -> PointState:

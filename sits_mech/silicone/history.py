@@ -40,14 +40,12 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.special import erf
 
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.silicone.material import Silicone, Softening
 from sits_mech.turns import rotation_matrix, rotation_vector
 
 _SAMPLES = 200  # of a cycle
-LOST = float(erf(1.0) - (1.0 - np.exp(-1.0)) / np.sqrt(np.pi))  # times U_max/r: what softening loses once
 
 
 @dataclass(frozen=True)

@@ -101,15 +101,6 @@ class Kinematics:
         return found + self.J**2 if self.plane else found
 
     @cached_property
-    def L(self) -> Array:
-        """``dH/dF``, shape (..., 9, 9) in space and (4, 4) in the plane, where it is constant."""
-        if self.plane:
-            return _PLANE_L
-        found = np.zeros((*self.J.shape, 9, 9))
-        self.add_L(found, np.ones_like(self.J))
-        return found
-
-    @cached_property
     def dr(self) -> Array:
         """``dr/dF``, shape (..., k)."""
         if self.plane:
@@ -117,13 +108,6 @@ class Kinematics:
         F = self.F.reshape(*self.J.shape, 3, 3)
         turned: Array = (F @ (F.swapaxes(-1, -2) @ F)).reshape(self.F.shape)
         return np.asarray(2.0 * (self.s[..., None] * self.F - turned))
-
-    @cached_property
-    def d2r(self) -> Array:
-        """``d2r/dF2``, shape (..., k, k)."""
-        found = np.zeros((*self.F.shape, len(self.axes)))
-        self.add_d2r(found, np.ones_like(self.J))
-        return found
 
     def add_L(self, A: Array, factor: Array) -> None:
         """Add ``factor L``, factor (...), to contiguous tangents (..., k, k), in place."""

@@ -261,10 +261,8 @@ def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> l
     count, unknowns = slopes.shape
     runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
     independent = min(count, 2 * runs)
-    if independent <= unknowns or unknowns == 0:
-        return [None] * len(free)
     size = np.linalg.norm(slopes * weight[:, None], axis=0)
-    if not size.all():
+    if independent <= unknowns or unknowns == 0 or not size.all():
         return [None] * len(free)
     weighted = slopes * weight[:, None] / size
     if np.linalg.cond(weighted) > 1e10:

@@ -24,6 +24,11 @@ from sits_mech.units import SceneError, quantity, shown, si_value
 
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
 _LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
+_NUMBERS = {"rms": "Pa", "spread": "", "expansion": "1/K"}  # what is known of the constants
+_RANGES = (
+    ("fitted_range", "", "smallest and largest strain"),
+    ("temperature_range", "K", "lowest and the highest temperature"),
+)
 
 
 @dataclass(frozen=True)
@@ -130,8 +135,8 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     if not isinstance(name_of_law, str) or name_of_law not in LAWS:
         raise SceneError(f"law must be one of {', '.join(LAWS)}; got {shown(name_of_law)}")
     law = LAWS[name_of_law]
-    allowed = ("law", *law.units, "bulk_modulus", "prony", "mullins", "source", "fitted_range", "rms", "spread")
-    allowed += ("expansion", "temperature_range")
+    allowed = ("law", *law.units, "bulk_modulus", "prony", "mullins", "source", "fitted_range", *_NUMBERS)
+    allowed += ("temperature_range",)
     for key in table:
         if key not in allowed:
             raise SceneError(f"{key} is no key of a {law.name} material; it has {', '.join(allowed)}")
@@ -208,22 +213,16 @@ def _si(key: str, value: Any, unit: str) -> float:
 
 def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
     """Return source, fitted range, residual and spread, if a table has them."""
-    units = {"rms": "Pa", "spread": "", "expansion": "1/K"}
-    found: dict[str, Any] = {key: _si(key, table[key], unit) for key, unit in units.items() if key in table}
-    source, strains = table.get("source", "the scene"), table.get("fitted_range", (0.0, 0.0))
+    found: dict[str, Any] = {key: _si(key, table[key], unit) for key, unit in _NUMBERS.items() if key in table}
+    source = table.get("source", "the scene")
     if not isinstance(source, str) or not source.isprintable():
         raise SceneError(f"source must be a printable text; got {shown(source)}")
-    if not isinstance(strains, list | tuple) or len(strains) != 2:
-        raise SceneError(f"fitted_range must be the smallest and largest strain; got {shown(strains)}")
-    low, high = (_si("fitted_range", strain, "") for strain in strains)
-    if "fitted_range" in table:
-        found["fitted_range"] = (low, high)
-    if "temperature_range" in table:
-        ends = table["temperature_range"]
-        if not isinstance(ends, list | tuple) or len(ends) != 2:
-            raise SceneError(f"temperature_range must be the lowest and the highest temperature; got {shown(ends)}")
-        low, high = (_si("temperature_range", end, "K") for end in ends)
-        found["temperature_range"] = (low, high)
+    for key, unit, words in _RANGES:
+        if key in table:
+            ends = table[key]
+            if not isinstance(ends, list | tuple) or len(ends) != 2:
+                raise SceneError(f"{key} must be the {words}; got {shown(ends)}")
+            found[key] = tuple(_si(key, end, unit) for end in ends)
     return found | {"source": source}
 
 
@@ -237,12 +236,9 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
         table["mullins"] = vars(silicone.mullins).copy()
     if silicone.source != "the scene":
         table["source"] = silicone.source
-    if silicone.fitted_range is not None:
-        table["fitted_range"] = list(silicone.fitted_range)
-    if silicone.temperature_range is not None:
-        table["temperature_range"] = list(silicone.temperature_range)
-    extras = {"rms": silicone.rms, "spread": silicone.spread, "expansion": silicone.expansion}
-    return table | {key: item for key, item in extras.items() if item is not None}
+    extras = {key: getattr(silicone, key) for key in ("fitted_range", "temperature_range", *_NUMBERS)}
+    extras = {key: item for key, item in extras.items() if item is not None}
+    return table | {key: list(item) if isinstance(item, tuple) else item for key, item in extras.items()}
 
 
 def implausible(silicone: Silicone) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ holds is passed over. Each test is kept up to its largest stress, that is withou
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -110,16 +111,21 @@ def unit_of(name: str, unit: str, units: dict[str, float], needed: str, source: 
     return units[unit.lower()]
 
 
-def _test(lines: list[str], separator: str, columns: _Columns, source: str) -> TensileTest:
-    """Return the rows that hold numbers, up to the largest stress."""
+def finite_rows(lines: list[str], separator: str, places: Sequence[int]) -> Array:
+    """Return the finite numbers at some places of all rows that hold them, shape (n, places)."""
     rows = []
     for line in lines:
         cells = line.split(separator)
         try:
-            rows.append((float(cells[columns.strain]), float(cells[columns.stress])))
+            rows.append([float(cells[place]) for place in places])
         except (ValueError, IndexError):
             continue
-    data = np.array([row for row in rows if np.isfinite(row).all()]).reshape(-1, 2)
+    return np.array([row for row in rows if np.isfinite(row).all()]).reshape(-1, len(places))
+
+
+def _test(lines: list[str], separator: str, columns: _Columns, source: str) -> TensileTest:
+    """Return the rows that hold numbers, up to the largest stress."""
+    data = finite_rows(lines, separator, (columns.strain, columns.stress))
     data = data * [columns.strain_unit, columns.stress_unit]
     data = data[: int(np.argmax(data[:, 1])) + 1] if len(data) else data
     rising = data[:, 0] > np.maximum.accumulate(np.r_[-1.0, data[:-1, 0]]) if len(data) else np.zeros(0, dtype=bool)

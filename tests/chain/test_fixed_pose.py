@@ -12,7 +12,7 @@ from sits_mech.magnetics.axis.spectrum import spectrum
 from sits_mech.quantities import Pose
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Sensor, load_sensor
-from sits_mech.scene.thermal import at_temperature
+from sits_mech.scene.thermal import warmed
 
 METAL = "temperature.conductivity"
 
@@ -38,7 +38,7 @@ def test_what_metal_conducts_against_differences(name: str, hertz: float, within
     pose = Pose.of(np.array([[1e-3, 2e-3, 0.05, 0.0, 0.0, 0.0]]))
     own, h, each = slope(sensor, name, pose, tolerance), 4.0, {}
     for way in (-2, -1, 1, 2):
-        warm = at_temperature(sensor, 293.15 + way * h, ["conductivity"])
+        warm = warmed(sensor, {"conductivity": way * h})
         found = MAGNETICS[name](warm, tolerance).impedance(pose, hertz)
         each[way] = np.array([found.L[0, 0, 0], found.R[0, 0, 0]])
     expected = (8.0 * (each[1] - each[-1]) - (each[2] - each[-2])) / (12.0 * h)

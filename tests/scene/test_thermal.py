@@ -5,7 +5,14 @@ import pytest
 
 from sits_mech.scene.parameters import TEMPERATURE, parameter
 from sits_mech.scene.sensor import REFERENCE, SceneError, Sensor, load_sensor, scene_text
-from sits_mech.scene.thermal import CAUSES, at_temperature, check_temperature, clock_factor, unknown_coefficients
+from sits_mech.scene.thermal import (
+    CAUSES,
+    at_temperature,
+    check_temperature,
+    clock_factor,
+    unknown_coefficients,
+    warmed,
+)
 
 WARM = REFERENCE + 40.0
 
@@ -53,7 +60,7 @@ def test_causes_alone_change_their_own_parts() -> None:
              "modulus": {"elastomer"}, "board": {"coils"}, "capacitor": {"readout"}, "clock": set()}
     assert set(parts) == set(CAUSES)
     for cause, changed in parts.items():
-        warm = at_temperature(cold, WARM, [cause])
+        warm = warmed(cold, {cause: WARM - REFERENCE})
         own = {part for part in ("target", "coils", "elastomer", "readout")
                if getattr(warm, part).__repr__() != getattr(cold, part).__repr__()}
         assert own == changed, cause

@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import absolute
+from sits_mech.analysis.bench import absolute, table_impedance
 from sits_mech.analysis.histories.response import between
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.labels import labelled
-from sits_mech.quantities import WRENCH, Impedance, SolveReport
+from sits_mech.quantities import WRENCH
 from sits_mech.readout.converter import converter
 from sits_mech.readout.front_end import front_end
 from sits_mech.readout.sampling.scan import scan
@@ -55,11 +55,7 @@ def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) ->
     """Return the history with codes; raise ValueError where there are none."""
     if sensor.readout.converter == "none":
         raise ValueError("the scene has no converter")
-    order, report = ("time", "coil", "coil_2"), SolveReport("table", 0, 0, 0.0, 0.0, 0.0)
-    L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
-    L0, unit = data["L0"].to_numpy(), str(data.attrs["unit_L"])
-    known = Impedance(sensor.frequency, L, R, L0, np.zeros(len(L0)), error_L, error_R, unit, report)
-    seen, reasons = at_terminals(sensor, absolute(sensor, known)[0])
+    seen, reasons = at_terminals(sensor, absolute(sensor, table_impedance(data, ("time",)))[0])
     if seen is None:
         raise ValueError("; ".join(reasons))
     part, C = converter(sensor.readout.converter), at_temperature(sensor).readout.parallel_capacitance

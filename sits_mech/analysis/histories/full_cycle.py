@@ -39,7 +39,8 @@ def full_cycle(
     )
     found, solved = {}, data["time"].to_numpy()
     load = np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
-    for name in (*POSE, *(f"error_{name}" for name in POSE), "L", "error_L", *_signals(data)):
+    signals = [item for name in told(data) for item in (name, f"error_{name}")]
+    for name in (*POSE, *(f"error_{name}" for name in POSE), "L", "error_L", *signals):
         found[name] = (data[name].dims, between(solved, load, data[name].to_numpy())(programme.time))
     coords = {"time": programme.time, "coil": data["coil"], "coil_2": data["coil_2"]}
     full = xr.Dataset({"share": ("time", programme.share), **found, "L0": data["L0"]}, coords, data.attrs)
@@ -61,8 +62,3 @@ def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:
         if span > 2.0 * error:
             found[name] = 100.0 * float(np.max(np.abs(own - other))) / span
     return found
-
-
-def _signals(data: xr.Dataset) -> list[str]:
-    """Return the signals of a table with errors."""
-    return [item for name in told(data) for item in (name, f"error_{name}")]

@@ -30,8 +30,7 @@ from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, TimedModel, motion_of, untold
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, Wrench, as_jsonable
-from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
-from sits_mech.version import __version__
+from sits_mech.scene.sensor import SceneError, Sensor, provenance
 
 PARTS = 8
 """Steps over the range of a load that lie between two solved times, at most."""
@@ -73,8 +72,8 @@ def in_time(
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes, *by_field.notes))
     data = data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
-        scene=scene_text(sensor), scene_hash=scene_hash(sensor), version=__version__, name=sensor.name,
-        request=json.dumps(request), notes="; ".join(notes), frequency=sensor.frequency, unit_L=found.unit_L,
+        **provenance(sensor), request=json.dumps(request), notes="; ".join(notes), frequency=sensor.frequency,
+        unit_L=found.unit_L,
         report=json.dumps(as_jsonable(asdict(motion.report))),
     )
     return labelled(data)

@@ -9,7 +9,7 @@ from typing import Any
 
 from rich.table import Table
 
-from sits_mech.chain.prices.ladder import Rung, power, sentence
+from sits_mech.chain.ladder import Rung, power, sentence
 from sits_mech.report.tables.solves import key_table
 
 

@@ -12,7 +12,7 @@ from rich.table import Table
 from sits_mech.chain.omissions import Omission, beside_errors, skin_depths
 from sits_mech.chain.prices.costs import Step
 from sits_mech.chain.prices.ends import ends_of_pad
-from sits_mech.chain.prices.request import Plan
+from sits_mech.chain.request import Plan
 from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.sensor import Sensor
 

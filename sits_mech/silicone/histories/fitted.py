@@ -18,14 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.quantities import Array
 from sits_mech.silicone.fitting import Fit, fit_law
 from sits_mech.silicone.histories.record import Record, read_record
 from sits_mech.silicone.histories.relaxing import Relaxation, fit_relaxation
 from sits_mech.silicone.histories.softening import CyclicFit, envelope, fit_softening
 from sits_mech.silicone.histories.uniaxial import uniaxial_stress
 from sits_mech.silicone.homogeneous import engineering_stress
-from sits_mech.silicone.laws import LAWS, Constants
+from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.material import Silicone, table_of
 from sits_mech.silicone.tensile import TensileTest, read_tensile
 
@@ -143,18 +142,9 @@ def _silicone(fit: Fit | None, relaxation: Relaxation | None, cyclic: CyclicFit 
     if fit is None:
         return None if relaxation is None else Silicone("", "neo-hookean", {"shear_modulus": 1.0}, np.inf, prony=prony)
     factor = 1.0 if relaxation is None or not relaxation.factor else relaxation.factor
+    constants = LAWS[fit.law].rescaled(fit.constants, lambda value: factor * value)
     softening = None if cyclic is None else cyclic.mullins
-    return Silicone("", fit.law, scaled(fit.law, fit.constants, factor), np.inf, prony=prony, mullins=softening)
-
-
-def scaled(law: str, constants: Constants, factor: float) -> Mapping[str, float | tuple[float, ...]]:
-    """Return the constants of a law with its stresses times `factor`."""
-    found: dict[str, float | tuple[float, ...]] = {}
-    for name, value in constants.items():
-        share: float = factor if LAWS[law].units[name] == "Pa" else 1.0
-        numbers: Array = share * np.atleast_1d(value)
-        found[name] = tuple(numbers.tolist()) if isinstance(value, tuple) else float(numbers[0])
-    return found
+    return Silicone("", fit.law, constants, np.inf, prony=prony, mullins=softening)
 
 
 def _rounded(value: Any) -> Any:

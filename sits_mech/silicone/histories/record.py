@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.silicone.tensile import STRAIN_UNITS, STRESS_UNITS, lines_of, unit_of
+from sits_mech.silicone.tensile import STRAIN_UNITS, STRESS_UNITS, finite_rows, lines_of, unit_of
 
 _TIME_UNITS = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
 _COLUMN = re.compile(
@@ -81,14 +81,9 @@ def _columns(names: list[str], source: str) -> dict[str, tuple[int, float, float
 
 def _record(lines: list[str], separator: str, columns: dict[str, tuple[int, float, float]], source: str) -> Record:
     """Return the rows that hold numbers, or refuse them as no test."""
-    keys, rows = [key for key in ("time", "strain", "stress") if key in columns], []
-    for line in lines:
-        cells = line.split(separator)
-        try:
-            rows.append([float(cells[columns[key][0]]) * columns[key][1] + columns[key][2] for key in keys])
-        except (ValueError, IndexError):
-            continue
-    data = np.array([row for row in rows if np.isfinite(row).all()]).reshape(-1, len(keys))
+    keys = [key for key in ("time", "strain", "stress") if key in columns]
+    places, factors, offsets = zip(*(columns[key] for key in keys), strict=True)
+    data = finite_rows(lines, separator, places) * factors + offsets
     if len(data) < _LEAST:
         raise ValueError(f"{source}: must hold at least {_LEAST} rows of numbers; got {len(data)}")
     values = dict(zip(keys, data.T, strict=True))

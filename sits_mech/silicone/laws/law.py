@@ -120,6 +120,14 @@ class Law:
     lists: bool = False  # each constant is a list, one number a term
     limit: str = "is unstable"  # behaviour of a layer from an unstable stretch on
 
+    def rescaled(self, constants: Constants, change: Callable[[float], float]) -> Constants:
+        """Return the constants with a change of all that are stresses."""
+        stresses = {name: value for name, value in constants.items() if self.units[name] == "Pa"}
+        return dict(constants) | {
+            name: tuple(map(change, value)) if isinstance(value, tuple) else change(value)
+            for name, value in stresses.items()
+        }
+
 
 def number(constants: Constants, name: str) -> float:
     """Return a constant that is one number."""

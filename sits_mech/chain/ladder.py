@@ -16,9 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.cases import Progress
+from sits_mech.chain.pose_errors import levers, unloaded
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.mechanics.levels.answer import relative
-from sits_mech.quantities import Pose, SolveFailed, Wrench
+from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError, checked_tolerance
 
@@ -144,15 +145,11 @@ def _solved(
 
 def _sizes(sensor: Sensor, found: Simulation, finest: Simulation) -> tuple[float, float, float, float]:
     """Return estimate and difference of L over its largest change, and those of the pose over the displacement."""
-    L, best, bottom = found.impedance, finest.impedance.L, 0.0
+    L, best, lever = found.impedance, finest.impedance.L, levers(sensor)
     change = np.max(np.abs(best - L.L0))
-    x, y = (0.5, 0.5) if sensor.target is None else (0.5 * size for size in sensor.target.extent)
-    lever = np.array([1.0, 1.0, x, 1.0, y, max(x, y)])
-    if sensor.elastomer is not None:
-        bottom = sensor.elastomer.standoff + sensor.elastomer.thickness
     pose, end, error = (
         one.components for one in (found.equilibrium.pose, finest.equilibrium.pose, found.equilibrium.error)
     )
-    moved = end - Pose(0.0, bottom).components
+    moved = end - unloaded(sensor).components
     own, away = (relative(each, moved, lever) for each in (error, np.abs(pose - end)))
     return float(np.max(L.error_L) / change), float(np.max(np.abs(L.L - best)) / change), own, away
