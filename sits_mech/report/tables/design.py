@@ -9,7 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from sits_mech.quantities import UNITS
-from sits_mech.report.tables.solves import key_table
+from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.synthesis.answer import TITLES, DesignAnswer, Figure, Share, unit_of
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import Changes, Price
@@ -77,9 +77,8 @@ def price_words(price: Price, goal: Sequence[str]) -> str:
 def change_table(title: str, changes: Changes, names: Sequence[str]) -> Table:
     """Return sensitivities of figures to the scene's numbers, in percent of each figure, a line a number."""
     some = [name for name in names if name in changes]
-    table = Table(title=title, show_edge=False)
-    for heading in ("number", *some):
-        table.add_column(heading, justify="left" if heading == "number" else "right")
+    table = column_table(title, ("number", *some), justify="right")
+    table.columns[0].justify = "left"
     for key in dict.fromkeys(key for name in some for key in changes[name]):
         table.add_row(key, *(_percent(changes[name][key]) for name in some))
     return table
@@ -94,9 +93,8 @@ def _percent(share: float) -> str:
 
 def figure_table(found: DesignAnswer) -> Table:
     """Return the figures with their limits, those with a limit first."""
-    table = Table(title="figures", show_edge=False)
-    for heading in ("figure", "value", "+-", "limit", "holds"):
-        table.add_column(heading, justify="left" if heading in ("figure", "holds") else "right")
+    table = column_table("figures", ("figure", "value", "+-", "limit", "holds"), justify="right")
+    table.columns[0].justify = table.columns[-1].justify = "left"
     for each in sorted(found.figures, key=lambda own: own.limit is None):
         table.add_row(*figure_cells(each))
     return table

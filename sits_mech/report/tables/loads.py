@@ -22,7 +22,7 @@ from sits_mech.readout.crosstalk import (
 )
 from sits_mech.readout.loads import fixed, load_words, middle, over_loads, points, varied
 from sits_mech.readout.signals import SIGNALS, told
-from sits_mech.report.tables.solves import figure_text, sizes_of, with_error
+from sits_mech.report.tables.solves import column_table, figure_text, sizes_of, with_error
 from sits_mech.status import ANSWERED, WORDS
 
 Figure = tuple[str, float, float, str]
@@ -34,10 +34,9 @@ def load_table(data: xr.Dataset) -> Table:
     """Return one line per load: pose and signals with errors, status, seconds."""
     held = load_words(fixed(data))
     title = f"{data.attrs['name']}{', ' if held else ''}{held}: estimated errors behind every number"
-    found, columns = Table(title=title, show_edge=False), _columns(data)
-    loads = [f"{name} [{shown_unit(name)}]" for name in varied(data)]
-    for heading in (*loads, *(heading for *_, heading in columns), "s", "status"):
-        found.add_column(heading, justify="right", no_wrap=True)
+    columns, loads = _columns(data), [f"{name} [{shown_unit(name)}]" for name in varied(data)]
+    headings = (*loads, *(heading for *_, heading in columns), "s", "status")
+    found = column_table(title, headings, justify="right", no_wrap=True)
     shown = {item for name, *_ in columns for item in (name, f"error_{name}") if item in data}
     sizes = sizes_of(data, [name for name, *_ in columns])
     for row in points(data[["seconds", "status", "flags", *sorted(shown)]]):
@@ -88,9 +87,7 @@ def summary_table(data: xr.Dataset) -> Table:
 
     Sensitivities in the middle of the grid, full scales, crosstalk of every component, forces that rotation reads as.
     """
-    found = Table(title="figures of merit", show_edge=False)
-    for heading in ("figure", "value", "unit"):
-        found.add_column(heading)
+    found = column_table("figures of merit", ("figure", "value", "unit"))
     each = figures(data)
     for name, value, error, unit in each:
         sizes = [abs(other) for _, other, _, its in each if its == unit and math.isfinite(other)]

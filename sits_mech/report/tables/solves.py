@@ -92,6 +92,14 @@ def key_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
     return found
 
 
+def column_table(title: str, headings: Sequence[str], **options: Any) -> Table:
+    """Return an empty table with a column for each heading, all with the same options of rich."""
+    found = Table(title=title, show_edge=False)
+    for heading in headings:
+        found.add_column(heading, **options)
+    return found
+
+
 def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[str] = ()) -> Table:
     """Return pose with errors, and how it came about."""
     lines, names = status_lines(flags), POSE[: 6 if found.wrench.beside or found.pose.beside else 3]
@@ -143,12 +151,10 @@ def spectrum_table(data: xr.Dataset) -> Table:
     unit = data.attrs["unit_L"]
     report = json.loads(data.attrs["report"])
     title = f"{data.attrs['name']}: {report['model']}, {report['seconds']:.3g} s, {report['unknowns']} unknowns"
-    found = Table(title=title, show_edge=False)
     headings = ["f [Hz]", "coil", f"L [{unit.replace('H', 'uH', 1)}]", f"R [{unit.replace('H', 'ohm', 1)}]", "Q [-]"]
     if "shift" in data:
         headings += ["terminals: L [uH]", "R [ohm]", "Q [-]"]
-    for heading in headings:
-        found.add_column(heading, justify="right")
+    found = column_table(title, headings, justify="right")
     for hertz in data["frequency"].to_numpy():
         for number, coil in enumerate(data["coil"].to_numpy()):
             last = number + 1 == data.sizes["coil"]
