@@ -12,17 +12,16 @@ import xarray as xr
 from rich.table import Table
 
 from sits_mech.chain.omissions import Omission
-from sits_mech.quantities import POSE, UNITS, WRENCH, shown_unit
+from sits_mech.quantities import POSE, WRENCH, shown_unit
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import new_figure, signal_label, strokes
 from sits_mech.report.records import status_record
-from sits_mech.report.tables.solves import sizes_of, with_error
+from sits_mech.report.tables.solves import shown_scale, sizes_of, with_error
 from sits_mech.status import joined
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 _MOST = 40  # rows that are printed
 _CODES = ("code", "code_time")
 
@@ -39,7 +38,7 @@ def history_table(data: xr.Dataset) -> Table:
     found = Table(title=f"{data.attrs['name']}: estimated errors behind every number", show_edge=False)
     loads, signals = moving(data), told(data)
     places = [name for name in POSE if name in POSE[:3] or np.any(data[name].to_numpy() != 0.0)]
-    columns = [(name, *_SCALES[UNITS[name]]) for name in places] + [(name, 1.0, "%") for name in signals]
+    columns = [(name, *shown_scale(name)) for name in places] + [(name, 1.0, "%") for name in signals]
     found.add_column("t [s]", justify="right")
     for name in loads:
         found.add_column(f"{name} [{shown_unit(name)}]", justify="right")

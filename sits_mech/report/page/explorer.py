@@ -27,6 +27,7 @@ from sits_mech.readout.crosstalk import signals_of
 from sits_mech.readout.loads import fixed, several, varied
 from sits_mech.readout.signals import told
 from sits_mech.report.records import json_text
+from sits_mech.report.tables.solves import shown_scale
 from sits_mech.scene.sensor import Coil, Conductor, Sensor
 
 _MM = 1e3
@@ -79,7 +80,7 @@ def explorer(sensor: Sensor, data: xr.Dataset, read: Readings) -> tuple[str, str
     """Return the explorer's section and script; the table must vary at least one component of the load."""
     items = items_of(sensor, data, read)
     curves = charts(data, items)
-    small = _numbers(items) * data["status"].size <= _MOST
+    small = sum(1 + ("error" in item) for item in items) * data["status"].size <= _MOST
     hint = "" if small else " This table is large: it stands here with six digits and without errors."
     markup = Template(_MARKUP).substitute(sliders=sliders(data), cards=cards(items), figures=figures(curves), hint=hint)
     record = table(sensor, data, read, items, small=small) | {"charts": curves}
@@ -95,11 +96,6 @@ def page_file(name: str) -> str:
     return (resources.files("sits_mech.report.page") / name).read_text(encoding="utf-8")
 
 
-def _numbers(items: list[Record]) -> int:
-    """Return how many numbers each load has."""
-    return sum(1 + ("error" in item) for item in items)
-
-
 def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
     """Return label, variable, its error, scale, digits and unit of each item; many coils come last."""
     coils, found = list[Record](), list[Record]()
@@ -113,9 +109,9 @@ def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
         found.append(entry)
     for name, label in _POSE.items():
         if name in POSE[:3] or _moves(data, name):
-            scale, digits, unit = (1e6, 1, "µm") if UNITS[name] == "m" else (1e3, 3, "mrad")
-            entry = {"label": label, "name": name, "error": f"error_{name}", "scale": scale, "digits": digits}
-            found.append(entry | {"unit": unit})
+            scale, unit = shown_scale(name)
+            entry = {"label": label, "name": name, "error": f"error_{name}", "scale": scale}
+            found.append(entry | {"digits": 1 if unit == "um" else 3, "unit": unit.replace("u", "µ")})
     return coils + found if len(sensor.coils) <= _FEW else found + coils
 
 

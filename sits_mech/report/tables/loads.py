@@ -22,12 +22,11 @@ from sits_mech.readout.crosstalk import (
 )
 from sits_mech.readout.loads import fixed, load_words, middle, over_loads, points, varied
 from sits_mech.readout.signals import SIGNALS, told
-from sits_mech.report.tables.solves import column_table, figure_text, sizes_of, with_error
+from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
 from sits_mech.status import ANSWERED, WORDS
 
 Figure = tuple[str, float, float, str]
 _DIGITS = re.compile(r"[\d.]+(?:e[-+]?\d+)?")  # what notes of one kind differ in
-_SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 
 
 def load_table(data: xr.Dataset) -> Table:
@@ -72,7 +71,7 @@ def in_width(table: Table, keys: int, width: int) -> list[Table]:
 
 def _columns(data: xr.Dataset) -> list[tuple[str, float, str]]:
     """Return name, scale and heading of what a table of loads shows: the pose, as far as it moves, and the signals."""
-    shown = [(name, *_SCALES[UNITS[name]]) for name in POSE if name in POSE[:3] or name in data]
+    shown = [(name, *shown_scale(name)) for name in POSE if name in POSE[:3] or name in data]
     pose = [(name, scale, f"{name} [{unit}]") for name, scale, unit in shown]
     return pose + [(name, 1.0, f"{short_name(name)} [% L0]") for name in told(data)]
 
@@ -139,11 +138,11 @@ def _crosstalk_figures(data: xr.Dataset) -> list[Figure]:
 def _rotation_figures(data: xr.Dataset) -> list[Figure]:
     """Return the rotation error as a force and as a displacement, where it is largest."""
     shown = {"F_x": "shear force", "d_h": "displacement", "F_y": "shear force F_y", "d_y": "displacement d_y"}
-    scales = {name: (1.0, "N") if name.startswith("F") else _SCALES["m"] for name in shown}
-    return [
-        (f"rotation read as {shown[name]}", scales[name][0] * value, scales[name][0] * error, scales[name][1])
-        for name, (value, error) in largest_rotation(data).items()
-    ]
+    found = []
+    for name, (value, error) in largest_rotation(data).items():
+        scale, unit = shown_scale(name)
+        found.append((f"rotation read as {shown[name]}", scale * value, scale * error, unit))
+    return found
 
 
 def failures(data: xr.Dataset) -> list[str]:

@@ -17,7 +17,7 @@ from sits_mech.readout.crosstalk import crosstalk, largest_rotation, short_name,
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
-from sits_mech.report.tables.solves import column_table, figure_text, key_table, short
+from sits_mech.report.tables.solves import column_table, figure_text, key_table, short, shown_scale
 
 Record = dict[str, Any]
 _NOTHING = 1e-6  # of the largest of an amount: what is printed as 0
@@ -291,8 +291,8 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
     signals = record["signals"]
     for name in ("F_x", "d_h", "F_y", "d_y"):
         if f"rotation_as_{name}" in signals:
-            scale, unit = (1.0, "N") if name.startswith("F") else (1e6, "um")
-            text = figure_text(signals[f"rotation_as_{name}"], signals[f"error_rotation_as_{name}"], scale, unit)
+            pair = signals[f"rotation_as_{name}"], signals[f"error_rotation_as_{name}"]
+            text = figure_text(*pair, *shown_scale(name))
             rows.append(("rotation", f"misread as {name}, at most: {text}"))
     return rows
 

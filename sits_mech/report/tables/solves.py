@@ -12,7 +12,7 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.quantities import POSE, WRENCH, Equilibrium, Impedance, SolveReport
+from sits_mech.quantities import POSE, UNITS, WRENCH, Equilibrium, Impedance, SolveReport, shown_unit
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.signals import PAIR, SIGNALS, Signals
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _NOTHING = 1e-6  # of the size of a run: far below what any estimate holds, far above rounding
 _LEAST = 5e-13  # what twelve decimals do not show
 _OFFSET = ("d_v", "L_v_percent")  # not zero at rest
+_SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 
 
 def with_error(value: float, error: float, size: float | None = None) -> str:
@@ -54,6 +55,11 @@ def sizes_of(data: Any, names: Sequence[str]) -> dict[str, float]:
         least = values.min(initial=np.inf) if name in _OFFSET else 0.0
         own[name] = max(float(np.abs(each).max(initial=0.0)) for each in (values - least, *errors))
     return {name: max(own[other] for other in names if kind[other] == kind[name]) for name in names}
+
+
+def shown_scale(name: str) -> tuple[float, str]:
+    """Return factor and unit in which a reader is shown a component of a load or a pose."""
+    return _SCALES.get(UNITS[name], (1.0, shown_unit(name)))
 
 
 def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "", size: float = 0.0) -> str:
@@ -106,7 +112,7 @@ def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[s
     pose, error = asdict(found.pose), asdict(found.error)
     sizes = sizes_of(pose | {f"error_{name}": off for name, off in error.items()}, names)
     for name in names:
-        scale, unit = (1e6, "um") if name.startswith("d") else (1e3, "mrad")
+        scale, unit = shown_scale(name)
         lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
     load = {name: getattr(found.wrench, name) for name in WRENCH[:3] + found.wrench.beside}
     lines.append(("load", load_words(load)))
