@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sits_mech.cli.options import si_of
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, quantity, shown
 
@@ -127,8 +128,7 @@ def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | Non
     """Return written codes and the calibration in codes."""
     from sits_mech.analysis.bench import code_calibration
 
-    hertz = None if clock is None else quantity(clock, "Hz", "--clock")
-    cal = code_calibration(sensor, data, clock=hertz)
+    cal = code_calibration(sensor, data, clock=si_of(clock, "Hz", "--clock"))
     values = np.array([_code(cal, k, written) for k, written in enumerate(texts)])
     return Asked(cal, values, -0.5 * values)
 

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.export.source import Source
+from sits_mech.export.source import Source, own_folder
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.magnetics.space.stream import placed
@@ -58,18 +58,11 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
 
     Raise SceneError when `path` is no folder's, or a file cannot be written.
     """
-    if path.suffix in (".pvd", ".vtu") or path.is_file():
-        raise SceneError(f"--output: must name a folder for --to vtu; got {path.name!r}")
     name = source.request["mechanics"]
     model = (block_pad if name == "block" else planar_layer)(source.sensor, source.request["tolerance"])
+    own_folder(path, "vtu", (".pvd", ".vtu"), "load_*.vtu")
     shown = name in ("block", "planar")
     notes = [] if shown else [f"the layer is shown at finite strain in plane strain; the calibration is by {name!r}"]
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        for old in path.glob("load_*.vtu"):  # of a longer series
-            old.unlink()
-    except OSError as error:
-        raise SceneError(f"--output: must be writable; got: {error.strerror}: {path}") from None
     steps: list[tuple[str, str]] = []
     for wrench, found in _loaded(source, model):
         if isinstance(found, SolveFailed):

@@ -59,7 +59,7 @@ class Landscape:
 def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
     """Return the limits that bind at a design, with their prices; `branch` is that of its choice."""
     task = search.task
-    figures, off = task.figures(best.table, best.plain), task.errors(best)
+    figures, off = task.own_figures(best), task.errors(best)
     found = []
     every = task.excess(figures, best.table)
     for name, excess in every.items():

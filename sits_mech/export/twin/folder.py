@@ -12,12 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.export.source import Source
+from sits_mech.export.source import Source, own_folder
 from sits_mech.export.twin.arrays import twin_arrays
 from sits_mech.export.twin.mjcf import mjcf
 from sits_mech.export.twin.tables import c_tables
 from sits_mech.scene.files import write_bytes, write_text
-from sits_mech.scene.sensor import SceneError
 
 EVALUATORS = ("twin.py", "twin.h")
 
@@ -28,13 +27,8 @@ def write_twin(source: Source, path: Path) -> tuple[str, ...]:
     The lines say terms and errors of the maps, and what is not known. Raise SceneError where `path` cannot be written,
     the table's outermost loads failed, or it has one load.
     """
-    if path.suffix in (".npz", ".py", ".h", ".xml") or path.is_file():
-        raise SceneError(f"--output: must name a folder for --to twin; got {path.name!r}")
+    own_folder(path, "twin", (".npz", ".py", ".h", ".xml"))
     numbers, notes = twin_arrays(source)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SceneError(f"--output: must be writable; got: {error.strerror}: {path}") from None
     stream = io.BytesIO()
     np.savez(stream, allow_pickle=False, **numbers)
     write_bytes(path / "sensor.npz", stream.getvalue())

@@ -110,7 +110,7 @@ def figure_cells(each: Figure) -> tuple[str, str, str, str, str]:
 
 def _front_record(found: DesignAnswer, each: Answered) -> dict[str, Any]:
     """Return a design of the front: its values, as coordinates, and figures."""
-    return {"choice": list(each.design.choice), "x": list(each.design.x)} | found.task.figures(each.table, each.plain)
+    return {"choice": list(each.design.choice), "x": list(each.design.x)} | found.task.own_figures(each)
 
 
 def design_record(found: DesignAnswer) -> dict[str, Any]:

@@ -22,7 +22,7 @@ def field() -> PlanarField:
 
 
 def test_flux_lines(field: PlanarField, tmp_path: Path, collisions: Callable[[Figure], list[str]]) -> None:
-    figure = potential_view(field, np.array([0.0, 1e-3]), levels=6, fineness=40)
+    figure = potential_view(field, np.array([0.0, 1e-3]))
     axes = figure.axes[0]
     plate = axes.collections[-1].get_paths()[0].vertices
     assert plate[:4].mean(axis=0) == pytest.approx([1 + 0.1 * np.sin(0.2), 2 + 0.1 * np.cos(0.2)])  # middle [mm]
