@@ -17,7 +17,7 @@ import numpy as np
 from sits_mech.boards.kicad import Board, read_board
 from sits_mech.boards.plates import plates
 from sits_mech.boards.pours import pours
-from sits_mech.boards.route import Route, route
+from sits_mech.boards.route import Route, length_of, route
 from sits_mech.boards.stackup import permittivity
 from sits_mech.boards.turns import touching
 from sits_mech.quantities import Array
@@ -91,7 +91,7 @@ def _longest(board: Board) -> str:
     """Return the nets with the longest tracks, arcs by their chords, for a reader."""
     lengths: dict[str, float] = {}
     for track in board.tracks:
-        lengths[track.net] = lengths.get(track.net, 0.0) + _length(track.points)
+        lengths[track.net] = lengths.get(track.net, 0.0) + length_of(track.points)
     names = sorted({*lengths} - {""}, key=lambda name: -lengths[name])[:_FEW]
     listed = ", ".join(f"{name} ({1e3 * lengths[name]:.4g} mm)" for name in names)
     return f"such as {listed}" if names else "which has none with tracks"
@@ -109,21 +109,16 @@ def _top(board: Board, routes: Sequence[Route]) -> float:
     return max(layer.z + max(layer.thickness, mean) / 2 for layer, mean in layers)
 
 
-def _length(points: Array) -> float:
-    """Return the length of a polyline [m]."""
-    return float(np.hypot(*np.diff(points, axis=0).T).sum())
-
-
 def _thickness(board: Board, found: Route) -> float:
     """Return the thickness of a coil's copper, the mean by length where its layers differ [m]."""
-    lengths = [_length(run.points) for run in found.runs]
+    lengths = [length_of(run.points) for run in found.runs]
     return float(np.average([board.stack[run.layer].thickness for run in found.runs], weights=lengths))
 
 
 def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, Any]:
     """Return the table of a coil."""
     widths = [round(run.width, _DIGITS) for run in found.runs]
-    longest = int(np.argmax([_length(run.points) for run in found.runs]))
+    longest = int(np.argmax([length_of(run.points) for run in found.runs]))
     path = []
     for run in found.runs:
         z = round(board.stack[run.layer].z - top, _DIGITS)
@@ -141,7 +136,7 @@ def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, An
 def _told(board: Board, found: Route) -> str:
     """Return what a coil is, for a reader."""
     layers = list(dict.fromkeys(run.layer for run in found.runs))
-    total = 1e3 * sum(_length(run.points) for run in found.runs)
+    total = 1e3 * sum(length_of(run.points) for run in found.runs)
     corners = sum(len(run.points) for run in found.runs)
     thicknesses = sorted({board.stack[layer].thickness for layer in layers})
     mean = f"; copper of {', '.join(f'{1e6 * t:.4g}' for t in thicknesses)} um taken as its mean"

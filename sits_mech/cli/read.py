@@ -46,7 +46,7 @@ def invert(
         raise SceneError(f"--clock: must come with --code, it makes codes of frequencies; got {clock} alone")
     warm = si_of(temperature, "K", "--temperature")
     sensor, forces = look_at(folder)
-    texts = given_texts([coil.name for coil in sensor.coils], inductances, reading, code)
+    texts = given_texts(sensor.coil_names, inductances, reading, code)
     check_enough(sensor.coils, forces)
     sensor, data = read_calibration(folder)
 
@@ -96,7 +96,7 @@ def converter(
     from sits_mech.report.tables.readings import front_end_record, front_end_table
 
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     answer(front_end_record(found, names, missing), [front_end_table(found, names, missing)], as_json)
     for line in found.warnings:
         warn(line)
@@ -219,7 +219,7 @@ def compare(
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
     hertz = si_of(clock, "Hz", "--clock")
     tank = None if data is None else comparison.tank_of(sensor, data, hertz)
-    names, loads = [coil.name for coil in sensor.coils], () if data is None else several(data)
+    names, loads = sensor.coil_names, () if data is None else several(data)
     bench = read_measured(measured, loads, names, tank, None if data is None else fixed(data))
     asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
     one = si_of(noise, "H", "--noise")

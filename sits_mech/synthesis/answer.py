@@ -17,8 +17,7 @@ import numpy as np
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task, over
 from sits_mech.synthesis.around import Changes, Landscape, Price
-from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, SCATTERING, Requirements
+from sits_mech.synthesis.requirements import BY_FORCE, INVERSE, LEAST, PLAIN, SCATTERING, Requirements
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Design
 

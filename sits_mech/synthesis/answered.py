@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.figures import INVERSE, Judge, Table
+from sits_mech.synthesis.figures import Judge, Table
 from sits_mech.synthesis.requirements import LEAST, SCATTERING
 from sits_mech.synthesis.space import Design
 
@@ -112,5 +112,4 @@ def over(name: str, value: float, limit: float) -> float:
     """Return by how much a figure exceeds its limit, over the limit."""
     if not np.isfinite(value):
         return 1e3
-    lower = name in LEAST or name == INVERSE
-    return float((limit - value if lower else value - limit) / abs(limit))
+    return float((limit - value if name in LEAST else value - limit) / abs(limit))

@@ -56,7 +56,9 @@ SCATTERING = ("resolution", "error")
 """Those of them that tolerances scatter."""
 PLAIN = {"crosstalk_before_inverse": "", "hysteresis": "", "rate": "Hz", "height": "m"}
 """The other figures, with their units."""
-LEAST = ("rate",)
+INVERSE = "inverse"
+"""Name of the figure that tells whether there is one load for each reading."""
+LEAST = ("rate", INVERSE)
 """Figures that must be at least so much; the others at most."""
 SPECIAL = {"modulus": "", "coil_offset": "m", "repeatability": ""}
 """Tolerances that are no key of the scene."""

@@ -169,7 +169,7 @@ def readout_part(sensor: Sensor, read: Readings) -> str:
     """Return the converter's settings and the codes of the coils."""
     if read.front is None:
         return f"<p>{html.escape(_sentence('; '.join(read.left_out)))}</p>"
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     return html_table(front_end_table(read.front, names, read.left_out))
 
 

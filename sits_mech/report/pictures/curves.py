@@ -91,6 +91,12 @@ def add_polygons(axes: Axes, corners: Array, **style: Any) -> PolyCollection:
     return found
 
 
+def label_bar(bar: Any, text: str) -> None:
+    """Label the scale of colours of a picture."""
+    bar.set_label(text, fontsize=7)
+    bar.ax.tick_params(labelsize=6)
+
+
 def calibration_pictures(data: xr.Dataset) -> dict[str, Callable[[], Figure]]:
     """Return what draws each picture of a table, by name: curves of each signal whose force it varies, crosstalk."""
     own = signals_of(data)
@@ -209,8 +215,7 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             axes.set_title(f"${force}$ into ${_symbol(signal)}$")
             axes.set_xlabel(f"${across}$ [{shown_unit(across)}]")
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
-            bar.set_label(rf"of ${_symbol(signal)}$'s full scale [%]", fontsize=7)
-            bar.ax.tick_params(labelsize=6)
+            label_bar(bar, rf"of ${_symbol(signal)}$'s full scale [%]")
         every[0].set_ylabel(f"${up}$ [{shown_unit(up)}]")
         title = f"crosstalk{', ' if held else ''}{_mathematics(held)}; lines: equal values, dashed where negative"
         figure.suptitle(fill(title, 58))

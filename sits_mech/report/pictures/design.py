@@ -17,8 +17,7 @@ from sits_mech.report.pictures.curves import new_figure
 from sits_mech.synthesis.answer import DesignAnswer, unit_of
 from sits_mech.synthesis.answered import STRAIN, Answered, Task
 from sits_mech.synthesis.around import Landscape
-from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import LEAST, Requirements
+from sits_mech.synthesis.requirements import INVERSE, LEAST, Requirements
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -192,10 +191,10 @@ def limits_picture(found: DesignAnswer) -> Figure:
     with new_figure(0.09 * (sum(heights) + 2.5), 1, len(heights), shares=heights) as (figure, (spot, *others)):
         for number, each in enumerate(rows):
             limit = each.limit or 1.0
-            share = limit / each.value if each.name in (*LEAST, INVERSE) else each.value / limit
+            share = limit / each.value if each.name in LEAST else each.value / limit
             error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
             spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
-            sign = "\u2265" if each.name in (*LEAST, INVERSE) else "\u2264"
+            sign = "\u2265" if each.name in LEAST else "\u2264"
             words = f"{each.value:.3g} {sign} {each.limit:.3g} {each.unit}"
             spot.text(_BAR + 0.05, number, words, va="center", fontsize=6)
         spot.axvline(1.0, color="k", lw=0.8)

@@ -12,7 +12,7 @@ import numpy as np
 
 from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
+from sits_mech.report.pictures.curves import TRACKS, add_polygons, label_bar, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,8 +66,7 @@ def draw_potential(axes: Axes, field: PlanarField, currents: Array) -> None:
         linewidths=0.5, linestyles=[(0.0, (8.0, 3.0))] * _LEVELS + ["-"] * _LEVELS,
     )
     bar = axes.figure.colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
-    bar.set_label("Re $A$ along $y$ [nWb/m]; lines dashed where negative", fontsize=7)
-    bar.ax.tick_params(labelsize=6)
+    label_bar(bar, "Re $A$ along $y$ [nWb/m]; lines dashed where negative")
     _draw_parts(axes, field)
     axes.set(xlim=(_MM * left, _MM * right), ylim=(_MM * bottom, _MM * top), xlabel="$x$ [mm]", ylabel="$z$ [mm]")
     axes.set_aspect("equal")
@@ -99,8 +98,7 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array) -> None:
     bar = axes.figure.colorbar(
         shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min"
     )
-    bar.set_label(r"$|J_y|$ [A/mm$^2$]", fontsize=7)
-    bar.ax.tick_params(labelsize=6)
+    label_bar(bar, r"$|J_y|$ [A/mm$^2$]")
     axes.grid(False)
     axes.set_xlabel(r"along the plate [mm]")
     axes.set_ylabel(r"above its bottom face [µm]")

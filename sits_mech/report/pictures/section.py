@@ -14,7 +14,7 @@ from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
 from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
 from sits_mech.report.pictures.asked import driven_coil
-from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
+from sits_mech.report.pictures.curves import TRACKS, add_polygons, label_bar, new_figure
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import (
     COPPER,
@@ -89,8 +89,7 @@ def _draw_layer(figure: Figure, axes: Axes, mesh: DeformedSection, show: str, ed
     near = np.isin(mesh.J, mesh.J[away < _BESIDE * np.ptp(mesh.rest[:, 1])])  # the quarters of a cell share its J
     least = mesh.J[~near].min(initial=1.0)
     shrunk = f"\nsmallest volume ratio, away from bonded edges, {least:.3f}" if least < _SHRUNK else ""
-    bar.set_label(f"{_SHOWN[show]}, at most {most:.3g}{shrunk}", fontsize=7)
-    bar.ax.tick_params(labelsize=6)
+    label_bar(bar, f"{_SHOWN[show]}, at most {most:.3g}{shrunk}")
 
 
 def _bonded_edges(sensor: Sensor, mesh: DeformedSection, plane: Plane) -> Array:

@@ -23,7 +23,7 @@ from sits_mech.magnetics.space.stream import Stream, placed, plate_stream
 from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.quantities import Array, Pose
 from sits_mech.report.pictures.asked import driven_coil
-from sits_mech.report.pictures.curves import new_figure
+from sits_mech.report.pictures.curves import label_bar, new_figure
 from sits_mech.report.pictures.fields import written_frequency
 from sits_mech.scene.outlines import signed_area
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
@@ -197,8 +197,7 @@ def _framed(picture: NDArray[np.uint8], density: Array, title: str) -> Figure:
         if density[1] > 0.0:
             shades = ScalarMappable(norm=LogNorm(*density), cmap="plasma")
             bar = figure.colorbar(shades, ax=axes, location="bottom", shrink=0.6, aspect=30, pad=0.02, extend="both")
-            bar.set_label("eddy current through the thickness [A/m]", fontsize=7)
-            bar.ax.tick_params(labelsize=6)
+            label_bar(bar, "eddy current through the thickness [A/m]")
             bar.ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             bar.ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             bar.ax.xaxis.set_minor_formatter(NullFormatter())

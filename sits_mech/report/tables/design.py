@@ -13,8 +13,7 @@ from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.synthesis.answer import TITLES, DesignAnswer, Figure, Share, unit_of
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import Changes, Price
-from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import LEAST, SPECIAL, Requirements
+from sits_mech.synthesis.requirements import INVERSE, LEAST, SPECIAL, Requirements
 
 _NOTHING = 5e-4  # of what is minimised: a gain that is none
 
@@ -102,7 +101,7 @@ def figure_table(found: DesignAnswer) -> Table:
 
 def figure_cells(each: Figure) -> tuple[str, str, str, str, str]:
     """Return a figure as cells of a table."""
-    sign = ">=" if each.name in (*LEAST, INVERSE) else "<="
+    sign = ">=" if each.name in LEAST else "<="
     limit = "" if each.limit is None else f"{sign} {each.limit:.4g} {each.unit}"
     error = "not known" if math.isnan(each.error) else f"{float(f'{each.error:.2g}'):g}" if each.error else ""
     return TITLES.get(each.name, each.name), f"{each.value:.4g} {each.unit}", error, limit, each.holds

@@ -114,10 +114,14 @@ def _sensitivities(data: xr.Dataset) -> list[Figure]:
     for signal, name in product(signals_of(data).values(), _several(data)):
         rate = float(slope(data[signal], name).isel(at))
         unsure = float(slope_doubt(data, signal, name).isel(at))
-        unit = shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
         shown = f"d({short_name(signal)})" if signal in SIGNALS else f"d{short_name(signal)}"
-        found.append((f"{shown}/d{name} mid-grid", rate, unsure, f"% of L0 / {unit}"))
+        found.append((f"{shown}/d{name} mid-grid", rate, unsure, f"% of L0 / {per(name)}"))
     return found
+
+
+def per(name: str) -> str:
+    """Return the unit of a component of a load behind a stroke."""
+    return shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
 
 
 def _crosstalk_figures(data: xr.Dataset) -> list[Figure]:

@@ -12,11 +12,12 @@ from rich.table import Table
 
 from sits_mech.analysis.limits import AFTER, PERIOD, Limits
 from sits_mech.analysis.tolerances import ForceSpread
-from sits_mech.quantities import UNITS, Array, as_jsonable, shown_unit
+from sits_mech.quantities import Array, as_jsonable, shown_unit
 from sits_mech.readout.crosstalk import crosstalk, largest_rotation, short_name, signals_of
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
+from sits_mech.report.tables.loads import per
 from sits_mech.report.tables.solves import column_table, figure_text, key_table, short, shown_scale
 
 Record = dict[str, Any]
@@ -122,11 +123,6 @@ def _component_rows(record: Record, where: str) -> list[tuple[str, str]]:
         ("", f"each alone at full scale moves the coils, in their noise: {', '.join(moved)}"),
         ("not seen", "; ".join(record["unseen"]) or "nothing"),
     ]
-
-
-def _per(name: str) -> str:
-    """Return the unit of a component of a load behind a stroke."""
-    return shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
 
 
 def _amount(size: float, name: str) -> str:
@@ -261,7 +257,7 @@ def _share(part: float, error: float, scale: float = 100.0, unit: str = "") -> s
 
 def _coil_table(record: Record) -> Table:
     """Return the range of each coil and its slopes by each force."""
-    slopes = (f"by {name} [ppm/{_per(name)}]" for name in record["full_scale"])
+    slopes = (f"by {name} [ppm/{per(name)}]" for name in record["full_scale"])
     headings = ("coil", "range [% of L0]", *slopes)
     found = column_table("coils: range of inductance, slopes at the smallest loads", headings)
     for coil, part in record["signal_range"].items():
