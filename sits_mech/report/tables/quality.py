@@ -114,12 +114,12 @@ def components_record(found: Observability) -> Record:
     }
 
 
-def _component_rows(record: Record, where: str) -> list[tuple[str, str]]:
+def _component_rows(record: Record) -> list[tuple[str, str]]:
     """Return which components are resolved, how far each moves the coils, and which loads do not."""
     resolved = [f"{name} to {_amount(size, name)}" for name, size in record["resolution"].items()]
     moved = [f"{name} {size:.3g}" if size >= 1.0 else f"{name} below it" for name, size in record["alone"].items()]
     return [
-        ("resolved", f"{where}: {', '.join(resolved) or 'no component on its own'}"),
+        ("resolved", f"at rest, in space: {', '.join(resolved) or 'no component on its own'}"),
         ("", f"each alone at full scale moves the coils, in their noise: {', '.join(moved)}"),
         ("not seen", "; ".join(record["unseen"]) or "nothing"),
     ]
@@ -283,7 +283,7 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
     lag = [f"{100.0 * part:.3g} % of {name}" for name, part in record["hysteresis"].items() if np.isfinite(part)]
     rows += [("hysteresis", f"{', '.join(lag)}, loading against unloading")] if lag else []
     if "components" in record:
-        rows += _component_rows(record["components"], "at rest, in space")
+        rows += _component_rows(record["components"])
     signals = record["signals"]
     for name in ("F_x", "d_h", "F_y", "d_y"):
         if f"rotation_as_{name}" in signals:
