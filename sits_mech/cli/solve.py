@@ -193,8 +193,7 @@ def over_temperature(
     from sits_mech.chain.temperature import relative_slopes
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.curves import save_figure
-    from sits_mech.report.pictures.drift import drift_figure
-    from sits_mech.report.tables.drift import temperatures_record, temperatures_table
+    from sits_mech.report.tables.drift import drift_figure, temperatures_record, temperatures_table
 
     coils, T = sensors[0].coil_names, [sensor.temperature for sensor in sensors]
     middle = sensors[len(sensors) // 2]
