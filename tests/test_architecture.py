@@ -47,7 +47,6 @@ LARGE = {  # to be divided; no others
     "mechanics/levels/answer.py",
     "mechanics/levels/in_time.py",
     "report/pictures/drawing.py",
-    "report/tables/quality.py",
     "silicone/least_squares.py",
     "synthesis/solve.py",
 }

@@ -83,7 +83,7 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
         axis.set_major_formatter(StrMethodFormatter("{x:.3g}"))
     dx, dy = ([unit_of(name)[1] * each.error.get(name, 0.0) for each in found.front] for name in names)
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
-    spot.errorbar(*places.T, dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
+    spot.errorbar(places[:, 0], places[:, 1], dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
     best = [_shown(task, found.best, name) for name in names]
     spot.plot(best[:1], best[1:], "k*", ms=7, label=_star(found))
     for name, line in zip(names, (spot.axvline, spot.axhline), strict=True):

@@ -38,7 +38,7 @@ def fit_rows(fit: Fit) -> list[tuple[str, str]]:
     for name, value in fit.constants.items():
         width, unit = fit.confidence[name], LAWS[fit.law].units[name]
         values, widths = _as_tuple(value), _as_tuple(width)
-        parts = [_with_width(x, w) for x, w in zip(values, widths, strict=True)]
+        parts = [_with(x, w, 5) for x, w in zip(values, widths, strict=True)]
         rows.append((name, f"{', '.join(parts)} {unit}".rstrip()))
     rows += [
         ("residual (rms)", f"{fit.rms:.4g} Pa"),
@@ -54,9 +54,9 @@ def _as_tuple(value: _Many) -> tuple[float | None, ...]:
     return value if isinstance(value, tuple) else (value,)
 
 
-def _with_width(value: float | None, width: float | None) -> str:
+def _with(value: float | None, width: float | None, digits: int = 4) -> str:
     """Return a constant with its half-width where it has one."""
-    return f"{value:.5g}" if width is None else f"{value:.5g} \u00b1 {width:.2g}"
+    return f"{value:.{digits}g}" if width is None else f"{value:.{digits}g} \u00b1 {width:.2g}"
 
 
 def fit_figure(test: TensileTest, fit: Fit) -> Figure:
@@ -150,8 +150,3 @@ def cyclic_rows(found: CyclicFit) -> list[tuple[str, str]]:
         ("source", found.source),
     ]
     return rows + [("note", note) for note in found.notes]
-
-
-def _with(value: float, width: float | None) -> str:
-    """Return a constant with its half-width where it has one."""
-    return f"{value:.4g}" if width is None else f"{value:.4g} \u00b1 {width:.2g}"
