@@ -62,13 +62,9 @@ def given_texts(
         came = f"{len(found)}, without {missing}" if found else "none"
         raise SceneError(f"{' '.join(options)}: must be given, one for each coil ({', '.join(coils)}); got {came}")
     for option, text in found.values():
-        _plain_code(option, text) if codes else quantity(text, _unit(text), option)
+        unit = "" if "%" in text else "H/m" if "/" in text else "H"
+        _plain_code(option, text) if codes else quantity(text, unit, option)
     return [found[k] for k in range(len(coils))]
-
-
-def _unit(text: str) -> str:
-    """Return the unit that a written inductance must have."""
-    return "" if "%" in text else "H/m" if "/" in text else "H"
 
 
 def _plain_code(option: str, text: str) -> float:

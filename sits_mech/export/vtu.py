@@ -106,20 +106,16 @@ def vtu_file(model: PlanarLayer | BlockPad, found: Equilibrium) -> bytes:
     first = np.cumsum([0, *(len(piece.points) for piece in pieces)])
     blocks = [(kind, cells + start) for piece, start in zip(pieces, first, strict=False) for kind, cells in piece.cells]
     parts = [np.full(len(cells), piece.part) for piece in pieces for _, cells in piece.cells]
+    ends = np.cumsum([len(cells) for _, cells in blocks])
     mesh = meshio.Mesh(
         np.vstack([piece.points for piece in pieces]), blocks,
         point_data={"displacement": np.vstack([piece.moved for piece in pieces])},
-        cell_data={"J": _each([piece.J for piece in pieces], blocks), "part": parts},
+        cell_data={"J": np.split(np.concatenate([piece.J for piece in pieces]), ends[:-1]), "part": parts},
     )
     with tempfile.TemporaryDirectory() as folder:  # meshio writes files alone
         file = Path(folder) / "layer.vtu"
         mesh.write(file)
         return file.read_bytes()
-
-
-def _each(values: list[Array], blocks: Cells) -> list[Array]:
-    """Return values of all cells, block by block."""
-    return np.split(np.concatenate(values), np.cumsum([len(cells) for _, cells in blocks])[:-1])
 
 
 def _solid(model: BlockPad, found: Equilibrium, still: Equilibrium) -> list[Piece]:

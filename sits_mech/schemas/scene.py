@@ -34,7 +34,8 @@ def scene_schema() -> Schema:
     found = {name: with_descriptions(schema["$defs"][name], kind) for name, kind in parts.items()}
     found["Coil"] |= {"required": ["name", "track_width", "track_thickness"], "allOf": _coil_shapes()}
     for name in ("Target", "Conductor"):
-        found[name] |= {"required": _without(found[name], "load_height"), "allOf": _shapes(_PLATE, ("shape",))}
+        needed = [key for key in found[name]["required"] if key != "load_height"]
+        found[name] |= {"required": needed, "allOf": _shapes(_PLATE, ("shape",))}
         found[name]["properties"]["material"] = _optional({"enum": list(metals())}, found[name], "material")
     found["Target"]["properties"] |= {
         "mesh": {"type": "string", "description": 'File of a mesh whose border is the outline; of shape "outline".'},
@@ -53,11 +54,6 @@ def scene_schema() -> Schema:
     whole = with_descriptions(schema, Sensor) | {"title": "Scene of sits-mech", "$schema": DIALECT, "$defs": found}
     whole["properties"]["readout"] = {"$ref": "#/$defs/Readout"}
     return whole
-
-
-def _without(schema: Schema, *keys: str) -> list[str]:
-    """Return the needed keys but for some that are filled in."""
-    return [key for key in schema["required"] if key not in keys]
 
 
 def _optional(kind: Schema, schema: Schema, key: str) -> Schema:

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered, Task
@@ -52,7 +51,6 @@ class Landscape:
     units: tuple[str, ...]
     aim: Array  # what is minimised; nan far from all that was solved, or not invertible
     excess: Array  # of the limit exceeded most, over itself; nan far from all that was solved
-    worst: NDArray[np.str_]  # that limit
 
 
 def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
@@ -88,7 +86,7 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
     count = _FINE if len(some) == 1 else _COARSE
     unit = np.linspace(0.0, 1.0, count)
     shape = (count,) * len(some)
-    aim, excess, worst = np.zeros(shape), np.zeros(shape), np.full(shape, "", dtype="<U40")
+    aim, excess = np.zeros(shape), np.zeros(shape)
     for index in np.ndindex(shape):
         x = best.point.copy()
         x[: len(some)] = unit[list(index)]
@@ -99,9 +97,9 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
         figures = search.task.figures(table, plain)
         beyond = search.task.excess(figures, table)
         aim[index] = np.nan if beyond.get(INVERSE, 0.0) > 0.0 else search.task.aim(figures)
-        excess[index], worst[index] = max(((value, name) for name, value in beyond.items()), default=(-1.0, ""))
+        excess[index] = max(beyond.values(), default=-1.0)
     axes = tuple(np.array([each.value(x) for x in unit]) for each in some)
-    return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess, worst)
+    return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess)
 
 
 def sensitivities(

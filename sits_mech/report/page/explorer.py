@@ -22,7 +22,7 @@ from sits_mech.geometry.outline import pad_outlines, target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import turn_radii
-from sits_mech.quantities import POSE, UNITS, Array, shown_unit
+from sits_mech.quantities import POSE, UNITS, shown_unit
 from sits_mech.readout.crosstalk import signals_of
 from sits_mech.readout.loads import fixed, several, varied
 from sits_mech.readout.signals import told
@@ -108,16 +108,11 @@ def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
         entry = {"label": _SIGNAL[name], "name": name, "error": f"error_{name}", "scale": 1, "digits": 3, "unit": "%"}
         found.append(entry)
     for name, label in _POSE.items():
-        if name in POSE[:3] or _moves(data, name):
+        if name in POSE[:3] or (name in data and float(np.nan_to_num(np.abs(data[name].to_numpy())).max()) > _STILL):
             scale, unit = shown_scale(name)
             entry = {"label": label, "name": name, "error": f"error_{name}", "scale": scale}
             found.append(entry | {"digits": 1 if unit == "um" else 3, "unit": unit.replace("u", "µ")})
     return coils + found if len(sensor.coils) <= _FEW else found + coils
-
-
-def _moves(data: xr.Dataset, name: str) -> bool:
-    """Tell whether a component of the pose is other than zero at any load."""
-    return name in data and float(np.nan_to_num(np.abs(data[name].to_numpy())).max()) > _STILL
 
 
 def cards(items: list[Record]) -> str:
@@ -179,7 +174,8 @@ def table(sensor: Sensor, data: xr.Dataset, read: Readings, items: list[Record],
         is_error = name.startswith("error_")
         if small or not is_error:
             digits = 3 if is_error else _DIGITS[small or stem == "code"]
-            values[name] = _rounded(each.ravel(), digits)
+            numbers = each.ravel().tolist()
+            values[name] = [float(f"{value:.{digits}g}") if math.isfinite(value) else math.nan for value in numbers]
     forces = []
     for name in order:
         nodes, scale = data[name].to_numpy().tolist(), 1.0 if UNITS[name] == "N" else 1e3
@@ -191,11 +187,6 @@ def table(sensor: Sensor, data: xr.Dataset, read: Readings, items: list[Record],
         "forces": forces, "held": fixed(data), "values": values, "items": items, "scene": parts_of(sensor),
         "reasons": {str(k): str(text) for k, text in enumerate(reasons) if text},
     }
-
-
-def _rounded(values: Array, digits: int) -> list[float]:
-    """Return numbers with some digits."""
-    return [float(f"{value:.{digits}g}") if math.isfinite(value) else math.nan for value in values.tolist()]
 
 
 def parts_of(sensor: Sensor) -> Record:

@@ -12,11 +12,10 @@ import numpy as np
 
 from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import TRACKS, add_polygons, label_bar, new_figure
+from sits_mech.report.pictures.curves import TRACKS, add_polygons, label_bar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
 _MM = 1e3
@@ -31,13 +30,6 @@ CURRENT_HEIGHT = 0.6
 """Of the picture of the current density, over its width."""
 
 
-def potential_view(field: PlanarField, currents: Array) -> Figure:
-    """Plot flux lines around coils and plates by `currents` (coils,) [A], dashed where the potential is negative."""
-    with new_figure(potential_height(field)) as (figure, (axes,)):
-        draw_potential(axes, field, currents)
-    return figure
-
-
 def potential_height(field: PlanarField) -> float:
     """Return how high the picture of the flux lines is with axes, title and scale, over its width."""
     (left, right), (bottom, top) = _frame(field)
@@ -45,7 +37,7 @@ def potential_height(field: PlanarField) -> float:
 
 
 def draw_potential(axes: Axes, field: PlanarField, currents: Array) -> None:
-    """Draw flux lines with their scale and what they go around; arguments as of `potential_view`."""
+    """Draw flux lines by `currents` (coils,) [A] around coils and plates, dashed where the potential is negative."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
@@ -74,15 +66,8 @@ def draw_potential(axes: Axes, field: PlanarField, currents: Array) -> None:
     axes.set_title(f"flux lines, {written_frequency(field.omega / (2.0 * np.pi))}")
 
 
-def current_view(field: PlanarField, currents: Array) -> Figure:
-    """Plot the current density in the target's own section; `currents` (coils,) [A]."""
-    with new_figure(CURRENT_HEIGHT) as (figure, (axes,)):
-        draw_current(axes, field, currents)
-    return figure
-
-
 def draw_current(axes: Axes, field: PlanarField, currents: Array) -> None:
-    """Draw the current density over the target's section with its scale; arguments as of `current_view`."""
+    """Draw the current density over the target's section with its scale; `currents` (coils,) [A]."""
     from matplotlib.colors import LogNorm
 
     plate = field.plates[0]
@@ -105,7 +90,7 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array) -> None:
     axes.set_title(f"current density in {plate.name}, {written_frequency(field.omega / (2.0 * np.pi))}")
 
 
-def part_handles(plates: bool = True, metal: bool = False, beside: bool = False) -> list[Patch]:
+def part_handles(plates: bool, metal: bool, beside: bool = False) -> list[Patch]:
     """Return what a legend says of tracks, target and fixed metal; `beside` of a section that is not along x."""
     from matplotlib.patches import Patch
 

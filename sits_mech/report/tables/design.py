@@ -11,7 +11,6 @@ from rich.table import Table
 from sits_mech.quantities import UNITS
 from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.synthesis.answer import TITLES, DesignAnswer, Figure, Share, unit_of
-from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import Changes, Price
 from sits_mech.synthesis.requirements import INVERSE, LEAST, SPECIAL, Requirements
 
@@ -107,11 +106,6 @@ def figure_cells(each: Figure) -> tuple[str, str, str, str, str]:
     return TITLES.get(each.name, each.name), f"{each.value:.4g} {each.unit}", error, limit, each.holds
 
 
-def _front_record(found: DesignAnswer, each: Answered) -> dict[str, Any]:
-    """Return a design of the front: its values, as coordinates, and figures."""
-    return {"choice": list(each.design.choice), "x": list(each.design.x)} | found.task.own_figures(each)
-
-
 def design_record(found: DesignAnswer) -> dict[str, Any]:
     """Return an answer for a program, figures in SI."""
     rows = {}
@@ -128,7 +122,10 @@ def design_record(found: DesignAnswer) -> dict[str, Any]:
         "yield": found.share.value,
         "yield_between": list(found.share[1:]),
         "yield_of_each": found.held,
-        "front": [_front_record(found, each) for each in found.front],
+        "front": [
+            {"choice": list(each.design.choice), "x": list(each.design.x)} | found.task.own_figures(each)
+            for each in found.front
+        ],
         "sensitivities": found.sensitivities,
         "ten_percent_more": found.ten_percent,
         "lost": [vars(each) for each in found.lost],

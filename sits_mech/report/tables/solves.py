@@ -134,7 +134,7 @@ def impedance_table(coils: Sequence[str], found: Impedance, flags: Sequence[str]
     return key_table("impedance", lines + report_lines(found.report))
 
 
-def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequence[str] = ()) -> Table:
+def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequence[str]) -> Table:
     """Return each coil's impedance at the end of its leads, or why there is none."""
     lines = []
     if seen is not None:
@@ -180,7 +180,7 @@ def _spectrum_cells(row: xr.Dataset) -> list[str]:
     return cells
 
 
-def signal_table(found: Signals, unit_L: str, flags: Sequence[str] = ()) -> Table:
+def signal_table(found: Signals, unit_L: str, flags: Sequence[str]) -> Table:
     """Return the signals with errors."""
     unit, known = unit_L.replace("H", "uH", 1), {name: float(value) for name, value in found.known.items()}
     size, lines = max(sizes_of(known, SIGNALS).values()), status_lines(flags)
