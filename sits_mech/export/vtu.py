@@ -106,7 +106,7 @@ def vtu_file(model: PlanarLayer | BlockPad, found: Equilibrium) -> bytes:
     first = np.cumsum([0, *(len(piece.points) for piece in pieces)])
     blocks = [(kind, cells + start) for piece, start in zip(pieces, first, strict=False) for kind, cells in piece.cells]
     parts = [np.full(len(cells), piece.part) for piece in pieces for _, cells in piece.cells]
-    ends = np.cumsum([len(cells) for _, cells in blocks])
+    ends = np.cumsum([*map(len, parts)])
     mesh = meshio.Mesh(
         np.vstack([piece.points for piece in pieces]), blocks,
         point_data={"displacement": np.vstack([piece.moved for piece in pieces])},
