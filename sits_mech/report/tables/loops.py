@@ -12,9 +12,9 @@ import xarray as xr
 from rich.table import Table
 
 from sits_mech.analysis.histories.full_cycle import difference
-from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
+from sits_mech.quantities import POSE, WRENCH, Array
 from sits_mech.readout.signals import told
-from sits_mech.report.pictures.curves import KINDS, new_figure, signal_label, strokes
+from sits_mech.report.pictures.curves import load_label, new_figure, signal_label, strokes
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, figure_text
 from sits_mech.status import joined
@@ -80,7 +80,7 @@ def loop_curves(data: xr.Dataset) -> Figure:
                 for k in (len(values) // 4, 3 * len(values) // 4) if number in (1, len(turns)) else ():
                     start, end = ((load[span][j], values[j]) for j in (k, k + len(values) // 10))
                     axes.annotate("", end, start, arrowprops=_ARROW | {"color": color})
-            axes.set_xlabel(f"{KINDS.get(force, 'moment')} ${force}$ [{shown_unit(force)}]")
+            axes.set_xlabel(load_label(force))
             axes.set_ylabel(signal_label(name, data.sizes["coil"]))
         figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading, along the arrows")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
