@@ -8,7 +8,7 @@ import pytest
 
 from sits_mech.analysis.histories.response import in_time
 from sits_mech.mechanics.histories import LoadHistory
-from sits_mech.report.histories.shown import (
+from sits_mech.report.history import (
     history_csv,
     history_curves,
     history_record,
