@@ -19,13 +19,7 @@ import numpy as np
 
 from sits_mech.quantities import Array
 
-_ORDERS = np.linspace(0.05, 8.0, 160)
 _MISSED, _NEXT = 0.5, 0.15  # error over what the last difference is off the order, and over what is added
-
-
-def shown_order(ratio: Array | float, sizes: Sequence[float] | Array) -> Array:
-    """Return the order p, within 0.05 and 8, from the ratio q of two successive differences; `sizes` are m, rising."""
-    return np.asarray(np.interp(ratio, _ratio(_ORDERS, sizes), _ORDERS))
 
 
 def added(values: Sequence[Array], sizes: Sequence[float], order: float) -> tuple[Array, Array]:
@@ -37,11 +31,6 @@ def added(values: Sequence[Array], sizes: Sequence[float], order: float) -> tupl
     more = np.asarray(d2 / ((sizes[2] / sizes[1]) ** order - 1.0))
     if sizes[0] == sizes[1]:
         return more, np.abs(more)
-    missed = d2 - d1 / _ratio(np.array([order]), sizes)[0]
+    a, b, c = np.asarray(sizes, dtype=float) ** np.full(3, -order)
+    missed = d2 - d1 / ((a - b) / (b - c))
     return more, np.asarray(_MISSED * np.abs(missed) + _NEXT * np.abs(more))
-
-
-def _ratio(order: Array, sizes: Sequence[float] | Array) -> Array:
-    """Return q of an order."""
-    a, b, c = np.asarray(sizes, dtype=float)[:, None] ** -order
-    return np.asarray((a - b) / (b - c))

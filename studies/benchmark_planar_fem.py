@@ -12,8 +12,8 @@ from common.outputs import study_arguments, write_rows
 
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.quantities import Pose
-from sits_mech.report.pictures.curves import save_figure
-from sits_mech.report.pictures.fields import current_view, potential_view
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.fields import CURRENT_HEIGHT, draw_current, draw_potential, potential_height
 from sits_mech.scene.sensor import Sensor, changed, load_sensor
 
 # d_h, d_v [mm], f [Hz], radius where A = 0 [mm] (None: no net current), Delta L1, L2, M12 [H/m], R1, R2 [ohm/m]
@@ -66,8 +66,12 @@ def main() -> None:
     field = planar_fem(wide).field(Pose(2e-3, 4e-3, np.radians(10.0)), 5e6)
     if field is not None:
         driven = np.array([0.0, 1.017e-3])
-        save_figure(potential_view(field, driven), folder / "flux_lines.png")
-        save_figure(current_view(field, driven), folder / "current_density.png")
+        with new_figure(potential_height(field)) as (figure, (axes,)):
+            draw_potential(axes, field, driven)
+        save_figure(figure, folder / "flux_lines.png")
+        with new_figure(CURRENT_HEIGHT) as (figure, (axes,)):
+            draw_current(axes, field, driven)
+        save_figure(figure, folder / "current_density.png")
 
 
 if __name__ == "__main__":

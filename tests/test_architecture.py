@@ -45,7 +45,6 @@ LARGE = {  # to be divided; no others
     "mechanics/levels/answer.py",
     "mechanics/levels/in_time.py",
     "report/pictures/drawing.py",
-    "report/tables/quality.py",
     "synthesis/solve.py",
 }
 TALK = {"print", "breakpoint", "input"}
@@ -81,7 +80,6 @@ UNMIRRORED = {
     ),
     "report/written.py": "tests/report/test_folder.py: what a calibration leaves",
     "report/envelope.py": "tests/analysis/test_envelope.py: record, table and picture",
-    "report/histories/folder.py": "tests/report/histories/test_shown.py: the folder of a history",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     "export/twin/arrays.py": "tests/export/twin/test_folder.py: what is in the folder",
     **dict.fromkeys(
@@ -126,9 +124,7 @@ UNMIRRORED = {
     "mechanics/rest/path.py": "tests/mechanics/rest/test_limit.py: paths that end at limits",
     "mechanics/rest/verdict.py": "tests/mechanics/rest/test_limit.py: and what ends them",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
-    **dict.fromkeys(
-        ("readout/front_end.py", "readout/registers.py"), "tests/readout/test_converter.py: settings of the converter"
-    ),
+    "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
     "report/pictures/measured.py": "tests/analysis/test_comparison.py: compare draws and prints it",
     **dict.fromkeys(
@@ -139,11 +135,8 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
     ),
-    **dict.fromkeys(
-        ("report/pictures/drift.py", "report/tables/drift.py"), "tests/cli/test_main.py: simulate over temperature"
-    ),
+    "report/tables/drift.py": "tests/cli/test_main.py: simulate over temperature",
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
-    "report/tables/fitted.py": "tests/silicone/histories/test_fitted.py: what the command line prints of fits",
     "report/tables/ladder.py": "tests/cli/test_main.py: explain --ladder prints it",
     "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
     "report/tables/plan.py": "tests/cli/test_main.py: explain prints it",

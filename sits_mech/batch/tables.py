@@ -44,7 +44,7 @@ def case_calibration(row: xr.Dataset) -> tuple[Sensor, xr.Dataset]:
     found = {str(name): item for name, item in row.data_vars.items() if loads <= set(item.dims) or name == "L0"}
     names = {name.removeprefix(_OF_LOADS): (item.dims, item.to_numpy()) for name, item in found.items()}
     sensor = sensor_from(tomllib.loads(attributes["scene"]))
-    coils = [coil.name for coil in sensor.coils]
+    coils = sensor.coil_names
     data = xr.Dataset(names, {"coil": coils, "coil_2": coils, **axes}, attributes)
     parts = [name for name in ("part", "cause") if name in data.dims]
     for name in parts:  # another case of the study may have more of them

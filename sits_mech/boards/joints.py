@@ -79,7 +79,7 @@ def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Jo
         members = [k for k, name in enumerate(layers) if name == layer]
         near = cKDTree(np.array([points[k] for k in members])).query_pairs(nearness)
         pairs += [(members[a], members[b]) for a, b in near]
-    label = _merged(len(points), pairs)
+    label = merged(len(points), pairs)
     _check_small(np.array(points), label, nearness)
     ends, known = label[: 2 * len(tracks)].reshape(-1, 2), set()
     kept: list[int] = []
@@ -103,7 +103,7 @@ def _check_small(points: Array, label: NDArray[np.int64], nearness: float) -> No
         raise SceneError(f"tracks must be longer than {nearness:.3g} m for ends that near to be one; got shorter ones")
 
 
-def _merged(count: int, pairs: Sequence[tuple[int, int]]) -> NDArray[np.int64]:
+def merged(count: int, pairs: Sequence[tuple[int, int]] | NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the numbers of the groups that pairs make of `count` things."""
     i, j = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
@@ -113,7 +113,7 @@ def _merged(count: int, pairs: Sequence[tuple[int, int]]) -> NDArray[np.int64]:
 def _renumbered(joints: Joints, pairs: Sequence[tuple[int, int]]) -> Joints:
     """Return the joints, those of each pair made one."""
     most = max([int(joints.numbers.max(initial=0)), *(number for number, _ in joints.holes), *map(max, pairs)])
-    label = _merged(most + 1, pairs)
+    label = merged(most + 1, pairs)
     holes = tuple((int(label[number]), hole) for number, hole in joints.holes)
     return replace(joints, numbers=label[joints.numbers], holes=holes)
 

@@ -102,16 +102,13 @@ def read_board(path: Path) -> Board:
     try:
         layers, notes = stack(tree, name)
         notes += (newer,) * (version > _NEWEST)
-        return _Reader(name, tuple(layers), _nets(tree)).board(tree, layers, notes)
+        numbered = (node for node in children(tree, "net") if len(node) > 2 and isinstance(node[1], float))
+        nets = {node[1]: str(node[2]) for node in numbered}
+        return _Reader(name, tuple(layers), nets).board(tree, layers, notes)
     except SceneError:
         raise
     except (IndexError, TypeError, ValueError) as error:
         raise SceneError(f"{name}: must be a board as KiCad writes it; got an entry that is not: {error}") from None
-
-
-def _nets(tree: Node) -> dict[float, str]:
-    """Return the names of the nets that have numbers."""
-    return {node[1]: str(node[2]) for node in children(tree, "net") if len(node) > 2 and isinstance(node[1], float)}
 
 
 @dataclass(frozen=True)

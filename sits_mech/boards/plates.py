@@ -101,7 +101,7 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     low, high = pour.rim.min(axis=0), pour.rim.max(axis=0)
     middle = (low + high) / 2
     least = 2.0 * math.sqrt(_SMALL / math.pi) * frame.size
-    holes = [hole for hole in pour.holes if _across(hole) >= least]
+    holes = [hole for hole in pour.holes if float(np.hypot(*np.ptp(hole, axis=0))) >= least]  # by the box's diagonal
     lost = len(pour.holes) - len(holes)
     said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] if lost else []
     sizes = None if holes else _simple(pour.rim - middle, high - low, fine)
@@ -129,11 +129,6 @@ def _simple(rim: Array, size: Array, fine: float) -> dict[str, Any] | None:
 def _rounded(value: float) -> float:
     """Return a length as a scene has it."""
     return round(float(value), _DIGITS)
-
-
-def _across(loop: Array) -> float:
-    """Return the diagonal of the box around a loop [m]."""
-    return float(np.hypot(*np.ptp(loop, axis=0)))
 
 
 def simplified(rims: Sequence[Array], fine: float) -> list[Array]:

@@ -14,11 +14,9 @@ from difflib import SequenceMatcher
 from itertools import product
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from sits_mech.boards.arcs import flattened, thinned
-from sits_mech.boards.joints import ROUNDING, End, Joints, joined
+from sits_mech.boards.joints import ROUNDING, End, Joints, joined, merged
 from sits_mech.boards.kicad import Board, Hole, Track, place
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown
@@ -102,9 +100,9 @@ def _copper(board: Board, net: str) -> tuple[list[Track], list[Hole]]:
     return tracks, [hole for hole in board.holes if hole.layers and (hole.net == net or hole.footprint in whole)]
 
 
-def _length(tracks: Sequence[Track]) -> float:
-    """Return the length of tracks, arcs by their chords [m]."""
-    return float(sum(np.hypot(*np.diff(track.points, axis=0).T).sum() for track in tracks))
+def length_of(points: Array) -> float:
+    """Return the length of a polyline [m]."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum())
 
 
 def _longest(joints: Joints, net: str, where: str) -> tuple[Joints, tuple[str, ...]]:
@@ -112,11 +110,10 @@ def _longest(joints: Joints, net: str, where: str) -> tuple[Joints, tuple[str, .
     if not joints.tracks:
         raise SceneError(f"{where}: must have tracks; got none that leads from one place to another")
     count = 1 + max([int(joints.numbers.max()), *(number for number, _ in joints.holes)])
-    i, j = joints.numbers.T
-    label = connected_components(coo_array((np.ones(len(i)), (i, j)), shape=(count, count)), directed=False)[1][i]
+    label = merged(count, joints.numbers)[joints.numbers[:, 0]]
     parts = [np.flatnonzero(label == number).tolist() for number in np.unique(label)]
     parts = [part for part in parts if _touches(joints, part, net)] or parts
-    lengths = [_length([joints.tracks[k] for k in part]) for part in parts]
+    lengths = [sum(length_of(joints.tracks[k].points) for k in part) for part in parts]
     best = int(np.argmax(lengths))
     mine = _part(joints, parts[best])
     if len(parts) == 1:
@@ -222,7 +219,7 @@ def _runs(joints: Joints, chain: Sequence[End], lines: Sequence[Array]) -> tuple
         runs[-1][1].append(line)
     found = []
     for tracks, pieces in runs:
-        weights = [_length([track]) for track in tracks]
+        weights = [length_of(track.points) for track in tracks]
         width = float(np.average([track.width for track in tracks], weights=weights))
         found.append(Run(tracks[0].layer, width, _apart(np.vstack(pieces), max(_SAME, _FINEST * width))))
     return tuple(found)
@@ -238,7 +235,7 @@ def _joint(joints: Joints, number: int, near: Array) -> Array:
         return hole.place
     met = [(int(k), int(e)) for k, e in np.argwhere(joints.numbers == number)]
     straight = [end for end in met if len(joints.tracks[end[0]].points) == 2]
-    return joints.point(max(straight, key=lambda end: _length([joints.tracks[end[0]]]))) if straight else near
+    return joints.point(max(straight, key=lambda end: length_of(joints.tracks[end[0]].points))) if straight else near
 
 
 def _led(joint: Array, line: Array, width: float) -> Array:

@@ -2,6 +2,11 @@
 
 The frame of the scene: x and y from the middle of all coils' tracks (or the board's own origin), y up; z = 0 at the top
 face of the uppermost layer with a track of a coil.
+
+KiCad asks for no clearance within a net, so a board may short its coil. Two stretches of a coil touch where their
+centre lines are nearer than half of both widths together. Neighbours on the path do so by nature: in a bend, or at a
+corner of theta they overlap over w / (2 sin(theta/2)). Only those that are further apart along the path than six widths
+count, which corners sharper than 20 degrees exceed.
 """
 
 from __future__ import annotations
@@ -14,12 +19,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sits_mech.boards.kicad import Board, read_board
+from sits_mech.boards.kicad import Board, place, read_board
 from sits_mech.boards.plates import plates
 from sits_mech.boards.pours import pours
-from sits_mech.boards.route import Route, route
+from sits_mech.boards.route import Route, Run, length_of, route
 from sits_mech.boards.stackup import permittivity
-from sits_mech.boards.turns import touching
 from sits_mech.quantities import Array
 from sits_mech.scene.files import written
 from sits_mech.scene.sensor import Sensor, sensor_from
@@ -29,6 +33,8 @@ _DIGITS = 10  # of lengths: a tenth of the board's own step
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
 _FEW = 6  # nets in a message
 _FIGURES = 4  # decimals of permittivities
+_APART = 6.0  # along the path, over the width
+_ROUNDING = 1e-6  # of places on a board [m]
 _TO_ADD = """
 # The board has no target and no elastomer. A target on a layer, to be adapted:
 # [target]
@@ -91,7 +97,7 @@ def _longest(board: Board) -> str:
     """Return the nets with the longest tracks, arcs by their chords, for a reader."""
     lengths: dict[str, float] = {}
     for track in board.tracks:
-        lengths[track.net] = lengths.get(track.net, 0.0) + _length(track.points)
+        lengths[track.net] = lengths.get(track.net, 0.0) + length_of(track.points)
     names = sorted({*lengths} - {""}, key=lambda name: -lengths[name])[:_FEW]
     listed = ", ".join(f"{name} ({1e3 * lengths[name]:.4g} mm)" for name in names)
     return f"such as {listed}" if names else "which has none with tracks"
@@ -109,21 +115,16 @@ def _top(board: Board, routes: Sequence[Route]) -> float:
     return max(layer.z + max(layer.thickness, mean) / 2 for layer, mean in layers)
 
 
-def _length(points: Array) -> float:
-    """Return the length of a polyline [m]."""
-    return float(np.hypot(*np.diff(points, axis=0).T).sum())
-
-
 def _thickness(board: Board, found: Route) -> float:
     """Return the thickness of a coil's copper, the mean by length where its layers differ [m]."""
-    lengths = [_length(run.points) for run in found.runs]
+    lengths = [length_of(run.points) for run in found.runs]
     return float(np.average([board.stack[run.layer].thickness for run in found.runs], weights=lengths))
 
 
 def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, Any]:
     """Return the table of a coil."""
     widths = [round(run.width, _DIGITS) for run in found.runs]
-    longest = int(np.argmax([_length(run.points) for run in found.runs]))
+    longest = int(np.argmax([length_of(run.points) for run in found.runs]))
     path = []
     for run in found.runs:
         z = round(board.stack[run.layer].z - top, _DIGITS)
@@ -141,7 +142,7 @@ def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, An
 def _told(board: Board, found: Route) -> str:
     """Return what a coil is, for a reader."""
     layers = list(dict.fromkeys(run.layer for run in found.runs))
-    total = 1e3 * sum(_length(run.points) for run in found.runs)
+    total = 1e3 * sum(length_of(run.points) for run in found.runs)
     corners = sum(len(run.points) for run in found.runs)
     thicknesses = sorted({board.stack[layer].thickness for layer in layers})
     mean = f"; copper of {', '.join(f'{1e6 * t:.4g}' for t in thicknesses)} um taken as its mean"
@@ -160,3 +161,32 @@ def _to_add(sensor: Sensor) -> str:
     reach = [[abs(coil.centre[k]) + coil.extent[k] / 2 for coil in sensor.coils] for k in (0, 1)]
     width, length = (2e3 * max(side) for side in reach)
     return _TO_ADD.format(width=width, length=length, wide=1.5 * width, long=1.5 * length)
+
+
+def touching(found: Route) -> tuple[str, ...]:
+    """Return where turns of a coil touch, for a reader: the first such place on each layer."""
+    lengths = [np.hypot(*np.diff(run.points, axis=0).T) for run in found.runs]
+    starts = np.cumsum([0.0, *(each.sum() for each in lengths)])
+    notes = []
+    for layer in dict.fromkeys(run.layer for run in found.runs):
+        mine = [k for k, run in enumerate(found.runs) if run.layer == layer]
+        along = [starts[k] + np.cumsum(lengths[k]) - lengths[k] / 2 for k in mine]
+        at = _first([found.runs[k] for k in mine], np.concatenate(along))
+        if at is not None:
+            where = f"on {layer} at {place(at)}"
+            notes.append(f"net {found.net}: its turns touch {where}: a short circuit of the board, not of the scene")
+    return tuple(notes)
+
+
+def _first(runs: list[Run], along: Array) -> Array | None:
+    """Return a place where stretches of one layer touch, else None; `along` are their middles on the path [m]."""
+    import shapely
+
+    a, b = (np.vstack([run.points[some] for run in runs]) for some in (slice(None, -1), slice(1, None)))
+    width = np.concatenate([np.full(len(run.points) - 1, run.width) for run in runs])
+    length, pieces = np.hypot(*(b - a).T), shapely.linestrings(np.stack([a, b], axis=1))
+    i, j = shapely.STRtree(pieces).query(pieces, "dwithin", width)
+    between = np.abs(along[j] - along[i]) - (length[i] + length[j]) / 2
+    gap = shapely.distance(pieces[i], pieces[j]) - (width[i] + width[j]) / 2
+    met = (between > _APART * np.maximum(width[i], width[j])) & (gap < -_ROUNDING)
+    return np.asarray(a[np.minimum(i, j)[met].min()]) if met.any() else None

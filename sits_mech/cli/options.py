@@ -242,6 +242,13 @@ def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, s
     return {name: read(written[option], UNITS[name], f"--{option}") for option, name in arguments.items()}
 
 
+def si_of(text: str | None, unit: str, option: str) -> float | None:
+    """Return the quantity of an option in SI, None where it is not there."""
+    from sits_mech.units import quantity
+
+    return None if text is None else quantity(text, unit, option)
+
+
 def sensor_of(scene: str, overrides: Overrides, temperature: str | None = None) -> Sensor:
     """Return the scene a command is about, at one temperature; what is implausible is said on stderr, or refused."""
     return sensors_of(scene, overrides, temperature, one=True)[0]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app, check_readable
+from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app, check_readable, si_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,13 +40,13 @@ def invert(
     from sits_mech.cli.written import Asked, given_codes, given_inductances, given_texts
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
-    from sits_mech.units import SceneError, quantity
+    from sits_mech.units import SceneError
 
     if clock is not None and not code:
         raise SceneError(f"--clock: must come with --code, it makes codes of frequencies; got {clock} alone")
-    warm = None if temperature is None else quantity(temperature, "K", "--temperature")
+    warm = si_of(temperature, "K", "--temperature")
     sensor, forces = look_at(folder)
-    texts = given_texts([coil.name for coil in sensor.coils], inductances, reading, code)
+    texts = given_texts(sensor.coil_names, inductances, reading, code)
     check_enough(sensor.coils, forces)
     sensor, data = read_calibration(folder)
 
@@ -85,9 +85,8 @@ def converter(
     from sits_mech.readout import converter as converters
     from sits_mech.readout.front_end import check_settings
     from sits_mech.report.folder import look_at, read_calibration
-    from sits_mech.units import quantity
 
-    hertz = None if clock is None else quantity(clock, "Hz", "--clock")
+    hertz = si_of(clock, "Hz", "--clock")
     part = look_at(folder)[0].readout.converter
     if part != "none":
         check_settings(converters.converter(part), hertz, rcount)
@@ -97,7 +96,7 @@ def converter(
     from sits_mech.report.tables.readings import front_end_record, front_end_table
 
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     answer(front_end_record(found, names, missing), [front_end_table(found, names, missing)], as_json)
     for line in found.warnings:
         warn(line)
@@ -141,12 +140,11 @@ def quality(
 
     from sits_mech.report.folder import read_calibration
     from sits_mech.units import SceneError
-    from sits_mech.units import quantity as written
 
     if samples < 2 or samples & (samples - 1):
         raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
-    off, one = deviations.given(), None if noise is None else written(noise, "H", "--noise")
-    seconds = None if period is None else written(period, "s", "--period")
+    off, one = deviations.given(), si_of(noise, "H", "--noise")
+    seconds = si_of(period, "s", "--period")
     sensor, data = read_calibration(folder, case)
     if noise is None and sensor.readout.converter == "none":
         raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
@@ -216,16 +214,15 @@ def compare(
     from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.scene.sensor import load_sensor
-    from sits_mech.units import quantity
 
     alone = not folder.is_dir()
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
-    hertz = None if clock is None else quantity(clock, "Hz", "--clock")
+    hertz = si_of(clock, "Hz", "--clock")
     tank = None if data is None else comparison.tank_of(sensor, data, hertz)
-    names, loads = [coil.name for coil in sensor.coils], () if data is None else several(data)
+    names, loads = sensor.coil_names, () if data is None else several(data)
     bench = read_measured(measured, loads, names, tank, None if data is None else fixed(data))
     asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
-    one = None if noise is None else quantity(noise, "H", "--noise")
+    one = si_of(noise, "H", "--noise")
     parts = [part.strip() for part in asked.split(",")]
     found = comparison.compare(sensor, data, bench, parts, noise=one, magnetics=magnetics)
     if picture is not None:

@@ -117,7 +117,7 @@ def inductance(
         return ended(flags[:1], accept)
     flags = flags_of(found.report.estimated_error, tolerance)
     seen, missing = at_terminals(sensor, found)
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     tables = [impedance_table(names, found, flags), *beside, terminal_table(names, seen, missing)]
     record = impedance_record(pose, found, unsolved, seen, more=missing)
     answer(record | status_record(flags), tables, as_json)
@@ -169,7 +169,7 @@ def simulate(
     unsolved = omissions(sensor, [*via, wrench], *names, Shown(found.equilibrium.pose, shown))
     tables = [
         equilibrium_table(found.equilibrium),
-        impedance_table([coil.name for coil in sensor.coils], found.impedance),
+        impedance_table(sensor.coil_names, found.impedance),
         signal_table(found.signals, found.impedance.unit_L, found.flags),
         *left_out_tables(unsolved),
     ]
@@ -193,10 +193,9 @@ def over_temperature(
     from sits_mech.chain.temperature import relative_slopes
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.curves import save_figure
-    from sits_mech.report.pictures.drift import drift_figure
-    from sits_mech.report.tables.drift import temperatures_record, temperatures_table
+    from sits_mech.report.tables.drift import drift_figure, temperatures_record, temperatures_table
 
-    coils, T = [coil.name for coil in sensors[0].coils], [sensor.temperature for sensor in sensors]
+    coils, T = sensors[0].coil_names, [sensor.temperature for sensor in sensors]
     middle = sensors[len(sensors) // 2]
     try:
         found = [simulated(sensor, wrench, via=via, **asdict(models)) for sensor in sensors]

@@ -39,8 +39,7 @@ def in_time(
     from sits_mech.chain.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.histories.folder import write_history
-    from sits_mech.report.histories.shown import history_record, history_table
+    from sits_mech.report.history import history_record, history_table, write_history
     from sits_mech.report.tables.plan import left_out_tables
 
     loads, count = read_history(path), checked_count(sensor, rcount)

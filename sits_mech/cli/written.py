@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sits_mech.cli.options import si_of
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, quantity, shown
 
@@ -61,13 +62,9 @@ def given_texts(
         came = f"{len(found)}, without {missing}" if found else "none"
         raise SceneError(f"{' '.join(options)}: must be given, one for each coil ({', '.join(coils)}); got {came}")
     for option, text in found.values():
-        _plain_code(option, text) if codes else quantity(text, _unit(text), option)
+        unit = "" if "%" in text else "H/m" if "/" in text else "H"
+        _plain_code(option, text) if codes else quantity(text, unit, option)
     return [found[k] for k in range(len(coils))]
-
-
-def _unit(text: str) -> str:
-    """Return the unit that a written inductance must have."""
-    return "" if "%" in text else "H/m" if "/" in text else "H"
 
 
 def _plain_code(option: str, text: str) -> float:
@@ -127,8 +124,7 @@ def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | Non
     """Return written codes and the calibration in codes."""
     from sits_mech.analysis.bench import code_calibration
 
-    hertz = None if clock is None else quantity(clock, "Hz", "--clock")
-    cal = code_calibration(sensor, data, clock=hertz)
+    cal = code_calibration(sensor, data, clock=si_of(clock, "Hz", "--clock"))
     values = np.array([_code(cal, k, written) for k, written in enumerate(texts)])
     return Asked(cal, values, -0.5 * values)
 

@@ -81,19 +81,21 @@ def format_of(kind: str) -> Format:
     return found
 
 
-def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, tuple[str, ...]]:
+def export(source: Source, kind: str, path: Path) -> tuple[Path, tuple[str, ...]]:
     """Write a calibration in a format; return the path and one line for each thing to know about it.
 
-    `path` is a folder for `vtu`, `twin`, `pdf` and `svg`; by default it is named after the sensor, here. Raise
-    SceneError for an unknown format, an ending of another one, a sensor that does not fit or a failed write;
-    SolveFailed.
+    `path` is a folder for `vtu`, `twin`, `pdf` and `svg`. Raise SceneError for an unknown format, an ending of another
+    one, a sensor that does not fit or a failed write; SolveFailed.
     """
     path = export_path(source.sensor, kind, path)
     return path, format_of(kind).write(source, path)
 
 
-def export_path(sensor: Sensor, kind: str, path: Path | None = None) -> Path:
-    """Return where a calibration goes in a format; raise SceneError for an unknown one, or the ending of another."""
+def export_path(sensor: Sensor, kind: str, path: Path | None) -> Path:
+    """Return where a calibration goes in a format, by default a name of the sensor's.
+
+    Raise SceneError for an unknown format, or the ending of another one.
+    """
     form = format_of(kind)
     path = Path(f"{plain_name(sensor.name)}{form.suffix}") if path is None else path
     if path.suffix != form.suffix:

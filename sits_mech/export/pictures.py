@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sits_mech.export.source import Source
+from sits_mech.export.source import Source, own_folder
 from sits_mech.report.pictures.curves import calibration_pictures, save_figure
 from sits_mech.scene.sensor import SceneError
 
@@ -17,12 +17,7 @@ def write_pictures(source: Source, path: Path, form: str) -> tuple[str, ...]:
 
     Return one line for each picture that the table has no loads for, and how to draw the layer. Raise SceneError.
     """
-    if path.suffix == f".{form}" or path.is_file():
-        raise SceneError(f"--output: must name a folder for --to {form}; got {path.name!r}")
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SceneError(f"--output: must be writable; got: {error.strerror}: {path}") from None
+    own_folder(path, form, (f".{form}",))
     notes = []
     for name, draw in calibration_pictures(source.data).items():
         try:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,6 +75,18 @@ def resting_pose(source: Source) -> Pose:
         came = load_words({name: getattr(load, name) for name in varied(source.data)})
         raise SceneError(f"load: must have results on all sides in the calibration; got {came}")
     return found
+
+
+def own_folder(path: Path, kind: str, endings: Sequence[str], stale: str = "*.none") -> None:
+    """Make the folder of an export, without what is `stale` of an earlier one; raise SceneError where that fails."""
+    if path.suffix in endings or path.is_file():
+        raise SceneError(f"--output: must name a folder for --to {kind}; got {path.name!r}")
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        for old in path.glob(stale):
+            old.unlink()
+    except OSError as error:
+        raise SceneError(f"--output: must be writable; got: {error.strerror}: {path}") from None
 
 
 def comment(text: str) -> str:

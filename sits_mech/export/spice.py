@@ -43,7 +43,7 @@ def write_spice(source: Source, path: Path) -> tuple[str, ...]:
     error = float(np.max(found.error_L))
     made = f"{source.about}; coils by {name}, error of L {error:.1e} H"
     found = replace(found, L=found.L - np.diag(shift))
-    write_text(path, netlist([coil.name for coil in source.sensor.coils], found, R_track, (made, _state(source, pose))))
+    write_text(path, netlist(source.sensor.coil_names, found, R_track, (made, _state(source, pose))))
     return missing
 
 

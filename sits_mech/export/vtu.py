@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.export.source import Source
+from sits_mech.export.source import Source, own_folder
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.magnetics.space.stream import placed
@@ -58,18 +58,11 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
 
     Raise SceneError when `path` is no folder's, or a file cannot be written.
     """
-    if path.suffix in (".pvd", ".vtu") or path.is_file():
-        raise SceneError(f"--output: must name a folder for --to vtu; got {path.name!r}")
     name = source.request["mechanics"]
     model = (block_pad if name == "block" else planar_layer)(source.sensor, source.request["tolerance"])
+    own_folder(path, "vtu", (".pvd", ".vtu"), "load_*.vtu")
     shown = name in ("block", "planar")
     notes = [] if shown else [f"the layer is shown at finite strain in plane strain; the calibration is by {name!r}"]
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        for old in path.glob("load_*.vtu"):  # of a longer series
-            old.unlink()
-    except OSError as error:
-        raise SceneError(f"--output: must be writable; got: {error.strerror}: {path}") from None
     steps: list[tuple[str, str]] = []
     for wrench, found in _loaded(source, model):
         if isinstance(found, SolveFailed):
@@ -113,20 +106,16 @@ def vtu_file(model: PlanarLayer | BlockPad, found: Equilibrium) -> bytes:
     first = np.cumsum([0, *(len(piece.points) for piece in pieces)])
     blocks = [(kind, cells + start) for piece, start in zip(pieces, first, strict=False) for kind, cells in piece.cells]
     parts = [np.full(len(cells), piece.part) for piece in pieces for _, cells in piece.cells]
+    ends = np.cumsum([*map(len, parts)])
     mesh = meshio.Mesh(
         np.vstack([piece.points for piece in pieces]), blocks,
         point_data={"displacement": np.vstack([piece.moved for piece in pieces])},
-        cell_data={"J": _each([piece.J for piece in pieces], blocks), "part": parts},
+        cell_data={"J": np.split(np.concatenate([piece.J for piece in pieces]), ends[:-1]), "part": parts},
     )
     with tempfile.TemporaryDirectory() as folder:  # meshio writes files alone
         file = Path(folder) / "layer.vtu"
         mesh.write(file)
         return file.read_bytes()
-
-
-def _each(values: list[Array], blocks: Cells) -> list[Array]:
-    """Return values of all cells, block by block."""
-    return np.split(np.concatenate(values), np.cumsum([len(cells) for _, cells in blocks])[:-1])
 
 
 def _solid(model: BlockPad, found: Equilibrium, still: Equilibrium) -> list[Piece]:

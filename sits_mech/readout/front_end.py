@@ -15,7 +15,7 @@ between conversions. Sources: data sheets SNOSCY9A and SNOSD01D.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -102,7 +102,7 @@ def front_end(
         _ends(code_of(f, part, reference, divider)), _ends(R_p), _ends(Q), _ends(amplitude), times,
         float(1.0 / times.sum()), inductance_noise(L.max(axis=0), relative), (), (),
     )
-    return FrontEnd(**(vars(found) | {"warnings": _warnings(found, settle), "registers": part.registers(found)}))
+    return replace(found, warnings=_warnings(found, settle), registers=part.registers(found))
 
 
 def register_text(found: FrontEnd) -> str:

@@ -40,6 +40,23 @@ class Tank:
 
 
 @dataclass(frozen=True)
+class Sheet:
+    """Rows of numbers of a file, and its columns by their names in small letters: place and unit, "" where none is."""
+
+    source: str
+    columns: Mapping[str, tuple[int, str]]
+    rows: Array
+
+    def values(self, name: str, unit: str) -> Array:
+        """Return a column in SI."""
+        if name not in self.columns or self.columns[name][0] >= self.rows.shape[1]:
+            raise SceneError(f"{self.source}: must have the column {name}; got {', '.join(self.columns)}")
+        place, written = self.columns[name]
+        scale = quantity(f"1 {written}", unit, f"{self.source}: column {name}") if written else 1.0
+        return np.asarray(scale * self.rows[:, place])
+
+
+@dataclass(frozen=True)
 class Measured:
     """What a bench recorded."""
 
@@ -59,60 +76,61 @@ def read_measured(
     value each [N, N m]; what is neither is zero. SceneError when the file cannot be read, a column is missing or of an
     unknown unit, there are fewer than four rows of loads, or the file has other loads than the model.
     """
-    lines = input_text(path, "a readable measurement", errors="replace").splitlines()
-    lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    number, separator, columns = column_heading(lines, (*(name.lower() for name in forces[:1]), "d_v"))
-    if number < 0:
+    needs = (*(name.lower() for name in forces[:1]), "d_v")
+    lines, separator, columns = table_lines(path, "a readable measurement", needs)
+    if not lines:
         needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
         raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got none")
-    rows, moved = _numbers(lines[number + 1 :], separator), not forces or forces[0].lower() not in columns
+    rows, moved = _numbers(lines[1:], separator), not forces or forces[0].lower() not in columns
     if len(rows) < (least := 1 if moved else _LEAST_ROWS):
         raise SceneError(f"{path}: must hold at least {least} rows of numbers; got {len(rows)}")
-    poses = _poses(rows, columns, str(path)) if moved else None
-    found = [] if moved else _forces(rows, columns, forces, held or {}, str(path))
-    _check_coils(columns, coils, str(path))
-    L = np.stack([_inductance(rows, columns, (k, coil), tank, str(path)) for k, coil in enumerate(coils)], -1)
+    sheet = Sheet(str(path), columns, rows)
+    poses = _poses(sheet) if moved else None
+    found = [] if moved else _forces(sheet, forces, held or {})
+    _check_coils(sheet, coils)
+    L = np.stack([_inductance(sheet, k, coil, tank) for k, coil in enumerate(coils)], -1)
     if not np.all(np.isfinite(L)) or not np.all(np.isfinite(found)):
         raise SceneError(f"{path}: must hold finite numbers, of d_v alone inf for no target; got inf in another column")
     return Measured(np.stack(found, -1) if found else np.zeros((len(rows), 0)), L, str(path), poses)
 
 
-def _forces(
-    rows: Array, columns: dict[str, tuple[int, str]], forces: Sequence[str], held: Mapping[str, float], source: str
-) -> list[Array]:
+def _forces(sheet: Sheet, forces: Sequence[str], held: Mapping[str, float]) -> list[Array]:
     """Return the components of the load that the model varies, others being as it has them."""
-    absent = [name for name in forces if name.lower() not in columns]
+    absent = [name for name in forces if name.lower() not in sheet.columns]
     if absent:
-        every = ", ".join(columns)
-        raise SceneError(f"{source}: must have the column {absent[0]}, which the calibration varies; got {every}")
-    found = [column_values(rows, columns, name.lower(), UNITS[name], source) for name in forces]
-    _check_others(rows, columns, forces, held, source)
+        what = f"must have the column {absent[0]}, which the calibration varies"
+        raise SceneError(f"{sheet.source}: {what}; got {', '.join(sheet.columns)}")
+    found = [sheet.values(name.lower(), UNITS[name]) for name in forces]
+    _check_others(sheet, forces, held)
     return found
 
 
-def _poses(rows: Array, columns: dict[str, tuple[int, str]], source: str) -> Array:
+def _poses(sheet: Sheet) -> Array:
     """Return the poses, zero in what has no column, shape (m, 6) [m, rad]."""
-    given = [name for name in POSE if name.lower() in columns]
-    each = {name: column_values(rows, columns, name.lower(), UNITS[name], source) for name in given}
-    poses = np.stack([each.get(name, np.zeros(len(rows))) for name in POSE], -1)
+    each = {name: sheet.values(name.lower(), UNITS[name]) for name in POSE if name.lower() in sheet.columns}
+    poses = np.stack([each.get(name, np.zeros(len(sheet.rows))) for name in POSE], -1)
     others = np.delete(poses, POSE.index("d_v"), axis=-1)
     if not np.all(each["d_v"] > 0.0) or not np.all(np.isfinite(others)):
         came = f"{each['d_v'].min():g}"
-        raise SceneError(f"{source}: d_v must be above zero, or inf where there is no target; got {came}")
+        raise SceneError(f"{sheet.source}: d_v must be above zero, or inf where there is no target; got {came}")
     return poses
 
 
-def column_heading(lines: Sequence[str], needed: Sequence[str]) -> tuple[int, str, dict[str, tuple[int, str]]]:
-    """Return number, separator and columns of the row of names that has one of those needed; -1 if there is none.
+def table_lines(
+    path: str | Path, what: str, needed: Sequence[str]
+) -> tuple[list[str], str, dict[str, tuple[int, str]]]:
+    """Return a file's lines from the names that have one of those needed on, none without, separator, and columns.
 
-    Columns by their names in small letters: the place of each and its unit, "" where none is written.
+    `what` the file must be; columns as of `Sheet`.
     """
+    lines = input_text(path, what, errors="replace").splitlines()
+    lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
     for number, line in enumerate(lines):
         separator = next((mark for mark in ";\t," if mark in line), ",")
         columns = _columns([cell.strip().strip('"') for cell in line.split(separator)])
         if any(name in columns for name in needed):
-            return number, separator, columns
-    return -1, ",", {}
+            return lines[number:], separator, columns
+    return [], ",", {}
 
 
 def _columns(names: Sequence[str]) -> dict[str, tuple[int, str]]:
@@ -138,55 +156,42 @@ def _numbers(lines: Sequence[str], separator: str) -> Array:
     return np.array(rows)
 
 
-def column_values(rows: Array, columns: Mapping[str, tuple[int, str]], name: str, unit: str, source: str) -> Array:
-    """Return a column in SI, from rows of numbers and the `column_heading` above them."""
-    if name not in columns or columns[name][0] >= rows.shape[1]:
-        raise SceneError(f"{source}: must have the column {name}; got {', '.join(columns)}")
-    place, written = columns[name]
-    scale = quantity(f"1 {written}", unit, f"{source}: column {name}") if written else 1.0
-    return np.asarray(scale * rows[:, place])
-
-
-def _check_others(
-    rows: Array, columns: dict[str, tuple[int, str]], forces: Sequence[str], held: Mapping[str, float], source: str
-) -> None:
+def _check_others(sheet: Sheet, forces: Sequence[str], held: Mapping[str, float]) -> None:
     """Refuse components of a load that the model does not vary, but for those of its own value."""
     for name in WRENCH:
-        place, written = columns.get(name.lower(), (0, ""))
-        if name in forces or name.lower() not in columns or (name == "M" and not written):
+        key = name.lower()
+        if name in forces or key not in sheet.columns or (name == "M" and not sheet.columns[key][1]):
             continue  # a column m may be anything
-        values, own = column_values(rows, columns, name.lower(), UNITS[name], source), held.get(name, 0.0)
+        values, own = sheet.values(key, UNITS[name]), held.get(name, 0.0)
         if np.max(np.abs(values - own)) > _SAME * max(abs(own), 1.0 if UNITS[name] == "N" else 1e-3):
             came = f"{values.min():.4g} to {values.max():.4g} {shown_unit(name)}"
             raise SceneError(
-                f"{source}: column {name}: must be {own:.4g} {shown_unit(name)}, the calibration varies "
+                f"{sheet.source}: column {name}: must be {own:.4g} {shown_unit(name)}, the calibration varies "
                 f"{', '.join(forces)} alone; got {came}: calibrate with {name} as a range"
             )
 
 
-def _check_coils(columns: dict[str, tuple[int, str]], coils: Sequence[str], source: str) -> None:
+def _check_coils(sheet: Sheet, coils: Sequence[str]) -> None:
     """Refuse columns of coils, by number, that the model does not have."""
     own = {coil.lower() for coil in coils} | {f"{k + 1}" for k in range(len(coils))}
-    for name in columns:
+    for name in sheet.columns:
         match = _NUMBERED.fullmatch(name)
         if match is not None and not {match[1], name} & own:
-            every = ", ".join(coils)
-            raise SceneError(f"{source}: column {name}: must be of one of {len(coils)} coils ({every}); leave it out")
+            must = f"must be of one of {len(coils)} coils ({', '.join(coils)}); leave it out"
+            raise SceneError(f"{sheet.source}: column {name}: {must}")
 
 
-def _inductance(
-    rows: Array, columns: dict[str, tuple[int, str]], coil: tuple[int, str], tank: Tank | None, source: str
-) -> Array:
+def _inductance(sheet: Sheet, number: int, title: str, tank: Tank | None) -> Array:
     """Return the inductance of a coil, by number or by name, given or from codes [H]."""
-    number, title = coil
     tails = (f"{number + 1}", title.lower(), f"_{number + 1}", f"_{title.lower()}")
     names = [f"{kind}{tail}" for kind in ("l", "code") for tail in tails]
-    name = next((name for name in names if name in columns), None)
+    name = next((name for name in names if name in sheet.columns), None)
     if name is None:
-        raise SceneError(f"{source}: must have a column L{number + 1} or code{number + 1}; got {', '.join(columns)}")
+        what = f"must have a column L{number + 1} or code{number + 1}"
+        raise SceneError(f"{sheet.source}: {what}; got {', '.join(sheet.columns)}")
     if name.startswith("l"):
-        return column_values(rows, columns, name, "H", source)
+        return sheet.values(name, "H")
     if tank is None:
-        raise SceneError(f"{source}: the column {name} must come with a converter; the scene has none for it")
-    codes = column_values(rows, columns, name, "", source)
+        raise SceneError(f"{sheet.source}: the column {name} must come with a converter; the scene has none for it")
+    codes = sheet.values(name, "")
     return tank_inductance(frequency_of(codes, tank.part, tank.reference, tank.divider), tank.capacitance)

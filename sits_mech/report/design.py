@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import json
 from itertools import product
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
@@ -16,8 +14,8 @@ import xarray as xr
 from sits_mech.cases import save_table
 from sits_mech.labels import labelled
 from sits_mech.quantities import SolveFailed, Wrench, as_jsonable
-from sits_mech.report.page.explorer import page_file
-from sits_mech.report.page.parts import html_table
+from sits_mech.report.page.html import page_of
+from sits_mech.report.page.parts import html_table, pictures_part
 from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.design import choice_words, design_pictures
 from sits_mech.report.pictures.section import load_view
@@ -91,7 +89,7 @@ def worst_load(asked: Requirements) -> Wrench:
 def design_table(asked: Requirements, found: DesignAnswer) -> xr.Dataset:
     """Return all solved designs: their values, figures in SI with errors, and the reasons of missing figures."""
     rows = [found.best, *found.known]
-    figures = [found.task.figures(each.table, each.plain) if each.carried else each.plain for each in rows]
+    figures = [found.task.own_figures(each) if each.carried else each.plain for each in rows]
     columns: dict[str, Any] = {}
     for key in asked.space.values(found.best.design):
         columns[key] = [str(asked.space.values(each.design)[key]) for each in rows]
@@ -107,19 +105,16 @@ def design_table(asked: Requirements, found: DesignAnswer) -> xr.Dataset:
 
 def design_page(asked: Requirements, found: DesignAnswer, sensor: Sensor, folder: Path) -> str:
     """Return the answer as one HTML text, its pictures inside."""
-    parts = {"answer": ("Recommended" if found.feasible else "Nearest design", _tables(asked, found))}
-    parts["pictures"] = ("Pictures", f'<div class="pictures">{_pictures(folder)}</div>')
     asked_for = html_table(asked_table(asked))
     meanings = html_table(key_table("what the figures mean", list(_MEANINGS.items())))
-    parts["asked"] = ("Asked", f"{asked_for}<h3>what the figures mean</h3>{meanings}")
-    parts["scene"] = ("Scene", f"<pre>{html.escape(scene_text(sensor))}</pre>")
-    nav = "".join(f'<a href="#{name}">{title}</a>' for name, (title, _) in parts.items())
-    sections = (f'<section id="{name}"><h2>{title}</h2>{text}</section>' for name, (title, text) in parts.items())
-    return Template(page_file("page.html")).substitute(
-        title=html.escape(sensor.name), subtitle=html.escape(f"{found.solves} designs solved; {found.verdict}"),
-        tiles="", nav=nav, sections="\n".join(sections), script="", css=page_file("page.css"),
-        footer=f"Made by sits-mech {html.escape(__version__)}.",
-    )
+    sections = [
+        ("answer", "Recommended" if found.feasible else "Nearest design", _tables(asked, found)),
+        ("pictures", "Pictures", pictures_part(folder, _CAPTIONS)),
+        ("asked", "Asked", f"{asked_for}<h3>what the figures mean</h3>{meanings}"),
+        ("scene", "Scene", f"<pre>{html.escape(scene_text(sensor))}</pre>"),
+    ]
+    subtitle = html.escape(f"{found.solves} designs solved; {found.verdict}")
+    return page_of(sensor.name, sections, subtitle=subtitle, tiles="", script="")
 
 
 def _tables(asked: Requirements, found: DesignAnswer) -> str:
@@ -128,17 +123,5 @@ def _tables(asked: Requirements, found: DesignAnswer) -> str:
     tables = "\n".join(f"<h3>{html.escape(str(each.title))}</h3>{html_table(each)}" for each in every)
     notes = "".join(f"<li>{html.escape(line)}</li>" for line in found.notes)
     return f"{tables}<ul class='words'>{notes}</ul>"
-
-
-def _pictures(folder: Path) -> str:
-    """Return the pictures of a folder with their captions."""
-    found = []
-    for name, caption in _CAPTIONS.items():
-        path = folder / f"{name}.png"
-        if path.is_file():
-            text = base64.b64encode(path.read_bytes()).decode()
-            image = f'<img src="data:image/png;base64,{text}" alt="{caption}">'
-            found.append(f"<figure>{image}<figcaption>{caption}</figcaption></figure>")
-    return "\n".join(found)
 
 

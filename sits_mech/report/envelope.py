@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from sits_mech.analysis.envelope import Envelope
 from sits_mech.quantities import Wrench, shown_unit
-from sits_mech.report.pictures.curves import KINDS, MARKS, new_figure
+from sits_mech.report.pictures.curves import MARKS, load_label, new_figure
 from sits_mech.report.tables.solves import key_table, with_error
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def envelope_figure(found: Envelope, name: str) -> Figure:
                     axes.plot([low * x[n], high * x[n]], [low * z[n], high * z[n]], color=f"C{k}", lw=0.8)
                 axes.plot([x[n] for n in here], [z[n] for n in here], f"C{k}{MARKS[k % len(MARKS)]}", label=limit)
             axes.plot(0.0, 0.0, "k+")
-            axes.set(xlabel=_label(plane[0]), ylabel=f"{_label(plane[1])}, positive: pressing")
+            axes.set(xlabel=load_label(plane[0]), ylabel=f"{load_label(plane[1])}, positive: pressing")
         figure.suptitle(f"{name}\nforces within all limits; bars along rays: estimated error")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", fontsize="x-small")
         return figure
@@ -74,8 +74,3 @@ def envelope_figure(found: Envelope, name: str) -> Figure:
 def size_of(force: Wrench) -> float:
     """Return the size of a force [N]."""
     return math.hypot(force.F_x, force.F_y, force.F_z)
-
-
-def _label(force: str) -> str:
-    """Return what an axis shows."""
-    return f"{KINDS[force]} ${force}$ [N]"

@@ -40,7 +40,7 @@ def status_record(flags: Sequence[str]) -> Record:
     return {"status": flags[0], "flags": list(flags)}
 
 
-def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission] = (), half: str | None = None) -> Record:
+def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission], half: str | None = None) -> Record:
     """Return where the target rests under a load: pose, its error, wrench, report."""
     return {
         "pose": asdict(found.pose),
@@ -51,7 +51,7 @@ def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission] = (), ha
 
 
 def impedance_record(
-    pose: Pose, found: Impedance, left_out: Sequence[Omission] = (), seen: Terminals | None = None, *,
+    pose: Pose, found: Impedance, left_out: Sequence[Omission], seen: Terminals | None = None, *,
     more: Sequence[str] = (), half: str | None = None,
 ) -> Record:
     """Return L and R at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
@@ -68,7 +68,7 @@ def impedance_record(
     }
 
 
-def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission] = ()) -> Record:
+def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission]) -> Record:
     """Return L and R at one pose over a range of frequencies: lists along the frequency."""
     names = ("frequency", "L", "R", "Q", "error_L", "error_R", "R_track", "L0", "R_dc")
     found: Record = {"pose": asdict(pose), "unit_L": data.attrs["unit_L"]}

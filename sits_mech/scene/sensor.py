@@ -87,6 +87,11 @@ class Sensor(BaseModel):
     substrate_radius: Length | None = None
     temperature: Temperature = REFERENCE
 
+    @property
+    def coil_names(self) -> list[str]:
+        """The names of the coils in their order."""
+        return [coil.name for coil in self.coils]
+
     @model_validator(mode="before")
     @classmethod
     def _pillars_under_the_target(cls, given: Any) -> Any:

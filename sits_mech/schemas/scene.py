@@ -7,7 +7,9 @@ SI or texts with a unit; ``x-unit`` names the SI unit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sits_mech.scene.bounds import quantity_schema
@@ -16,11 +18,11 @@ from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.parts import Conductor, Readout, Target
 from sits_mech.scene.sensor import Sensor
-from sits_mech.schemas.described import with_descriptions
 from sits_mech.silicone.laws import LAWS
 
 Schema = dict[str, Any]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_HEAD = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$")
 _PLATE = {"rectangle": ("width", "length"), "disc": ("diameter",)}
 _LAYER = {"box": ("width", "length"), "cylinder": ("diameter",), "pillars": ("pitch", "diameter")}
 
@@ -32,7 +34,8 @@ def scene_schema() -> Schema:
     found = {name: with_descriptions(schema["$defs"][name], kind) for name, kind in parts.items()}
     found["Coil"] |= {"required": ["name", "track_width", "track_thickness"], "allOf": _coil_shapes()}
     for name in ("Target", "Conductor"):
-        found[name] |= {"required": _without(found[name], "load_height"), "allOf": _shapes(_PLATE, ("shape",))}
+        needed = [key for key in found[name]["required"] if key != "load_height"]
+        found[name] |= {"required": needed, "allOf": _shapes(_PLATE, ("shape",))}
         found[name]["properties"]["material"] = _optional({"enum": list(metals())}, found[name], "material")
     found["Target"]["properties"] |= {
         "mesh": {"type": "string", "description": 'File of a mesh whose border is the outline; of shape "outline".'},
@@ -51,11 +54,6 @@ def scene_schema() -> Schema:
     whole = with_descriptions(schema, Sensor) | {"title": "Scene of sits-mech", "$schema": DIALECT, "$defs": found}
     whole["properties"]["readout"] = {"$ref": "#/$defs/Readout"}
     return whole
-
-
-def _without(schema: Schema, *keys: str) -> list[str]:
-    """Return the needed keys but for some that are filled in."""
-    return [key for key in schema["required"] if key not in keys]
 
 
 def _optional(kind: Schema, schema: Schema, key: str) -> Schema:
@@ -119,3 +117,29 @@ def _law(name: str) -> Schema:
     needed = ["law", *law.units, "bulk_modulus"]
     own = {"type": "object", "title": name, "additionalProperties": False}
     return own | {"required": needed, "properties": properties}
+
+
+def attributes(kind: type) -> dict[str, str]:
+    """Return the sentence of each attribute in the NumPy docstring of a class."""
+    _, _, section = (inspect.getdoc(kind) or "").partition("Attributes\n----------\n")
+    found: dict[str, str] = {}
+    names: list[str] = []
+    for line in section.splitlines():
+        if line and not line.startswith(" "):
+            head = _HEAD.match(line)
+            names = [name.strip() for name in head[1].split(",")] if head else []
+        elif line:
+            found |= {name: f"{found.get(name, '')} {line.strip()}".strip() for name in names}
+    return found
+
+
+def with_descriptions(schema: Mapping[str, Any], kind: type) -> dict[str, Any]:
+    """Return an object's schema with what the docstring of its class says of the keys, and of it."""
+    said = attributes(kind)
+    properties = {
+        key: {name: item for name, item in entry.items() if name != "title"}
+        | ({"description": said[key]} if key in said else {})
+        for key, entry in schema["properties"].items()
+    }
+    first = (inspect.getdoc(kind) or "").partition("\n")[0]
+    return dict(schema) | {"description": first, "properties": properties}

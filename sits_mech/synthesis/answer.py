@@ -17,8 +17,7 @@ import numpy as np
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task, over
 from sits_mech.synthesis.around import Changes, Landscape, Price
-from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, SCATTERING, Requirements
+from sits_mech.synthesis.requirements import BY_FORCE, INVERSE, LEAST, PLAIN, SCATTERING, Requirements
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Design
 
@@ -145,7 +144,7 @@ def figure_words(name: str, value: float) -> str:
 
 def figures_of(task: Task, found: Answered) -> tuple[Figure, ...]:
     """Return the figures of a solved design with their limits."""
-    figures, rows = task.figures(found.table, found.plain), []
+    figures, rows = task.own_figures(found), []
     for name, value in figures.items():
         unit, scale = unit_of(name)
         limit, unknown = task.limits.get(name), np.nan if name.partition(".")[0] in _UNKNOWN else 0.0
@@ -163,7 +162,7 @@ def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
     asked = [name for name in {**task.limits, **task.goal} if name not in (STRAIN, INVERSE)]
     rows = []
     for each in known:
-        figures = task.figures(each.table, each.plain) if each.carried else {}
+        figures = task.own_figures(each) if each.carried else {}
         if not each.carried or figures.get(INVERSE, 1.0) < LEAST_INVERSE or figures.get(STRAIN, 0.0) > 1.0:
             continue
         names = [name for name in asked if name in figures]
@@ -208,7 +207,7 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
     if not other.carried:
         return other.reason
     task = search.task
-    figures = task.figures(other.table, other.plain)
+    figures = task.own_figures(other)
     excess = task.excess(figures, other.table)
     name = max(excess, key=lambda each: excess[each]) if excess else ""
     if name and excess[name] > 0.0:
@@ -217,7 +216,7 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
         error = other.error.get(name, 0.0)
         unsure = f" +- {figure_words(name, error)}" if error > 0.0 else ""
         return f"{name} {figure_words(name, figures[name])}{unsure} against {figure_words(name, task.limits[name])}"
-    own, least = task.aim(figures), task.aim(task.figures(best.table, best.plain))
+    own, least = task.aim(figures), task.aim(task.own_figures(best))
     more = f"{100.0 * abs(own - least) / abs(least):.3g} % {'more' if own > least else 'less'}" if least else "no less"
     if own - least < task.doubt(other) + task.doubt(best):
         return f"holds the limits, and is as good within the errors: what is minimised is {more}"
@@ -238,7 +237,7 @@ def made_share(task: Task, best: Answered) -> Share:
     """Return the share of the sensors made that hold every limit."""
     if best.table is None or not len(task.judge.deviations):
         return Share(np.nan, np.nan, np.nan)
-    figures = task.figures(best.table, best.plain)
+    figures = task.own_figures(best)
     fixed = [name for name in figures if name.partition(".")[0] not in SCATTERING]
     if any(over(name, figures[name], task.limits[name]) > 0.0 for name in fixed if name in task.limits):
         return Share(0.0, 0.0, 0.0)

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.figures import INVERSE, Judge, Table
+from sits_mech.synthesis.figures import Judge, Table
 from sits_mech.synthesis.requirements import LEAST, SCATTERING
 from sits_mech.synthesis.space import Design
 
@@ -60,6 +60,10 @@ class Task:
         """Return all figures of a design, known or predicted."""
         return plain | ({} if table is None else self.judge.figures(table))
 
+    def own_figures(self, found: Answered) -> dict[str, float]:
+        """Return all figures of a solved design."""
+        return self.figures(found.table, found.plain)
+
     def excess(self, figures: dict[str, float], table: Table | None) -> dict[str, float]:
         """Return by how much each limit is exceeded, over the limit; not positive where it holds.
 
@@ -79,25 +83,27 @@ class Task:
 
     def undecided(self, found: Answered) -> tuple[str, ...]:
         """Return the limits within the errors of a solved design's figures."""
-        off, excess = self.errors(found), self.excess(self.figures(found.table, found.plain), found.table)
+        off, excess = self.errors(found), self.excess(self.own_figures(found), found.table)
         return tuple(name for name, value in excess.items() if abs(value) < off.get(name, 0.0))
 
     def doubt(self, found: Answered) -> float:
         """Return the error of what is minimised."""
-        size = self.sizes | (self.weighed or self.limits)
-        each = (weight * found.error.get(name, 0.0) / abs(size.get(name, 1.0)) for name, weight in self.goal.items())
+        each = (weight * found.error.get(name, 0.0) / self.scale(name) for name, weight in self.goal.items())
         return float(sum(each))
+
+    def scale(self, name: str) -> float:
+        """Return what a minimised figure is taken over: its limit, else its size."""
+        return abs((self.sizes | (self.weighed or self.limits)).get(name, 1.0))
 
     def holds(self, found: Answered) -> bool:
         """Return whether a solved design holds every limit."""
-        excess = self.excess(self.figures(found.table, found.plain), found.table)
+        excess = self.excess(self.own_figures(found), found.table)
         return found.carried and max(excess.values(), default=-1.0) <= 0.0
 
     def aim(self, figures: dict[str, float]) -> float:
         """Return what is minimised: figures over their limits, or over their sizes, by their weights."""
-        size = self.sizes | (self.weighed or self.limits)
         return sum(
-            weight * (-1.0 if name in LEAST else 1.0) * figures[name] / abs(size.get(name, 1.0))
+            weight * (-1.0 if name in LEAST else 1.0) * figures[name] / self.scale(name)
             for name, weight in self.goal.items()
         )
 
@@ -106,5 +112,4 @@ def over(name: str, value: float, limit: float) -> float:
     """Return by how much a figure exceeds its limit, over the limit."""
     if not np.isfinite(value):
         return 1e3
-    lower = name in LEAST or name == INVERSE
-    return float((limit - value if lower else value - limit) / abs(limit))
+    return float((limit - value if name in LEAST else value - limit) / abs(limit))

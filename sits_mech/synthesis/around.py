@@ -15,13 +15,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import INVERSE
 from sits_mech.synthesis.prediction import Prediction
-from sits_mech.synthesis.requirements import LEAST, Requirements
+from sits_mech.synthesis.requirements import INVERSE, LEAST, Requirements
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Variable
 
@@ -53,13 +51,12 @@ class Landscape:
     units: tuple[str, ...]
     aim: Array  # what is minimised; nan far from all that was solved, or not invertible
     excess: Array  # of the limit exceeded most, over itself; nan far from all that was solved
-    worst: NDArray[np.str_]  # that limit
 
 
 def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
     """Return the limits that bind at a design, with their prices; `branch` is that of its choice."""
     task = search.task
-    figures, off = task.figures(best.table, best.plain), task.errors(best)
+    figures, off = task.own_figures(best), task.errors(best)
     found = []
     every = task.excess(figures, best.table)
     for name, excess in every.items():
@@ -75,7 +72,7 @@ def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
 
 def _looser(task: Task, name: str) -> Task:
     """Return a task with one limit a tenth looser, its scales unchanged."""
-    factor = 1.0 - _LOOSER if name in (*LEAST, INVERSE) else 1.0 + _LOOSER
+    factor = 1.0 - _LOOSER if name in LEAST else 1.0 + _LOOSER
     limits = task.limits | {name: task.limits[name] * factor}
     judge = replace(task.judge, limits={key: limits[key] for key in task.judge.limits})
     return replace(task, judge=judge, limits=limits, weighed=task.weighed or task.limits)
@@ -89,7 +86,7 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
     count = _FINE if len(some) == 1 else _COARSE
     unit = np.linspace(0.0, 1.0, count)
     shape = (count,) * len(some)
-    aim, excess, worst = np.zeros(shape), np.zeros(shape), np.full(shape, "", dtype="<U40")
+    aim, excess = np.zeros(shape), np.zeros(shape)
     for index in np.ndindex(shape):
         x = best.point.copy()
         x[: len(some)] = unit[list(index)]
@@ -100,9 +97,9 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
         figures = search.task.figures(table, plain)
         beyond = search.task.excess(figures, table)
         aim[index] = np.nan if beyond.get(INVERSE, 0.0) > 0.0 else search.task.aim(figures)
-        excess[index], worst[index] = max(((value, name) for name, value in beyond.items()), default=(-1.0, ""))
+        excess[index] = max(beyond.values(), default=-1.0)
     axes = tuple(np.array([each.value(x) for x in unit]) for each in some)
-    return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess, worst)
+    return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess)
 
 
 def sensitivities(

@@ -34,13 +34,12 @@ from numpy.polynomial import chebyshev
 from scipy.stats import norm, qmc
 
 from sits_mech.quantities import Array
+from sits_mech.synthesis.requirements import INVERSE
 
 _COUNTS = {1: 5, 2: 5}  # loads along each component, by their number, three of more; one less to one side
 _FINE = {1: 17, 2: 7, 3: 5}
 _FEW, _MANY = 512, 4096  # samples of a search and of an answer: 128 told an error 4 % too small
 _ROUNDING = 1e-12  # of a range per kelvin: drift that symmetry forbids
-INVERSE = "inverse"
-"""Name of the figure that tells whether there is one load for each reading."""
 
 
 class Loads(NamedTuple):

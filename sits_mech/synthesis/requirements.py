@@ -43,7 +43,7 @@ import numpy as np
 from sits_mech.quantities import UNITS, WRENCH
 from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown
-from sits_mech.scene.parameters import parameter
+from sits_mech.scene.parameters import parameter, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text
 from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.space import Space, space_of
@@ -56,7 +56,9 @@ SCATTERING = ("resolution", "error")
 """Those of them that tolerances scatter."""
 PLAIN = {"crosstalk_before_inverse": "", "hysteresis": "", "rate": "Hz", "height": "m"}
 """The other figures, with their units."""
-LEAST = ("rate",)
+INVERSE = "inverse"
+"""Name of the figure that tells whether there is one load for each reading."""
+LEAST = ("rate", INVERSE)
 """Figures that must be at least so much; the others at most."""
 SPECIAL = {"modulus": "", "coil_offset": "m", "repeatability": ""}
 """Tolerances that are no key of the scene."""
@@ -191,8 +193,7 @@ def _tolerance(table: Mapping[str, Any], sensor: Sensor, space: Space) -> dict[s
         elif key in space.lists:
             raise SceneError(f"tolerance.{key}: must be of a length or a number; a list varies it")
         else:
-            own = space.number(sensor, key)
-            if own is None:
+            if value_of(sensor, key) is None:
                 known = (*SPECIAL, "a dotted key of a length or number of the scene")
                 raise SceneError(f"tolerance: {key} must be one of {', '.join(known)}")
             found[key] = quantity(item, "m" if isinstance(item, str) else "", f"tolerance.{key}")

@@ -31,10 +31,10 @@ from sits_mech.synthesis.answer import (
     rounded,
     tied_with,
 )
-from sits_mech.synthesis.answered import Answered, Task
+from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import landscape_of, prices, sensitivities
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
-from sits_mech.synthesis.search import MOST, Branch, Search
+from sits_mech.synthesis.search import MOST, Search
 from sits_mech.synthesis.solve import Solver
 from sits_mech.synthesis.space import Design
 
@@ -105,7 +105,7 @@ def design(
     share = made_share(task, best)
     open_ = [name for name in task.undecided(best) if name != "yield"]
     open_ += ["yield"] if share.low < asked.least_yield <= share.high else []
-    feasible = search.merit(best) <= task.aim(task.figures(best.table, best.plain)) and not share[0] < asked.least_yield
+    feasible = search.merit(best) <= task.aim(task.own_figures(best)) and not share[0] < asked.least_yield
     judged = {each.design.choice for each in finals}
     others = [each for each in firsts(known, search.at_best) if each.design.choice not in judged]
     return DesignAnswer(
@@ -200,33 +200,25 @@ class _Run:
     def refined(self, search: Search, best: Answered) -> Answered:
         """Return the best design of a choice, rounded and solved finer; itself where no rounded one is carried."""
         branch = next(each for each in search.branches if each.choice == best.design.choice)
-        tries = sorted(rounded(self.asked, best.design), key=lambda each: _promise(search, branch, each))
+        tries = sorted(
+            rounded(self.asked, best.design),
+            key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float)),
+        )
         found: list[Answered] = []
         for wanted in tries[:_TRIES]:
-            found.append(self.solve(wanted, FINE))
-            if self._stands(search.task, found[-1]):
-                return found[-1]
+            new = self.solve(wanted, FINE)
+            if search.task.holds(new) and not made_share(search.task, new).value < self.asked.least_yield:
+                return new
+            found.append(new)
         chosen = min(found, key=search.merit)
         return chosen if chosen.carried else best
 
-    def _stands(self, task: Task, found: Answered) -> bool:
-        """Return whether a design holds its limits, with the yield that is asked."""
-        return task.holds(found) and not made_share(task, found).value < self.asked.least_yield
-
     def notes(self, best: Answered) -> tuple[str, ...]:
         """Return notes on the answer for a designer."""
-        sensor = self.asked.space.sensor(best.design)
-        found = []
-        if sensor.elastomer is not None and sensor.elastomer.silicone.spread:
-            spread = sensor.elastomer.silicone.spread
-            found.append(
-                f"the sources of {sensor.elastomer.silicone.name or 'the silicone'} differ by {1.0 + spread:.3g} in "
-                f"stress: forces may be off by as much; measure the own silicone"
-            )
-        return tuple(found)
-
-
-def _promise(search: Search, branch: Branch, wanted: Design) -> float:
-    """Return the predicted merit of a design."""
-    x = np.array(wanted.x, dtype=float)
-    return search.predicted(branch.prediction, x)
+        layer = self.asked.space.sensor(best.design).elastomer
+        if layer is None or not layer.silicone.spread:
+            return ()
+        return (
+            f"the sources of {layer.silicone.name or 'the silicone'} differ by {1.0 + layer.silicone.spread:.3g} in "
+            "stress: forces may be off by as much; measure the own silicone",
+        )

@@ -112,7 +112,7 @@ class Search:
         if not found.carried:
             return np.inf
         task = self.task
-        figures, off = task.figures(found.table, found.plain), task.errors(found)
+        figures, off = task.own_figures(found), task.errors(found)
         left = [value - off.get(name, 0.0) for name, value in task.excess(figures, found.table).items()]
         return task.aim(figures) - task.doubt(found) + _exceeded(max(left, default=0.0))
 
@@ -147,7 +147,7 @@ class Search:
         branch.known.append(found)
         branch.promise, self.solved = None, self.solved + 1
         if found.carried and not self.task.sizes:
-            self.task = replace(self.task, sizes=self.task.figures(found.table, found.plain))
+            self.task = replace(self.task, sizes=self.task.own_figures(found))
         return found
 
     def _hope(self, branch: Branch) -> float:

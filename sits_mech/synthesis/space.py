@@ -124,15 +124,7 @@ class Space:
     def overrides(self, values: Mapping[str, Any]) -> list[str]:
         """Return values by key as overrides of the scene."""
         texts = {key: literal(item) for key, item in values.items()}
-        return [f"{name}={text}" for key, text in texts.items() for name in self.keys(key)]
-
-    def keys(self, key: str) -> list[str]:
-        """Return the keys that one stands for; a star means every coil."""
-        return keys_of(self.base, key)
-
-    def number(self, sensor: Sensor, key: str) -> float | None:
-        """Return the number of a key in a sensor [SI]; None where there is none."""
-        return value_of(sensor, key)
+        return [f"{name}={text}" for key, text in texts.items() for name in keys_of(self.base, key)]
 
     def least_sizes(self) -> dict[str, float]:
         """Return the least height and footprint over corners of bounds and choices [m]; empty if they are too many."""
@@ -150,7 +142,7 @@ class Space:
     def width(self, variable: Variable, sensor: Sensor) -> float:
         """Return the distance of a variable's bounds in SI."""
         ends = (variable.text(variable.low), variable.text(variable.high))
-        low, high = (self.number(changed(sensor, self.overrides({variable.key: end})), variable.key) for end in ends)
+        low, high = (value_of(changed(sensor, self.overrides({variable.key: end})), variable.key) for end in ends)
         return float(high or 0.0) - float(low or 0.0)
 
     def words(self, design: Design) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.boards.kicad import read_board
 from sits_mech.boards.route import route
-from sits_mech.boards.turns import touching
+from sits_mech.boards.scene import touching
 
 
 def told(draw: Any, items: list[str]) -> tuple[str, ...]:

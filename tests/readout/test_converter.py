@@ -12,6 +12,7 @@ from sits_mech.readout.converter import (
     converter,
     frequency_of,
     inductance_noise,
+    no_registers,
     parallel_resistance,
     relative_noise,
     resonance,
@@ -19,7 +20,6 @@ from sits_mech.readout.converter import (
     tank_inductance,
 )
 from sits_mech.readout.front_end import front_end, register_text
-from sits_mech.readout.registers import no_registers
 
 LDC1614, LDC1101 = CONVERTERS["LDC1614"], CONVERTERS["LDC1101"]
 

@@ -3,7 +3,7 @@
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.parts import Conductor
 from sits_mech.schemas import schema_of
-from sits_mech.schemas.described import attributes
+from sits_mech.schemas.scene import attributes
 
 
 def test_sections_of_attributes_are_read() -> None:

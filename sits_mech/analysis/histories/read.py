@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.mechanics.histories import LoadHistory
-from sits_mech.memory import input_text
 from sits_mech.quantities import UNITS, WRENCH, Array
-from sits_mech.readout.measured import column_heading, column_values
+from sits_mech.readout.measured import Sheet, table_lines
 from sits_mech.units import SceneError
 
 _TIMES = ("t", "time")
@@ -28,12 +27,10 @@ def read_history(path: str | Path) -> LoadHistory:
 
     Raises SceneError when the file cannot be read, columns or numbers are missing, or time stands still or runs back.
     """
-    text = input_text(path, "a readable history of loads", errors="replace")
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    number, separator, columns = column_heading(lines, _TIMES)
-    if number < 0:
+    lines, separator, columns = table_lines(path, "a readable history of loads", _TIMES)
+    if not lines:
         raise SceneError(f"{path}: must have a column t, such as t [s], and one for each force; got none")
-    names = lines[number].split(separator)
+    names = lines[0].split(separator)
     allowed = {*_TIMES, *(name.lower() for name in WRENCH)}
     strange = sorted(set(columns) - allowed)
     if strange or len(columns) < len(names) or all(name in columns for name in _TIMES):
@@ -42,17 +39,17 @@ def read_history(path: str | Path) -> LoadHistory:
     known = [name for name in WRENCH if name.lower() in columns]
     if not known:
         raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(WRENCH)}; got none")
-    rows = _rows(lines[number + 1 :], separator, len(lines[number].split(separator)), str(path))
-    time = column_values(rows, columns, next(name for name in _TIMES if name in columns), "s", str(path))
+    sheet = Sheet(str(path), columns, _rows(lines[1:], separator, len(names), str(path)))
+    time = sheet.values(next(name for name in _TIMES if name in columns), "s")
     still = np.flatnonzero(np.diff(time) <= 0.0)
     if still.size:
         row = int(still[0]) + 1
         hint = ": a sudden load takes a short time, such as 1 ms" if time[row] == time[row - 1] else ""
         came = f"{time[row]:g} s in row {row + 1} after {time[row - 1]:g} s"
         raise SceneError(f"{path}: time must rise; got {came}{hint}")
-    wrench = np.zeros((len(rows), len(WRENCH)))
+    wrench = np.zeros((len(time), len(WRENCH)))
     for name in known:
-        wrench[:, WRENCH.index(name)] = column_values(rows, columns, name.lower(), UNITS[name], str(path))
+        wrench[:, WRENCH.index(name)] = sheet.values(name.lower(), UNITS[name])
     return LoadHistory(time, wrench)
 
 

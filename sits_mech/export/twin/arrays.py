@@ -94,17 +94,12 @@ def check_box(source: Source) -> None:
     failed = ~source.data["status"].isin(ANSWERED)
     corners = failed.isel({name: [0, -1] for name in names})
     if bool(corners.any()):
-        first = load_words(_first(source, corners))
+        at = zip(corners.dims, np.argwhere(corners.to_numpy())[0], strict=True)
+        first = load_words({str(name): float(corners[name][k]) for name, k in at})
         raise SceneError(
             f"--to twin: must be of a table whose corners have results, so that its domain is a box; "
             f"{int(failed.sum())} of {failed.size} loads failed, among them {first}: calibrate over less"
         )
-
-
-def _first(source: Source, corners: Any) -> dict[str, float]:
-    """Return the components of the first corner without a result."""
-    at = np.argwhere(corners.to_numpy())[0]
-    return {str(name): float(corners[name][k]) for name, k in zip(corners.dims, at, strict=True)}
 
 
 def _converter(source: Source, cal: Calibration, notes: list[str]) -> tuple[FrontEnd | None, Calibration | None]:

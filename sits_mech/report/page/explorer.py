@@ -22,11 +22,12 @@ from sits_mech.geometry.outline import pad_outlines, target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import turn_radii
-from sits_mech.quantities import POSE, UNITS, Array, shown_unit
+from sits_mech.quantities import POSE, UNITS, shown_unit
 from sits_mech.readout.crosstalk import signals_of
 from sits_mech.readout.loads import fixed, several, varied
 from sits_mech.readout.signals import told
 from sits_mech.report.records import json_text
+from sits_mech.report.tables.solves import shown_scale
 from sits_mech.scene.sensor import Coil, Conductor, Sensor
 
 _MM = 1e3
@@ -79,7 +80,7 @@ def explorer(sensor: Sensor, data: xr.Dataset, read: Readings) -> tuple[str, str
     """Return the explorer's section and script; the table must vary at least one component of the load."""
     items = items_of(sensor, data, read)
     curves = charts(data, items)
-    small = _numbers(items) * data["status"].size <= _MOST
+    small = sum(1 + ("error" in item) for item in items) * data["status"].size <= _MOST
     hint = "" if small else " This table is large: it stands here with six digits and without errors."
     markup = Template(_MARKUP).substitute(sliders=sliders(data), cards=cards(items), figures=figures(curves), hint=hint)
     record = table(sensor, data, read, items, small=small) | {"charts": curves}
@@ -95,11 +96,6 @@ def page_file(name: str) -> str:
     return (resources.files("sits_mech.report.page") / name).read_text(encoding="utf-8")
 
 
-def _numbers(items: list[Record]) -> int:
-    """Return how many numbers each load has."""
-    return sum(1 + ("error" in item) for item in items)
-
-
 def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
     """Return label, variable, its error, scale, digits and unit of each item; many coils come last."""
     coils, found = list[Record](), list[Record]()
@@ -112,16 +108,11 @@ def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
         entry = {"label": _SIGNAL[name], "name": name, "error": f"error_{name}", "scale": 1, "digits": 3, "unit": "%"}
         found.append(entry)
     for name, label in _POSE.items():
-        if name in POSE[:3] or _moves(data, name):
-            scale, digits, unit = (1e6, 1, "µm") if UNITS[name] == "m" else (1e3, 3, "mrad")
-            entry = {"label": label, "name": name, "error": f"error_{name}", "scale": scale, "digits": digits}
-            found.append(entry | {"unit": unit})
+        if name in POSE[:3] or (name in data and float(np.nan_to_num(np.abs(data[name].to_numpy())).max()) > _STILL):
+            scale, unit = shown_scale(name)
+            entry = {"label": label, "name": name, "error": f"error_{name}", "scale": scale}
+            found.append(entry | {"digits": 1 if unit == "um" else 3, "unit": unit.replace("u", "µ")})
     return coils + found if len(sensor.coils) <= _FEW else found + coils
-
-
-def _moves(data: xr.Dataset, name: str) -> bool:
-    """Tell whether a component of the pose is other than zero at any load."""
-    return name in data and float(np.nan_to_num(np.abs(data[name].to_numpy())).max()) > _STILL
 
 
 def cards(items: list[Record]) -> str:
@@ -183,7 +174,8 @@ def table(sensor: Sensor, data: xr.Dataset, read: Readings, items: list[Record],
         is_error = name.startswith("error_")
         if small or not is_error:
             digits = 3 if is_error else _DIGITS[small or stem == "code"]
-            values[name] = _rounded(each.ravel(), digits)
+            numbers = each.ravel().tolist()
+            values[name] = [float(f"{value:.{digits}g}") if math.isfinite(value) else math.nan for value in numbers]
     forces = []
     for name in order:
         nodes, scale = data[name].to_numpy().tolist(), 1.0 if UNITS[name] == "N" else 1e3
@@ -195,11 +187,6 @@ def table(sensor: Sensor, data: xr.Dataset, read: Readings, items: list[Record],
         "forces": forces, "held": fixed(data), "values": values, "items": items, "scene": parts_of(sensor),
         "reasons": {str(k): str(text) for k, text in enumerate(reasons) if text},
     }
-
-
-def _rounded(values: Array, digits: int) -> list[float]:
-    """Return numbers with some digits."""
-    return [float(f"{value:.{digits}g}") if math.isfinite(value) else math.nan for value in values.tolist()]
 
 
 def parts_of(sensor: Sensor) -> Record:

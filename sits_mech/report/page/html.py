@@ -7,6 +7,7 @@ stands beside this file; the text of each section is made in `parts`, the explor
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 from pathlib import Path
 from string import Template
 
@@ -16,6 +17,7 @@ from sits_mech.analysis.codes import Readings, readings
 from sits_mech.readout.loads import varied
 from sits_mech.report.page.explorer import explorer, page_file
 from sits_mech.report.page.parts import (
+    PICTURES,
     computed_part,
     figures_part,
     inverse_part,
@@ -47,13 +49,17 @@ def page(sensor: Sensor, data: xr.Dataset, folder: Path) -> str:
     if varied(data):
         markup, script = explorer(sensor, data, read)
         sections = [("explorer", "Explorer", markup), *sections]
-    nav = "".join(f'<a href="#{name}">{_NAMES.get(name, title)}</a>' for name, title, _ in sections)
-    texts = (f'<section id="{name}"><h2>{title}</h2>{text}</section>' for name, title, text in sections)
+    units = " SI units; x and y are shear, F_z presses down, alpha turns the right edge down."
+    return page_of(sensor.name, sections, units, subtitle=subtitle(data), tiles=tiles(data, read), script=script)
+
+
+def page_of(title: str, sections: Sequence[tuple[str, str, str]], footer: str = "", **parts: str) -> str:
+    """Return a page of sections, each with its name, title and HTML; `parts` are the others of page.html."""
+    nav = "".join(f'<a href="#{name}">{_NAMES.get(name, heading)}</a>' for name, heading, _ in sections)
+    texts = (f'<section id="{name}"><h2>{heading}</h2>{text}</section>' for name, heading, text in sections)
     return Template(page_file("page.html")).substitute(
-        title=html.escape(sensor.name), subtitle=subtitle(data), tiles=tiles(data, read), nav=nav,
-        sections="\n".join(texts), script=script, css=page_file("page.css"),
-        footer=f"Made by sits-mech {html.escape(__version__)}. SI units; x and y are shear, F_z presses down, alpha "
-        "turns the right edge down.",
+        title=html.escape(title), nav=nav, sections="\n".join(texts), css=page_file("page.css"),
+        footer=f"Made by sits-mech {html.escape(__version__)}.{footer}", **parts,
     )
 
 
@@ -62,7 +68,7 @@ def _sections(sensor: Sensor, data: xr.Dataset, folder: Path, read: Readings) ->
     return [
         ("words", "In plain words", f'<ul class="words">{words_part(sensor, data, read)}</ul>'),
         ("figures", "Figures of merit", figures_part(data)),
-        ("pictures", "Pictures", pictures_part(folder)),
+        ("pictures", "Pictures", pictures_part(folder, PICTURES)),
         ("readout", "Readout", readout_part(sensor, read)),
         ("inverse", "Forces back from inductances", inverse_part(sensor, data, read)),
         ("limits", "Limits of the pad", limits_part(sensor, data)),

@@ -30,15 +30,16 @@ from sits_mech.report.tables.readings import front_end_table
 from sits_mech.scene.sensor import Coil, Sensor, scene_text
 from sits_mech.status import ANSWERED, INTERPOLATED, OK, counted, exit_code
 
-_PICTURES = {
-    "L_v.png": "Sum of the inductances against the normal force; bars are estimated errors.",
-    "L_h.png": "Difference of the inductances against shear; bars are estimated errors.",
-    "dL_v.png": "Change of the mean inductance against the normal force; bars are estimated errors.",
-    "dL_x.png": "First moment of the inductances along x against the shear force along x; bars are estimated errors.",
-    "dL_y.png": "First moment of the inductances along y against the shear force along y; bars are estimated errors.",
-    "crosstalk.png": "What each force does to the signals of the others, relative to their own full scale.",
-    "layer.png": "The deformed layer under the largest load, in a section along it.",
+PICTURES = {
+    "L_v": "Sum of the inductances against the normal force; bars are estimated errors.",
+    "L_h": "Difference of the inductances against shear; bars are estimated errors.",
+    "dL_v": "Change of the mean inductance against the normal force; bars are estimated errors.",
+    "dL_x": "First moment of the inductances along x against the shear force along x; bars are estimated errors.",
+    "dL_y": "First moment of the inductances along y against the shear force along y; bars are estimated errors.",
+    "crosstalk": "What each force does to the signals of the others, relative to their own full scale.",
+    "layer": "The deformed layer under the largest load, in a section along it.",
 }
+"""Captions of a calibration's pictures."""
 _MOST = 1000  # loads in the page's table
 _LINES = 8  # of a cell in one column
 _NOTABLE = 10.0  # crosstalk worth a sentence [% of full scale]
@@ -150,11 +151,11 @@ def figures_part(data: xr.Dataset) -> str:
     return html_table(summary_table(data))
 
 
-def pictures_part(folder: Path) -> str:
-    """Return the calibration's pictures, within the page; a line where there are none."""
+def pictures_part(folder: Path, captions: Mapping[str, str]) -> str:
+    """Return the pictures of a folder, within the page; a line where there are none."""
     found = []
-    for name, caption in _PICTURES.items():
-        file = folder / name
+    for name, caption in captions.items():
+        file = folder / f"{name}.png"
         if file.is_file():
             text = base64.b64encode(file.read_bytes()).decode("ascii")
             image = f'<img alt="{html.escape(caption)}" src="data:image/png;base64,{text}">'
@@ -168,7 +169,7 @@ def readout_part(sensor: Sensor, read: Readings) -> str:
     """Return the converter's settings and the codes of the coils."""
     if read.front is None:
         return f"<p>{html.escape(_sentence('; '.join(read.left_out)))}</p>"
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     return html_table(front_end_table(read.front, names, read.left_out))
 
 

@@ -33,7 +33,7 @@ def picture_path(asked: Path | None, scene: str, kind: Kind) -> Path:
 
 def driven_coil(sensor: Sensor, driven: str | None) -> str:
     """Return the name of the coil that is driven, the last one by default; raise SceneError when there is no such."""
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     if driven is not None and driven not in names:
         raise SceneError(f"--driven: must be one of {', '.join(names)}; got {driven!r}")
     return names[-1] if driven is None else driven

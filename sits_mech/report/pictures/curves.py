@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
-KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
-"""What components of a load are called; others are moments."""
+_KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}  # others are moments
 COLUMN = 88.0 / 25.4  # width of a paper's column [in]
 STYLE = Path(__file__).with_name("paper.mplstyle")
 """The style file of every picture, for matplotlib's `style.use` as well."""
@@ -91,6 +90,12 @@ def add_polygons(axes: Axes, corners: Array, **style: Any) -> PolyCollection:
     return found
 
 
+def label_bar(bar: Any, text: str) -> None:
+    """Label the scale of colours of a picture."""
+    bar.set_label(text, fontsize=7)
+    bar.ax.tick_params(labelsize=6)
+
+
 def calibration_pictures(data: xr.Dataset) -> dict[str, Callable[[], Figure]]:
     """Return what draws each picture of a table, by name: curves of each signal whose force it varies, crosstalk."""
     own = signals_of(data)
@@ -118,7 +123,7 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
         curves = _curves(data, signal, family)
         for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
             axes.errorbar(data[along], values, errors, **stroke, elinewidth=0.6, label=name)
-        axes.set_xlabel(f"{KINDS.get(along, 'moment')} ${along}$ [{shown_unit(along)}]")
+        axes.set_xlabel(load_label(along))
         axes.set_ylabel(signal_label(signal, data.sizes["coil"]))
         figure.suptitle(_curves_title(data, signal, held))
         if family is not None:
@@ -153,6 +158,11 @@ def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str
         if not (same and other < 0.0):
             found.append((f"\u00b1{other:.3g}" if same else f"{other:.3g}", values, errors))
     return found
+
+
+def load_label(name: str) -> str:
+    """Return what a component of a load is, as an axis label."""
+    return f"{_KINDS.get(name, 'moment')} ${name}$ [{shown_unit(name)}]"
 
 
 def signal_label(signal: str, coils: int) -> str:
@@ -209,8 +219,7 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             axes.set_title(f"${force}$ into ${_symbol(signal)}$")
             axes.set_xlabel(f"${across}$ [{shown_unit(across)}]")
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
-            bar.set_label(rf"of ${_symbol(signal)}$'s full scale [%]", fontsize=7)
-            bar.ax.tick_params(labelsize=6)
+            label_bar(bar, rf"of ${_symbol(signal)}$'s full scale [%]")
         every[0].set_ylabel(f"${up}$ [{shown_unit(up)}]")
         title = f"crosstalk{', ' if held else ''}{_mathematics(held)}; lines: equal values, dashed where negative"
         figure.suptitle(fill(title, 58))

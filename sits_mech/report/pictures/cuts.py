@@ -118,7 +118,7 @@ def target_cut(target: Target, pose: Pose, plane: Plane = FLAT) -> Array:
     return np.stack([along(moved, plane)[0], moved[..., 2]], axis=-1)
 
 
-def conductor_cut(part: Conductor, plane: Plane = FLAT) -> Array:
+def conductor_cut(part: Conductor, plane: Plane) -> Array:
     """Return the pieces of a fixed plate that a plane cuts, shape (k, 4, 2) [m]."""
     place = np.array(part.centre)
     shift, d = along(place, plane)

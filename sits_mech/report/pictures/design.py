@@ -17,8 +17,7 @@ from sits_mech.report.pictures.curves import new_figure
 from sits_mech.synthesis.answer import DesignAnswer, unit_of
 from sits_mech.synthesis.answered import STRAIN, Answered, Task
 from sits_mech.synthesis.around import Landscape
-from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import LEAST, Requirements
+from sits_mech.synthesis.requirements import INVERSE, LEAST, Requirements
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,7 +44,7 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
     """Return what is minimised, or the first figure, against each other figure that is asked for."""
     task = found.task
     names = [name for name in {**task.goal, **task.limits} if name not in (STRAIN, INVERSE)]
-    names = [name for name in names if name in task.figures(found.best.table, found.best.plain)]
+    names = [name for name in names if name in task.own_figures(found.best)]
     pairs = [(name, names[0]) for name in names[1 : 1 + _MOST]] or [(names[0], names[0])]
     columns = min(len(pairs), 2)
     rows = -(-len(pairs) // columns)
@@ -82,9 +81,9 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     for axis, most in ((spot.xaxis, 2), (spot.yaxis, 4)):
         axis.set_major_locator(MaxNLocator(most))
         axis.set_major_formatter(StrMethodFormatter("{x:.3g}"))
-    x, y, dx, dy = np.array([[f(task, each, name) for f in (_shown, _off) for name in names] for each in found.front]).T
+    dx, dy = ([unit_of(name)[1] * each.error.get(name, 0.0) for each in found.front] for name in names)
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
-    spot.errorbar(x, y, dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
+    spot.errorbar(places[:, 0], places[:, 1], dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
     best = [_shown(task, found.best, name) for name in names]
     spot.plot(best[:1], best[1:], "k*", ms=7, label=_star(found))
     for name, line in zip(names, (spot.axvline, spot.axhline), strict=True):
@@ -115,12 +114,7 @@ def choice_words(asked: Requirements, choice: tuple[int, ...]) -> str:
 
 def _shown(task: Task, each: Answered, name: str) -> float:
     """Return a figure in its shown unit."""
-    return unit_of(name)[1] * task.figures(each.table, each.plain)[name]
-
-
-def _off(task: Task, each: Answered, name: str) -> float:
-    """Return the error of a figure in its shown unit; zero where it is not known."""
-    return unit_of(name)[1] * each.error.get(name, 0.0)
+    return unit_of(name)[1] * task.own_figures(each)[name]
 
 
 def _words(name: str) -> str:
@@ -183,9 +177,9 @@ def _aim_words(task: Task) -> tuple[float, str]:
         each = (_words(name) if weight == 1.0 else f"{weight:g} {_words(name)}" for name, weight in task.goal.items())
         what = " + ".join(each)
         return 1.0, f"{what}, relative" if what else "largest excess of a limit"
-    (name, weight), size = next(iter(task.goal.items())), task.sizes | (task.weighed or task.limits)
+    name, weight = next(iter(task.goal.items()))
     sign = -1.0 if name in LEAST else 1.0
-    return sign * abs(size.get(name, 1.0)) / weight * unit_of(name)[1], _label(name)
+    return sign * task.scale(name) / weight * unit_of(name)[1], _label(name)
 
 
 def limits_picture(found: DesignAnswer) -> Figure:
@@ -197,10 +191,10 @@ def limits_picture(found: DesignAnswer) -> Figure:
     with new_figure(0.09 * (sum(heights) + 2.5), 1, len(heights), shares=heights) as (figure, (spot, *others)):
         for number, each in enumerate(rows):
             limit = each.limit or 1.0
-            share = limit / each.value if each.name in (*LEAST, INVERSE) else each.value / limit
+            share = limit / each.value if each.name in LEAST else each.value / limit
             error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
             spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
-            sign = "\u2265" if each.name in (*LEAST, INVERSE) else "\u2264"
+            sign = "\u2265" if each.name in LEAST else "\u2264"
             words = f"{each.value:.3g} {sign} {each.limit:.3g} {each.unit}"
             spot.text(_BAR + 0.05, number, words, va="center", fontsize=6)
         spot.axvline(1.0, color="k", lw=0.8)

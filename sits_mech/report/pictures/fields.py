@@ -12,16 +12,17 @@ import numpy as np
 
 from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
+from sits_mech.report.pictures.curves import TRACKS, add_polygons, label_bar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
 _MM = 1e3
 COPPER, METAL = "#b87333", "#8792a6"
 """Colours of the target, and of fixed metal."""
+_LEVELS, _FINENESS = 36, 240  # lines on each side of zero, points across
+_MARGIN = 3e-3  # around coils and plates [m]
 _GATHER = 2.0  # exponent of the levels: dense near zero, where the lines leave the coils
 _SHADES = np.linspace(0.0, 0.9, 256)  # of a colour map: without the yellow that white paper swallows
 _DECADES = 3.0  # of current density shown
@@ -29,51 +30,35 @@ CURRENT_HEIGHT = 0.6
 """Of the picture of the current density, over its width."""
 
 
-def potential_view(
-    field: PlanarField, currents: Array, *, levels: int = 36, fineness: int = 240, margin: float = 3e-3
-) -> Figure:
-    """Plot flux lines around coils and plates, dashed where the potential is negative.
-
-    `currents` (coils,) [A]; `levels` lines on each side of zero, denser near it; `fineness` points across, `margin`
-    [m].
-    """
-    with new_figure(potential_height(field, margin)) as (figure, (axes,)):
-        draw_potential(axes, field, currents, levels=levels, fineness=fineness, margin=margin)
-    return figure
-
-
-def potential_height(field: PlanarField, margin: float = 3e-3) -> float:
+def potential_height(field: PlanarField) -> float:
     """Return how high the picture of the flux lines is with axes, title and scale, over its width."""
-    (left, right), (bottom, top) = _frame(field, margin)
+    (left, right), (bottom, top) = _frame(field)
     return 0.85 * (top - bottom) / (right - left) + 0.42
 
 
-def draw_potential(
-    axes: Axes, field: PlanarField, currents: Array, *, levels: int = 36, fineness: int = 240, margin: float = 3e-3
-) -> None:
-    """Draw flux lines with their scale and what they go around; arguments as of `potential_view`."""
+def draw_potential(axes: Axes, field: PlanarField, currents: Array) -> None:
+    """Draw flux lines by `currents` (coils,) [A] around coils and plates, dashed where the potential is negative."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
-    (left, right), (bottom, top) = _frame(field, margin)
-    x = np.linspace(left, right, fineness)
-    z = np.linspace(bottom, top, max(2, int(fineness * (top - bottom) / (right - left))))
+    (left, right), (bottom, top) = _frame(field)
+    x = np.linspace(left, right, _FINENESS)
+    z = np.linspace(bottom, top, max(2, int(_FINENESS * (top - bottom) / (right - left))))
     places = x + 1j * z[:, None]
     inside = np.abs(places - field.division.centre) < 0.98 * field.division.radius
     A = np.full(places.shape, np.nan)
     A[inside] = field.potential(places[inside], np.asarray(currents, dtype=complex)).real
-    steps = np.linspace(0.0, 1.0, levels + 1)[1:] ** _GATHER * float(np.nanmax(np.abs(A)))
+    steps = np.linspace(0.0, 1.0, _LEVELS + 1)[1:] ** _GATHER * float(np.nanmax(np.abs(A)))
     shades = ScalarMappable(
         norm=Normalize(-0.4e9 * steps[-1], 0.4e9 * steps[-1]), cmap=ListedColormap(colormaps["viridis"](_SHADES))
     )
     axes.contour(
         _MM * x, _MM * z, 1e9 * A, 1e9 * np.concatenate([-steps[::-1], steps]), cmap=shades.cmap, norm=shades.norm,
-        linewidths=0.5, linestyles=[(0.0, (8.0, 3.0))] * levels + ["-"] * levels,
+        linewidths=0.5, linestyles=[(0.0, (8.0, 3.0))] * _LEVELS + ["-"] * _LEVELS,
     )
     bar = axes.figure.colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
-    bar.set_label("Re $A$ along $y$ [nWb/m]; lines dashed where negative", fontsize=7)
-    bar.ax.tick_params(labelsize=6)
+    label_bar(bar, "Re $A$ along $y$ [nWb/m]; lines dashed where negative")
     _draw_parts(axes, field)
     axes.set(xlim=(_MM * left, _MM * right), ylim=(_MM * bottom, _MM * top), xlabel="$x$ [mm]", ylabel="$z$ [mm]")
     axes.set_aspect("equal")
@@ -81,22 +66,15 @@ def draw_potential(
     axes.set_title(f"flux lines, {written_frequency(field.omega / (2.0 * np.pi))}")
 
 
-def current_view(field: PlanarField, currents: Array, *, number: int = 0) -> Figure:
-    """Plot the current density in a plate's own section; `currents` (coils,) [A], plate 0 is the target."""
-    with new_figure(CURRENT_HEIGHT) as (figure, (axes,)):
-        draw_current(axes, field, currents, number=number)
-    return figure
-
-
-def draw_current(axes: Axes, field: PlanarField, currents: Array, *, number: int = 0) -> None:
-    """Draw the current density over a plate's section with its scale; arguments as of `current_view`."""
+def draw_current(axes: Axes, field: PlanarField, currents: Array) -> None:
+    """Draw the current density over the target's section with its scale; `currents` (coils,) [A]."""
     from matplotlib.colors import LogNorm
 
-    plate = field.plates[number]
+    plate = field.plates[0]
     xi = _towards_ends(plate.width, 401) - plate.width / 2
     eta = _towards_ends(plate.thickness, 121)
     places = plate.placed(xi + 1j * eta[:, None])
-    J = field.current_density(number, places.ravel(), np.asarray(currents, dtype=complex)).reshape(places.shape)
+    J = field.current_density(0, places.ravel(), np.asarray(currents, dtype=complex)).reshape(places.shape)
     size = 1e-6 * np.abs(J)
     norm = LogNorm(size.max() * 10**-_DECADES, size.max())
     shown = axes.pcolormesh(
@@ -105,15 +83,14 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array, *, number: int
     bar = axes.figure.colorbar(
         shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min"
     )
-    bar.set_label(r"$|J_y|$ [A/mm$^2$]", fontsize=7)
-    bar.ax.tick_params(labelsize=6)
+    label_bar(bar, r"$|J_y|$ [A/mm$^2$]")
     axes.grid(False)
     axes.set_xlabel(r"along the plate [mm]")
     axes.set_ylabel(r"above its bottom face [µm]")
     axes.set_title(f"current density in {plate.name}, {written_frequency(field.omega / (2.0 * np.pi))}")
 
 
-def part_handles(plates: bool = True, metal: bool = False, beside: bool = False) -> list[Patch]:
+def part_handles(plates: bool, metal: bool, beside: bool = False) -> list[Patch]:
     """Return what a legend says of tracks, target and fixed metal; `beside` of a section that is not along x."""
     from matplotlib.patches import Patch
 
@@ -134,11 +111,11 @@ def _towards_ends(length: float, count: int) -> Array:
     return np.asarray(length * (0.5 - 0.4999999 * np.cos(np.linspace(0.0, np.pi, count))))
 
 
-def _frame(field: PlanarField, margin: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def _frame(field: PlanarField) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the picture's limits along x and z [m]."""
     places = np.concatenate([*(coil.place for coil in field.coils), *(plate.corners for plate in field.plates)])
-    across = (float(places.real.min() - margin), float(places.real.max() + margin))
-    return across, (float(places.imag.min() - margin), float(places.imag.max() + margin))
+    across = (float(places.real.min() - _MARGIN), float(places.real.max() + _MARGIN))
+    return across, (float(places.imag.min() - _MARGIN), float(places.imag.max() + _MARGIN))
 
 
 def _draw_parts(axes: Axes, field: PlanarField) -> None:

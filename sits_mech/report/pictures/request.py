@@ -45,7 +45,7 @@ def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
     elif kind == "field":
         save_figure(field_view(sensor, resting_pose(sensor, request), request.frequency, driven), path)
     else:
-        save_figure(spatial_view(sensor, resting_pose(sensor, request), request.frequency, driven=driven), path)
+        save_figure(spatial_view(sensor, resting_pose(sensor, request), request.frequency, driven), path)
 
 
 def resting_pose(sensor: Sensor, request: Request) -> Pose:

@@ -13,8 +13,7 @@ from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
 from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
-from sits_mech.report.pictures.asked import driven_coil
-from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
+from sits_mech.report.pictures.curves import TRACKS, add_polygons, label_bar, new_figure
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import (
     COPPER,
@@ -89,8 +88,7 @@ def _draw_layer(figure: Figure, axes: Axes, mesh: DeformedSection, show: str, ed
     near = np.isin(mesh.J, mesh.J[away < _BESIDE * np.ptp(mesh.rest[:, 1])])  # the quarters of a cell share its J
     least = mesh.J[~near].min(initial=1.0)
     shrunk = f"\nsmallest volume ratio, away from bonded edges, {least:.3f}" if least < _SHRUNK else ""
-    bar.set_label(f"{_SHOWN[show]}, at most {most:.3g}{shrunk}", fontsize=7)
-    bar.ax.tick_params(labelsize=6)
+    label_bar(bar, f"{_SHOWN[show]}, at most {most:.3g}{shrunk}")
 
 
 def _bonded_edges(sensor: Sensor, mesh: DeformedSection, plane: Plane) -> Array:
@@ -137,13 +135,12 @@ def _deformed(model: MechanicalModel, equilibrium: Equilibrium, angle: float) ->
     return deformed_mesh(model, equilibrium) if isinstance(model, PlanarLayer) else None
 
 
-def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None = None) -> Figure:
-    """Plot flux lines at a pose above the target's current density; the `driven` coil, else the last, has 1 mA.
+def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str) -> Figure:
+    """Plot flux lines at a pose above the target's current density; the `driven` coil has 1 mA.
 
-    Raise SceneError where the coil is missing or nothing but coils conducts, ValueError as `planar_fem`, SolveFailed.
+    Raise SceneError where nothing but coils conducts, ValueError as `planar_fem`, SolveFailed.
     """
-    name = driven_coil(sensor, driven)
-    currents = np.array([_CURRENT if coil.name == name else 0.0 for coil in sensor.coils])
+    currents = np.array([_CURRENT if coil.name == driven else 0.0 for coil in sensor.coils])
     field = planar_fem(sensor).field(pose, frequency)
     if field is None:
         raise SceneError(f"{sensor.name}: target: must be given for a picture of the field; no metal acts on it")
@@ -151,9 +148,9 @@ def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None 
     with new_figure(sum(heights) + 0.06, rows=2, shares=heights) as (figure, (lines, density)):
         draw_potential(lines, field, currents)
         draw_current(density, field, currents)
-        lines.set_title(f"flux lines: {name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}")
+        lines.set_title(f"flux lines: {driven} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}")
         density.set_title(f"current density in {field.plates[0].name}")
-        handles = part_handles(metal=len(field.plates) > 1)
+        handles = part_handles(True, len(field.plates) > 1)
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1.0)
     return figure
 

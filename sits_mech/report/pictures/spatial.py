@@ -22,8 +22,7 @@ from sits_mech.geometry.tracks import coil_lines
 from sits_mech.magnetics.space.stream import Stream, placed, plate_stream
 from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.pictures.asked import driven_coil
-from sits_mech.report.pictures.curves import new_figure
+from sits_mech.report.pictures.curves import label_bar, new_figure
 from sits_mech.report.pictures.fields import written_frequency
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 
@@ -45,23 +44,22 @@ _PROBE = (
 )
 
 
-def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | None = None) -> Figure:
-    """Plot coils, target and eddy currents in space; the `driven` coil, else the last, has 1 mA; frequency [Hz].
+def spatial_view(sensor: Sensor, pose: Pose, frequency: float, driven: str) -> Figure:
+    """Plot coils, target and eddy currents in space; the `driven` coil has 1 mA; frequency [Hz].
 
-    Raise SceneError for coils that are not flat, an unknown coil or a missing renderer; Collision of target and coils.
+    Raise SceneError for coils that are not flat or a missing renderer; Collision of target and coils.
     """
     if sensor.substrate_radius is not None:
         raise SceneError("substrate_radius: the view in space draws flat coils only; ask for --kind field")
-    name = driven_coil(sensor, driven)
     target = sensor.target
     stream = None
     if target is not None and target.metal.relative_permeability == 1.0:
-        currents = np.array([_CURRENT if coil.name == name else 0.0 for coil in sensor.coils])
+        currents = np.array([_CURRENT if coil.name == driven else 0.0 for coil in sensor.coils])
         stream = plate_stream(sensor, pose, frequency, currents)
     renders()
-    picture, density = _rendered(sensor, pose, name, stream)
+    picture, density = _rendered(sensor, pose, driven, stream)
     neglected = "\nlines of current without the fixed metal" if sensor.conductors and stream is not None else ""
-    driven_by = f"{name} (orange) carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}"
+    driven_by = f"{driven} (orange) carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}"
     title = f"eddy current: {driven_by}; grid 1 mm{neglected}"
     return _framed(picture, density, title)
 
@@ -195,8 +193,7 @@ def _framed(picture: NDArray[np.uint8], density: Array, title: str) -> Figure:
         if density[1] > 0.0:
             shades = ScalarMappable(norm=LogNorm(*density), cmap="plasma")
             bar = figure.colorbar(shades, ax=axes, location="bottom", shrink=0.6, aspect=30, pad=0.02, extend="both")
-            bar.set_label("eddy current through the thickness [A/m]", fontsize=7)
-            bar.ax.tick_params(labelsize=6)
+            label_bar(bar, "eddy current through the thickness [A/m]")
             bar.ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             bar.ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             bar.ax.xaxis.set_minor_formatter(NullFormatter())

@@ -11,6 +11,7 @@ from sits_mech.labels import unit_of
 from sits_mech.readout.loads import points
 from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import point_name
+from sits_mech.report.tables.solves import column_table
 from sits_mech.status import ANSWERED
 
 _POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
@@ -31,9 +32,8 @@ def case_table(data: xr.Dataset) -> Table:
     names = [name for name in (*shown, *signals) if name in data]
     where = [str(name) for name in data["status"].coords]
     numbered = data.attrs["request"] in SWEPT
-    found = Table(title=f"{data.attrs['request']}: {data['status'].size} cases", show_edge=False)
-    for heading in (*["case"] * numbered, *(_heading(data, name) for name in (*where, *names)), "s", "status"):
-        found.add_column(heading, justify="right")
+    headings = (*["case"] * numbered, *(_heading(data, name) for name in (*where, *names)), "s", "status")
+    found = column_table(f"{data.attrs['request']}: {data['status'].size} cases", headings, justify="right")
     for number, row in enumerate(points(data)):
         if number == _MOST:
             found.caption = f"and {data['status'].size - _MOST} more"

@@ -9,12 +9,10 @@ from typing import Any
 from rich.table import Table
 
 from sits_mech.quantities import UNITS
-from sits_mech.report.tables.solves import key_table
+from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.synthesis.answer import TITLES, DesignAnswer, Figure, Share, unit_of
-from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import Changes, Price
-from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import LEAST, SPECIAL, Requirements
+from sits_mech.synthesis.requirements import INVERSE, LEAST, SPECIAL, Requirements
 
 _NOTHING = 5e-4  # of what is minimised: a gain that is none
 
@@ -77,9 +75,8 @@ def price_words(price: Price, goal: Sequence[str]) -> str:
 def change_table(title: str, changes: Changes, names: Sequence[str]) -> Table:
     """Return sensitivities of figures to the scene's numbers, in percent of each figure, a line a number."""
     some = [name for name in names if name in changes]
-    table = Table(title=title, show_edge=False)
-    for heading in ("number", *some):
-        table.add_column(heading, justify="left" if heading == "number" else "right")
+    table = column_table(title, ("number", *some), justify="right")
+    table.columns[0].justify = "left"
     for key in dict.fromkeys(key for name in some for key in changes[name]):
         table.add_row(key, *(_percent(changes[name][key]) for name in some))
     return table
@@ -94,9 +91,8 @@ def _percent(share: float) -> str:
 
 def figure_table(found: DesignAnswer) -> Table:
     """Return the figures with their limits, those with a limit first."""
-    table = Table(title="figures", show_edge=False)
-    for heading in ("figure", "value", "+-", "limit", "holds"):
-        table.add_column(heading, justify="left" if heading in ("figure", "holds") else "right")
+    table = column_table("figures", ("figure", "value", "+-", "limit", "holds"), justify="right")
+    table.columns[0].justify = table.columns[-1].justify = "left"
     for each in sorted(found.figures, key=lambda own: own.limit is None):
         table.add_row(*figure_cells(each))
     return table
@@ -104,15 +100,10 @@ def figure_table(found: DesignAnswer) -> Table:
 
 def figure_cells(each: Figure) -> tuple[str, str, str, str, str]:
     """Return a figure as cells of a table."""
-    sign = ">=" if each.name in (*LEAST, INVERSE) else "<="
+    sign = ">=" if each.name in LEAST else "<="
     limit = "" if each.limit is None else f"{sign} {each.limit:.4g} {each.unit}"
     error = "not known" if math.isnan(each.error) else f"{float(f'{each.error:.2g}'):g}" if each.error else ""
     return TITLES.get(each.name, each.name), f"{each.value:.4g} {each.unit}", error, limit, each.holds
-
-
-def _front_record(found: DesignAnswer, each: Answered) -> dict[str, Any]:
-    """Return a design of the front: its values, as coordinates, and figures."""
-    return {"choice": list(each.design.choice), "x": list(each.design.x)} | found.task.figures(each.table, each.plain)
 
 
 def design_record(found: DesignAnswer) -> dict[str, Any]:
@@ -131,7 +122,10 @@ def design_record(found: DesignAnswer) -> dict[str, Any]:
         "yield": found.share.value,
         "yield_between": list(found.share[1:]),
         "yield_of_each": found.held,
-        "front": [_front_record(found, each) for each in found.front],
+        "front": [
+            {"choice": list(each.design.choice), "x": list(each.design.x)} | found.task.own_figures(each)
+            for each in found.front
+        ],
         "sensitivities": found.sensitivities,
         "ten_percent_more": found.ten_percent,
         "lost": [vars(each) for each in found.lost],

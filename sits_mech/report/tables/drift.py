@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.table import Table
 
 from sits_mech.chain.simulate import Simulation
-from sits_mech.quantities import as_jsonable, shown_unit
+from sits_mech.quantities import Array, as_jsonable, shown_unit
 from sits_mech.readout.drift import Drift
+from sits_mech.report.pictures.curves import new_figure
 from sits_mech.report.records import simulation_record
-from sits_mech.report.tables.solves import short
+from sits_mech.report.tables.solves import column_table, short
+from sits_mech.scene.thermal import CAUSES
 from sits_mech.units import ZERO_CELSIUS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Record = dict[str, Any]
 _MOST_AT_ONCE = 8  # coils of a table
@@ -35,9 +40,8 @@ def drift_table(record: Record) -> Table:
     """Return the tables of a `drift_record`."""
     forces = [name for name in record if name != "temperature"]
     here = record["temperature"] - ZERO_CELSIUS
-    table = Table(title=f"drift with temperature, at {here:.4g} degC: of zero, of gain", show_edge=False)
-    for heading in ("cause", *(f"{name} [m{shown_unit(name)}/K], [%/K]" for name in forces)):
-        table.add_column(heading)
+    headings = ("cause", *(f"{name} [m{shown_unit(name)}/K], [%/K]" for name in forces))
+    table = column_table(f"drift with temperature, at {here:.4g} degC: of zero, of gain", headings)
     causes = list(record[forces[0]]["zero"]["by_cause"])
     for cause in (*causes, "whole"):
         cells = []
@@ -66,14 +70,45 @@ def temperatures_record(temperatures: Sequence[float], found: Sequence[Simulatio
 def temperatures_table(coils: Sequence[str], temperatures: Sequence[float], found: Sequence[Simulation]) -> Table:
     """Return the same for a reader: pose, and each coil's inductance with its change from the first temperature."""
     unit, first = found[0].impedance.unit_L, np.diagonal(found[0].impedance.L)
-    scale, shown = (1e6, "uH") if unit == "H" else (1e6, "uH/m")
-    table = Table(title="over temperature", show_edge=False)
+    shown = unit.replace("H", "uH")
     headings = ["T [degC]", "d_h [um]", "d_v [um]", "alpha [mrad]"]
-    for heading in (*headings, *(f"{coil} [{shown}], change [ppm]" for coil in coils[:_MOST_AT_ONCE]), "status"):
-        table.add_column(heading)
+    headings += [f"{coil} [{shown}], change [ppm]" for coil in coils[:_MOST_AT_ONCE]]
+    table = column_table("over temperature", [*headings, "status"])
     for T, each in zip(temperatures, found, strict=True):
         pose, L = each.equilibrium.pose, np.diagonal(each.impedance.L)
         own = [f"{1e6 * pose.d_h:.3f}", f"{1e6 * pose.d_v:.3f}", f"{1e3 * pose.alpha:.4f}"]
-        cells = [f"{scale * a:.6f}, {1e6 * (a / b - 1.0):.1f}" for a, b in zip(L, first, strict=True)]
+        cells = [f"{1e6 * a:.6f}, {1e6 * (a / b - 1.0):.1f}" for a, b in zip(L, first, strict=True)]
         table.add_row(f"{T - ZERO_CELSIUS:.4g}", *own, *cells[:_MOST_AT_ONCE], "; ".join(each.flags))
     return table
+
+
+_WORDS = {
+    "conductivity": "metal's resistivity", "plates": "target's size", "pad": "pad's expansion",
+    "modulus": "pad's modulus", "board": "board's expansion", "capacitor": "capacitor", "clock": "clock",
+}
+
+
+def drift_figure(
+    coils: Sequence[str], temperatures: Sequence[float], found: Sequence[Simulation], slopes: tuple[float, Array]
+) -> Figure:
+    """Plot each coil's inductance under one load over temperature [K].
+
+    `slopes` are the reference temperature [K] and the relative slopes (cause, coil) of the signal by `CAUSES` [1/K].
+    """
+    at, by_cause = slopes
+    T = np.asarray(temperatures)
+    L = np.array([np.diagonal(each.impedance.L) for each in found])
+    middle = L[int(np.argmin(np.abs(T - at)))]
+    with new_figure(height=0.75 * len(coils), rows=len(coils)) as (figure, every):
+        for k, (name, axes) in enumerate(zip(coils, every, strict=True)):
+            for number, cause in enumerate(CAUSES):
+                if by_cause[number, k]:
+                    line = 1e6 * by_cause[number, k] * (T - at)
+                    axes.plot(T - ZERO_CELSIUS, line, f"C{number}-", label=_WORDS[cause])
+            read = by_cause[-2:, k].sum() * (T - at)
+            axes.plot(T - ZERO_CELSIUS, 1e6 * (L[:, k] / middle[k] - 1.0 + read), "ko", label="all, solved")
+            axes.plot(T - ZERO_CELSIUS, 1e6 * by_cause[:, k].sum() * (T - at), "k-", label="sum of the lines")
+            axes.set(ylabel=f"{name}: change [ppm]")
+        every[0].legend(loc="upper left", fontsize="x-small")
+        every[-1].set(xlabel="temperature [degC]")
+        return figure

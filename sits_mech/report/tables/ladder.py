@@ -10,14 +10,13 @@ from typing import Any
 from rich.table import Table
 
 from sits_mech.chain.ladder import Rung, power, sentence
-from sits_mech.report.tables.solves import key_table
+from sits_mech.report.tables.solves import column_table, key_table
 
 
 def ladder_tables(rungs: Sequence[Rung]) -> list[Table]:
     """Return the rungs as a table, and the sentence."""
-    found = Table(title="solved to smaller and smaller tolerances, each from the start", show_edge=False)
-    for heading in ("tolerance", "error of dL", "from finest", "error of pose", "from finest", "seconds", "status"):
-        found.add_column(heading)
+    headings = ("tolerance", "error of dL", "from finest", "error of pose", "from finest", "seconds", "status")
+    found = column_table("solved to smaller and smaller tolerances, each from the start", headings)
     for one in rungs:
         errors = (one.estimated, one.difference, one.estimated_pose, one.difference_pose)
         cells = ("-" if math.isnan(error) else f"{error:.2g}" for error in errors)

@@ -22,22 +22,20 @@ from sits_mech.readout.crosstalk import (
 )
 from sits_mech.readout.loads import fixed, load_words, middle, over_loads, points, varied
 from sits_mech.readout.signals import SIGNALS, told
-from sits_mech.report.tables.solves import figure_text, sizes_of, with_error
+from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
 from sits_mech.status import ANSWERED, WORDS
 
 Figure = tuple[str, float, float, str]
 _DIGITS = re.compile(r"[\d.]+(?:e[-+]?\d+)?")  # what notes of one kind differ in
-_SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 
 
 def load_table(data: xr.Dataset) -> Table:
     """Return one line per load: pose and signals with errors, status, seconds."""
     held = load_words(fixed(data))
     title = f"{data.attrs['name']}{', ' if held else ''}{held}: estimated errors behind every number"
-    found, columns = Table(title=title, show_edge=False), _columns(data)
-    loads = [f"{name} [{shown_unit(name)}]" for name in varied(data)]
-    for heading in (*loads, *(heading for *_, heading in columns), "s", "status"):
-        found.add_column(heading, justify="right", no_wrap=True)
+    columns, loads = _columns(data), [f"{name} [{shown_unit(name)}]" for name in varied(data)]
+    headings = (*loads, *(heading for *_, heading in columns), "s", "status")
+    found = column_table(title, headings, justify="right", no_wrap=True)
     shown = {item for name, *_ in columns for item in (name, f"error_{name}") if item in data}
     sizes = sizes_of(data, [name for name, *_ in columns])
     for row in points(data[["seconds", "status", "flags", *sorted(shown)]]):
@@ -73,7 +71,7 @@ def in_width(table: Table, keys: int, width: int) -> list[Table]:
 
 def _columns(data: xr.Dataset) -> list[tuple[str, float, str]]:
     """Return name, scale and heading of what a table of loads shows: the pose, as far as it moves, and the signals."""
-    shown = [(name, *_SCALES[UNITS[name]]) for name in POSE if name in POSE[:3] or name in data]
+    shown = [(name, *shown_scale(name)) for name in POSE if name in POSE[:3] or name in data]
     pose = [(name, scale, f"{name} [{unit}]") for name, scale, unit in shown]
     return pose + [(name, 1.0, f"{short_name(name)} [% L0]") for name in told(data)]
 
@@ -88,9 +86,7 @@ def summary_table(data: xr.Dataset) -> Table:
 
     Sensitivities in the middle of the grid, full scales, crosstalk of every component, forces that rotation reads as.
     """
-    found = Table(title="figures of merit", show_edge=False)
-    for heading in ("figure", "value", "unit"):
-        found.add_column(heading)
+    found = column_table("figures of merit", ("figure", "value", "unit"))
     each = figures(data)
     for name, value, error, unit in each:
         sizes = [abs(other) for _, other, _, its in each if its == unit and math.isfinite(other)]
@@ -118,10 +114,14 @@ def _sensitivities(data: xr.Dataset) -> list[Figure]:
     for signal, name in product(signals_of(data).values(), _several(data)):
         rate = float(slope(data[signal], name).isel(at))
         unsure = float(slope_doubt(data, signal, name).isel(at))
-        unit = shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
         shown = f"d({short_name(signal)})" if signal in SIGNALS else f"d{short_name(signal)}"
-        found.append((f"{shown}/d{name} mid-grid", rate, unsure, f"% of L0 / {unit}"))
+        found.append((f"{shown}/d{name} mid-grid", rate, unsure, f"% of L0 / {per(name)}"))
     return found
+
+
+def per(name: str) -> str:
+    """Return the unit of a component of a load behind a stroke."""
+    return shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
 
 
 def _crosstalk_figures(data: xr.Dataset) -> list[Figure]:
@@ -142,11 +142,11 @@ def _crosstalk_figures(data: xr.Dataset) -> list[Figure]:
 def _rotation_figures(data: xr.Dataset) -> list[Figure]:
     """Return the rotation error as a force and as a displacement, where it is largest."""
     shown = {"F_x": "shear force", "d_h": "displacement", "F_y": "shear force F_y", "d_y": "displacement d_y"}
-    scales = {name: (1.0, "N") if name.startswith("F") else _SCALES["m"] for name in shown}
-    return [
-        (f"rotation read as {shown[name]}", scales[name][0] * value, scales[name][0] * error, scales[name][1])
-        for name, (value, error) in largest_rotation(data).items()
-    ]
+    found = []
+    for name, (value, error) in largest_rotation(data).items():
+        scale, unit = shown_scale(name)
+        found.append((f"rotation read as {shown[name]}", scale * value, scale * error, unit))
+    return found
 
 
 def failures(data: xr.Dataset) -> list[str]:

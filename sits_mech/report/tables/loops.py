@@ -12,11 +12,11 @@ import xarray as xr
 from rich.table import Table
 
 from sits_mech.analysis.histories.full_cycle import difference
-from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
+from sits_mech.quantities import POSE, WRENCH, Array
 from sits_mech.readout.signals import told
-from sits_mech.report.pictures.curves import KINDS, new_figure, signal_label, strokes
+from sits_mech.report.pictures.curves import load_label, new_figure, signal_label, strokes
 from sits_mech.report.records import status_record
-from sits_mech.report.tables.solves import figure_text
+from sits_mech.report.tables.solves import column_table, figure_text
 from sits_mech.status import joined
 
 if TYPE_CHECKING:
@@ -27,10 +27,9 @@ _ARROW = {"arrowstyle": "-|>,head_length=.5,head_width=.2", "linewidth": 0.8, "s
 
 def loop_table(data: xr.Dataset) -> Table:
     """Return the loops of `load_cycle`, a line for each cycle; "-" where the signal's range is within its error."""
-    found = Table(title=f"{data.attrs['name']}: width of the loops", show_edge=False)
     names = told(data)
-    for heading in ("cycle", *(f"{name.removesuffix('_percent')} [% of its range]" for name in names)):
-        found.add_column(heading, justify="right")
+    headings = ("cycle", *(f"{name.removesuffix('_percent')} [% of its range]" for name in names))
+    found = column_table(f"{data.attrs['name']}: width of the loops", headings, justify="right")
     for number, widths in enumerate(zip(*(_widths(data, name) for name in names), strict=True), 1):
         found.add_row(str(number), *(figure_text(*width) for width in widths))
     found.caption = "; ".join(part for part in (f"status: {data.attrs['flags']}", data.attrs["notes"]) if part)
@@ -49,9 +48,8 @@ def loop_record(data: xr.Dataset) -> dict[str, Any]:
 
 def difference_table(cheap: xr.Dataset, full: xr.Dataset) -> Table:
     """Return the difference of a fast cycle from a full one, in percent of each quantity's range."""
-    found = Table(title="the pad as a whole (cycle without --full) against every point of it", show_edge=False)
-    for heading in ("", "largest difference [% of its range]"):
-        found.add_column(heading, justify="right")
+    title = "the pad as a whole (cycle without --full) against every point of it"
+    found = column_table(title, ("", "largest difference [% of its range]"), justify="right")
     for name, share in difference(cheap, full).items():
         found.add_row(name.removesuffix("_percent"), f"{share:.2g}")
     return found
@@ -82,7 +80,7 @@ def loop_curves(data: xr.Dataset) -> Figure:
                 for k in (len(values) // 4, 3 * len(values) // 4) if number in (1, len(turns)) else ():
                     start, end = ((load[span][j], values[j]) for j in (k, k + len(values) // 10))
                     axes.annotate("", end, start, arrowprops=_ARROW | {"color": color})
-            axes.set_xlabel(f"{KINDS.get(force, 'moment')} ${force}$ [{shown_unit(force)}]")
+            axes.set_xlabel(load_label(force))
             axes.set_ylabel(signal_label(name, data.sizes["coil"]))
         figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading, along the arrows")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)

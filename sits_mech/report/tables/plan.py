@@ -13,18 +13,18 @@ from sits_mech.chain.omissions import Omission, beside_errors, skin_depths
 from sits_mech.chain.prices.costs import Step
 from sits_mech.chain.prices.ends import ends_of_pad
 from sits_mech.chain.request import Plan
-from sits_mech.report.tables.solves import key_table
+from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.scene.sensor import Sensor
 
 
 def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     """Return a plan as tables: what is solved, what is left out, what finer answers take, what else there is to say."""
-    solved = _table(f"{sensor.name}: solved", ("part", "model", "error", "seconds", "why"))
+    solved = column_table(f"{sensor.name}: solved", ("part", "model", "error", "seconds", "why"))
     reasons = {"magnetics": found.magnetics.reason}
     reasons |= {} if found.mechanics is None else {"mechanics": found.mechanics.reason}
     for step in found.steps:
         solved.add_row(*_cells(step), reasons[step.half])
-    finer = _table("finer answers", ("part", "model", "error", "seconds", "overall error"))
+    finer = column_table("finer answers", ("part", "model", "error", "seconds", "overall error"))
     for step in found.finer:
         finer.add_row(*_cells(step), f"{step.whole:.2g} instead of {found.error:.2g}")
     rows = [("expected error", _error(found)), ("expected time", f"about {_short(found.seconds)} s on one core")]
@@ -48,20 +48,12 @@ def left_out_tables(items: Sequence[Omission]) -> list[Table]:
 
 def _omitted(items: Sequence[Omission]) -> Table:
     """Return omissions as a table, the largest first."""
-    found = _table("left out", ("what", "effect at most", "relative to", "in the errors", "why"))
+    found = column_table("left out", ("what", "effect at most", "relative to", "in the errors", "why"))
     for item in sorted(items, key=lambda item: -math.inf if math.isnan(item.size) else -item.size):
         size = "not estimated" if math.isnan(item.size) else f"{item.size:.2g}" if item.size else "none"
         of = "L0" if not item.of_change else "the displacement" if item.half == "mechanics" else "the change"
         held = "" if item.size == 0.0 else "not requested" if not item.counts else "yes" if item.in_error else "no"
         found.add_row(item.what, size, of if item.size else "", held, item.reason)
-    return found
-
-
-def _table(title: str, headings: Sequence[str]) -> Table:
-    """Return an empty table."""
-    found = Table(title=title, show_edge=False)
-    for heading in headings:
-        found.add_column(heading)
     return found
 
 

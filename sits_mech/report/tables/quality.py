@@ -12,12 +12,13 @@ from rich.table import Table
 
 from sits_mech.analysis.limits import AFTER, PERIOD, Limits
 from sits_mech.analysis.tolerances import ForceSpread
-from sits_mech.quantities import UNITS, Array, as_jsonable, shown_unit
+from sits_mech.quantities import Array, as_jsonable, shown_unit
 from sits_mech.readout.crosstalk import crosstalk, largest_rotation, short_name, signals_of
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
-from sits_mech.report.tables.solves import figure_text, key_table, short
+from sits_mech.report.tables.loads import per
+from sits_mech.report.tables.solves import column_table, figure_text, key_table, short, shown_scale
 
 Record = dict[str, Any]
 _NOTHING = 1e-6  # of the largest of an amount: what is printed as 0
@@ -113,20 +114,15 @@ def components_record(found: Observability) -> Record:
     }
 
 
-def _component_rows(record: Record, where: str) -> list[tuple[str, str]]:
+def _component_rows(record: Record) -> list[tuple[str, str]]:
     """Return which components are resolved, how far each moves the coils, and which loads do not."""
     resolved = [f"{name} to {_amount(size, name)}" for name, size in record["resolution"].items()]
     moved = [f"{name} {size:.3g}" if size >= 1.0 else f"{name} below it" for name, size in record["alone"].items()]
     return [
-        ("resolved", f"{where}: {', '.join(resolved) or 'no component on its own'}"),
+        ("resolved", f"at rest, in space: {', '.join(resolved) or 'no component on its own'}"),
         ("", f"each alone at full scale moves the coils, in their noise: {', '.join(moved)}"),
         ("not seen", "; ".join(record["unseen"]) or "nothing"),
     ]
-
-
-def _per(name: str) -> str:
-    """Return the unit of a component of a load behind a stroke."""
-    return shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
 
 
 def _amount(size: float, name: str) -> str:
@@ -215,9 +211,8 @@ def quality_tables(record: Record) -> list[Table]:
 
 def _force_table(record: Record) -> Table:
     """Return range, linearity, and force errors by noise, by the loads and by the map, a line for each force."""
-    found = Table(title="quality: linearity, and errors of the forces: median, smallest to largest", show_edge=False)
-    for heading in ("force", "nonlinearity", "noise (1 sigma)", "errors of loads", "interpolation"):
-        found.add_column(heading)
+    headings = ("force", "nonlinearity", "noise (1 sigma)", "errors of loads", "interpolation")
+    found = column_table("quality: linearity, and errors of the forces: median, smallest to largest", headings)
     for name, (low, high) in record["full_scale"].items():
         fine, own = (_usual(record[key][name], name) for key in ("resolution", "error_by_model"))
         bend = _share(record["linearity"][name], record["error_linearity"][name], unit="%")
@@ -240,10 +235,9 @@ def _usual(values: Sequence[float], name: str) -> str:
 def _crosstalk_table(record: Record) -> Table:
     """Return the largest misreading of each readout at full scale of the other forces, three lines for each force."""
     forces = list(record["full_scale"])
-    found = Table(title="crosstalk: largest misreading [% of full scale]", show_edge=False)
+    headings = ("force", "read by", *(f"{name} applied" for name in forces))
+    found = column_table("crosstalk: largest misreading [% of full scale]", headings)
     found.caption = "<: below the error shown; ?: error not bounded"
-    for heading in ("force", "read by", *(f"{name} applied" for name in forces)):
-        found.add_column(heading)
     for name in forces:
         own, unsure = record["own_signal"].get(name), record["error_crosstalk_before"][name]
         first = [_share(part, unsure[other]) for other, part in record["crosstalk_before"][name].items()]
@@ -263,13 +257,12 @@ def _share(part: float, error: float, scale: float = 100.0, unit: str = "") -> s
 
 def _coil_table(record: Record) -> Table:
     """Return the range of each coil and its slopes by each force."""
-    found = Table(title="coils: range of inductance, slopes at the smallest loads", show_edge=False)
-    forces = list(record["full_scale"])
-    for heading in ("coil", "range [% of L0]", *(f"by {name} [ppm/{_per(name)}]" for name in forces)):
-        found.add_column(heading)
+    slopes = (f"by {name} [ppm/{per(name)}]" for name in record["full_scale"])
+    headings = ("coil", "range [% of L0]", *slopes)
+    found = column_table("coils: range of inductance, slopes at the smallest loads", headings)
     for coil, part in record["signal_range"].items():
-        slopes = zip(record["sensitivity"][coil].values(), record["error_sensitivity"][coil].values(), strict=True)
-        found.add_row(coil, _share(part, record["error_range"][coil]), *(_share(*pair, 1e6) for pair in slopes))
+        pairs = zip(record["sensitivity"][coil].values(), record["error_sensitivity"][coil].values(), strict=True)
+        found.add_row(coil, _share(part, record["error_range"][coil]), *(_share(*pair, 1e6) for pair in pairs))
     return found
 
 
@@ -290,21 +283,20 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
     lag = [f"{100.0 * part:.3g} % of {name}" for name, part in record["hysteresis"].items() if np.isfinite(part)]
     rows += [("hysteresis", f"{', '.join(lag)}, loading against unloading")] if lag else []
     if "components" in record:
-        rows += _component_rows(record["components"], "at rest, in space")
+        rows += _component_rows(record["components"])
     signals = record["signals"]
     for name in ("F_x", "d_h", "F_y", "d_y"):
         if f"rotation_as_{name}" in signals:
-            scale, unit = (1.0, "N") if name.startswith("F") else (1e6, "um")
-            text = figure_text(signals[f"rotation_as_{name}"], signals[f"error_rotation_as_{name}"], scale, unit)
+            pair = signals[f"rotation_as_{name}"], signals[f"error_rotation_as_{name}"]
+            text = figure_text(*pair, *shown_scale(name))
             rows.append(("rotation", f"misread as {name}, at most: {text}"))
     return rows
 
 
 def _scatter_table(record: Record) -> Table:
     """Return the scatter by tolerances, a line for each force of each load; none where it is rounding."""
-    table = Table(title="misreading caused by tolerances, load by load", show_edge=False)
-    for heading in ("force", "standard deviation", "95 % between", "shares (first-order)"):
-        table.add_column(heading)
+    headings = ("force", "standard deviation", "95 % between", "shares (first-order)")
+    table = column_table("misreading caused by tolerances, load by load", headings)
     for row in record["tolerances"]:
         for number, (force, value) in enumerate(row["load"].items(), 1):
             at, (low, high), unit = row[force], record["full_scale"][force], shown_unit(force)

@@ -45,7 +45,7 @@ def _nearest(cal: Calibration, given: Sequence[tuple[str, float]]) -> str:
     return f"the nearest, {load}, shows coil {cal.coils[coil]} {100.0 * float(off[best, coil]):.2g} % of its range off"
 
 
-def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | None = None) -> Record:
+def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | None) -> Record:
     """Return forces with errors, status and domain of a reading (n,) [unit of the calibration].
 
     `by_temperature` (d,) is what temperature leaves in each force after a correction [N, N m].

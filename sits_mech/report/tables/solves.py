@@ -12,7 +12,7 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.quantities import POSE, WRENCH, Equilibrium, Impedance, SolveReport
+from sits_mech.quantities import POSE, UNITS, WRENCH, Equilibrium, Impedance, SolveReport, shown_unit
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.signals import PAIR, SIGNALS, Signals
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _NOTHING = 1e-6  # of the size of a run: far below what any estimate holds, far above rounding
 _LEAST = 5e-13  # what twelve decimals do not show
 _OFFSET = ("d_v", "L_v_percent")  # not zero at rest
+_SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 
 
 def with_error(value: float, error: float, size: float | None = None) -> str:
@@ -54,6 +55,11 @@ def sizes_of(data: Any, names: Sequence[str]) -> dict[str, float]:
         least = values.min(initial=np.inf) if name in _OFFSET else 0.0
         own[name] = max(float(np.abs(each).max(initial=0.0)) for each in (values - least, *errors))
     return {name: max(own[other] for other in names if kind[other] == kind[name]) for name in names}
+
+
+def shown_scale(name: str) -> tuple[float, str]:
+    """Return factor and unit in which a reader is shown a component of a load or a pose."""
+    return _SCALES.get(UNITS[name], (1.0, shown_unit(name)))
 
 
 def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "", size: float = 0.0) -> str:
@@ -92,13 +98,21 @@ def key_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
     return found
 
 
+def column_table(title: str, headings: Sequence[str], **options: Any) -> Table:
+    """Return an empty table with a column for each heading, all with the same options of rich."""
+    found = Table(title=title, show_edge=False)
+    for heading in headings:
+        found.add_column(heading, **options)
+    return found
+
+
 def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[str] = ()) -> Table:
     """Return pose with errors, and how it came about."""
     lines, names = status_lines(flags), POSE[: 6 if found.wrench.beside or found.pose.beside else 3]
     pose, error = asdict(found.pose), asdict(found.error)
     sizes = sizes_of(pose | {f"error_{name}": off for name, off in error.items()}, names)
     for name in names:
-        scale, unit = (1e6, "um") if name.startswith("d") else (1e3, "mrad")
+        scale, unit = shown_scale(name)
         lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
     load = {name: getattr(found.wrench, name) for name in WRENCH[:3] + found.wrench.beside}
     lines.append(("load", load_words(load)))
@@ -120,7 +134,7 @@ def impedance_table(coils: Sequence[str], found: Impedance, flags: Sequence[str]
     return key_table("impedance", lines + report_lines(found.report))
 
 
-def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequence[str] = ()) -> Table:
+def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequence[str]) -> Table:
     """Return each coil's impedance at the end of its leads, or why there is none."""
     lines = []
     if seen is not None:
@@ -143,12 +157,10 @@ def spectrum_table(data: xr.Dataset) -> Table:
     unit = data.attrs["unit_L"]
     report = json.loads(data.attrs["report"])
     title = f"{data.attrs['name']}: {report['model']}, {report['seconds']:.3g} s, {report['unknowns']} unknowns"
-    found = Table(title=title, show_edge=False)
     headings = ["f [Hz]", "coil", f"L [{unit.replace('H', 'uH', 1)}]", f"R [{unit.replace('H', 'ohm', 1)}]", "Q [-]"]
     if "shift" in data:
         headings += ["terminals: L [uH]", "R [ohm]", "Q [-]"]
-    for heading in headings:
-        found.add_column(heading, justify="right")
+    found = column_table(title, headings, justify="right")
     for hertz in data["frequency"].to_numpy():
         for number, coil in enumerate(data["coil"].to_numpy()):
             last = number + 1 == data.sizes["coil"]
@@ -168,7 +180,7 @@ def _spectrum_cells(row: xr.Dataset) -> list[str]:
     return cells
 
 
-def signal_table(found: Signals, unit_L: str, flags: Sequence[str] = ()) -> Table:
+def signal_table(found: Signals, unit_L: str, flags: Sequence[str]) -> Table:
     """Return the signals with errors."""
     unit, known = unit_L.replace("H", "uH", 1), {name: float(value) for name, value in found.known.items()}
     size, lines = max(sizes_of(known, SIGNALS).values()), status_lines(flags)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from sits_mech.export.source import Source
-from sits_mech.export.twin.folder import write_twin
-from sits_mech.export.twin.tables import c_tables
+from sits_mech.export.twin.folder import c_tables, write_twin
 from sits_mech.export.twin.twin import Twin
 from sits_mech.report.folder import read_calibration
 from sits_mech.silicone.history import retardation

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from sits_mech.magnetics.field import PlanarField, planar_fem
 from sits_mech.quantities import Pose
-from sits_mech.report.pictures.curves import save_figure
-from sits_mech.report.pictures.fields import current_view, potential_view
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.fields import CURRENT_HEIGHT, draw_current, draw_potential, potential_height
 from sits_mech.scene.sensor import load_sensor
 
 
@@ -22,8 +22,8 @@ def field() -> PlanarField:
 
 
 def test_flux_lines(field: PlanarField, tmp_path: Path, collisions: Callable[[Figure], list[str]]) -> None:
-    figure = potential_view(field, np.array([0.0, 1e-3]), levels=6, fineness=40)
-    axes = figure.axes[0]
+    with new_figure(potential_height(field)) as (figure, (axes,)):
+        draw_potential(axes, field, np.array([0.0, 1e-3]))
     plate = axes.collections[-1].get_paths()[0].vertices
     assert plate[:4].mean(axis=0) == pytest.approx([1 + 0.1 * np.sin(0.2), 2 + 0.1 * np.cos(0.2)])  # middle [mm]
     assert "[mm]" in axes.get_xlabel() and "[mm]" in axes.get_ylabel() and "Wb/m" in figure.axes[1].get_xlabel()
@@ -35,7 +35,8 @@ def test_flux_lines(field: PlanarField, tmp_path: Path, collisions: Callable[[Fi
 def test_current_density_integrates_to_no_net_current(field: PlanarField) -> None:
     """Over the drawn section; the loop that the currents close carries 100 times more."""
     currents = np.array([0.0, 1e-3])
-    figure = current_view(field, currents)
+    with new_figure(CURRENT_HEIGHT) as (figure, (axes,)):
+        draw_current(axes, field, currents)
     assert "[mm]" in figure.axes[0].get_xlabel() and "A/mm" in figure.axes[1].get_xlabel()
     plate = field.plates[0]
     ends = [0.5 * length * (1 - np.cos(np.linspace(0, np.pi, n))) for length, n in ((plate.width, 400), (0.2e-3, 80))]

@@ -8,8 +8,14 @@ import pytest
 
 from sits_mech.analysis.histories.response import in_time
 from sits_mech.mechanics.histories import LoadHistory
-from sits_mech.report.histories.folder import write_history
-from sits_mech.report.histories.shown import history_csv, history_curves, history_record, history_table, moving
+from sits_mech.report.history import (
+    history_csv,
+    history_curves,
+    history_record,
+    history_table,
+    moving,
+    write_history,
+)
 from sits_mech.scene.sensor import load_sensor
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -11,18 +13,20 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.cases import save_table
 from sits_mech.chain.omissions import Omission
-from sits_mech.quantities import POSE, UNITS, WRENCH, shown_unit
+from sits_mech.quantities import POSE, WRENCH, shown_unit
 from sits_mech.readout.signals import told
-from sits_mech.report.pictures.curves import new_figure, signal_label, strokes
+from sits_mech.report.pictures.curves import new_figure, save_figure, signal_label, strokes
 from sits_mech.report.records import status_record
-from sits_mech.report.tables.solves import sizes_of, with_error
+from sits_mech.report.tables.solves import shown_scale, sizes_of, with_error
+from sits_mech.scene.files import write_text
+from sits_mech.scene.sensor import Sensor, save_sensor
 from sits_mech.status import joined
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 _MOST = 40  # rows that are printed
 _CODES = ("code", "code_time")
 
@@ -39,7 +43,7 @@ def history_table(data: xr.Dataset) -> Table:
     found = Table(title=f"{data.attrs['name']}: estimated errors behind every number", show_edge=False)
     loads, signals = moving(data), told(data)
     places = [name for name in POSE if name in POSE[:3] or np.any(data[name].to_numpy() != 0.0)]
-    columns = [(name, *_SCALES[UNITS[name]]) for name in places] + [(name, 1.0, "%") for name in signals]
+    columns = [(name, *shown_scale(name)) for name in places] + [(name, 1.0, "%") for name in signals]
     found.add_column("t [s]", justify="right")
     for name in loads:
         found.add_column(f"{name} [{shown_unit(name)}]", justify="right")
@@ -128,3 +132,16 @@ def history_curves(data: xr.Dataset) -> Figure:
         figure.suptitle(fill(data.attrs["name"], 54))
         figure.align_ylabels(axes)
     return figure
+
+
+def write_history(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
+    """Write a history's table, scene and picture, each by an atomic rename; return what could not be drawn."""
+    save_table(data, folder / "history.nc")
+    write_text(folder / "history.csv", history_csv(data))
+    if "code" in data:
+        write_text(folder / "codes.csv", codes_csv(data))
+    save_sensor(sensor, folder / "scene.toml")
+    if find_spec("matplotlib") is None:
+        return ["no picture: it needs matplotlib: pip install 'sits-mech[view]'"]
+    save_figure(history_curves(data), folder / "history.png")
+    return []
