@@ -8,10 +8,10 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.levels.settle import carried_words
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.failure import carried_words
 from sits_mech.mechanics.rest.limit import PRECISE, Outcome, carried, pursued
 from sits_mech.mechanics.rest.newton import Arc, newton, rate
 from sits_mech.mechanics.rest.path import follow
