@@ -96,9 +96,7 @@ UNMIRRORED = {
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
     "magnetics/space/prisms.py": "tests/magnetics/test_sheets_outline.py: the sheets made of them",
-    **dict.fromkeys(
-        (f"mechanics/element/{name}.py" for name in ("fan", "guard")), "tests/mechanics/faces/test_contact.py: by use"
-    ),
+    "mechanics/element/guard.py": "tests/mechanics/faces/test_contact.py: by use",
     "magnetics/space/classes.py": "tests/magnetics/space/test_modes.py: plates by these matrices, against closed forms",
     "mechanics/pictured.py": "tests/mechanics/test_block.py: sections of its pads for pictures",
     "mechanics/element/mesh.py": "tests/mechanics/element/test_kernel.py: the elements on it",

@@ -1,6 +1,6 @@
 """Families of meshes of the planar layer.
 
-A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (fan.py), which
+A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (mesh.py), which
 follow a corner that opens at finite strain, and lines graded towards it. Where it does not get to a load, a mildly
 graded one with a guard on J does (levels/settle.py). The first two levels alone are guarded: finer ones correct the
 target's place, and an order is seen on meshes of one kind.

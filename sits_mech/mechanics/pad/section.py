@@ -19,10 +19,9 @@ from functools import lru_cache, partial
 import numpy as np
 
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
-from sits_mech.mechanics.element.fan import fanned
 from sits_mech.mechanics.element.guard import Guard
 from sits_mech.mechanics.element.kernel import law_of
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh, section_mesh
+from sits_mech.mechanics.element.mesh import Indices, MixedMesh, fanned, section_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import section_skin
@@ -46,7 +45,7 @@ class Fineness:
 
     cells: int  # through the thickness, even
     grading: float  # power of the spacing towards the corners; 1 is uniform
-    fan: bool = False  # split the cells at singular corners into triangles (fan.py)
+    fan: bool = False  # split the cells at singular corners into triangles (`fanned`)
     guard: float = 0.0  # pointwise part of the bulk modulus [shear moduli]
     depth: float = 0.0  # contact depth; 0: no contact [thicknesses]
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.element.fan import fanned
 from sits_mech.mechanics.element.guard import Guard
 from sits_mech.mechanics.element.kernel import deformation
-from sits_mech.mechanics.element.mesh import section_mesh
+from sits_mech.mechanics.element.mesh import fanned, section_mesh
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import crosses_itself, face_contact
 from sits_mech.mechanics.faces.surface import edges
