@@ -1,7 +1,7 @@
 """Predict the memory that a layer takes to solve, before its stiffnesses or even its mesh are made.
 
 A mesh holds the gradients of its shape functions at its quadrature points; each element has a stiffness; the factor
-holds L and W of each front, and while it is made, what the halves of the pieces left (fronts.py). With P pivots and B
+holds L and W of each front, and while it is made, what the halves of the pieces left (assembly.py). With P pivots and B
 in the border of a front, and the peak of what its first and second half took,
 
     factor = sum P (P + B),    peak = max(peak_1, B_1^2 + peak_2, B_1^2 + B_2^2 + (P + B)^2 + P^2).
