@@ -96,7 +96,6 @@ UNMIRRORED = {
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
     "magnetics/space/prisms.py": "tests/magnetics/test_sheets_outline.py: the sheets made of them",
-    "mechanics/element/guard.py": "tests/mechanics/faces/test_contact.py: by use",
     "magnetics/space/classes.py": "tests/magnetics/space/test_modes.py: plates by these matrices, against closed forms",
     "mechanics/pictured.py": "tests/mechanics/test_block.py: sections of its pads for pictures",
     "mechanics/element/mesh.py": "tests/mechanics/element/test_kernel.py: the elements on it",
@@ -107,7 +106,7 @@ UNMIRRORED = {
     ),
     "mechanics/loads.py": "tests/chain/test_simulate.py: grids of loads",
     **dict.fromkeys(
-        (f"mechanics/pad/{name}.py" for name in ("edges", "planar", "section")),
+        (f"mechanics/pad/{name}.py" for name in ("planar", "section")),
         "tests/mechanics/test_layer.py: the layers on these meshes converge",
     ),
     "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",
@@ -116,7 +115,6 @@ UNMIRRORED = {
         "tests/mechanics/test_layer.py: every rest is found by them",
     ),
     "mechanics/rest/path.py": "tests/mechanics/rest/test_limit.py: paths that end at limits",
-    "mechanics/rest/verdict.py": "tests/mechanics/rest/test_limit.py: and what ends them",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     **dict.fromkeys(
         ("readout/front_end.py", "readout/registers.py"), "tests/readout/test_converter.py: settings of the converter"

@@ -41,9 +41,8 @@ from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.settle import Line, ended, settled
-from sits_mech.mechanics.pad.moved import moved_block
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
-from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales
+from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under

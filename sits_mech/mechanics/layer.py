@@ -31,8 +31,7 @@ from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_
 from sits_mech.mechanics.levels.history import arrived
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.settle import Line, ended
-from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
-from sits_mech.mechanics.pad.planar import meshes_in_line
+from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import unpacked
 from sits_mech.mechanics.rest.control import Control, under

@@ -12,9 +12,8 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.newton import target_stiffness
+from sits_mech.mechanics.rest.newton import stable, target_stiffness
 from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.rest.verdict import stable
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 

@@ -16,8 +16,8 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.mechanics.element.target import placed
 from sits_mech.mechanics.faces.contact import Contact, Plane
+from sits_mech.mechanics.faces.facets import is_monotone, lines_cross, triangles_cross
 from sits_mech.mechanics.faces.folds import SelfContact
-from sits_mech.mechanics.faces.self_contact import is_monotone, lines_cross, triangles_cross
 from sits_mech.mechanics.faces.skin import Skin
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.meshing.bricks import Outline, within

@@ -37,9 +37,9 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.mesh import Indices
-from sits_mech.mechanics.faces.closest import behind, nearest, normals
 from sits_mech.mechanics.faces.contact import pressure
 from sits_mech.mechanics.faces.curved import Jet, Nearest, before, gaps, nearest_on, shapes
+from sits_mech.mechanics.faces.facets import behind, nearest, normals
 from sits_mech.mechanics.faces.skin import SAME, Flags, Skin
 from sits_mech.quantities import Array
 

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 from skfem import Basis
 
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh
-from sits_mech.mechanics.faces.closest import behind, nearest, normals
-from sits_mech.mechanics.faces.self_contact import skin
+from sits_mech.mechanics.faces.facets import behind, nearest, normals, skin
 from sits_mech.mechanics.faces.surface import Surface, edges, facet_forms, facets_of
 from sits_mech.quantities import Array
 

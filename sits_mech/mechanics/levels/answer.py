@@ -19,10 +19,9 @@ from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, finer
 from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.limit import Outcome, carried
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.newton import Approach, unloaded
-from sits_mech.mechanics.rest.path import follow
+from sits_mech.mechanics.rest.path import Outcome, carried, follow
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes

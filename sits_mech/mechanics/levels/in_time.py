@@ -1,7 +1,7 @@
 """Follow a layer with memory under a history of loads: time steps on every level of a family of meshes.
 
-Time. A step (rest/steps.py) is of second order. On the first level two walks go side by side, A in steps dt, B in two
-halves of each, each with a memory of its own: the remaining error of B is a third of their difference,
+Time. A step (rest/increments.py) is of second order. On the first level two walks go side by side, A in steps dt, B in
+two halves of each, each with a memory of its own: the remaining error of B is a third of their difference,
 
     q = q_B + (q_B - q_A)/3,      error in time = |q_B - q_A|/3,
 
@@ -34,10 +34,9 @@ from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.settle import PAIR, Line
 from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.control import under
-from sits_mech.mechanics.rest.increments import rough
+from sits_mech.mechanics.rest.increments import Moment, begun, later, rough
 from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.steps import Moment, begun, later
-from sits_mech.mechanics.rest.verdict import reason_words
+from sits_mech.mechanics.rest.newton import reason_words
 from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport, Wrench
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time

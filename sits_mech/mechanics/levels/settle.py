@@ -2,7 +2,7 @@
 
 Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
 inside out at a corner. The first that reaches the load gives the answer; the coarse mesh of each is tried first, and
-where neither does, the farther one gives the largest load (limit.py).
+where neither does, the farther one gives the largest load (path.py).
 
 Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
 the rest without it: introduced gradually, as faces may stand deep behind planes. Where the load cannot be reached with
@@ -26,9 +26,8 @@ from sits_mech.mechanics.levels.answer import Scales, Solved, aim, first_look, l
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.rest.body import packed
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.limit import Outcome
-from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.rest.verdict import reason_words
+from sits_mech.mechanics.rest.newton import reason_words
+from sits_mech.mechanics.rest.path import Outcome, follow
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
 

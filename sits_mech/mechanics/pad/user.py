@@ -26,7 +26,7 @@ from skfem import Mesh
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, MixedMesh, solid_mesh
 from sits_mech.mechanics.element.prolongation import Prolongation, prolongation
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.pad.lines import outlines
+from sits_mech.mechanics.pad.shapes import outlines
 from sits_mech.mechanics.pad.solid import NumberedMesh, as_in, numbered, pad_parts, solid
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.meshing.bricks import Outline, within

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.element.guard import Guard
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import fanned, section_mesh
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import crosses_itself, face_contact
 from sits_mech.mechanics.faces.surface import edges
 from sits_mech.mechanics.layer import planar_layer, stored
-from sits_mech.mechanics.pad.section import Fineness, bonded_body, side_faces, top_faces
+from sits_mech.mechanics.pad.section import Fineness, Guard, bonded_body, side_faces, top_faces
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.newton import compliance

@@ -12,10 +12,8 @@ from sits_mech.mechanics.levels.settle import carried_words
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.limit import PRECISE, Outcome, carried, pursued
-from sits_mech.mechanics.rest.newton import Arc, newton, rate
-from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.rest.verdict import REASONS, Way, reason_words, stable
+from sits_mech.mechanics.rest.newton import REASONS, Arc, Way, newton, rate, reason_words, stable
+from sits_mech.mechanics.rest.path import PRECISE, Outcome, carried, follow, pursued
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import load_sensor
