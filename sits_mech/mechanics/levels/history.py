@@ -1,6 +1,6 @@
 """Bring a layer with friction to rest at the end of its load path, followed on each level by itself.
 
-Friction depends on the path (faces/friction.py): from rest, through the loads passed, to the last one, straight from
+Friction depends on the path (faces/contact.py): from rest, through the loads passed, to the last one, straight from
 each to the next. No state is taken from another load or a coarser mesh, and no chord closes a gap: every level of a
 family follows the whole path (rest/increments.py), and the pose is extrapolated as it is without friction (answer.py),
 from two levels, or three where the third is cheap. The number of increments is found on the first level: it is doubled

@@ -1,7 +1,7 @@
 """Follow a layer with friction along a path of loads, increment by increment, each from the end of the last.
 
 The path goes straight from load to load, each leg of it in a number of equal increments. In each of them the potential
-of the layer with friction (faces/friction.py) is brought to rest by Newton's method, with the pressures p of the
+of the layer with friction (faces/contact.py) is brought to rest by Newton's method, with the pressures p of the
 contacts as they were at its beginning, then with those found, pass by pass, until
 
     sum w |p_new - p|  <=  1e-3 sum w p_new
@@ -31,8 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import kinematics
-from sits_mech.mechanics.faces.contact import Contact
-from sits_mech.mechanics.faces.friction import Grip, gripped
+from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.mechanics.rest.body import Bonded, State, deformed_state
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.newton import SETTLED, Way, unloaded, verdict
