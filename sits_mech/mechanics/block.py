@@ -36,11 +36,11 @@ from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import Solved, starts
-from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
+from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.settle import Line, ended, settled
+from sits_mech.mechanics.levels.settle import ended, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share

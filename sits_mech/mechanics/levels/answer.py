@@ -8,7 +8,7 @@ the target's end; likewise for forces that hold the target. States of the first 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, finer
 from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
-from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.control import Control, Scales
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.newton import Approach, unloaded
 from sits_mech.mechanics.rest.path import Outcome, carried, follow
@@ -31,42 +31,6 @@ _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that 
 _LAST = 25  # and where it has found none, for a last state
 _ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
-
-
-@dataclass(frozen=True)
-class Scales:
-    """SI values of scaled motions and loads."""
-
-    thickness: float  # of the layer [m]
-    force: float  # unit of force [N]; moments scale with force times thickness
-    standoff: float  # [m]
-    share: float = 1.0  # meshed part of the pad, 0.5 or 1: the body carries that share of the target's load
-
-    @property
-    def lengths(self) -> Array:
-        """Units of the components of q, shape (6,) [m, rad]."""
-        t = self.thickness
-        return np.array([t, t, 1.0, t, 1.0, 1.0])
-
-    @property
-    def loads(self) -> Array:
-        """Units of the components of a load on the body, shape (6,) [N, N m]."""
-        t = self.thickness
-        return self.force / self.share * np.array([1.0, 1.0, t, 1.0, t, t])
-
-    def load(self, wrench: Wrench) -> Array:
-        """Return a load on the body, shape (6,)."""
-        return np.asarray(wrench.components / self.loads)
-
-    def wrench(self, load: Array) -> Wrench:
-        """Return the target's load in SI, from that on the body, shape (3,) or (6,)."""
-        return Wrench(*(float(value) for value in load * self.loads[: len(load)]))
-
-    def pose(self, q: Array) -> Pose:
-        """Return the pose in SI of a motion, shape (3,) or (6,)."""
-        found = q * self.lengths[: len(q)]
-        found[1] += self.standoff + self.thickness
-        return Pose.of(found)
 
 
 class Solved(NamedTuple):

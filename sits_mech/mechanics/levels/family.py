@@ -51,7 +51,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from math import prod, sqrt
 from typing import NamedTuple
 
@@ -63,12 +63,16 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.rest.body import Bonded, State
+from sits_mech.mechanics.rest.control import Scales
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.newton import Approach, approached, unloaded
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Sensor
+
+PAIR = 2
+"""Number of families of one kind: free, guarded."""
 
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
@@ -132,6 +136,36 @@ class Levels:
     def limit(self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False) -> Limit:
         """Return the limit of values on the first levels, as `extrapolated`."""
         return extrapolated(values, self.terms[: len(values)], off, pressed=pressed)
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """Families of meshes of a layer, each made on demand."""
+
+    sensor: Sensor
+    scales: Scales
+    makers: Sequence[Callable[[], Levels]]  # free, guarded; in "auto" both again with contact
+    asked: float  # estimated error at which refinement stops
+    most: float = np.inf  # limit of iterations times unknowns
+    deepest: int = 99  # most levels
+    goal: Array | None = None  # (s, 6), see `by_goal`; default: the pose
+
+    def __post_init__(self) -> None:
+        """Cache the families."""
+        object.__setattr__(self, "makers", tuple(cache(maker) for maker in self.makers))
+
+    def __getitem__(self, number: int) -> Levels:
+        return self.makers[number]()
+
+    @property
+    def auto(self) -> bool:
+        """Whether contact is chosen automatically."""
+        return len(self.makers) > PAIR
+
+    @property
+    def last(self) -> range:
+        """Indices of the families used where faces touch."""
+        return range(len(self.makers) - PAIR, len(self.makers))
 
 
 Changed = Callable[[Sensor, int], Bonded | None]

@@ -35,10 +35,10 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
 from sits_mech.mechanics.element.target import bonded_displacement, bonded_tangent, moved, work_of_load
-from sits_mech.mechanics.levels.answer import Scales, errors_of, levers
-from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.settle import Line
+from sits_mech.mechanics.levels.answer import errors_of, levers
+from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.mechanics.rest.body import Bonded, State, rest, unpacked
+from sits_mech.mechanics.rest.control import Scales
 from sits_mech.mechanics.rest.linearisation import (
     Aim,
     Factor,

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.levels.answer import Solved, aim, answer, levers
-from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.settle import Line, settled, untouched
+from sits_mech.mechanics.levels.family import Levels, Line
+from sits_mech.mechanics.levels.settle import settled, untouched
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.increments import Track, followed

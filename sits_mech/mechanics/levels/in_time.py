@@ -30,8 +30,7 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
-from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.settle import PAIR, Line
+from sits_mech.mechanics.levels.family import PAIR, Levels, Line
 from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.increments import Moment, begun, later, rough

@@ -15,57 +15,22 @@ data.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
-from sits_mech.mechanics.levels.answer import Scales, Solved, aim, first_look, levers, load_words, solve_levels, starts
-from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.levels.answer import Solved, aim, first_look, levers, load_words, solve_levels, starts
+from sits_mech.mechanics.levels.family import PAIR, Levels, Line
 from sits_mech.mechanics.rest.body import packed
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.newton import reason_words
 from sits_mech.mechanics.rest.path import Outcome, follow
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveFailed, Wrench
-from sits_mech.scene.sensor import Sensor
-
-PAIR = 2
-"""Number of families of one kind: free, guarded."""
+from sits_mech.quantities import WRENCH, Equilibrium, Pose, SolveFailed, Wrench
 
 _SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """Families of meshes of a layer, each made on demand."""
-
-    sensor: Sensor
-    scales: Scales
-    makers: Sequence[Callable[[], Levels]]  # free, guarded; in "auto" both again with contact
-    asked: float  # estimated error at which refinement stops
-    most: float = np.inf  # limit of iterations times unknowns
-    deepest: int = 99  # most levels
-    goal: Array | None = None  # (s, 6), see `by_goal`; default: the pose
-
-    def __post_init__(self) -> None:
-        """Cache the families."""
-        object.__setattr__(self, "makers", tuple(cache(maker) for maker in self.makers))
-
-    def __getitem__(self, number: int) -> Levels:
-        return self.makers[number]()
-
-    @property
-    def auto(self) -> bool:
-        """Whether contact is chosen automatically."""
-        return len(self.makers) > PAIR
-
-    @property
-    def last(self) -> range:
-        """Indices of the families used where faces touch."""
-        return range(len(self.makers) - PAIR, len(self.makers))
 
 
 def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:

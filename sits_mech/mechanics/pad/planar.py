@@ -22,8 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
-from sits_mech.mechanics.levels.settle import Line
+from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.pad.shapes import widened
 from sits_mech.mechanics.rest.body import Bonded, rest

@@ -32,10 +32,10 @@ from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
-from sits_mech.mechanics.levels.answer import Scales
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
 from sits_mech.mechanics.rest.body import Bonded, State, border
+from sits_mech.mechanics.rest.control import Scales
 from sits_mech.meshing.bricks import Division, Outline, within
 from sits_mech.meshing.copies import both_halves
 from sits_mech.meshing.refinement import shape_values
