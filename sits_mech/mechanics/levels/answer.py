@@ -16,7 +16,7 @@ import numpy as np
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
-from sits_mech.mechanics.levels.family import Levels, Limit, finer
+from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
 from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.rest.control import Control, Scales
 from sits_mech.mechanics.rest.linearisation import Held
@@ -50,28 +50,27 @@ class Solved(NamedTuple):
         return self.limit is not None and sum(self.limit) < 1.0
 
 
-def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, most: float) -> Outcome:
+def first_look(line: Line, levels: Levels, start: Equilibrium | None, control: Control) -> Outcome:
     """Follow the path on the coarse mesh alone."""
     for level in (0, 1):
         levels.check_memory(level)
-    state, (held, end) = _begun(levels, scales, start, 0), aim(levels.coarse, scales, control)
+    state, (held, end) = _begun(levels, line.scales, start, 0), aim(levels.coarse, line.scales, control)
     begin = np.where(held, state.q, state.load)
-    spend = most / len(levels.coarse.free)
+    spend = line.most / len(levels.coarse.free)
     return follow(
         levels.coarse, state, (begin, end), smallest=_LOOK, held=held, beside=control.held[3:], most=spend
     )
 
 
 def solve_levels(
-    sensor: Sensor, levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
-    asked: float, most: float = np.inf, coarse: Outcome | None = None, deepest: int = 99, goal: Array | None = None,
+    line: Line, levels: Levels, start: Equilibrium | None, control: Control, first: Outcome, smallest: float
 ) -> Solved:
-    """Follow the path on the first two levels, then refine until the estimated error is at most `asked`.
+    """Follow the path on the first two levels of a line's family, then refine until the error is as asked of the line.
 
-    Without `start` the path begins at rest; `coarse` is the result of `first_look`; `smallest` is the least increment,
-    `most` the limit of iterations times unknowns. With `goal` (s, 6) the error is that of `by_goal`. A limit found on
-    the coarse mesh gets its error from the finer one within a few iterations.
+    Without `start` the path begins at rest; `first` is the result of `first_look`; `smallest` is the least increment.
+    A limit found on the coarse mesh gets its error from the finer one within a few iterations.
     """
+    scales = line.scales
     held, end = aim(levels.fine, scales, control)
     coarse_start = _begun(levels, scales, start, 0)
     begin = np.where(held, coarse_start.q, coarse_start.load)
@@ -81,9 +80,8 @@ def solve_levels(
             body, state, (begin, goal), smallest=smallest, held=held, beside=control.held[3:], most=spend
         )
 
-    first = coarse or first_look(levels, scales, start, control, most)
     midway = begin + first.reached * (end - begin)
-    spend = most / len(levels.fine.free)
+    spend = line.most / len(levels.fine.free)
     if first.reached < 1.0:
         spend = min(spend, _LAST if first.limit is None else _VERDICT)
     fine = followed(levels.fine, _begun(levels, scales, start, 1), midway, spend)
@@ -98,13 +96,13 @@ def solve_levels(
         second = followed(levels.coarse, coarse_start, begin + fine.reached * (end - begin), np.inf).state
     part, limit = fine.reached, carried(first, there)
     reason = (there if there.limit is not None or first.reached == 1.0 else first).reason
-    last = deepest if part == 1.0 else 2
-    found = answer(sensor, levels, scales, control, (second, fine.state), asked, deepest=last, goal=goal)
+    last = line if part == 1.0 else replace(line, deepest=2)
+    found = answer(last, levels, control, (second, fine.state))
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
     load = None if limit is None else _carried(found, scales, (begin, end, held), limit)
-    laws = law_notes(sensor, largest_stretch(levels.coarse, first.state.u, apart=0.0)) if part < 1.0 else ()
+    laws = law_notes(line.sensor, largest_stretch(levels.coarse, first.state.u, apart=0.0)) if part < 1.0 else ()
     return Solved(found, part, reason, load, limit, laws, first.reached)
 
 
@@ -189,14 +187,13 @@ def load_words(load: Mapping[str, float]) -> str:
 
 
 def answer(
-    sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float,
-    walk: Iterator[Approach] | None = None, deepest: int = 99, goal: Array | None = None,
+    line: Line, levels: Levels, control: Control, states: tuple[State, State], walk: Iterator[Approach] | None = None
 ) -> Equilibrium:
     """Extrapolate the equilibrium and its errors from two levels at rest and as many finer ones as needed.
 
-    `walk` yields the finer levels (default `finer`), at most `deepest` in all; `asked` applies to `goal`, if given.
+    `walk` yields the finer levels (default `finer`).
     """
-    coarse, fine = states
+    (coarse, fine), sensor, scales, goal = states, line.sensor, line.scales, line.goal
     body, t = levels.fine, scales.thickness
     k, (held, end) = body.components, aim(body, scales, control)
     given = bool(np.any(control.held[:k]))
@@ -225,8 +222,8 @@ def answer(
     large, beyond, kept = "", list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
-    for level in range(2, min(most, len(levels), deepest)):
-        if left(best) <= asked and not (pressed and level == 2):  # in contact two may agree by chance
+    for level in range(2, min(most, len(levels), line.deepest)):
+        if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
         large = levels.check_memory(level)
         there = None if large else next(walk, None)

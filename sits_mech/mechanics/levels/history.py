@@ -82,9 +82,8 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     if second.reason:
         return _ended(line, number, second, controls)
     states = (steps.track.state, second.state)
-    found = answer(
-        line.sensor, levels, line.scales, controls[-1], states, line.asked, _finer(line, levels, controls, steps.parts)
-    )
+    walked = _finer(line, levels, controls, steps.parts)
+    found = answer(replace(line, deepest=99, goal=None), levels, controls[-1], states, walked)
     given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
     found = replace(found, wrench=replace(found.wrench, **given))
     way = "straight from zero load" if len(controls) == 1 else "along the given loads"

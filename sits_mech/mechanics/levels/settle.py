@@ -84,7 +84,7 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
     tried: list[Solved] = []
     for number in numbers:
         own = _own(line[number], number, start)
-        looks[number] = first_look(line[number], line.scales, own, control, line.most)
+        looks[number] = first_look(line, line[number], own, control)
         if looks[number].reached == 1.0:
             tried.append(_tried(line, number, own, control, looks[number], number < numbers[-1]))
             if tried[-1].part == 1.0:
@@ -106,10 +106,7 @@ def _tried(
     line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, waiting: bool
 ) -> Solved:
     """Return the last equilibrium on one family; with another one waiting the path is given up earlier."""
-    solved = solve_levels(
-        line.sensor, line[number], line.scales, own, control, smallest=_SMALLEST[not waiting], asked=line.asked,
-        most=line.most, coarse=look, deepest=line.deepest, goal=line.goal,
-    )
+    solved = solve_levels(line, line[number], own, control, look, _SMALLEST[not waiting])
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
 
