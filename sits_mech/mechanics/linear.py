@@ -32,8 +32,8 @@ import numpy as np
 
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
-from sits_mech.mechanics.levels.answer import errors_of, levers, relative
-from sits_mech.mechanics.levels.family import Levels, Limit
+from sits_mech.mechanics.levels.answer import errors_of, relative
+from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
@@ -80,16 +80,17 @@ class SmallStrain:
         scales, body = self.scales, self.levels.coarse
         load = scales.load(wrench)[:3]
         force = np.array([load[0], -load[1], load[2] + body.height * load[0]])
-        lengths, lever = scales.lengths[:3], levers(body, scales.thickness)[:3]
+        lengths, lever = scales.lengths[:3], body.reach(scales.thickness)[:3]
         own = zip(self.compliances, self.unloaded, strict=True)
-        limit = self.limit([(C @ force + q) * lengths * lever for C, q in own])
+        limit = self.levels.limit([(C @ force + q) * lengths * lever for C, q in own])
         away, min_J = correction(body, load)
-        error = errors_of(limit.error / lever + np.abs(away) * lengths, lever, self.levels.share)
+        error = errors_of(limit.error / lever + np.abs(away) * lengths, self.levels.share, lever)
         q = limit.value / lever / lengths
         unknowns = len(self.levels.maker(len(self.compliances) - 1).free) + 3
         off = relative(error, q * lengths, lever)
+        notes = () if self.edges is None else edge_notes(self.edges, load, scales.thickness)
         report = SolveReport(
-            "linear", unknowns, 1, 0.0, off, time.perf_counter() - began, notes=self._notes(load), min_J=min_J
+            "linear", unknowns, 1, 0.0, off, time.perf_counter() - began, notes=notes, min_J=min_J
         )
         if not report.estimated_error < 1.0:
             report = replace(report, status="strains too large")
@@ -109,10 +110,6 @@ class SmallStrain:
         family = Family(self.levels, scales, self.sensor, small=len(self.compliances), sideways=sideways)
         return pose_slopes(family, found, parameters)
 
-    def limit(self, values: list[Array]) -> Limit:
-        """Extrapolate values of the levels, of one shape."""
-        return self.levels.limit(values)
-
     @property
     def stiffness(self) -> tuple[Array, float]:
         """Stiffness (3, 3) of the whole pad, or of the layer's length, and its worst relative error on the diagonal.
@@ -120,14 +117,10 @@ class SmallStrain:
         Of d_h, d_v and alpha against F_x, an upward force and a moment about the bonded face's centre [N/m, N, N/rad, N
         m/rad].
         """
-        found = self.limit([C.ravel() for C in self.compliances])
+        found = self.levels.limit([C.ravel() for C in self.compliances])
         best, error = found.value.reshape(3, 3), found.error.reshape(3, 3)
         unit = np.outer(self.scales.loads[:3], 1.0 / self.scales.lengths[:3])
         return np.linalg.inv(best) * unit, float(np.max(np.diag(error) / np.diag(best)))
-
-    def _notes(self, load: Array) -> tuple[str, ...]:
-        """Return notes on the fillets under a scaled load."""
-        return () if self.edges is None else edge_notes(self.edges, load, self.scales.thickness)
 
 
 @one_thread

@@ -112,11 +112,15 @@ def _passes(begin: Array, end: Array, triangle: Array) -> bool:
 
 def normals(corners: Array) -> Array:
     """Return the outward unit normals, shape (n, d), of facets of corners (n, d, d)."""
-    way = corners[:, 1] - corners[:, 0]
-    if corners.shape[1] == 2:
-        across = np.stack([-way[:, 1], way[:, 0]], axis=1)
+    return upright(corners[:, 1:] - corners[:, :1])
+
+
+def upright(ways: Array) -> Array:
+    """Return the unit normals, shape (n, d), of the directions (n, d - 1, d) of faces."""
+    if ways.shape[1] == 1:
+        across = np.stack([-ways[:, 0, 1], ways[:, 0, 0]], axis=1)
     else:
-        across = np.cross(way, corners[:, 2] - corners[:, 0])
+        across = np.cross(ways[:, 0], ways[:, 1])
     return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300))
 
 
@@ -130,7 +134,7 @@ def nearest(x: Array, corners: Array) -> Array:
     for sides in ([0, 1], [1, 2], [2, 0]):
         own = np.zeros((len(outside), 3))
         own[:, sides] = _on_segment(x[outside], corners[outside][:, sides])
-        away = np.linalg.norm(x[outside] - _point(own, corners[outside]), axis=1)
+        away = np.linalg.norm(x[outside] - weighted(own, corners[outside]), axis=1)
         weights[outside[away < best]] = own[away < best]
         best = np.minimum(best, away)
     return weights
@@ -138,13 +142,13 @@ def nearest(x: Array, corners: Array) -> Array:
 
 def behind(x: Array, corners: Array, weights: Array, n: Array) -> tuple[Array, Array]:
     """Return distances from facets, and heights of the points along the normals n (n, d), (n,) each."""
-    r = x - _point(weights, corners)
+    r = x - weighted(weights, corners)
     return np.linalg.norm(r, axis=1), (r * n).sum(axis=1)
 
 
-def _point(weights: Array, corners: Array) -> Array:
-    """Return the points of weights."""
-    return np.asarray((weights[:, None, :] @ corners)[:, 0])
+def weighted(shares: Array, nodes: Array) -> Array:
+    """Sum nodes (n, k, d) by their shares (n, k)."""
+    return np.asarray((shares[:, None, :] @ nodes)[:, 0])
 
 
 def _on_segment(x: Array, ends: Array) -> Array:

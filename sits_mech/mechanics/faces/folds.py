@@ -176,19 +176,22 @@ def _in_reach(skin: Skin, u: Array) -> tuple[Indices, Indices]:
     radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
     near = cKDTree(x).query_ball_point(centre, radius + _DEEPEST, return_sorted=False)
     facets, points = np.repeat(np.arange(len(near)), list(map(len, near))), np.concatenate(near).astype(np.int64)
-    n = normals(corners)
-    turned = (n[skin.own[points]] * n[facets]).sum(axis=1) < _ASIDE
-    points, facets = points[turned], facets[turned]
+    points, facets = _turned(skin, normals(corners), points, facets)
     apart = skin.apart(points, facets)
     return points[apart], facets[apart]
+
+
+def _turned(skin: Skin, n: Array, points: Indices, facets: Indices) -> tuple[Indices, Indices]:
+    """Return the pairs whose normals, n of all facets, do not point the same way."""
+    turned = (n[skin.own[points]] * n[facets]).sum(axis=1) < _ASIDE
+    return points[turned], facets[turned]
 
 
 def _meetings(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Meeting:
     """Return the pairs whose normals do not point the same way."""
     corners = _placed(skin, u)
     n = normals(corners)
-    turned = (n[skin.own[points]] * n[facets]).sum(axis=1) < _ASIDE
-    points, facets = points[turned], facets[turned]
+    points, facets = _turned(skin, n, points, facets)
     x, own = skin.points(u)[points], corners[facets]
     away, front = behind(x, own, nearest(x, own), n[facets])
     return _Meeting(points, facets, away, front)

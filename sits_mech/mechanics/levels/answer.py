@@ -140,13 +140,7 @@ def _begun(levels: Levels, scales: Scales, start: Equilibrium | None, level: int
     return unloaded(levels.maker(level)) if start is None else starts(levels, scales, start)[1 - level]
 
 
-def levers(body: Bonded, thickness: float) -> Array:
-    """Return the factors that convert component errors in SI to errors at the target's end, shape (6,) [1, m]."""
-    x, y = (float(reach) for reach in np.abs(body.X[:, :2]).max(axis=0) * thickness)
-    return np.array([1.0, 1.0, x, 1.0, y or x, max(x, y)])
-
-
-def errors_of(difference: Array, lever: Array, share: float) -> Array:
+def errors_of(difference: Array, share: float, lever: Array | float = 1.0) -> Array:
     """Bound component errors below by a share of the worst one; an angle counts at the target's end."""
     floor = share * np.max(difference * lever) / lever
     return np.asarray(np.maximum(difference, floor))
@@ -197,7 +191,7 @@ def answer(
     body, t = levels.fine, scales.thickness
     k, (held, end) = body.components, aim(body, scales, control)
     given = bool(np.any(control.held[:k]))
-    lever = levers(body, t)[:k]
+    lever = body.reach(t)[:k]
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
     size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
@@ -213,7 +207,7 @@ def answer(
         if goal is None or given:
             return float(np.max(limit.error))
         size = unit * scales.lengths[:k]
-        own = errors_of(limit.error, np.ones(k), levels.share)
+        own = errors_of(limit.error, levels.share)
         return by_goal(goal[:, :k], own * size, limit.parts * size)
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
@@ -236,8 +230,7 @@ def answer(
         if np.max(there.off[~held] / unit[~held], initial=0.0) > np.max(best.error):  # it does not settle there
             break
         best, kept = limit, len(beyond)
-    share = levels.share
-    error = np.where(held, 0.0, errors_of(best.error, np.ones(k), share)) * unit * scales.lengths[:k]
+    error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
     beneath = ground_notes(sensor, scales.pose(q))

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.levels.answer import Solved, aim, answer, levers
+from sits_mech.mechanics.levels.answer import Solved, aim, answer
 from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.mechanics.levels.settle import settled, untouched
 from sits_mech.mechanics.rest.body import Bonded
@@ -142,7 +142,7 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way:
 def _ended(line: Line, number: int, track: Track, controls: Sequence[Control]) -> Solved:
     """Describe a path that ended early: the last rest, its error as large as the displacement."""
     state, scales = track.state, line.scales
-    k, lever = len(state.q), levers(line[number].fine, scales.thickness)
+    k, lever = len(state.q), line[number].fine.reach(scales.thickness)
     size = float(np.max(np.abs(state.q * scales.lengths[:k]) * lever[:k]))
     error = Pose.of(np.where(np.arange(6) < k, size / lever, 0.0))
     report = SolveReport("", state.u.size, track.iterations, state.residual, 1.0, 0.0, min_J=state.min_J)

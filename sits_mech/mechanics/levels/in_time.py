@@ -35,7 +35,7 @@ from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.increments import Moment, begun, later, rough
 from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import reason_words
+from sits_mech.mechanics.rest.newton import REASONS
 from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport, Wrench
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
@@ -103,7 +103,7 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
 def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
     """Build the error of a history that could not be completed."""
     state = end.last.state
-    words = f"{reason_words(end.reason)} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
+    words = f"{REASONS[end.reason]} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
     report = SolveReport(
         "", state.u.size, state.iterations, state.residual, 1.0, 0.0, "history ended", min_J=state.min_J,
     )
@@ -159,7 +159,7 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
         limit = levels.limit(list(rows), pressed=pressed)
         values.append(limit.value)
         own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST if np.any(rows) else 0.0)
-        errors.append(errors_of(own, np.ones(len(weight)), levels.share))
+        errors.append(errors_of(own, levels.share))
     unit = size / weight
     return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
 

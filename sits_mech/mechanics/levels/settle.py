@@ -21,11 +21,11 @@ from dataclasses import replace
 import numpy as np
 
 from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
-from sits_mech.mechanics.levels.answer import Solved, aim, first_look, levers, load_words, solve_levels, starts
+from sits_mech.mechanics.levels.answer import Solved, aim, first_look, load_words, solve_levels, starts
 from sits_mech.mechanics.levels.family import PAIR, Levels, Line
 from sits_mech.mechanics.rest.body import packed
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.newton import reason_words
+from sits_mech.mechanics.rest.newton import REASONS
 from sits_mech.mechanics.rest.path import Outcome, follow
 from sits_mech.quantities import WRENCH, Equilibrium, Pose, SolveFailed, Wrench
 
@@ -144,7 +144,7 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     found = held.found
     if not _contact(line, found).held:
         return held
-    k, lever = line[0].fine.components, levers(line[0].fine, line.scales.thickness)
+    k, lever = line[0].fine.components, line[0].fine.reach(line.scales.thickness)
     moved = np.abs(found.pose.components - free.pose.components)[:k]
     forces = np.abs(found.wrench.components - free.wrench.components)[:k]
     only = np.array([name.startswith("F") for name in vars(free.wrench)])[:k]
@@ -161,7 +161,7 @@ def _without_contact(line: Line, free: Solved) -> Solved:
     """Set the error to the whole displacement where contact is needed but missing."""
     found = free.found
     body = line[int(found.state[0])].fine
-    k, lever = body.components, levers(body, line.scales.thickness)
+    k, lever = body.components, body.reach(line.scales.thickness)
     away = (found.pose.components - line.scales.pose(np.zeros(k)).components) * lever
     size = np.where(np.arange(6) < k, float(np.max(np.abs(away))), 0.0)
     report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, LEFT_OUT))
@@ -175,7 +175,7 @@ def ended(line: Line, control: Control, solved: Solved, body: str) -> SolveFaile
     limit = () if solved.carried is None or solved.limit is None else (carried_words(solved.carried, solved.limit),)
     if not limit and solved.seen < 1.0:
         limit = (f"no largest load was found: a coarse mesh could be followed to {_given_words(there)}",)
-    why = (*limit, reason_words(solved.reason))
+    why = (*limit, REASONS[solved.reason])
     others = (note for note in last.report.notes if note not in solved.laws)
     notes = (*others, *laws, *why, f"reached {solved.part:.1%} of the path")
     report = replace(last.report, status="load path ended", notes=notes)

@@ -25,8 +25,8 @@ import numpy as np
 from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.pad.shapes import widened
-from sits_mech.mechanics.rest.body import Bonded, rest
-from sits_mech.mechanics.rest.newton import compliance
+from sits_mech.mechanics.rest.body import Bonded
+from sits_mech.mechanics.rest.newton import small_strain
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
 from sits_mech.units import checked_tolerance
@@ -131,7 +131,7 @@ def _compliance(sensor: Sensor) -> Array:
     """Return the compliance of a layer at rest, scaled, shape (3, 3)."""
     levels = layer_family(sensor)
     bodies = [levels.maker(level) for level in range(_LEVELS)]
-    found = [compliance(body, rest(body), np.zeros(3)).ravel() for body in bodies]
+    found = [small_strain(body)[0].ravel() for body in bodies]
     return levels.limit(found).value.reshape(3, 3)
 
 

@@ -57,7 +57,7 @@ from sits_mech.meshing.structured import graded_lines, graded_segment, matched_c
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
-_GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
+GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _ENDLESS = 1e6  # thicknesses of half the target along y
 _SWEPT = np.pi / 3.0  # of the arc, from the side face to 30 degrees from the plate
 _LEAST = 0.05  # thicknesses, the smallest radius that a mesh resolves
@@ -88,13 +88,13 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)
     swelling = elastomer.free_stretch**3
     K = silicone.bulk_modulus / silicone.shear_modulus / swelling**2
-    guard = min(fineness.guard, _GUARD_SHARE * K)
+    guard = min(fineness.guard, GUARD_SHARE * K)
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
     law = law_of(silicone)
-    kind = (fillet, fineness.cells, fineness.grading, fineness.fan, guard > 0.0, fineness.depth > 0.0)
     return Bonded(
         own.mesh, law, K - guard, target.load_height / t, own.free, own.bonded, own.X, own.faces,
-        parts=parts, guarded=guard > 0.0, shared=partial(_pattern, kind), swelling=swelling,
+        parts=parts, guarded=guard > 0.0, swelling=swelling,
+        shared=partial(_pattern, own, guard > 0.0, fineness.depth > 0.0),
     )
 
 
@@ -168,10 +168,8 @@ def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) ->
 
 
 @lru_cache(maxsize=32)
-def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
+def _pattern(own: _Numbered, guarded: bool, touching: bool) -> Pattern:
     """Make the pattern of bodies on one mesh, with or without guard and contact; cached."""
-    *mesh, guarded, touching = kind
-    own = _numbered(*mesh)
     zero = np.zeros(own.mesh.nodes.size)
     terms = [part(zero, np.zeros(6)) for part in _parts(own, float(guarded), float(touching))]
     numbers = (own.mesh.dofs, *(term.numbers for term in terms))

@@ -32,7 +32,7 @@ from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
-from sits_mech.mechanics.pad.section import layer_parts
+from sits_mech.mechanics.pad.section import GUARD_SHARE, layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
 from sits_mech.mechanics.rest.body import Bonded, State, border
 from sits_mech.mechanics.rest.control import Scales
@@ -43,7 +43,6 @@ from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
 
 _SLENDER = 1e3  # times as high as thin: what stands beyond is a hair, whose faces' triangles all overlap
-_GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +155,7 @@ def scaled_law(sensor: Sensor, guard: float) -> tuple[Law, float]:
     elastomer = pad_parts(sensor)[1]
     silicone = elastomer.silicone
     K = silicone.bulk_modulus / silicone.shear_modulus / elastomer.free_stretch**6
-    guard = min(guard, _GUARD_SHARE * K)
+    guard = min(guard, GUARD_SHARE * K)
     return law_of(silicone, guard), K - guard
 
 

@@ -65,7 +65,7 @@ REASONS = {
     "slipping": "beyond this load the contact pressures under friction do not converge",
     "long": "beyond this load the limit of iterations for a mesh of this size is reached",
 }
-"""Messages by the reason of an `Outcome` (path.py); see `reason_words`."""
+"""Messages by the reason of an `Outcome` (path.py); "" at its goal."""
 
 
 _NONE = np.zeros((0, 0))
@@ -154,18 +154,6 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
     if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
         return None
     return Approach(here, here.q, here.load, off, here.iterations)
-
-
-def compliance(body: Bonded, state: State, load: Array) -> Array:
-    """Return d(motion)/d(forces on the target) about a state at rest, shape (k, k); nan where there is none."""
-    there = replace(state, load=load)
-    factor = factored(body, there, gradient(body, there))
-    try:
-        if factor is not None:
-            return np.asarray(np.linalg.inv(factor.stiffness))
-    except np.linalg.LinAlgError:
-        pass
-    return np.full((body.components, body.components), np.nan)
 
 
 def unloaded(body: Bonded) -> State:
@@ -308,13 +296,3 @@ def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:
     if not np.all(np.isfinite(S)):
         return np.nan
     return float(np.linalg.eigvalsh(0.5 * (S + S.T)).min(initial=np.inf))
-
-
-def stable(stiffness: Array, held: Held | None = None) -> bool:
-    """Whether the target withstands any small push on its free components."""
-    return smallest_eigenvalue(stiffness, held) > 0.0
-
-
-def reason_words(reason: str) -> str:
-    """Return the reason a path ended, in words."""
-    return REASONS[reason]
