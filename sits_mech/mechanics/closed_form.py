@@ -1,4 +1,4 @@
-"""Closed forms of a bonded layer: thin limits, edge corrections, the corner, one exact moment.
+"""Closed forms of a bonded layer: thin limits, edge corrections, a model of a flush layer.
 
 A strip of width w and thickness t between two rigid plates, plane strain, small strain, shape factor ``S = w/(2 t)``.
 Where the layer is thin (S large) the pressure follows the lubrication equation of a slightly compressible solid,
@@ -15,8 +15,7 @@ E_c is force over (w sink/t), E_b moment over (w**3/12 theta/t), k_x force over 
 all per depth. Neglected in E_c and E_b: terms of relative order 1/S from the edges, and mu beside K.
 
 Sources: A. N. Gent, P. B. Lindley, Proc. Inst. Mech. Eng. 173 (1959) 111; J. M. Kelly, Earthquake-Resistant Design with
-Rubber (1997), chapters 4 and 5; M. L. Williams, J. Appl. Mech. 19 (1952) 526 for the corner. The length 0.2308 t of
-the shear edges comes from graded P2-P1 finite elements.
+Rubber (1997), chapters 4 and 5. The length 0.2308 t of the shear edges comes from graded P2-P1 finite elements.
 
 The model of a flush layer (`strip_layer`) is the cheapest: no mesh, microseconds a load. A strip of length L has rigid
 plates as wide or wider. About the layer's mid-height the three stiffnesses are uncoupled (4 mu beside the thin limits
@@ -86,27 +85,6 @@ def shear_stiffness(shear_modulus: float, width: float, thickness: float) -> flo
     return shear_modulus * (width / thickness - SHEAR_EDGES)
 
 
-def corner_exponent(poisson: float, angle: float = 0.5 * np.pi) -> float:
-    """Return the exponent k of the displacement ``r**k`` at a corner between a clamped and a free face, plane strain.
-
-    The smallest root of ``sin(k angle)**2 = ((kappa + 1)**2/4 - k**2 sin(angle)**2)/kappa`` with ``kappa = 3 - 4 nu``;
-    stresses grow as ``r**(k - 1)``, and a quantity of the energy converges as ``h**(2 k)`` on uniform meshes. Raise
-    ValueError for nu outside 0..0.5, an angle above pi/2, or a corner that is not singular.
-    """
-    from scipy.optimize import brentq
-
-    if not 0.0 <= poisson <= 0.5 or not 0.0 < angle <= 0.5 * np.pi:
-        raise ValueError(f"corner: Poisson's ratio 0..0.5 and angle 0..pi/2 are covered, not {poisson} and {angle}")
-    kappa = 3.0 - 4.0 * poisson
-
-    def gap(k: float) -> float:
-        return float(np.sin(k * angle) ** 2 - ((kappa + 1.0) ** 2 / 4.0 - (k * np.sin(angle)) ** 2) / kappa)
-
-    if gap(1.0) <= 0.0:
-        raise ValueError(f"corner: not singular at Poisson's ratio {poisson} and angle {angle}")
-    return float(brentq(gap, 0.0, 1.0, xtol=1e-14))
-
-
 def small_strain_bound(sink: float, shear: float, edge: float) -> float:
     """Bound the relative error of one linear compliance; displacements over the layer's thickness.
 
@@ -114,16 +92,6 @@ def small_strain_bound(sink: float, shear: float, edge: float) -> float:
     the factors are checked against finite strain by the plan's test.
     """
     return 3.0 * abs(sink) + 0.5 * (abs(shear) + abs(edge))
-
-
-def holding_moment(wrench: Wrench, d_h: float, gap: float) -> float:
-    """Return the moment about the plate's centre that holds the tilt of a centrally symmetric block at zero [N m].
-
-    Exact at any strain for any law: the two plates carry equal moments by symmetry, and the block is in balance. Forces
-    act at the centre of the bonded face; `d_h` and `gap` (distance from the ground) are those of the deformed state
-    [m].
-    """
-    return -0.5 * (wrench.F_x * gap + wrench.F_z * d_h)
 
 
 def _decay(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:

@@ -14,13 +14,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 from skfem.element import ElementHex2
 
 from sits_mech.meshing.bricks import Division, Outline, joined, ring_bricks
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 _BRICK = ElementHex2()
 _PLANE = 1e-9  # how near to the mirror a corner, or the middle of a pillar, lies in it
@@ -30,7 +29,7 @@ class Bricks(NamedTuple):
     """Bricks by themselves: points (n, 3), each one's corners (e, 8), the places of its nodes (e, 27, 3)."""
 
     points: Array
-    corners: NDArray[np.int64]
+    corners: Integers
     places: Array
 
 

@@ -40,8 +40,8 @@ from scipy.sparse.linalg import splu
 
 from sits_mech.mechanics.element.dissection import Child, Dissection, Front, Share, dissected
 from sits_mech.mechanics.element.kernel import summed
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
-from sits_mech.quantities import Array
+from sits_mech.mechanics.element.mesh import MixedMesh
+from sits_mech.quantities import Array, Integers
 
 Stiffness = Sequence[Array]
 """Dense stiffnesses of each group, shape (e, k, k): of the elements, then of each part."""
@@ -56,7 +56,7 @@ class Term(NamedTuple):
 
     energy: float
     forces: Array  # (n + 6,), on n displacements and q
-    numbers: Indices  # (e, k), displacements and q; the same in every state
+    numbers: Integers  # (e, k), displacements and q; the same in every state
     stiffness: Array  # (e, k, k)
 
 
@@ -74,9 +74,9 @@ class Factored(NamedTuple):
 class _Group(NamedTuple):
     """Places of a group's stiffnesses."""
 
-    free: Indices  # rows among the free; m for none
-    bordering: Indices  # those on the border
-    taken: Indices  # their rows of T; b for none
+    free: Integers  # rows among the free; m for none
+    bordering: Integers  # those on the border
+    taken: Integers  # their rows of T; b for none
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +84,13 @@ class Pattern:
     """Assembly pattern of the stiffnesses of one mesh."""
 
     mesh: MixedMesh
-    numbers: tuple[Indices, ...]  # displacements and q of each group, (e, k) each
-    free: Indices  # (m,), free displacements
-    border: Indices  # (b,), bonded displacements and q
+    numbers: tuple[Integers, ...]  # displacements and q of each group, (e, k) each
+    free: Integers  # (m,), free displacements
+    border: Integers  # (b,), bonded displacements and q
     dissection: Dissection
     _groups: tuple[_Group, ...]
 
-    def following(self, numbers: Sequence[Indices]) -> Pattern:
+    def following(self, numbers: Sequence[Integers]) -> Pattern:
         """Return the pattern of these numbers, itself if unchanged: faces in contact may change."""
         pairs = zip(self.numbers, numbers, strict=False)
         if len(numbers) == len(self.numbers) and all(own is new or np.array_equal(own, new) for own, new in pairs):
@@ -148,7 +148,7 @@ class Pattern:
         return Factored(corrected, found.negative)
 
 
-def pattern(mesh: MixedMesh, numbers: Sequence[Indices], free: Indices, border: Indices) -> Pattern:
+def pattern(mesh: MixedMesh, numbers: Sequence[Integers], free: Integers, border: Integers) -> Pattern:
     """Return the assembly pattern of groups of numbers (e, k), elements first; neither free nor border means held."""
     size = 1 + max(int(each.max(initial=0)) for each in (*numbers, free, border))
     inner, outer = np.full(size, len(free)), np.full(size, len(border))
@@ -162,7 +162,7 @@ def pattern(mesh: MixedMesh, numbers: Sequence[Indices], free: Indices, border: 
     return Pattern(mesh, tuple(numbers), free, border, dissected(mesh, own, len(free)), tuple(groups))
 
 
-def _summed(places: Indices, values: Array, size: int) -> Array:
+def _summed(places: Integers, values: Array, size: int) -> Array:
     """Sum values (e, k, r) into their places (e, k), shape (size, r)."""
     return np.stack([summed(places, column, size) for column in np.moveaxis(values, -1, 0)], axis=1)
 
@@ -182,7 +182,7 @@ class _Pivots:
 
     L: Array  # Cholesky's L, or the factored A
     W: Array
-    exchanges: Indices | None  # of L D L^T; None for Cholesky
+    exchanges: Integers | None  # of L D L^T; None for Cholesky
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ class Factor:
 
     negative: int  # number of negative eigenvalues
     safe: bool  # accurate to rounding; otherwise check the residual
-    _order: Indices
+    _order: Integers
     _each: tuple[tuple[Front, _Pivots], ...]
 
     def solve(self, b: Array) -> Array:
@@ -295,6 +295,6 @@ def _eliminated(A: Array, B: Array, C: Array) -> tuple[_Pivots, Array, int, bool
     return _Pivots(L, B, exchanges), C, negative, False
 
 
-def _symmetric(L: Array, exchanges: Indices, b: Array) -> Array:
+def _symmetric(L: Array, exchanges: Integers, b: Array) -> Array:
     """Solve with L D L^T."""
     return np.asarray(lapack.dsytrs(L, exchanges, b, lower=1)[0])

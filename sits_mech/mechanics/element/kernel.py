@@ -27,8 +27,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh, Points
-from sits_mech.quantities import Array
+from sits_mech.mechanics.element.mesh import MixedMesh, Points
+from sits_mech.quantities import Array, Integers
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 from sits_mech.silicone.histories.points import Step
 from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
@@ -168,7 +168,7 @@ def volumes(mesh: MixedMesh, values: Array) -> Array:
     return np.asarray((mesh.chi @ values[..., None])[..., 0])
 
 
-def summed(places: Indices, values: Array, size: int) -> Array:
+def summed(places: Integers, values: Array, size: int) -> Array:
     """Sum values into their places, shape (size,); both arrays in one order."""
     return np.asarray(np.bincount(places.ravel(), values.ravel(), size), dtype=np.float64)
 

@@ -36,13 +36,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import Basis, Mesh, MeshQuad, MeshQuad2
 from skfem.element import Element, ElementHex2, ElementQuad2, ElementTetCCR
 
-from sits_mech.quantities import Array
-
-Indices = NDArray[np.int64]
+from sits_mech.quantities import Array, Integers
 
 SQUARE, BRICK, TETRAHEDRON = ElementQuad2(), ElementHex2(), ElementTetCCR()
 """Elements of the displacements."""
@@ -74,7 +71,7 @@ class MixedMesh:
     """A mesh of mixed elements."""
 
     nodes: Array  # (n, d), of the displacements [thicknesses]
-    cells: Indices  # (e, k), nodes; in a section corners counter-clockwise, side after each, middle
+    cells: Integers  # (e, k), nodes; in a section corners counter-clockwise, side after each, middle
     inside: Points  # quadrature points
     chi: Array  # (e, m, q), orthonormal pressure polynomials times weights
     nodal: Points | None = None  # the elements' nodes with Simpson weights
@@ -86,7 +83,7 @@ class MixedMesh:
         return PLANE if self.nodes.shape[1] == 2 else SPACE
 
     @cached_property
-    def dofs(self) -> Indices:
+    def dofs(self) -> Integers:
         """Numbers ``d node + component`` of each element's displacements, component by component, shape (e, d k)."""
         d = self.nodes.shape[1]
         return np.asarray((d * self.cells[:, None, :] + np.arange(d)[:, None]).reshape(len(self.cells), -1))
@@ -106,7 +103,7 @@ class DeformedSection(NamedTuple):
     """A deformed layer in an upright plane, for pictures, in the sensor's coordinates."""
 
     points: Array  # (n, 2), along the plane and up [m]
-    quads: Indices  # (m, 4), corners in order; of a triangle one twice
+    quads: Integers  # (m, 4), corners in order; of a triangle one twice
     J: Array  # (m,), smallest in each one's cell
     stretch: Array  # (m,), largest principal stretch or reciprocal in each one's cell
     rest: Array  # (n, 2), undeformed points [m]
@@ -186,7 +183,7 @@ def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
     return MixedMesh(nodes, cells, next(both), np.concatenate([mesh.chi[kept], chi]), next(both), flat)
 
 
-def _triangles(cells: Indices, place: Indices) -> Indices:
+def _triangles(cells: Integers, place: Integers) -> Integers:
     """Return the nodes (O, A, C, middles of OA, AC, OC) of the halves of cells with a corner O at a place in them."""
     around = (place[:, None] + np.arange(4)) % 4
     tip, A, far, C = np.take_along_axis(cells, around, axis=1).T
@@ -208,7 +205,7 @@ def _collapsed(corners: Array) -> tuple[Points, Array, Points]:
 def _gradients(corners: Array, xi: Array, eta: Array) -> tuple[Array, Array, Array]:
     """Return shape function gradients, area per unit of xi and eta, and places of points of collapsed cells."""
     tip, A, C = (corners[:, None, k] for k in range(3))
-    (_, da), (b, db) = _quadratic(xi), _quadratic(eta)
+    (_, da), (b, db) = quadratic(xi), quadratic(eta)
     a_over = np.stack([np.zeros_like(xi), 4.0 * (1.0 - xi), 2.0 * xi - 1.0])  # a / xi; the corner's own cancel
     i, j = np.array(_ORDER).T
     along, across = (da[i] * b[j]).T, (a_over[i] * db[j]).T
@@ -220,7 +217,7 @@ def _gradients(corners: Array, xi: Array, eta: Array) -> tuple[Array, Array, Arr
     return slope / det[..., None, None], det * xi, tip + xi[:, None] * X_xi
 
 
-def _quadratic(s: Array) -> tuple[Array, Array]:
+def quadratic(s: Array) -> tuple[Array, Array]:
     """Return values and slopes, (3, n), of the quadratic shape functions of 0, 1/2, 1 at s in 0..1."""
     values = np.stack([(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)])
     return values, np.stack([4.0 * s - 3.0, 4.0 - 8.0 * s, 4.0 * s - 1.0])

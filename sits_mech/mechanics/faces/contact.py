@@ -78,11 +78,10 @@ import numpy as np
 
 from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import summed
-from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.element.target import placed
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.meshing.bricks import Outline
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.turns import cross_matrix
 
 Plane = Literal["ground", "plane", "wall", "mirror"]
@@ -118,7 +117,7 @@ class Contact:
         whole[on] = stiffness
         return Term(energy, summed(numbers[on], forces, len(u) + 6), numbers, whole)
 
-    def _pushed(self, u: Array, q: Array) -> tuple[Indices, float, Array, Array]:
+    def _pushed(self, u: Array, q: Array) -> tuple[Integers, float, Array, Array]:
         """Return which faces are pushed; energy, forces (f, d k + 6), stiffnesses on displacements and q."""
         faces, held = self.surface, self.plane in ("ground", "mirror")
         r, R = self._frame(u, q)

@@ -24,9 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.faces.facets import upright, weighted
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 _STEPS = 12  # of Newton's method for the nearest point; it ends where it stays
 _STAYS = 1e-13  # of a face's parameters
@@ -52,9 +51,9 @@ class Nearest(NamedTuple):
 
     place: Array  # (n, p), parameters
     ways: Array  # (n, p, p), free directions of the parameters, zero beyond these
-    free: Indices  # (n,), number of free directions
+    free: Integers  # (n,), number of free directions
 
-    def some(self, which: Indices) -> Nearest:
+    def some(self, which: Integers) -> Nearest:
         """Return some of them."""
         return Nearest(self.place[which], self.ways[which], self.free[which])
 

@@ -25,14 +25,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 from skfem import Basis
 
-from sits_mech.mechanics.element.mesh import Indices
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 _SEEN = 1e-6  # thicknesses behind the plane of symmetry that count, and shares of a triangle that do not
 _BLOCK = 256  # triangles compared with those around them at once: slender ones have thousands
 
 
-def skin(basis: Basis, facets: Indices) -> Indices:
+def skin(basis: Basis, facets: Integers) -> Integers:
     """Return the triangles, shape (faces, m, 3), of some faces of a mesh."""
     corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
     between = basis.edge_dofs[0][basis.mesh.f2e[:, facets]]
@@ -67,7 +66,7 @@ def lines_cross(lines: list[Array]) -> bool:
     return bool(np.any((s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0) & apart))
 
 
-def triangles_cross(faces: Indices, place: Array, plane: float = -np.inf) -> bool:
+def triangles_cross(faces: Integers, place: Array, plane: float = -np.inf) -> bool:
     """Whether free faces, triangles (f, m, 3) from `skin`, pass through one another at nodes (n, 3).
 
     `plane`: y of the plane of symmetry of half a pad [thicknesses].

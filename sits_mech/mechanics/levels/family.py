@@ -164,7 +164,7 @@ class Line:
 
     @property
     def last(self) -> range:
-        """Indices of the families used where faces touch."""
+        """Integers of the families used where faces touch."""
         return range(len(self.makers) - PAIR, len(self.makers))
 
 

@@ -208,7 +208,7 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
     held = np.zeros(body.components, dtype=bool)
     before, B = gradient(body, here), factor.by_q
     way = way_of(body, here, before, factor, Aim(held, np.zeros(body.components)))
-    if way is None or body.length(way[1]) <= _AT_REST * body.length(here.q):
+    if way is None or body.length(way.q) <= _AT_REST * body.length(here.q):
         return here, B, factor.stiffness
     after = stepped_around(body, here, factor, way)
     if after is None or not _left(gradient(body, after)) < _FALLS * _left(before):

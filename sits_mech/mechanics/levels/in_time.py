@@ -31,7 +31,7 @@ from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, fac
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, Levels, Line
-from sits_mech.mechanics.rest.body import Bonded, State
+from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.increments import Moment, begun, later, rough
 from sits_mech.mechanics.rest.linearisation import Held
@@ -46,18 +46,6 @@ _ROUNDING = 1e-9  # of a step
 _LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
 _WALKED = 3  # levels at most
 _SHORTEST = 1e-6  # of the time between two loads of the history
-
-
-class _Walk(NamedTuple):
-    """The target's motion over time on one level."""
-
-    q: Array  # (m, k)
-    far: State  # farthest state
-    iterations: int
-    min_J: float
-    stretch: Array  # at each time, (m,)
-    touches: bool
-    pressed: bool
 
 
 @dataclass(frozen=True)
@@ -151,7 +139,7 @@ class _Limits(NamedTuple):
 def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     """Extrapolate some walks at each time; errors over the largest displacement of the history."""
     weight = levels.coarse.levers
-    late = np.array([walk.q + times.late for walk in walks]) * weight
+    late = np.array([np.array(walk.q) + times.late for walk in walks]) * weight
     size = max(float(np.max(np.abs(late[-1]))), 1e-300)
     pressed = any(walk.pressed for walk in walks)
     values, errors = [], []
@@ -180,7 +168,7 @@ def _motion(
     faces = face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate)
     stretch, before = (float(np.max(walk.stretch)) for walk in (last, walks[-2]))
     notes = [*beneath, *faces, *law_notes(sensor, stretch)]
-    late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(last.q * body.levers)), 1e-300))
+    late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(np.array(last.q) * body.levers)), 1e-300))
     notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; error of the time steps {late:.1g}")
     if found.relative > line.asked:
         notes.append(f"estimated error {found.relative:.2g}: the tolerance {line.asked:g} is missed")
@@ -191,17 +179,17 @@ def _motion(
         error_stretch=abs(stretch - before),
     )
     wrench = np.pad(times.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads
-    return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), last.stretch, report)
+    return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), np.array(last.stretch), report)
 
 
-class _Recorder:
-    """Record of a walk, moment by moment."""
+class _Walk:
+    """The target's motion over time on one level, kept moment by moment."""
 
     def __init__(self, body: Bonded) -> None:
         self.body, self.now = body, begun(body)
-        self.q: list[Array] = []
+        self.q: list[Array] = []  # (k,) each
         self.stretch: list[float] = []
-        self.far = self.now.state
+        self.far = self.now.state  # farthest state
         self.iterations, self.min_J = 0, np.inf
         self.touches = self.pressed = False
 
@@ -216,23 +204,16 @@ class _Recorder:
         self.touches |= face_contact(body.faces, body.mesh, body.parts, state.u, state.q).touch
         self.pressed |= faces_press(body.mesh, body.parts, state.u, state.q)
 
-    @property
-    def walk(self) -> _Walk:
-        """Return the recorded walk."""
-        return _Walk(
-            np.array(self.q), self.far, self.iterations, self.min_J, np.array(self.stretch), self.touches, self.pressed
-        )
-
 
 def _walked(body: Bonded, held: Held, times: _Times, tell: Callable[[float], None]) -> _Walk:
     """Walk in given time steps."""
-    kept, at = _Recorder(body), times.time[0]
+    kept, at = _Walk(body), times.time[0]
     for number, (time, load) in enumerate(zip(times.time, times.load, strict=True), 1):
         moment = _stepped(body, kept.now, float(time - at), load, held, float(time))
         kept.keep(moment, moment.state.iterations)
         at = time
         tell(number / len(times.time))
-    return kept.walk
+    return kept
 
 
 def _stepped(body: Bonded, now: Moment, dt: float, load: Array, held: Held, time: float) -> Moment:
@@ -248,7 +229,7 @@ class _Pair:
 
     def __init__(self, body: Bonded, held: Held, growth: float) -> None:
         self.body, self.held, self.growth = body, held, growth
-        self.kept, self.other = _Recorder(body), begun(body)
+        self.kept, self.other = _Walk(body), begun(body)
         self.time: list[float] = []
         self.load: list[Array] = []
         self.given: list[bool] = []
@@ -307,4 +288,4 @@ def _timed(
         tell(number / len(at))
     time, load, gap = (np.array(part) for part in (pair.time, pair.load, pair.gap))
     late = gap if rough(body) else 4.0 * gap
-    return _Times(time, load, np.array(pair.given, dtype=bool), gap, late), pair.kept.walk
+    return _Times(time, load, np.array(pair.given, dtype=bool), gap, late), pair.kept

@@ -44,7 +44,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
 from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh, fanned, section_mesh
+from sits_mech.mechanics.element.mesh import MixedMesh, fanned, section_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import section_skin
@@ -54,7 +54,7 @@ from sits_mech.mechanics.rest.body import Bonded, border
 from sits_mech.mechanics.rest.control import Scales
 from sits_mech.meshing.bricks import Outline
 from sits_mech.meshing.structured import graded_lines, graded_segment, matched_cells
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
 GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
@@ -103,21 +103,21 @@ class _Numbered:
     """A mesh with its bonds and faces."""
 
     mesh: MixedMesh
-    free: Indices  # numbers of the unknown displacements
-    bonded: Indices  # numbers of the bonded displacements
+    free: Integers  # numbers of the unknown displacements
+    bonded: Integers  # numbers of the bonded displacements
     X: Array  # bonded nodes from the target's centre
     faces: Faces
     surfaces: tuple[tuple[Plane, Surface], ...]  # faces before each plane
 
 
-def side_faces(mesh: MixedMesh) -> list[Indices]:
+def side_faces(mesh: MixedMesh) -> list[Integers]:
     """Return the nodes of the left and the right face, from the ground upwards."""
     x, z = mesh.places.T
     faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (x.min(), x.max()))
     return [face[np.argsort(z[face])] for face in faces]
 
 
-def top_faces(mesh: MixedMesh, half: float) -> list[Indices]:
+def top_faces(mesh: MixedMesh, half: float) -> list[Integers]:
     """Return the nodes of the top face left and right of a target of half width `half`, outwards from its edge."""
     x, z = mesh.places.T
     if x.max() - half < 1e-9:

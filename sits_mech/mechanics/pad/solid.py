@@ -27,7 +27,7 @@ from skfem.quadrature import get_quadrature
 
 from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces, gradients, kinematics, law_of
-from sits_mech.mechanics.element.mesh import BRICK, ORDER, Indices, MixedMesh, Points, pressures, solid_mesh
+from sits_mech.mechanics.element.mesh import BRICK, ORDER, MixedMesh, Points, pressures, solid_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import solid_skin
@@ -39,7 +39,7 @@ from sits_mech.mechanics.rest.control import Scales
 from sits_mech.meshing.bricks import Division, Outline, within
 from sits_mech.meshing.copies import both_halves
 from sits_mech.meshing.refinement import shape_values
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
 
 _SLENDER = 1e3  # times as high as thin: what stands beyond is a hair, whose faces' triangles all overlap
@@ -65,7 +65,7 @@ class NumberedMesh:
     half: bool  # half a pad is meshed; pillars may have no node in its plane of symmetry
     division: Division | None = None
 
-    def free(self, hidden: bool = False) -> Indices:
+    def free(self, hidden: bool = False) -> Integers:
         """Numbers of the unknown displacements; `hidden`: those odd in y, of half a pad."""
         ground, top, middle = self.where
         held = np.repeat((ground | top)[:, None], 3, axis=1)
@@ -73,7 +73,7 @@ class NumberedMesh:
         return np.flatnonzero(~held.ravel())
 
     @cached_property
-    def bonded(self) -> Indices:
+    def bonded(self) -> Integers:
         """Numbers of the displacements that the target moves, shape (n, 3)."""
         return np.asarray(3 * np.flatnonzero(self.where[1])[:, None] + np.arange(3))
 
@@ -184,7 +184,7 @@ def pad_scales(sensor: Sensor, share: float) -> Scales:
     return Scales(t, elastomer.silicone.shear_modulus * t**2, elastomer.standoff, share)
 
 
-def _free_facets(basis: Basis, where: Array) -> Indices:
+def _free_facets(basis: Basis, where: Array) -> Integers:
     """Return the faces that are neither bonded nor in the plane of symmetry."""
     facets = basis.mesh.boundary_facets()
     corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
@@ -192,7 +192,7 @@ def _free_facets(basis: Basis, where: Array) -> Indices:
     return np.asarray(facets[~bonded])
 
 
-def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
+def _surfaces(basis: Basis, facets: Integers, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
     """Return faces before planes: below the top before the ground, under the target before its plane, else its walls.
 
     A face of the top lies under the target only with all its corners: rims of thin faces beside a disc do not.
@@ -205,7 +205,7 @@ def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plan
     return tuple((plane, facets_of(basis, facets[own])) for plane, own in groups if np.any(own))
 
 
-def _middle_faces(basis: Basis, middle: Array) -> Indices:
+def _middle_faces(basis: Basis, middle: Array) -> Integers:
     """Return the faces whose nodes are all in the plane y = 0, as `Faces.middle`."""
     mesh = basis.mesh
     every = basis.nodal_dofs[0][mesh.facets].T

@@ -20,11 +20,11 @@ import numpy as np
 
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
 from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
+from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.folds import SelfContact
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class Bonded:
     law: Law  # isochoric energy
     K: float  # bulk modulus over swelling squared [shear moduli]
     height: float  # of the force above the bonded face [thicknesses]
-    free: Indices  # numbers of the unknown displacements
-    bonded: Indices  # (n, d), numbers of the bonded nodes' displacements
+    free: Integers  # numbers of the unknown displacements
+    bonded: Integers  # (n, d), numbers of the bonded nodes' displacements
     X: Array  # (n, 3), bonded nodes from the target's centre [thicknesses]
     faces: Faces
     components: int = 3  # freed components of q, 3 or 6
@@ -57,7 +57,7 @@ class Bonded:
             return self.shared()
         return self._made(self.free)
 
-    def _made(self, free: Indices) -> Pattern:
+    def _made(self, free: Integers) -> Pattern:
         """Make the pattern with some displacements free."""
         terms = [part(np.zeros(self.mesh.nodes.size), np.zeros(6)) for part in self.parts]
         numbers = (self.mesh.dofs, *(term.numbers for term in terms if len(term.numbers)))
@@ -118,7 +118,7 @@ class State:
     grip: tuple[Array, ...] = field(default=(), repr=False)  # friction tractions (m, 3) of each contact, in its frame
 
 
-def border(mesh: MixedMesh, bonded: Indices) -> Indices:
+def border(mesh: MixedMesh, bonded: Integers) -> Integers:
     """Return the numbers of the bonded displacements and of the six components of q."""
     return np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(6)])
 

@@ -117,14 +117,14 @@ def newton(
             factor = None  # its memory is needed for the next one
             factor, near = factored(body, here, found), left[-1]
         way = None if factor is None else way_of(body, here, found, factor, aim)
-        length = body.length(way[1]) if way is not None and not count else length
+        length = body.length(way.q) if way is not None and not count else length
         gone = None if factor is None or way is None or length > LONGEST else stepped(
             body, here, found, factor, way, held, falling=falling
         )
         if gone is None or way is None:
             here = replace(here, residual=np.inf, iterations=count + 1)
             break
-        here, part, found = gone[0], part + gone[1] * way[3], gone[2]
+        here, part, found = gone[0], part + gone[1] * way.part, gone[2]
     if factor is None or near > _NEAR:
         return Settled(here, None, None, length, part)
     stiffness, made, factor = factor.stiffness, factor.made, None
@@ -148,7 +148,7 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
         )
         if way is None or gone is None:
             break
-        here, off, found = replace(gone[0], iterations=count), np.abs(way[1]), gone[2]
+        here, off, found = replace(gone[0], iterations=count), np.abs(way.q), gone[2]
         if gone[1] == 1.0 and body.length(off) <= enough:
             break
     if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
@@ -215,7 +215,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
         if way is None:
             break
         if again:
-            return way[1], here.min_J
+            return way.q, here.min_J
         after = stepped(body, here, found, factor, way, aim.held)
         if after is None or after[1] < 1.0:
             break

@@ -190,7 +190,7 @@ def pursued(
         step, to, said = _ahead(body, way, here, length)
         spent += step.iterations
         if not said.reason and to >= 1.0:
-            step, to, said = _last(body, way, here)
+            step, to, said = _ahead(body, way, here, None)
             spent += step.iterations
             if not said.reason:
                 return Outcome(replace(step, iterations=spent), 1.0)
@@ -239,19 +239,13 @@ def _angle(body: Bonded, before: _Place, here: _Place) -> float:
     return float(one @ other) / max(size, 1e-300)
 
 
-def _ahead(body: Bonded, way: Way, here: _Place, length: float) -> tuple[State, float, Verdict]:
-    """Solve for the state a length ahead; return it, its part of the load, and its verdict."""
-    arc = Arc(here.state.q, here.normal, length, way.slope)
-    found = newton(body, replace(here.state, iterations=0), way.goal(here.part), way.held, arc=arc)
+def _ahead(body: Bonded, way: Way, here: _Place, length: float | None) -> tuple[State, float, Verdict]:
+    """Solve for the state a length ahead, or at the goal; return it, its part of the load, and its verdict."""
+    arc = None if length is None else Arc(here.state.q, here.normal, length, way.slope)
+    goal = way.goal(1.0 if arc is None else here.part)
+    found = newton(body, replace(here.state, iterations=0), goal, way.held, arc=arc)
     said = verdict(body, way, found)
-    return replace(found.state, min_J=said.min_J), here.part + found.part, said
-
-
-def _last(body: Bonded, way: Way, here: _Place) -> tuple[State, float, Verdict]:
-    """Solve for the state at the goal; returns as `_ahead`."""
-    found = newton(body, replace(here.state, iterations=0), way.goal(1.0), way.held)
-    said = verdict(body, way, found)
-    return replace(found.state, min_J=said.min_J), 1.0, said
+    return replace(found.state, min_J=said.min_J), 1.0 if arc is None else here.part + found.part, said
 
 
 def _vanishing(before: _Place, here: _Place) -> float:
