@@ -44,8 +44,6 @@ LARGE = {  # to be divided; no others
     "magnetics/remote.py",
     "magnetics/space/prisms.py",
     "maps/surrogate.py",
-    "mechanics/levels/answer.py",
-    "mechanics/levels/in_time.py",
     "report/pictures/drawing.py",
     "report/tables/quality.py",
     "silicone/least_squares.py",
@@ -202,6 +200,16 @@ def dotted(path: Path) -> str:
 def test_imports_point_downwards(path: Path) -> None:
     """By the order of rooms in the design: nouns, meshes and maps, geometry, physics, chain, readers, the top."""
     assert violations(path.read_text(), dotted(path)) == []
+
+
+def test_folders_of_mechanics_stand_in_order() -> None:
+    """A folder there imports those before it and itself."""
+    order = ["element", "faces", "rest", "levels", "pad"]
+    for rank, folder in enumerate(order):
+        above = tuple(f"sits_mech.mechanics.{other}." for other in order[rank + 1 :])
+        for path in sorted((PACKAGE / "mechanics" / folder).glob("*.py")):
+            names = [name for _, name in imported(ast.parse(path.read_text()), dotted(path).rsplit(".", 1)[0])]
+            assert [name for name in names if name.startswith(above)] == [], path
 
 
 def test_the_import_rule_sees_every_kind_of_import() -> None:
