@@ -47,7 +47,7 @@ class Surface(NamedTuple):
     def shared(self) -> Integers:
         """Faces that belong to two cells, in pairs, shape (2, n)."""
         order = np.argsort(self.number, kind="stable")
-        return order[self.times[self.number[order]] == 2].reshape(-1, 2).T
+        return np.asarray(order[self.times[self.number[order]] == 2].reshape(-1, 2).T)
 
 
 def faces_of(cells: Integers) -> Surface:
