@@ -42,8 +42,6 @@ LARGE = {  # to be divided; no others
     "magnetics/bars.py",
     "magnetics/remote.py",
     "magnetics/space/prisms.py",
-    "mechanics/levels/answer.py",
-    "mechanics/levels/in_time.py",
     "report/pictures/drawing.py",
     "synthesis/solve.py",
 }
@@ -100,9 +98,6 @@ UNMIRRORED = {
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
     "magnetics/space/prisms.py": "tests/magnetics/test_sheets_outline.py: the sheets made of them",
-    **dict.fromkeys(
-        (f"mechanics/element/{name}.py" for name in ("fan", "guard")), "tests/mechanics/faces/test_contact.py: by use"
-    ),
     "magnetics/space/classes.py": "tests/magnetics/space/test_modes.py: plates by these matrices, against closed forms",
     "mechanics/pictured.py": "tests/mechanics/test_block.py: sections of its pads for pictures",
     "mechanics/element/mesh.py": "tests/mechanics/element/test_kernel.py: the elements on it",
@@ -113,7 +108,7 @@ UNMIRRORED = {
     ),
     "mechanics/loads.py": "tests/chain/test_simulate.py: grids of loads",
     **dict.fromkeys(
-        (f"mechanics/pad/{name}.py" for name in ("edges", "planar", "section")),
+        (f"mechanics/pad/{name}.py" for name in ("planar", "section")),
         "tests/mechanics/test_layer.py: the layers on these meshes converge",
     ),
     "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",
@@ -122,7 +117,6 @@ UNMIRRORED = {
         "tests/mechanics/test_layer.py: every rest is found by them",
     ),
     "mechanics/rest/path.py": "tests/mechanics/rest/test_limit.py: paths that end at limits",
-    "mechanics/rest/verdict.py": "tests/mechanics/rest/test_limit.py: and what ends them",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
@@ -205,6 +199,16 @@ def dotted(path: Path) -> str:
 def test_imports_point_downwards(path: Path) -> None:
     """By the order of rooms in the design: nouns, meshes and maps, geometry, physics, chain, readers, the top."""
     assert violations(path.read_text(), dotted(path)) == []
+
+
+def test_folders_of_mechanics_stand_in_order() -> None:
+    """A folder there imports those before it and itself."""
+    order = ["element", "faces", "rest", "levels", "pad"]
+    for rank, folder in enumerate(order):
+        above = tuple(f"sits_mech.mechanics.{other}." for other in order[rank + 1 :])
+        for path in sorted((PACKAGE / "mechanics" / folder).glob("*.py")):
+            names = [name for _, name in imported(ast.parse(path.read_text()), dotted(path).rsplit(".", 1)[0])]
+            assert [name for name in names if name.startswith(above)] == [], path
 
 
 def test_the_import_rule_sees_every_kind_of_import() -> None:

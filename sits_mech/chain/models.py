@@ -36,7 +36,7 @@ MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {
     "planar": partial(_made, "mechanics.layer.planar_layer"),
     "linear": partial(_made, "mechanics.linear.small_strain"),
     "block": partial(_made, "mechanics.block.block_pad"),
-    "closed-form": partial(_made, "mechanics.strip.strip_layer"),
+    "closed-form": partial(_made, "mechanics.closed_form.strip_layer"),
 }
 """The mechanical models by name; each factory takes a sensor and a tolerance."""
 MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {

@@ -107,11 +107,9 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if silicone is not None and silicone.mullins is not None:
         raise SceneError("history: softening (mullins) needs a model at finite strain, planar or block")
-    began, given = clock.perf_counter(), np.ones(history.time.size, dtype=bool)
+    began, given, crept = clock.perf_counter(), np.ones(history.time.size, dtype=bool), history.wrench
     if silicone is not None and silicone.prony:
         history, given = _as_it_creeps(history, retardation(silicone.prony)[1])
-    crept = history.wrench
-    if silicone is not None and silicone.prony:
         crept = np.stack([relaxed_share(silicone, history.time, part) for part in history.wrench.T], axis=1)
     found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
     pose, error = (_stacked([getattr(each, name) for each in found]) for name in ("pose", "error"))

@@ -27,16 +27,15 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import deformation, element_forces, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
+from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.settle import Line
-from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
-from sits_mech.mechanics.pad.planar import meshes_in_line
+from sits_mech.mechanics.levels.settle import ended
+from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import unpacked
 from sits_mech.mechanics.rest.control import Control, under
-from sits_mech.mechanics.rest.failure import ended
 from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.refusals import refuse_beside, refuse_infinite
 from sits_mech.scene.parameters import Parameter

@@ -7,6 +7,18 @@ step of Newton's method from rest, on the coarsest mesh, estimates it: part of t
 image in y = 0 is meshed by half.
 
 Range: loads in the plane y = 0 that move the target by a few percent of the thickness; no contact.
+
+Finite length. Plane strain is compared with a pad by the ratio of their stiffnesses at small strain,
+
+    factor = k_planar / k_3D,    k in shear (tilt locked), in compression and in tilt, about the bonded face's centre.
+
+The planar model spreads a force over the elastomer's length, a target that is shorter or narrower than its pad makes it
+too stiff by the factor. Both are extrapolated from families of meshes. What goes on at the ends of a long
+pad does not depend on its length: beyond 20 thicknesses and three of the target's widths only the ends are meshed, and
+the middle is plane strain. Under a target wider than 30 thicknesses the pad is lubricated: with ``K t^2`` kept the
+factors depend on t/w by the edges alone, so that they are found at 1/24 and 1/16 of the width and extrapolated along a
+straight line; the step that this adds counts as error as well. Neglected: finite strain, where the factors shrink or
+grow with the load; meshes of the user's own.
 """
 
 from __future__ import annotations
@@ -14,27 +26,31 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
-from sits_mech.mechanics.levels.answer import Scales, errors_of, levers, relative
-from sits_mech.mechanics.levels.family import Levels, Limit
+from sits_mech.mechanics.levels.answer import errors_of, relative
+from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
-from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
-from sits_mech.mechanics.pad.planar import layer_family
+from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
-from sits_mech.mechanics.pad.solid import pad_scales
+from sits_mech.mechanics.pad.solid import pad_parts, pad_scales
+from sits_mech.mechanics.rest.control import Scales
 from sits_mech.mechanics.rest.newton import correction
 from sits_mech.mechanics.rest.newton import small_strain as undeformed
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.refusals import refuse_beside, refuse_infinite
 from sits_mech.scene.parameters import Parameter
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
+
+_LONG = (20.0, 3.0)  # thicknesses, widths of the target
+_THIN = 30.0  # thicknesses of a target's smaller side from which on thicker pads stand for a thin one,
+_THICKER = (24.0, 16.0)  # those with so many
 
 
 @dataclass(frozen=True)
@@ -64,16 +80,17 @@ class SmallStrain:
         scales, body = self.scales, self.levels.coarse
         load = scales.load(wrench)[:3]
         force = np.array([load[0], -load[1], load[2] + body.height * load[0]])
-        lengths, lever = scales.lengths[:3], levers(body, scales.thickness)[:3]
+        lengths, lever = scales.lengths[:3], body.reach(scales.thickness)[:3]
         own = zip(self.compliances, self.unloaded, strict=True)
-        limit = self.limit([(C @ force + q) * lengths * lever for C, q in own])
+        limit = self.levels.limit([(C @ force + q) * lengths * lever for C, q in own])
         away, min_J = correction(body, load)
-        error = errors_of(limit.error / lever + np.abs(away) * lengths, lever, self.levels.share)
+        error = errors_of(limit.error / lever + np.abs(away) * lengths, self.levels.share, lever)
         q = limit.value / lever / lengths
         unknowns = len(self.levels.maker(len(self.compliances) - 1).free) + 3
         off = relative(error, q * lengths, lever)
+        notes = () if self.edges is None else edge_notes(self.edges, load, scales.thickness)
         report = SolveReport(
-            "linear", unknowns, 1, 0.0, off, time.perf_counter() - began, notes=self._notes(load), min_J=min_J
+            "linear", unknowns, 1, 0.0, off, time.perf_counter() - began, notes=notes, min_J=min_J
         )
         if not report.estimated_error < 1.0:
             report = replace(report, status="strains too large")
@@ -93,10 +110,6 @@ class SmallStrain:
         family = Family(self.levels, scales, self.sensor, small=len(self.compliances), sideways=sideways)
         return pose_slopes(family, found, parameters)
 
-    def limit(self, values: list[Array]) -> Limit:
-        """Extrapolate values of the levels, of one shape."""
-        return self.levels.limit(values)
-
     @property
     def stiffness(self) -> tuple[Array, float]:
         """Stiffness (3, 3) of the whole pad, or of the layer's length, and its worst relative error on the diagonal.
@@ -104,14 +117,10 @@ class SmallStrain:
         Of d_h, d_v and alpha against F_x, an upward force and a moment about the bonded face's centre [N/m, N, N/rad, N
         m/rad].
         """
-        found = self.limit([C.ravel() for C in self.compliances])
+        found = self.levels.limit([C.ravel() for C in self.compliances])
         best, error = found.value.reshape(3, 3), found.error.reshape(3, 3)
         unit = np.outer(self.scales.loads[:3], 1.0 / self.scales.lengths[:3])
         return np.linalg.inv(best) * unit, float(np.max(np.diag(error) / np.diag(best)))
-
-    def _notes(self, load: Array) -> tuple[str, ...]:
-        """Return notes on the fillets under a scaled load."""
-        return () if self.edges is None else edge_notes(self.edges, load, self.scales.thickness)
 
 
 @one_thread
@@ -151,3 +160,68 @@ def _compliant(
             limit = levels.limit([C.ravel() for C in found])
             own = float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))))
     return SmallStrain(sensor, levels, scales, tuple(found), tuple(unloaded), edges)
+
+
+@dataclass(frozen=True)
+class FiniteLength:
+    """Planar stiffness over stiffness in three dimensions, at small strain."""
+
+    shear: float
+    compression: float
+    tilt: float
+    error: float  # estimated relative error of the factors
+    seconds: float  # wall time
+
+
+@lru_cache(maxsize=8)
+@one_thread
+def finite_length_factor(sensor: Sensor) -> FiniteLength:
+    """Return the factors by which plane strain is too stiff for a sensor's pad.
+
+    Raise ValueError for a scene without target or elastomer, or shapes other than a rectangle or disc on a box or
+    cylinder.
+    """
+    began = time.perf_counter()
+    target, elastomer = pad_parts(sensor)
+    width, t = min(*target.extent, *elastomer.extent), elastomer.thickness
+    if width <= _THIN * t:
+        factors, error = _factors(sensor)
+    else:
+        near, far = (width / count for count in _THICKER)
+        (first, error), (second, _) = (_factors(_thicker(sensor, each)) for each in (near, far))
+        factors = first + (first - second) * (t - near) / (near - far)
+        error += float(np.abs(factors / first - 1.0).max())
+    shear, compression, tilt = (float(factor) for factor in factors)
+    return FiniteLength(shear, compression, tilt, error, time.perf_counter() - began)
+
+
+def _factors(sensor: Sensor) -> tuple[Array, float]:
+    """Return the factors in shear, compression and tilt, and their error."""
+    _, elastomer = pad_parts(sensor)
+    sharp = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
+    long, _ = linear_layer(sensor.model_copy(update={"elastomer": sharp})).stiffness
+    short, cut = _shortened(sensor)
+    solid, error = linear_pad(short).stiffness
+    solid = solid + long * (cut / elastomer.extent[1])
+    return np.diag(long) / np.diag(solid), error
+
+
+def _thicker(sensor: Sensor, thickness: float) -> Sensor:
+    """Return a scene with a thicker pad of the same ``K t^2`` and shear modulus."""
+    _, elastomer = pad_parts(sensor)
+    mu, ratio = elastomer.silicone.shear_modulus, elastomer.thickness / thickness
+    law = {"law": "neo-hookean", "shear_modulus": mu, "bulk_modulus": elastomer.silicone.bulk_modulus * ratio**2}
+    given = elastomer.model_dump() | {"thickness": thickness, "material": law, "edge_radius": None}
+    return sensor.model_copy(update={"elastomer": Elastomer.model_validate(given)})
+
+
+def _shortened(sensor: Sensor) -> tuple[Sensor, float]:
+    """Cut the irrelevant middle out of pad and target alike; return the scene and the length cut [m]."""
+    target, elastomer = pad_parts(sensor)
+    (width, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
+    cut = length - max(_LONG[0] * t, _LONG[1] * width)
+    if target.length is None or elastomer.length is None or cut <= 0.0:
+        return sensor, 0.0
+    plate = Target.model_validate(target.model_dump() | {"length": target.length - cut})
+    pad = Elastomer.model_validate(elastomer.model_dump() | {"length": elastomer.length - cut})
+    return sensor.model_copy(update={"target": plate, "elastomer": pad}), cut

@@ -7,7 +7,8 @@ it, and of a load that is its own image the components of the pose that it canno
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -66,7 +67,7 @@ def settle(
         if load not in rows:
             solved, back = symmetry.standard(load)
             if solved not in rows:
-                own = (begun or {}).get(solved) or _row(layer, rows, solved, keep)
+                own = (begun or {}).get(solved) or _row(layer, solved, keep, partial(_nearest, rows, solved))
                 rows[solved] = upright(own, solved, symmetry)
             if load != solved:
                 rows[load] = _image(rows[solved], solved, back)
@@ -79,12 +80,7 @@ def settled_again(
     layer: MechanicalModel, rows: Mapping[Wrench, Row], load: Wrench, keep: tuple[Path | None, str] = (None, "")
 ) -> Row:
     """Solve a settled load again by another model on the same meshes, from its state."""
-    path = _path(load, keep)
-    kept = read_case(path)
-    if kept is not None:
-        return kept
-    start = rest_of(load, rows[load])
-    return finish(path, attempt(lambda **_: _settled(layer, load, start), {}))
+    return _row(layer, load, keep, lambda: rest_of(load, rows[load]))
 
 
 def kept_key(sensor: Sensor, mechanics: str, tolerance: float, *, drift: bool = False) -> str:
@@ -162,14 +158,16 @@ def _path(load: Wrench, keep: tuple[Path | None, str]) -> Path | None:
     return case_path(*keep, {name: float(getattr(load, name)) for name in WRENCH})
 
 
-def _row(layer: MechanicalModel, rows: Mapping[Wrench, Row], load: Wrench, keep: tuple[Path | None, str]) -> Row:
-    """Return the row of one load: read from disk, or solved and kept."""
+def _row(
+    layer: MechanicalModel, load: Wrench, keep: tuple[Path | None, str], start: Callable[[], Equilibrium | None]
+) -> Row:
+    """Return the row of one load: read from disk, or solved from a start and kept."""
     path = _path(load, keep)
     kept = read_case(path)
     if kept is not None:
         return kept
-    start = _nearest(rows, load)
-    return finish(path, attempt(lambda **_: _settled(layer, load, start), {}))
+    begin = start()
+    return finish(path, attempt(lambda **_: _settled(layer, load, begin), {}))
 
 
 def _settled(layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None) -> Row:

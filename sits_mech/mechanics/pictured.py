@@ -8,10 +8,10 @@ from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.block import BlockPad, of_both_halves, solved_body
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
-from sits_mech.mechanics.element.mesh import BRICK, DeformedSection, Indices, MixedMesh
+from sits_mech.mechanics.element.mesh import BRICK, DeformedSection, MixedMesh
 from sits_mech.mechanics.pad.shapes import Shape, shape_of
 from sits_mech.mechanics.pad.solid import pad_parts
-from sits_mech.quantities import Array, Equilibrium
+from sits_mech.quantities import Array, Equilibrium, Integers
 
 _ROUND = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of a brick by z, y, x -> each face around
 _GRID = (64, 12)  # pieces of a section for pictures, across and up
@@ -42,7 +42,7 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
     return DeformedSection(points, quads, J[cells], stretch[cells], rest)
 
 
-def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[tuple[Array, Array], Indices, Indices]:
+def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[tuple[Array, Array], Integers, Integers]:
     """Return points along a direction and up, deformed and before, quads of an even grid, and each one's cell."""
     across, up = _GRID
     moved = LinearNDInterpolator(mesh.nodes, u)
@@ -61,7 +61,7 @@ def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[tuple
     return moved_and_rest, quads, np.argmin(away.max(axis=2), axis=1)
 
 
-def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
+def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Integers, Array]:
     """Return the whole deformed pad: points (n, 3) [m] in the sensor's frame, cells, smallest J (m,) of each.
 
     Cells (m, 8) are eighths of bricks, lower face and upper face counter-clockwise, or (m, 4) tetrahedra.
@@ -84,7 +84,7 @@ def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indi
     return points, cells, np.repeat(least, 8)
 
 
-def _quarters(nodes: Array, faces: Indices) -> Indices:
+def _quarters(nodes: Array, faces: Integers) -> Integers:
     """Return the quarters of quadrilateral faces in the plane y = 0, with mid-side nodes: they may be bent."""
     own = np.flatnonzero(np.abs(nodes[:, 1]) < 1e-9)
     tree = cKDTree(nodes[own][:, [0, 2]])

@@ -20,13 +20,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshHex, MeshHex2
 from skfem.element import ElementHex1
 
-from sits_mech.quantities import Array
-
-Indices = NDArray[np.int64]
+from sits_mech.quantities import Array, Integers
 
 _SAME = 1e-9  # by which sizes that are equal as written may differ, relative
 _CORE = 0.5  # where the core ends on the way from the middle to the target's outline
@@ -69,8 +66,8 @@ def _holds(outer: Outline, inner: Outline) -> bool:
 class Division(NamedTuple):
     """Where the cells of a mesh lie in those of its base."""
 
-    base: Indices  # (e,) number of the base cell
-    part: Indices  # (e, d) number of the part along each axis of the reference cell
+    base: Integers  # (e,) number of the base cell
+    part: Integers  # (e, d) number of the part along each axis of the reference cell
     low: Array  # (e, d) its lower end there, in reference coordinates
     high: Array  # (e, d)
 
@@ -114,9 +111,9 @@ def crossed(first: Division, second: Division) -> Division:
 Lines = tuple[Array, Array, Array]
 
 
-def box_bricks(x: Array, y: Array, z: Array, split: int = 1, base: Lines | None = None) -> tuple[MeshHex, Division]:
-    """Return the bricks between lines, and their division; every `split`-th line is of the base, or those given."""
-    own = (split, split, split) if base is None else base
+def box_bricks(x: Array, y: Array, z: Array, base: Lines | None = None) -> tuple[MeshHex, Division]:
+    """Return the bricks between lines, and their division; all lines are of the base, or those given."""
+    own = base or (x, y, z)
     flat = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
     return _extruded(flat, quads, crossed(divided(x, own[0]), divided(y, own[1])), z, own[2])
@@ -147,13 +144,13 @@ def _rings(lines: Lines) -> Array:
     return np.concatenate([_CORE + (1.0 - _CORE) * inside, 1.0 + beside[1:]])
 
 
-def _quads(index: Indices) -> Indices:
+def _quads(index: Integers) -> Integers:
     """Return cells, as (0, 0), (1, 0), (0, 1), (1, 1), of a grid of numbered points."""
     each = [index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]]
     return np.stack(each, axis=-1).reshape(-1, 4)
 
 
-def _extruded(flat: Array, quads: Indices, across: Division, z: Array, base: int | Array) -> tuple[MeshHex, Division]:
+def _extruded(flat: Array, quads: Integers, across: Division, z: Array, base: int | Array) -> tuple[MeshHex, Division]:
     """Return bricks over flat cells, one layer after the other."""
     points = np.vstack([np.column_stack([flat, np.full(len(flat), level)]) for level in z])
     layers = np.arange(len(z) - 1)[:, None] * len(flat)
@@ -171,7 +168,7 @@ def _rings_divided(rho: Array, around: int, split: int, outwards: int | Array) -
     return joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
 
 
-def _square(rho: Array, around: int) -> tuple[Array, Indices]:
+def _square(rho: Array, around: int) -> tuple[Array, Integers]:
     """Return corners (n, 2) and cells (m, 4), as of `_quads`, of half a square in rings around a core."""
     core = np.linspace(-1.0, 1.0, 2 * around + 1) * rho[0]
     a, b = np.meshgrid(core, core[around:], indexing="ij")

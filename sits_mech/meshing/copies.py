@@ -1,7 +1,11 @@
-"""Place bricks beside their own images: mirror images across a plane, copies side by side.
+"""Place bricks beside their own images: mirror images across a plane, copies side by side, round pillars.
 
 Bricks have 27 nodes each, so that curved ones stay curved; copies are numbered alike, one after the other, and share
 the corners that lie on each other.
+
+Pillars are each divided in rings like a cylinder of its own (bricks.py). Their pattern is its own mirror image in y:
+half of it, y >= 0, is meshed, pillars on the plane by their halves. Pillars touch nowhere, and each has base cells of
+its own.
 """
 
 from __future__ import annotations
@@ -10,22 +14,22 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 from skfem.element import ElementHex2
 
-from sits_mech.quantities import Array
+from sits_mech.meshing.bricks import Division, Outline, joined, ring_bricks
+from sits_mech.quantities import Array, Integers
 
 _BRICK = ElementHex2()
-_PLANE = 1e-9  # how near to the mirror a corner lies in it
+_PLANE = 1e-9  # how near to the mirror a corner, or the middle of a pillar, lies in it
 
 
 class Bricks(NamedTuple):
     """Bricks by themselves: points (n, 3), each one's corners (e, 8), the places of its nodes (e, 27, 3)."""
 
     points: Array
-    corners: NDArray[np.int64]
+    corners: Integers
     places: Array
 
 
@@ -64,3 +68,21 @@ def side_by_side(parts: Sequence[tuple[MeshHex, tuple[float, float]]]) -> MeshHe
         found.append((own.points + away, own.corners + first, own.places + away))
         first += len(own.points)
     return mesh_of(Bricks(*(np.concatenate(part) for part in zip(*found, strict=True))))
+
+
+def pillar_bricks(
+    disc: Outline, middles: Sequence[tuple[float, float]], lines: tuple[Array, Array], around: int, split: int = 1,
+    base: tuple[Array, Array] | None = None,
+) -> tuple[MeshHex2, Division]:
+    """Return the pillars at y >= 0, half of those that the plane y = 0 cuts through the middle, and their division.
+
+    `disc` is one pillar's outline, `middles` are of all of them (those at y < 0 are images of others), `lines` go from
+    the core (0) to the pillar's side (1), and along z; the others as of `ring_bricks`.
+    """
+    first = None if base is None else (base[0], np.zeros(1), base[1])
+    half, division = ring_bricks(disc, disc, (lines[0], np.zeros(1), lines[1]), around, split, first)
+    whole = both_halves(half)
+    on_plane = [(half, (x, 0.0)) for x, y in middles if abs(y) <= _PLANE]
+    beside = [(whole, (x, y)) for x, y in middles if y > _PLANE]
+    divisions = [division] * len(on_plane) + [division.doubled] * len(beside)
+    return side_by_side([*on_plane, *beside]), joined(divisions)

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import Mesh, MeshHex, MeshHex2, MeshQuad, MeshQuad2, MeshTet, MeshTet2
 from skfem.assembly import Dofs
 from skfem.element import (
@@ -33,9 +32,7 @@ from skfem.element import (
     ElementTetP2,
 )
 
-from sits_mech.quantities import Array
-
-Indices = NDArray[np.int64]
+from sits_mech.quantities import Array, Integers
 
 _ELEMENTS: dict[type[Mesh], tuple[type[Mesh], Element, Element]] = {
     MeshTet: (MeshTet, ElementTetP1(), ElementTetP2()), MeshTet2: (MeshTet, ElementTetP1(), ElementTetP2()),
@@ -57,8 +54,8 @@ class Refinement:
     """A refined mesh, and where each of its cells lies in the mesh that it was made of."""
 
     mesh: Mesh  # of the same kind, with the same groups in `boundaries`
-    parents: Indices  # (f,) cell of the first mesh in which each cell lies
-    kinds: Indices  # (f,) which of `maps` each cell has
+    parents: Integers  # (f,) cell of the first mesh in which each cell lies
+    kinds: Integers  # (f,) which of `maps` each cell has
     maps: Array  # (k, d, d + 1) (A, b) of xi_parent = A xi + b
 
     def within(self, points: Array) -> Array:
@@ -84,7 +81,7 @@ def refined(mesh: Mesh, times: int) -> Refinement:
     return found
 
 
-def quadratic_points(mesh: Mesh) -> tuple[Array, Indices]:
+def quadratic_points(mesh: Mesh) -> tuple[Array, Integers]:
     """Return the nodes of the quadratic element on a mesh, shape (n, d), and those of each cell, shape (e, k)."""
     _, linear, quadratic = _ELEMENTS[type(mesh)]
     cells = np.asarray(Dofs(mesh, quadratic).element_dofs.T, dtype=np.int64)
@@ -132,7 +129,7 @@ def _curved(kind: type[Mesh], found: Refinement, coarse: Array) -> Mesh:
     return kind(places, fine.t)
 
 
-def _carried(mesh: Mesh, fine: Mesh, nodes: Indices, parents: Indices) -> dict[str, Indices]:
+def _carried(mesh: Mesh, fine: Mesh, nodes: Integers, parents: Integers) -> dict[str, Integers]:
     """Return facets of a refined mesh in each group: all corners on one facet of its parent that is in the group."""
     _, linear, quadratic = _ELEMENTS[type(mesh)]
     values = shape_values(linear, quadratic.doflocs)
@@ -165,7 +162,7 @@ def _tetrahedra() -> Array:
     return np.stack(pieces)
 
 
-def _by_diagonal(places: Array) -> Indices:
+def _by_diagonal(places: Array) -> Integers:
     """Return pieces of each tetrahedron (e, 8), of its quadratic element's nodes: by its shortest diagonal."""
     corners, nodes = np.vstack([np.zeros(3), np.eye(3)]), ElementTetP2().doflocs
     middle = {

@@ -19,9 +19,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from sits_mech.quantities import Array
-
-Indices = NDArray[np.int64]
+from sits_mech.quantities import Array, Integers
 
 FACES = {
     4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
@@ -35,18 +33,24 @@ _NEAR = 1e-3  # of the shortest edge: what is closer than that is one place
 class Surface(NamedTuple):
     """Faces of the cells: corners around each (f, c), its cell (f,), its number (f,), how often each number occurs."""
 
-    corners: Indices
-    cell: Indices
-    number: Indices
-    times: Indices
+    corners: Integers
+    cell: Integers
+    number: Integers
+    times: Integers
 
     @property
     def outer(self) -> NDArray[np.bool_]:
         """Which faces belong to one cell."""
         return np.asarray(self.times[self.number] == 1)
 
+    @property
+    def shared(self) -> Integers:
+        """Faces that belong to two cells, in pairs, shape (2, n)."""
+        order = np.argsort(self.number, kind="stable")
+        return np.asarray(order[self.times[self.number[order]] == 2].reshape(-1, 2).T)
 
-def faces_of(cells: Indices) -> Surface:
+
+def faces_of(cells: Integers) -> Surface:
     """Return the faces of cells, given by their corners, shape (e, 4) or (e, 8)."""
     local = np.array(FACES[cells.shape[1]])
     corners = cells[:, local].reshape(-1, local.shape[1])
@@ -54,7 +58,7 @@ def faces_of(cells: Indices) -> Surface:
     return Surface(corners, np.repeat(np.arange(len(cells)), len(local)), number.ravel(), count)
 
 
-def joined(points: Array, cells: Indices) -> Indices:
+def joined(points: Array, cells: Integers) -> Integers:
     """Return for each corner of the cells the first one that is at its place, itself where it is alone; shape (n,)."""
     surface = faces_of(cells)
     own = surface.corners[surface.outer]
@@ -70,7 +74,7 @@ def joined(points: Array, cells: Indices) -> Indices:
     return np.asarray(first[group])
 
 
-def check_sound(name: str, points: Array, cells: Indices) -> None:
+def check_sound(name: str, points: Array, cells: Integers) -> None:
     """Refuse a mesh that is no watertight solid: ValueError with one line, what is wrong, how often, and where first.
 
     `points` (n, 3) are corners of cells only [m]; none of the `cells` (e, 4) or (e, 8) is flat.
@@ -90,7 +94,7 @@ def check_sound(name: str, points: Array, cells: Indices) -> None:
     _check_hinges(name, points, cells, surface)
 
 
-def pieces(count: int, pairs: Indices) -> Indices:
+def pieces(count: int, pairs: Integers) -> Integers:
     """Return the piece that each of `count` cells belongs to, by the pairs that share a face, shape (2, k)."""
     graph = sparse.coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(count, count))
     return np.asarray(connected_components(graph, directed=False)[1])
@@ -108,7 +112,7 @@ def _refuse(name: str, bad: Array, rule: str, fault: str, what: str = "faces") -
         raise ValueError(f"{name}: {rule}; {len(bad)} {what} {fault}, the first about {place(bad[0])}")
 
 
-def _shortest_edges(points: Array, faces: Indices) -> Array:
+def _shortest_edges(points: Array, faces: Integers) -> Array:
     """Return the shortest edge of any face that ends in each node, infinite where none does, shape (n,)."""
     lengths = np.linalg.norm(points[faces] - points[np.roll(faces, -1, axis=1)], axis=-1)
     found = np.full(len(points), np.inf)
@@ -117,11 +121,9 @@ def _shortest_edges(points: Array, faces: Indices) -> Array:
     return found
 
 
-def _one_sided(points: Array, cells: Indices, surface: Surface) -> Indices:
+def _one_sided(points: Array, cells: Integers, surface: Surface) -> Integers:
     """Return one face of each pair that two cells on one side of it share."""
-    order = np.argsort(surface.number, kind="stable")
-    order = order[surface.times[surface.number[order]] == 2]
-    first, second = order[::2], order[1::2]
+    first, second = surface.shared
     at = points[surface.corners[first]]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, -1] - at[:, 1] if at.shape[1] == 4 else at[:, 1] - at[:, 0])
     middle = points[cells].mean(axis=1)
@@ -129,7 +131,7 @@ def _one_sided(points: Array, cells: Indices, surface: Surface) -> Indices:
     return np.asarray(first[heights[0] * heights[1] >= 0.0])
 
 
-def _check_touching(name: str, points: Array, faces: Indices, same: Indices) -> None:
+def _check_touching(name: str, points: Array, faces: Integers, same: Integers) -> None:
     """Refuse nodes that hang within a face of the surface, and faces that lie on others."""
     shortest = _shortest_edges(points, faces)
     near = _NEAR * shortest[faces].min(axis=1)
@@ -145,7 +147,7 @@ def _check_touching(name: str, points: Array, faces: Indices, same: Indices) -> 
     _refuse(name, points[faces[lying]], "must not be cut", "of the surface lie on others that do not match")
 
 
-def _within(faces: Array, points: Array, near: Array) -> tuple[Indices, Indices]:
+def _within(faces: Array, points: Array, near: Array) -> tuple[Integers, Integers]:
     """Return pairs of a face, corners (f, c, 3), and a point that is nearer to it than `near`, shape (f,)."""
     middle = faces.mean(axis=1)
     reach = np.linalg.norm(faces - middle[:, None], axis=-1).max(axis=1) + near
@@ -176,11 +178,9 @@ def _distance(points: Array, triangles: Array) -> Array:
     return np.asarray(np.maximum(height, beside))
 
 
-def _check_hinges(name: str, points: Array, cells: Indices, surface: Surface) -> None:
+def _check_hinges(name: str, points: Array, cells: Integers, surface: Surface) -> None:
     """Refuse pieces that hang together by an edge or a node only."""
-    order = np.argsort(surface.number, kind="stable")
-    order = order[surface.times[surface.number[order]] == 2]
-    own = pieces(len(cells), np.stack([surface.cell[order[::2]], surface.cell[order[1::2]]]))
+    own = pieces(len(cells), surface.cell[surface.shared])
     low, high = np.full(len(points), len(cells)), np.full(len(points), -1)
     spread = np.repeat(own, cells.shape[1])
     np.minimum.at(low, cells.ravel(), spread)

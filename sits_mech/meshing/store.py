@@ -13,15 +13,12 @@ from typing import NamedTuple
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 from skfem import Mesh
 from skfem.io.meshio import from_meshio
 
 from sits_mech.meshing.soundness import check_sound, joined, place
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.outlines import read_mesh
-
-Indices = NDArray[np.int64]
 
 CELLS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron27": 8}
 """Cells that can be read, with their corners."""
@@ -83,7 +80,7 @@ def _only_kind(name: str, given: meshio.Mesh) -> str:
     raise ValueError(f"{name}: must hold cells of one kind of {', '.join(CELLS)}; got {came}")
 
 
-def _welded(number: Indices, points: Array, cells: Indices, corners: int) -> tuple[Indices, Array, Indices, int]:
+def _welded(number: Integers, points: Array, cells: Integers, corners: int) -> tuple[Integers, Array, Integers, int]:
     """Merge duplicated nodes: new numbers of the file's nodes, nodes, cells, and how many nodes fewer."""
     ends, own = np.unique(cells[:, :corners], return_inverse=True)
     to = np.arange(len(points))
@@ -95,7 +92,7 @@ def _welded(number: Indices, points: Array, cells: Indices, corners: int) -> tup
     return number, points[kept], new.reshape(cells.shape), len(points) - kept.size
 
 
-def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Indices]]:
+def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Integers]]:
     """Return numbers of the cells of each kind that belong to a name."""
     named = {name: own for name, own in mesh.cell_sets_dict.items() if not name.startswith("gmsh:")}
     marks = mesh.cell_data_dict.get("gmsh:physical", {})
@@ -105,7 +102,7 @@ def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Indices]]:
     return named
 
 
-def _facets(what: str, mesh: Mesh, blocks: list[Indices], points: Array, number: Indices) -> Indices:
+def _facets(what: str, mesh: Mesh, blocks: list[Integers], points: Array, number: Integers) -> Integers:
     """Return numbers of the mesh's outer facets that are the given faces of the file, `number` its nodes in the mesh.
 
     A group that holds faces of cells holds no others; one that holds none belongs to something else in the file.
@@ -125,7 +122,7 @@ def _facets(what: str, mesh: Mesh, blocks: list[Indices], points: Array, number:
     return np.asarray(facets[mesh.f2t[1, facets] < 0])
 
 
-def _check_cells(name: str, points: Array, cells: Indices) -> None:
+def _check_cells(name: str, points: Array, cells: Integers) -> None:
     """Refuse cells that are flat, or turned another way than the others."""
     ways = _CORNERS[cells.shape[1]]
     at = points[cells]
@@ -144,7 +141,7 @@ def _check_curved(name: str, mesh: Mesh) -> None:
     _refuse(name, np.flatnonzero(bad), mesh.p.T[mesh.t.T])
 
 
-def _refuse(name: str, bad: Indices, corners: Array) -> None:
+def _refuse(name: str, bad: Integers, corners: Array) -> None:
     """Say which cells are bad, if any, and where the first is, from their corners, shape (e, c, 3)."""
     if bad.size:
         raise ValueError(

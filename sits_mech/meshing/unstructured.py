@@ -11,12 +11,10 @@ from collections.abc import Sequence
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
-Index = NDArray[np.int64]
 DEBIAN_PACKAGES = "libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libgl1 libegl1 libgl1-mesa-dri"
 
 
@@ -42,7 +40,7 @@ def mesh_generator() -> ModuleType:
     return pygmsh  # type: ignore[no-any-return]
 
 
-def fill_between(outer: Array, holes: Sequence[Array]) -> tuple[Array, Index]:
+def fill_between(outer: Array, holes: Sequence[Array]) -> tuple[Array, Integers]:
     """Return points (p, 2) and triangles (m, 3) that fill `outer` (n, 2) but for the `holes` (k, 2), not closed [m].
 
     Points are the corners of `outer`, then of each hole, in the order given, then the inner nodes. MesherMissing if
@@ -85,7 +83,7 @@ def _loop(geometry: object, outline: Array) -> object:
     return kernel.add_curve_loop(lines)
 
 
-def _given_first(given: Array, points: Array, triangles: Index) -> tuple[Array, Index]:
+def _given_first(given: Array, points: Array, triangles: Integers) -> tuple[Array, Integers]:
     """Number the nodes anew, the given ones first and where they were given."""
     used, triangles = np.unique(triangles, return_inverse=True)
     points = points[used]

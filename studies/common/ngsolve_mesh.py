@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.mechanics.pad.lines import box_lines
-from sits_mech.mechanics.pad.shapes import GRADING
+from sits_mech.mechanics.pad.shapes import GRADING, box_lines
 from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
 

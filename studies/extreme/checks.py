@@ -24,7 +24,6 @@ from extreme.rows import DONE, Row
 from scipy.interpolate import CubicSpline
 
 from sits_mech.mechanics.block import BlockPad, block_pad, solved_body
-from sits_mech.mechanics.closed_form import holding_moment
 from sits_mech.mechanics.element.kernel import element_forces
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer, stored
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, SolveReport, Wrench
@@ -180,7 +179,7 @@ def identity(sensor: Sensor, wrench: Wrench) -> Row:
     assert sensor.target is not None and sensor.elastomer is not None
     d_h, gap = 0.0, sensor.elastomer.thickness
     for _ in range(12):
-        M = holding_moment(wrench, d_h, gap)
+        M = -0.5 * (wrench.F_x * gap + wrench.F_z * d_h)  # the plates carry equal moments, at any strain
         found = layer.equilibrium(replace(wrench, M=M), start=found)
         moved, (d_h, gap) = abs(float(found.pose.d_h) - d_h), (float(found.pose.d_h), float(found.pose.d_v))
         if moved < 1e-9 * gap:

@@ -13,7 +13,7 @@ import xarray as xr
 from sits_mech.analysis.limits import AFTER, Capacity, capacity, corner_loads, corners, limits_of
 from sits_mech.cli.main import run
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.rest.verdict import REASONS
+from sits_mech.mechanics.rest.newton import REASONS
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import Sensor, known_stretch, load_sensor

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.finite_length import _factors, finite_length_factor
-from sits_mech.mechanics.linear import linear_pad
+from sits_mech.mechanics.linear import _factors, finite_length_factor, linear_pad
 from sits_mech.scene.sensor import load_sensor
 
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.simulate import simulate
+from sits_mech.mechanics.closed_form import strip_layer
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer, linear_pad
-from sits_mech.mechanics.strip import strip_layer
 from sits_mech.quantities import Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 

@@ -10,7 +10,7 @@ roundness of coils and targets, the pitch of spirals. The space's comes of `shee
 percent of the change in some tenths of a second; its own error is added. Of a target longer or
 wider than the coils see, as much counts as lies under them and a coil's diameter and two gaps beyond.
 
-Pads. Plane strain makes a pad too stiff by the factors of `mechanics.finite_length` in shear, compression and tilt: it
+Pads. Plane strain makes a pad too stiff by the factors of `mechanics.linear` in shear, compression and tilt: it
 leaves (factor - 1) times a displacement out. A pad that a user made long stands for plane strain: this is told beside
 the errors, never in them.
 
@@ -34,7 +34,7 @@ from sits_mech.quantities import POSE, Array, Impedance, Integers, MagneticModel
 from sits_mech.scene.sensor import Sensor, Target
 
 if TYPE_CHECKING:
-    from sits_mech.mechanics.finite_length import FiniteLength
+    from sits_mech.mechanics.linear import FiniteLength
 
 ROUGH = 0.1  # tolerance of the answers in space
 _MISSED = 0.02  # of space's change, what its coarsest rung was seen to miss beyond its own estimate
@@ -151,7 +151,7 @@ def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
         return None
     if elastomer.mesh is not None or elastomer.kind == "pillars":
         return None
-    from sits_mech.mechanics.finite_length import finite_length_factor  # the whole mechanics, for long pads alone
+    from sits_mech.mechanics.linear import finite_length_factor  # the whole mechanics, for long pads alone
 
     return finite_length_factor(sensor)
 

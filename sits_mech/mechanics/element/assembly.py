@@ -3,7 +3,7 @@
 What stores energy has stiffnesses on a few unknowns each: elements, and parts beside them, such as faces in contact.
 The displacements are free, or bonded to the target and follow its motion q with ``T = du_bonded/dq``, or held:
 
-    free x free        makes K, which is factored front by front (dissection.py, fronts.py),
+    free x free        makes K, which is factored front by front (dissection.py),
     free x bonded      times T the side C (m, k),
     bonded x bonded    times T on both sides the corner D (k, k).
 
@@ -12,6 +12,19 @@ feels, ``S = D - C^T K^-1 C``. Source: static condensation, R. J. Guyan, AIAA Jo
 
 An indefinite K may lose digits in fronts, which pivot inside of themselves only. Then solutions are corrected by their
 residual, and where that does not help SuperLU factors it, which pivots over all rows.
+
+Fronts (dissection.py). One is the sum of the stiffnesses of its elements, or of what its two halves left
+
+    (A, B^T; B, C),   pivots first;    A = L L^T,   W = B L^-T,   C - W W^T goes on to the larger piece,
+
+and a solution goes down the tree, ``y = L^-1 b``, ``b_border -= W y``, and up again, ``x = L^-T (y - W^T x_border)``.
+Only lower triangles are held and added up. Where A is not positive, ``A = L D L^T`` is found with pivoting inside of
+the front (J. R. Bunch, L. Kaufman, Math. Comp. 31 (1977) 163), ``W = B`` stays, and ``C - B A^-1 B^T`` goes on. The
+negative eigenvalues of all D are as many as those of the whole (J. J. Sylvester, Phil. Mag. 4 (1852) 138).
+
+Pivots are not taken from outside of a front, so an indefinite matrix may be factored poorly though it is regular: the
+factor says so, and whoever solves looks at the residual. One thread and one order of sums: the same digits each time.
+Source: I. S. Duff, J. K. Reid, ACM Trans. Math. Softw. 9 (1983) 302.
 """
 
 from __future__ import annotations
@@ -22,18 +35,20 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg import blas, lapack
 from scipy.sparse.linalg import splu
 
-from sits_mech.mechanics.element.dissection import Dissection, dissected
-from sits_mech.mechanics.element.fronts import factor
+from sits_mech.mechanics.element.dissection import Child, Dissection, Front, Share, dissected
 from sits_mech.mechanics.element.kernel import summed
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
-from sits_mech.quantities import Array
+from sits_mech.mechanics.element.mesh import MixedMesh
+from sits_mech.quantities import Array, Integers
 
 Stiffness = Sequence[Array]
 """Dense stiffnesses of each group, shape (e, k, k): of the elements, then of each part."""
 
 _POOR = 1e-6  # residual of a solution, over its right-hand side, above which one correction does not help enough
+_SMALL = 1e-7  # of the largest pivot's root: a front with smaller ones may have lost digits if the whole is indefinite
+_WIDTH = 64  # columns that LAPACK takes at a time
 
 
 class Term(NamedTuple):
@@ -41,7 +56,7 @@ class Term(NamedTuple):
 
     energy: float
     forces: Array  # (n + 6,), on n displacements and q
-    numbers: Indices  # (e, k), displacements and q; the same in every state
+    numbers: Integers  # (e, k), displacements and q; the same in every state
     stiffness: Array  # (e, k, k)
 
 
@@ -59,9 +74,9 @@ class Factored(NamedTuple):
 class _Group(NamedTuple):
     """Places of a group's stiffnesses."""
 
-    free: Indices  # rows among the free; m for none
-    bordering: Indices  # those on the border
-    taken: Indices  # their rows of T; b for none
+    free: Integers  # rows among the free; m for none
+    bordering: Integers  # those on the border
+    taken: Integers  # their rows of T; b for none
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +84,13 @@ class Pattern:
     """Assembly pattern of the stiffnesses of one mesh."""
 
     mesh: MixedMesh
-    numbers: tuple[Indices, ...]  # displacements and q of each group, (e, k) each
-    free: Indices  # (m,), free displacements
-    border: Indices  # (b,), bonded displacements and q
+    numbers: tuple[Integers, ...]  # displacements and q of each group, (e, k) each
+    free: Integers  # (m,), free displacements
+    border: Integers  # (b,), bonded displacements and q
     dissection: Dissection
     _groups: tuple[_Group, ...]
 
-    def following(self, numbers: Sequence[Indices]) -> Pattern:
+    def following(self, numbers: Sequence[Integers]) -> Pattern:
         """Return the pattern of these numbers, itself if unchanged: faces in contact may change."""
         pairs = zip(self.numbers, numbers, strict=False)
         if len(numbers) == len(self.numbers) and all(own is new or np.array_equal(own, new) for own, new in pairs):
@@ -133,7 +148,7 @@ class Pattern:
         return Factored(corrected, found.negative)
 
 
-def pattern(mesh: MixedMesh, numbers: Sequence[Indices], free: Indices, border: Indices) -> Pattern:
+def pattern(mesh: MixedMesh, numbers: Sequence[Integers], free: Integers, border: Integers) -> Pattern:
     """Return the assembly pattern of groups of numbers (e, k), elements first; neither free nor border means held."""
     size = 1 + max(int(each.max(initial=0)) for each in (*numbers, free, border))
     inner, outer = np.full(size, len(free)), np.full(size, len(border))
@@ -147,7 +162,7 @@ def pattern(mesh: MixedMesh, numbers: Sequence[Indices], free: Indices, border: 
     return Pattern(mesh, tuple(numbers), free, border, dissected(mesh, own, len(free)), tuple(groups))
 
 
-def _summed(places: Indices, values: Array, size: int) -> Array:
+def _summed(places: Integers, values: Array, size: int) -> Array:
     """Sum values (e, k, r) into their places (e, k), shape (size, r)."""
     return np.stack([summed(places, column, size) for column in np.moveaxis(values, -1, 0)], axis=1)
 
@@ -159,3 +174,127 @@ def _pivoted(K: sparse.csc_matrix) -> Factored | None:
     except RuntimeError:
         return None
     return Factored(found.solve, None)
+
+
+@dataclass(frozen=True)
+class _Pivots:
+    """A front's factor."""
+
+    L: Array  # Cholesky's L, or the factored A
+    W: Array
+    exchanges: Integers | None  # of L D L^T; None for Cholesky
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factored stiffness."""
+
+    negative: int  # number of negative eigenvalues
+    safe: bool  # accurate to rounding; otherwise check the residual
+    _order: Integers
+    _each: tuple[tuple[Front, _Pivots], ...]
+
+    def solve(self, b: Array) -> Array:
+        """Return the solution for right-hand sides of shape (m,) or (m, k)."""
+        x = np.asfortranarray(b.reshape(len(b), -1)[self._order])
+        each = [(slice(front.start, front.stop), front.border, own) for front, own in self._each if front.pivots]
+        for here, border, own in each:
+            if own.exchanges is None:
+                x[here] = y = blas.dtrsm(1.0, own.L, x[here], lower=1)
+            else:
+                y = _symmetric(own.L, own.exchanges, x[here])
+            if len(border):
+                x[border] -= own.W @ y
+        for here, border, own in reversed(each):
+            y = x[here] - own.W.T @ x[border] if len(border) else x[here]
+            if own.exchanges is None:
+                x[here] = blas.dtrsm(1.0, own.L, y, lower=1, trans_a=1, overwrite_b=1)
+            else:
+                x[here] = _symmetric(own.L, own.exchanges, y)
+        found = np.empty_like(x)
+        found[self._order] = x
+        return found.reshape(b.shape)
+
+
+def factor(dissection: Dissection, values: Sequence[Array]) -> Factor | None:
+    """Factor the sum of the groups' dense stiffnesses, (e, k, k) each, symmetric on free entries; None if singular."""
+    left: dict[int, Array] = {}
+    pivots: list[_Pivots] = []
+    negative, safe = 0, True
+    for number, front in enumerate(dissection.fronts):
+        A, B, C = _assembled(front, values, left)
+        found = _eliminated(A, B, C)
+        if found is None:
+            return None
+        own, left[number], count, good = found
+        pivots.append(own)
+        negative, safe = negative + count, safe and good
+    return Factor(negative, safe, dissection.order, tuple(zip(dissection.fronts, pivots, strict=True)))
+
+
+def _assembled(front: Front, values: Sequence[Array], left: dict[int, Array]) -> tuple[Array, Array, Array]:
+    """Return A, B, C of a front, column by column; what its halves left is consumed."""
+    P, n = front.pivots, front.pivots + len(front.border)
+    if front.shares:
+        whole = np.zeros((n + 1) ** 2)
+        for share in front.shares:
+            whole += _square(share, values[share.group], n + 1)
+        square = whole.reshape(n + 1, n + 1)  # symmetric: rows are columns
+        A, B, C = square[:P, :P].T, square[:P, P:n].T, square[P:n, P:n].T
+    else:
+        A, B, C = np.zeros((P, P)), np.zeros((P, n - P)).T, np.zeros((n - P, n - P)).T
+    A, B, C = (np.asfortranarray(part) for part in (A, B, C))
+    for half in front.halves:
+        _add(half, left.pop(half.front), A, B, C)
+    return A, B, C
+
+
+def _square(share: Share, values: Array, size: int) -> Array:
+    """Sum stiffnesses into a front's square, shape (size**2,)."""
+    places = share.places[:, :, None] * size + share.places[:, None, :]
+    return summed(places, values[share.members], size**2)
+
+
+def _add(half: Child, X: Array, A: Array, B: Array, C: Array) -> None:
+    """Add the lower triangle left by a half to a front, run by run."""
+    P = len(A)
+    for k, (begin, end, at) in enumerate(half.runs):
+        if at < P:
+            A[at : at + end - begin, at : at + end - begin] += X[begin:end, begin:end]
+            columns = slice(at, at + end - begin)
+            for first, last, row in half.runs[k + 1 :]:
+                if row < P:
+                    A[row : row + last - first, columns] += X[first:last, begin:end]
+                else:
+                    B[row - P : row - P + last - first, columns] += X[first:last, begin:end]
+        else:
+            columns = slice(at - P, at - P + end - begin)
+            for first, last, row in half.runs[k:]:
+                C[row - P : row - P + last - first, columns] += X[first:last, begin:end]
+
+
+def _eliminated(A: Array, B: Array, C: Array) -> tuple[_Pivots, Array, int, bool] | None:
+    """Return a front's factor, the Schur complement, its negative pivots, whether all are large enough."""
+    if not len(A):
+        return _Pivots(A, B, None), C, 0, True
+    L, failed = lapack.dpotrf(A, lower=1, clean=0)
+    if not failed:
+        pivots = L.diagonal()
+        good = bool(pivots.min() > _SMALL * pivots.max())
+        if len(C):
+            B = blas.dtrsm(1.0, L, B, side=1, lower=1, trans_a=1, overwrite_b=1)
+            C = blas.dsyrk(-1.0, B, beta=1.0, c=C, lower=1, overwrite_c=1)
+        return _Pivots(L, B, None), C, 0, good
+    L, exchanges, failed = lapack.dsytrf(A, lower=1, lwork=_WIDTH * len(A))
+    if failed or not np.all(np.isfinite(L.diagonal())):
+        return None
+    if len(C):
+        C = blas.dgemm(-1.0, B, _symmetric(L, exchanges, B.T), beta=1.0, c=C, overwrite_c=1)
+    alone = exchanges > 0  # a pair of two has one eigenvalue of each sign
+    negative = int(np.count_nonzero(L.diagonal()[alone] < 0.0) + np.count_nonzero(~alone) // 2)
+    return _Pivots(L, B, exchanges), C, negative, False
+
+
+def _symmetric(L: Array, exchanges: Integers, b: Array) -> Array:
+    """Solve with L D L^T."""
+    return np.asarray(lapack.dsytrs(L, exchanges, b, lower=1)[0])

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
-from sits_mech.quantities import Array
+from sits_mech.mechanics.element.mesh import MixedMesh
+from sits_mech.quantities import Array, Integers
 
 _LEAF = 400  # displacements, counted for each element, below which a piece is not cut
 _SAME = 1e-6  # of the extent: centres of elements in one layer
@@ -34,8 +34,8 @@ class Share(NamedTuple):
     """Stiffnesses that a front takes up."""
 
     group: int
-    members: Indices  # which of the group
-    places: Indices  # their rows in the front
+    members: Integers  # which of the group
+    places: Integers  # their rows in the front
 
 
 class Child(NamedTuple):
@@ -51,7 +51,7 @@ class Front:
 
     start: int  # first pivot in the order of elimination
     stop: int
-    border: Indices  # (B,), displacements of larger pieces by place in the order, ascending
+    border: Integers  # (B,), displacements of larger pieces by place in the order, ascending
     halves: tuple[Child, ...]
     shares: tuple[Share, ...]  # stiffnesses of its elements, if it is not cut further
 
@@ -66,20 +66,20 @@ class Dissection:
     """The tree of pieces, halves before the whole, and the order of the free displacements."""
 
     fronts: tuple[Front, ...]
-    order: Indices
+    order: Integers
 
 
 class _Tree(NamedTuple):
     """Pieces, halves before the whole."""
 
-    halves: Indices  # (n, 2); -1 for an uncut piece
-    whole: Indices
-    first: Indices  # first uncut piece
-    last: Indices  # last uncut piece
-    leaf: Indices  # uncut piece of each element
+    halves: Integers  # (n, 2); -1 for an uncut piece
+    whole: Integers
+    first: Integers  # first uncut piece
+    last: Integers  # last uncut piece
+    leaf: Integers  # uncut piece of each element
 
 
-def dissected(mesh: MixedMesh, own: Sequence[Indices], count: int) -> Dissection:
+def dissected(mesh: MixedMesh, own: Sequence[Integers], count: int) -> Dissection:
     """Return the order in which `count` free displacements are eliminated.
 
     `own`: free displacements (-1: none) of the dense stiffnesses, (e, k) each: elements first, then parts that may join
@@ -103,7 +103,7 @@ def leaf_size(count: int) -> int:
     return max(1, _LEAF // count)
 
 
-def _tree(mesh: MixedMesh, own: Indices) -> _Tree:
+def _tree(mesh: MixedMesh, own: Integers) -> _Tree:
     """Bisect the elements recursively; `own` are their free displacements."""
     d, cells = mesh.nodes.shape[1], mesh.cells
     weight = np.zeros(len(mesh.nodes))
@@ -112,7 +112,7 @@ def _tree(mesh: MixedMesh, own: Indices) -> _Tree:
     halves: list[tuple[int, int]] = []
     leaf = np.zeros(len(cells), dtype=np.int64)
 
-    def cut(members: Indices) -> int:
+    def cut(members: Integers) -> int:
         """Number the pieces of some elements; return the number of the whole."""
         found = _cut(cells[members], along[:, members], weight) if len(members) > least else None
         if found is None:
@@ -142,7 +142,7 @@ def _coordinates(centres: Array) -> Array:
     return np.concatenate([centres.T, [np.hypot(x, y), np.arctan2(y, x)]])
 
 
-def _cut(cells: Indices, along: Array, weight: Array) -> tuple[NDArray[np.bool_], Indices] | None:
+def _cut(cells: Integers, along: Array, weight: Array) -> tuple[NDArray[np.bool_], Integers] | None:
     """Return which elements are in the first half, and the shared nodes; None for elements in one place."""
     nodes, numbers = np.unique(cells, return_inverse=True)
     numbers = numbers.reshape(cells.shape)
@@ -167,7 +167,7 @@ def _cut(cells: Indices, along: Array, weight: Array) -> tuple[NDArray[np.bool_]
     return found
 
 
-def _first_and_last(numbers: Indices, layer: Indices, count: int) -> tuple[Indices, Indices]:
+def _first_and_last(numbers: Integers, layer: Integers, count: int) -> tuple[Integers, Integers]:
     """Return the first and last of the ascending layers that hold each number; -1 if none does."""
     flat, each = numbers.ravel(), np.repeat(layer, numbers.shape[1])
     low, high = np.full(count, -1), np.full(count, -1)
@@ -176,7 +176,7 @@ def _first_and_last(numbers: Indices, layer: Indices, count: int) -> tuple[Indic
     return low, high
 
 
-def _reach(own: Sequence[Indices], leaves: Sequence[Indices], count: int) -> tuple[Indices, Indices]:
+def _reach(own: Sequence[Integers], leaves: Sequence[Integers], count: int) -> tuple[Integers, Integers]:
     """Return the first and last uncut piece that touches each free displacement; the first if none does."""
     low, high = np.full(count + 1, np.iinfo(np.int64).max), np.full(count + 1, -1)
     for numbers, leaf in zip(own, leaves, strict=True):
@@ -186,11 +186,11 @@ def _reach(own: Sequence[Indices], leaves: Sequence[Indices], count: int) -> tup
     return np.where(high < 0, 0, low)[:-1], np.maximum(high, 0)[:-1]
 
 
-def _nearest(numbers: Indices, elements: Indices, leaf: Indices) -> Indices:
+def _nearest(numbers: Integers, elements: Integers, leaf: Integers) -> Integers:
     """Return the uncut piece that touches most of each row of numbers."""
     count = 1 + max(int(numbers.max(initial=0)), int(elements.max(initial=0)))
 
-    def touched(rows: Indices, own: Indices) -> sparse.csr_matrix:
+    def touched(rows: Integers, own: Integers) -> sparse.csr_matrix:
         on = own >= 0
         places = (np.broadcast_to(rows[:, None], own.shape)[on], own[on])
         found = sparse.csr_matrix((np.ones(len(places[0])), places), shape=(1 + int(rows.max(initial=0)), count))
@@ -202,7 +202,7 @@ def _nearest(numbers: Indices, elements: Indices, leaf: Indices) -> Indices:
 
 
 def _fronts(
-    tree: _Tree, starts: Indices, ranks: Sequence[Indices], leaves: Sequence[Indices]
+    tree: _Tree, starts: Integers, ranks: Sequence[Integers], leaves: Sequence[Integers]
 ) -> tuple[Front, ...]:
     """Return the fronts of the pieces, from the places of each group's displacements in the order."""
     held = [np.argsort(leaf, kind="stable") for leaf in leaves]
@@ -230,7 +230,7 @@ def _fronts(
     return tuple(found)
 
 
-def _runs(places: Indices, pivots: int) -> list[list[int]]:
+def _runs(places: Integers, pivots: int) -> list[list[int]]:
     """Split ascending places into runs that do not cross the end of the pivots: begin, end, begin in the front."""
     broken = np.flatnonzero((np.diff(places) != 1) | (places[1:] == pivots)) + 1
     begin, end = np.concatenate([[0], broken]), np.concatenate([broken, [len(places)]])

@@ -27,8 +27,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh, Points
-from sits_mech.quantities import Array
+from sits_mech.mechanics.element.mesh import MixedMesh, Points
+from sits_mech.quantities import Array, Integers
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 from sits_mech.silicone.histories.points import Step
 from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
@@ -110,11 +110,6 @@ def kinematics(F: Array) -> Kinematics:
     return in_plane(F) if F.shape[-1] == 4 else in_space(F)
 
 
-def smallest_nodal_volume(mesh: MixedMesh, u: Array) -> float:
-    """Return the smallest J at the elements' nodes; inf for a mesh without nodal points."""
-    return np.inf if mesh.nodal is None else float(deformation(mesh, u, mesh.nodal)[1].min())
-
-
 def element_forces(
     mesh: MixedMesh, law: Law, K: float, u: Array, known: Deformed | None = None, swelling: float = 1.0
 ) -> Forces:
@@ -156,21 +151,16 @@ def element_stiffness(
     return stiffness
 
 
-def outer_stretches(mesh: MixedMesh, u: Array) -> tuple[Array, Array]:
-    """Return the smallest and largest principal stretch at the quadrature points, (e, q) each."""
+def most_stretched(mesh: MixedMesh, u: Array) -> Array:
+    """Return the largest principal stretch or reciprocal at the quadrature points, (e, q)."""
     F, J = deformation(mesh, u)
     if F.shape[-1] == 4:
         half = 0.5 * (F**2).sum(axis=-1)
         greater = np.sqrt(half + np.sqrt(np.maximum(half**2 - J**2, 0.0)))
-        return np.asarray(J / greater), np.asarray(greater)
-    stretches = np.linalg.svd(F.reshape(*J.shape, 3, 3), compute_uv=False).astype(np.float64)
-    return stretches[..., 2], stretches[..., 0]
-
-
-def most_stretched(mesh: MixedMesh, u: Array) -> Array:
-    """Return the largest principal stretch or reciprocal at the quadrature points, (e, q)."""
-    smaller, greater = outer_stretches(mesh, u)
-    return np.maximum(greater, 1.0 / smaller)
+        smaller = J / greater
+    else:
+        greater, _, smaller = np.moveaxis(np.linalg.svd(F.reshape(*J.shape, 3, 3), compute_uv=False), -1, 0)
+    return np.asarray(np.maximum(greater, 1.0 / smaller))
 
 
 def volumes(mesh: MixedMesh, values: Array) -> Array:
@@ -178,7 +168,7 @@ def volumes(mesh: MixedMesh, values: Array) -> Array:
     return np.asarray((mesh.chi @ values[..., None])[..., 0])
 
 
-def summed(places: Indices, values: Array, size: int) -> Array:
+def summed(places: Integers, values: Array, size: int) -> Array:
     """Sum values into their places, shape (size,); both arrays in one order."""
     return np.asarray(np.bincount(places.ravel(), values.ravel(), size), dtype=np.float64)
 

@@ -24,10 +24,10 @@ from scipy import sparse
 from skfem.element import Element, ElementQuad2
 from skfem.quadrature import get_quadrature
 
-from sits_mech.mechanics.element.mesh import GAUSS, ORDER, Indices, MixedMesh
+from sits_mech.mechanics.element.mesh import GAUSS, ORDER, MixedMesh
 from sits_mech.meshing.bricks import Division
 from sits_mech.meshing.refinement import Refinement, shape_values
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Prolongation:
 
     nodes: sparse.csr_matrix  # (n_fine, n_coarse)
     linear: Array  # (s, f, m_fine, m_coarse), pressures of a fine cell from s parents of equal weight
-    parents: Indices  # (s, f)
+    parents: Integers  # (s, f)
 
     def displacements(self, u: Array) -> Array:
         """Return nodal displacements of the fine mesh, (d n_fine,) or with columns, from the coarse mesh's."""
@@ -88,7 +88,7 @@ def along_family(
     return Prolongation(nodes, _linear(coarse, fine, parents, element), parents)
 
 
-def _located(own: Division, base: Indices, places: Array) -> tuple[Indices, Array]:
+def _located(own: Division, base: Integers, places: Array) -> tuple[Integers, Array]:
     """Return the cells of a division that hold places in base cells, and reference coordinates there (n, d)."""
     count, d = int(own.part.max()) + 1, own.part.shape[1]
     cells = np.zeros((own.bases, *[count] * d), dtype=np.int64)
@@ -101,7 +101,7 @@ def _located(own: Division, base: Indices, places: Array) -> tuple[Indices, Arra
     return found, (places - own.low[found]) / (own.high[found] - own.low[found])
 
 
-def _linear(coarse: MixedMesh, fine: MixedMesh, own: Indices, element: Element) -> Array:
+def _linear(coarse: MixedMesh, fine: MixedMesh, own: Integers, element: Element) -> Array:
     """Return a fine cell's pressure coefficients from its parents', both affine functions of place."""
     points = GAUSS if isinstance(element, ElementQuad2) else get_quadrature(element, ORDER)[0]
     values = shape_values(element, points.T)

@@ -35,9 +35,15 @@ _CENTRE, _TURN = [0, 3, 1], [4, 2, 5]  # where those of c and of w stand in q
 
 def placed(q: Array) -> tuple[Array, Array]:
     """Return displacement (3,) [thicknesses] and rotation (3, 3) of the target's centre."""
+    whole = all_six(q)
+    return whole[_CENTRE], rotation_matrix(whole[_TURN])
+
+
+def all_six(q: Array) -> Array:
+    """Return a motion, a step or a load with all its components, those out of the plane zero where it has three."""
     whole = np.zeros(6)
     whole[: len(q)] = q
-    return whole[_CENTRE], rotation_matrix(whole[_TURN])
+    return whole
 
 
 def moved(q: Array, step: Array) -> Array:
@@ -84,10 +90,8 @@ def work_between(load: Array, height: float, ends: tuple[Array, Array], step: Ar
     Exact for forces; for a moment about fixed axes, which has no potential, the work along the step's rotation.
     """
     F, M = _forces(load)
-    whole = np.zeros(6)
-    whole[: len(step)] = step
     (c, R), (C, Q) = (placed(q) for q in ends)
-    return float(F @ (C - c + height * (Q - R)[:, 2]) + M @ whole[_TURN])
+    return float(F @ (C - c + height * (Q - R)[:, 2]) + M @ all_six(step)[_TURN])
 
 
 def turning(forces: Array, X: Array, load: Array, height: float, q: Array) -> Array:
@@ -102,6 +106,5 @@ def turning(forces: Array, X: Array, load: Array, height: float, q: Array) -> Ar
 
 def _forces(load: Array) -> tuple[Array, Array]:
     """Return force and moment along x, y, z."""
-    whole = np.zeros(6)
-    whole[: len(load)] = load
+    whole = all_six(load)
     return whole[_CENTRE] * (1.0, 1.0, -1.0), whole[_TURN]

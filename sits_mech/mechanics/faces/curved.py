@@ -24,8 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.mesh import Indices
-from sits_mech.quantities import Array
+from sits_mech.mechanics.faces.facets import upright, weighted
+from sits_mech.quantities import Array, Integers
 
 _STEPS = 12  # of Newton's method for the nearest point; it ends where it stays
 _STAYS = 1e-13  # of a face's parameters
@@ -51,9 +51,9 @@ class Nearest(NamedTuple):
 
     place: Array  # (n, p), parameters
     ways: Array  # (n, p, p), free directions of the parameters, zero beyond these
-    free: Indices  # (n,), number of free directions
+    free: Integers  # (n,), number of free directions
 
-    def some(self, which: Indices) -> Nearest:
+    def some(self, which: Integers) -> Nearest:
         """Return some of them."""
         return Nearest(self.place[which], self.ways[which], self.free[which])
 
@@ -97,7 +97,7 @@ def nearest_on(x: Array, form: Array, nodes: Array, start: Array, sides: int) ->
         begin, along = np.tile(origin, (len(out), 1)), np.tile(way, (len(out), 1))
         s = _along(x[out], form[out], nodes[out], begin, along, (start[out] - origin) @ way / (way @ way))
         there = origin + s[:, None] * way
-        away = np.linalg.norm(x[out] - _places(shapes(form[out], there).value, nodes[out]), axis=1)
+        away = np.linalg.norm(x[out] - weighted(shapes(form[out], there).value, nodes[out]), axis=1)
         nearer = away < best
         inside = (s > 0.0) & (s < 1.0)
         own = np.zeros((len(out), p, p))
@@ -109,8 +109,8 @@ def nearest_on(x: Array, form: Array, nodes: Array, start: Array, sides: int) ->
 
 def before(x: Array, found: Jet, nodes: Array) -> tuple[Array, Array, Array]:
     """Return distances from points of faces, heights along the outward normals, and these: (n,), (n,), (n, d)."""
-    r = x - _places(found.value, nodes)
-    n = _normals(found.slope @ nodes)
+    r = x - weighted(found.value, nodes)
+    n = upright(found.slope @ nodes)
     return np.linalg.norm(r, axis=1), (r * n).sum(axis=1), n
 
 
@@ -135,7 +135,7 @@ def _gaps(x: Array, found: Jet, ways: Array, nodes: Array, shape: Array) -> Gap:
     (n, _, c), d, k = ways.shape, x.shape[1], shape.shape[1] + nodes.shape[1]
     away, front, normal = before(x, found, nodes)
     g = front if c == d - 1 else np.where(front < 0.0, -1.0, 1.0) * np.maximum(away, 1e-300)
-    out = normal if c == d - 1 else (x - _places(found.value, nodes)) / g[:, None]
+    out = normal if c == d - 1 else (x - weighted(found.value, nodes)) / g[:, None]
     turned = np.zeros((n, c, k))
     turned[:, :, shape.shape[1] :] = ways.swapaxes(1, 2) @ found.slope
     Y = turned[:, :, shape.shape[1] :] @ nodes
@@ -165,7 +165,7 @@ def _inside(x: Array, form: Array, nodes: Array, start: Array) -> Array:
     place, on = start.copy(), np.arange(len(x))
     for _ in range(_STEPS):
         found = shapes(form[on], place[on])
-        r = x[on] - _places(found.value, nodes[on])
+        r = x[on] - weighted(found.value, nodes[on])
         Y = found.slope @ nodes[on]
         m = Y @ Y.swapaxes(1, 2)
         A = m - (found.curvature @ (nodes[on] @ r[:, :, None])[:, None])[..., 0]
@@ -185,31 +185,17 @@ def _along(x: Array, form: Array, nodes: Array, begin: Array, way: Array, start:
     s = np.clip(start, 0.0, 1.0)
     for _ in range(_STEPS):
         found = shapes(form, begin + s[:, None] * way)
-        r = x - _places(found.value, nodes)
+        r = x - weighted(found.value, nodes)
         Y = ((way[:, None] @ found.slope) @ nodes)[:, 0]
         bent = np.einsum("np,npqk,nq->nk", way, found.curvature, way)
         m = np.maximum((Y * Y).sum(axis=1), 1e-300)
-        A = m - (r * _places(bent, nodes)).sum(axis=1)
+        A = m - (r * weighted(bent, nodes)).sum(axis=1)
         after = np.clip(s + (Y * r).sum(axis=1) / np.where(A > 0.1 * m, A, m), 0.0, 1.0)
         stays = np.abs(after - s).max(initial=0.0) < _STAYS
         s = after
         if stays:
             break
     return s
-
-
-def _places(shares: Array, nodes: Array) -> Array:
-    """Sum nodes (n, k, d) by their shares (n, k)."""
-    return np.asarray((shares[:, None, :] @ nodes)[:, 0])
-
-
-def _normals(ways: Array) -> Array:
-    """Return unit normals (n, d) of the directions (n, d - 1, d) of faces."""
-    if ways.shape[1] == 1:
-        across = np.stack([-ways[:, 0, 1], ways[:, 0, 0]], axis=1)
-    else:
-        across = np.cross(ways[:, 0], ways[:, 1])
-    return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300))
 
 
 def _inverse(matrices: Array) -> Array:

@@ -13,15 +13,15 @@ import numpy as np
 
 from sits_mech.mechanics.element.assembly import Part
 from sits_mech.mechanics.element.kernel import deformation
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
+from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.element.target import placed
 from sits_mech.mechanics.faces.contact import Contact, Plane
+from sits_mech.mechanics.faces.facets import is_monotone, lines_cross, triangles_cross
 from sits_mech.mechanics.faces.folds import SelfContact
-from sits_mech.mechanics.faces.self_contact import is_monotone, lines_cross, triangles_cross
 from sits_mech.mechanics.faces.skin import Skin
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.meshing.bricks import Outline, within
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"
 """Note on an answer without the contact that it needs."""
@@ -44,15 +44,15 @@ _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickne
 class Faces:
     """The faces of a meshed layer."""
 
-    nodes: Indices  # of the free faces
-    under: Indices  # nodes before the target's plane
-    beside: Indices  # nodes before its side walls
+    nodes: Integers  # of the free faces
+    under: Integers  # nodes before the target's plane
+    beside: Integers  # nodes before its side walls
     target: Outline  # half sizes [thicknesses]
-    lines: tuple[Indices, ...] = ()  # of a section, the nodes of its faces in order
+    lines: tuple[Integers, ...] = ()  # of a section, the nodes of its faces in order
     skin: Skin | None = None  # None where faces are not held against each other
     convex: bool = True  # the layer at rest is known to be convex
     mirror: float = -np.inf  # y of the plane of symmetry; -inf of a whole layer [thicknesses]
-    middle: Indices | None = None  # (m, 5), of a solid, faces in y = 0: cell, four corners in order
+    middle: Integers | None = None  # (m, 5), of a solid, faces in y = 0: cell, four corners in order
 
 
 @dataclass(frozen=True)

@@ -36,12 +36,11 @@ from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import summed
-from sits_mech.mechanics.element.mesh import Indices
-from sits_mech.mechanics.faces.closest import behind, nearest, normals
 from sits_mech.mechanics.faces.contact import pressure
 from sits_mech.mechanics.faces.curved import Jet, Nearest, before, gaps, nearest_on, shapes
+from sits_mech.mechanics.faces.facets import behind, nearest, normals
 from sits_mech.mechanics.faces.skin import SAME, Flags, Skin
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 _MARGIN = 0.1  # thicknesses between faces that are looked at
 _AT_ONCE = 0.02  # thicknesses between faces that must be looked at
@@ -55,12 +54,12 @@ _OPPOSED = -0.1  # cosine between normals of faces that press
 class _Meeting(NamedTuple):
     """Points with the facet nearest to each."""
 
-    points: Indices
-    facets: Indices
+    points: Integers
+    facets: Integers
     away: Array  # distance
     before: Array  # height along the facet's normal
 
-    def some(self, which: Indices) -> _Meeting:
+    def some(self, which: Integers) -> _Meeting:
         """Return some of them."""
         return _Meeting(self.points[which], self.facets[which], self.away[which], self.before[which])
 
@@ -68,13 +67,13 @@ class _Meeting(NamedTuple):
 class _Met(NamedTuple):
     """Points with the curved face nearest to each."""
 
-    points: Indices
-    faces: Indices
+    points: Integers
+    faces: Integers
     near: Nearest  # nearest places
     jet: Jet  # shape functions there
     before: Array  # height along the normal
 
-    def some(self, which: Indices) -> _Met:
+    def some(self, which: Integers) -> _Met:
         """Return some of them."""
         jet = Jet(*(each[which] for each in self.jet))
         return _Met(self.points[which], self.faces[which], self.near.some(which), jet, self.before[which])
@@ -86,7 +85,7 @@ class SelfContact:
 
     skin: Skin
     depth: float  # over which the pressure builds up [thicknesses]
-    pairs: Indices | None = None  # (n, 2), held faces, the points' first; None: those near in each state
+    pairs: Integers | None = None  # (n, 2), held faces, the points' first; None: those near in each state
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u`; `q` plays no part."""
@@ -131,7 +130,7 @@ class SelfContact:
         return float(np.maximum(-met.before, 0.0).max(initial=0.0))
 
     @cached_property
-    def _numbers(self) -> Indices:
+    def _numbers(self) -> Integers:
         """Return the numbers of each pair's displacements, shape (n, 2 k d)."""
         faces = self.skin.surface
         d = len(faces.axes)
@@ -139,7 +138,7 @@ class SelfContact:
         return np.asarray((d * nodes[:, :, None] + np.arange(d)).reshape(len(nodes), d * nodes.shape[1]))
 
     @cached_property
-    def _candidates(self) -> tuple[Indices, Indices]:
+    def _candidates(self) -> tuple[Integers, Integers]:
         """Return the points and facets of pairs that may meet."""
         p, m = self.skin.surface.shape.shape[1], self.skin.facets.shape[1]
         one, other = self._of_pairs.T
@@ -149,11 +148,11 @@ class SelfContact:
         return points[apart], facets[apart]
 
     @property
-    def _of_pairs(self) -> Indices:
+    def _of_pairs(self) -> Integers:
         """Return the pairs, none if they are found in each state."""
         return np.zeros((0, 2), dtype=np.int64) if self.pairs is None else self.pairs
 
-    def _pair_of(self, own: Indices, other: Indices) -> Indices:
+    def _pair_of(self, own: Integers, other: Integers) -> Integers:
         """Return the pair of the faces of points and of facets."""
         key = np.array([len(self.skin.facets), 1])
         return np.asarray(np.searchsorted(self._of_pairs @ key, np.stack([own, other], axis=1) @ key))
@@ -169,26 +168,29 @@ def _placed(skin: Skin, u: Array) -> Array:
     return np.asarray(_nodes(skin, u)[skin.corners])
 
 
-def _in_reach(skin: Skin, u: Array) -> tuple[Indices, Indices]:
+def _in_reach(skin: Skin, u: Array) -> tuple[Integers, Integers]:
     """Return pairs of points and facets that may meet, at most `_DEEPEST` apart."""
     x, corners = skin.points(u), _placed(skin, u)
     centre = corners.mean(axis=1)
     radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
     near = cKDTree(x).query_ball_point(centre, radius + _DEEPEST, return_sorted=False)
     facets, points = np.repeat(np.arange(len(near)), list(map(len, near))), np.concatenate(near).astype(np.int64)
-    n = normals(corners)
-    turned = (n[skin.own[points]] * n[facets]).sum(axis=1) < _ASIDE
-    points, facets = points[turned], facets[turned]
+    points, facets = _turned(skin, normals(corners), points, facets)
     apart = skin.apart(points, facets)
     return points[apart], facets[apart]
 
 
-def _meetings(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Meeting:
+def _turned(skin: Skin, n: Array, points: Integers, facets: Integers) -> tuple[Integers, Integers]:
+    """Return the pairs whose normals, n of all facets, do not point the same way."""
+    turned = (n[skin.own[points]] * n[facets]).sum(axis=1) < _ASIDE
+    return points[turned], facets[turned]
+
+
+def _meetings(skin: Skin, u: Array, points: Integers, facets: Integers) -> _Meeting:
     """Return the pairs whose normals do not point the same way."""
     corners = _placed(skin, u)
     n = normals(corners)
-    turned = (n[skin.own[points]] * n[facets]).sum(axis=1) < _ASIDE
-    points, facets = points[turned], facets[turned]
+    points, facets = _turned(skin, n, points, facets)
     x, own = skin.points(u)[points], corners[facets]
     away, front = behind(x, own, nearest(x, own), n[facets])
     return _Meeting(points, facets, away, front)
@@ -204,7 +206,7 @@ def _pressing(skin: Skin, u: Array, met: _Meeting) -> Flags:
     return np.asarray(opposed & (thin | ~folded))
 
 
-def _curved(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Met:
+def _curved(skin: Skin, u: Array, points: Integers, facets: Integers) -> _Met:
     """Return the face nearest to each point of pairs that may press.
 
     Of faces with the same nearest point the one that the point is most nearly before or behind decides the side.
@@ -232,13 +234,13 @@ def _curved(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Met:
     return _Met(flat.points, faces, near, jet, front).some(order)
 
 
-def _faces(skin: Skin, points: Indices, facets: Indices) -> Indices:
+def _faces(skin: Skin, points: Integers, facets: Integers) -> Integers:
     """Return the faces of points and of facets, shape (n, 2), each pair once."""
     both = np.stack([points // skin.surface.shape.shape[1], facets // skin.facets.shape[1]], axis=1)
     return np.unique(both, axis=0)
 
 
-def _within(some: Indices, pairs: Indices) -> Flags:
+def _within(some: Integers, pairs: Integers) -> Flags:
     """Whether pairs are among others."""
     size = 1 + max(int(some.max(initial=0)), int(pairs.max(initial=0)))
     return np.isin(some @ np.array([size, 1]), pairs @ np.array([size, 1]))

@@ -20,11 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import Basis
 
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
-from sits_mech.mechanics.faces.closest import behind, nearest, normals
-from sits_mech.mechanics.faces.self_contact import skin
+from sits_mech.mechanics.element.mesh import MixedMesh
+from sits_mech.mechanics.faces.facets import behind, nearest, normals, skin
 from sits_mech.mechanics.faces.surface import Surface, edges, facet_forms, facets_of
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 Flags = NDArray[np.bool_]
 
@@ -42,7 +41,7 @@ class Skin:
     surface: Surface  # their Gauss points
     form: Array  # (f, k, 3) or (f, k, 3, 3), shape functions by powers of parameters that turn normals outwards
     corner: Array  # (f, k, p), parameters of their nodes
-    facets: Indices  # (f, m, d), nodes in the order of outward normals
+    facets: Integers  # (f, m, d), nodes in the order of outward normals
     nodes: Array  # (n, d), of the mesh [thicknesses]
 
     def some(self, on: Flags) -> Skin:
@@ -58,7 +57,7 @@ class Skin:
         return {3: 1, 7: 3, 9: 4}[k]
 
     @cached_property
-    def corners(self) -> Indices:
+    def corners(self) -> Integers:
         """Nodes of all facets, shape (f m, d)."""
         return self.facets.reshape(-1, self.facets.shape[2])
 
@@ -70,7 +69,7 @@ class Skin:
         return np.asarray(self.corner[np.arange(f)[:, None, None], same.argmax(axis=3)].reshape(f * m, d, -1))
 
     @cached_property
-    def own(self) -> Indices:
+    def own(self) -> Integers:
         """Facet of its own face that each point lies on, shape (f p,)."""
         f, p, _ = self.surface.shape.shape
         m = self.facets.shape[1]
@@ -91,7 +90,7 @@ class Skin:
         place = self.surface.places(u)[..., list(self.surface.axes)]
         return np.asarray(place.reshape(-1, place.shape[-1]))
 
-    def apart(self, points: Indices, facets: Indices) -> Flags:
+    def apart(self, points: Integers, facets: Integers) -> Flags:
         """Whether pairs may meet: not through silicone, and with a common node only in an inner corner."""
         p, m = self.surface.shape.shape[1], self.facets.shape[1]
         x, y, n = self.rest
@@ -115,7 +114,7 @@ def _before(x: Array, own: Array, y: Array, other: Array, least: Array) -> Flags
     return np.asarray(((way * other).sum(axis=1) >= size) & (-(way * own).sum(axis=1) >= size))
 
 
-def section_skin(mesh: MixedMesh, lines: Sequence[Indices]) -> Skin:
+def section_skin(mesh: MixedMesh, lines: Sequence[Integers]) -> Skin:
     """Return the faces of a section, lines through nodes from the ground on, the left one first."""
     left, right = lines
     surface = edges(mesh, [left, right[::-1]], _COUNT)
@@ -127,7 +126,7 @@ def section_skin(mesh: MixedMesh, lines: Sequence[Indices]) -> Skin:
     return Skin(surface, form, corner, facets, mesh.nodes)
 
 
-def solid_skin(basis: Basis, facets: Indices) -> Skin:
+def solid_skin(basis: Basis, facets: Integers) -> Skin:
     """Return the faces of a solid on some facets of its mesh."""
     mesh, nodes = basis.mesh, basis.doflocs.T
     cells = mesh.f2t[0, facets]

@@ -10,9 +10,9 @@ from skfem import Basis
 from skfem.element import Element
 from skfem.quadrature import get_quadrature
 
-from sits_mech.mechanics.element.mesh import PLANE, SPACE, Indices, MixedMesh
+from sits_mech.mechanics.element.mesh import PLANE, SPACE, MixedMesh, quadratic
 from sits_mech.mechanics.element.target import ORDER
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 _ORDER = 5  # of the polynomials that the quadrature on a face integrates
 
@@ -21,7 +21,7 @@ _ORDER = 5  # of the polynomials that the quadrature on a face integrates
 class Surface:
     """Gauss points of faces."""
 
-    nodes: Indices  # (f, k), of each face
+    nodes: Integers  # (f, k), of each face
     shape: Array  # (f, p, k), shape functions at its points
     rest: Array  # (f, p, 3), places x, y, z at rest [thicknesses]
     weight: Array  # (f, p), reference area, length in a section [thicknesses to that power]
@@ -29,7 +29,7 @@ class Surface:
     axes: tuple[int, ...] = SPACE  # of x, y, z, of the displacements
 
     @cached_property
-    def numbers(self) -> Indices:
+    def numbers(self) -> Integers:
         """Numbers of each face's displacements and of q, shape (f, d k + 6)."""
         own = self._nodal.reshape(len(self.nodes), -1)
         q = len(self.axes) * self.size + np.arange(6)
@@ -52,19 +52,18 @@ class Surface:
         return found
 
     @property
-    def _nodal(self) -> Indices:
+    def _nodal(self) -> Integers:
         """Numbers of the displacements of each face's nodes, shape (f, k, d)."""
         d = len(self.axes)
         return np.asarray(d * self.nodes[:, :, None] + np.arange(d))
 
 
-def edges(mesh: MixedMesh, lines: list[Indices], count: int = 3) -> Surface:
+def edges(mesh: MixedMesh, lines: list[Integers], count: int = 3) -> Surface:
     """Return `count` points on each edge of faces of a section, nodes in order: every other one ends an edge."""
     own = np.concatenate([np.stack([line[:-2:2], line[1:-1:2], line[2::2]], axis=1) for line in lines])
     points, weights = np.polynomial.legendre.leggauss(count)
     s = 0.5 * (points + 1.0)
-    shape = np.stack([(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)], axis=1)
-    slope = np.stack([4.0 * s - 3.0, 4.0 - 8.0 * s, 4.0 * s - 1.0], axis=1)
+    shape, slope = (np.stack(list(part), axis=1) for part in quadratic(s))
     length = np.linalg.norm(slope @ mesh.nodes[own], axis=2)
     rest = np.zeros((len(own), len(s), 3))
     rest[..., list(PLANE)] = shape @ mesh.nodes[own]
@@ -72,7 +71,7 @@ def edges(mesh: MixedMesh, lines: list[Indices], count: int = 3) -> Surface:
     return Surface(own, every, rest, length * (0.5 * weights), len(mesh.nodes), PLANE)
 
 
-def facets_of(basis: Basis, facets: Indices, order: int = _ORDER) -> Surface:
+def facets_of(basis: Basis, facets: Integers, order: int = _ORDER) -> Surface:
     """Return the points of boundary faces of a solid, for polynomials of an order; all nodes of its basis are nodal."""
     nodes, cells = basis.doflocs.T, basis.mesh.f2t[0, facets]
     found = []
@@ -88,7 +87,7 @@ def facets_of(basis: Basis, facets: Indices, order: int = _ORDER) -> Surface:
     return Surface(own_nodes, shapes, shapes @ nodes[own_nodes], weights, len(nodes))
 
 
-def facet_forms(basis: Basis, facets: Indices) -> tuple[Array, Array]:
+def facet_forms(basis: Basis, facets: Integers) -> tuple[Array, Array]:
     """Return shape functions of boundary faces, by powers (f, k, 3, 3), and parameters of their nodes, (f, k, 2).
 
     Faces and nodes are in the order of `facets_of`.

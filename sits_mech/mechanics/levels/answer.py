@@ -8,7 +8,7 @@ the target's end; likewise for forces that hold the target. States of the first 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +16,12 @@ import numpy as np
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
-from sits_mech.mechanics.levels.family import Levels, Limit, finer
+from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
 from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
-from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.limit import Outcome, carried
+from sits_mech.mechanics.rest.control import Control, Scales
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.newton import Approach, unloaded
-from sits_mech.mechanics.rest.path import follow
+from sits_mech.mechanics.rest.path import Outcome, carried, follow
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
@@ -32,42 +31,6 @@ _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that 
 _LAST = 25  # and where it has found none, for a last state
 _ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
-
-
-@dataclass(frozen=True)
-class Scales:
-    """SI values of scaled motions and loads."""
-
-    thickness: float  # of the layer [m]
-    force: float  # unit of force [N]; moments scale with force times thickness
-    standoff: float  # [m]
-    share: float = 1.0  # meshed part of the pad, 0.5 or 1: the body carries that share of the target's load
-
-    @property
-    def lengths(self) -> Array:
-        """Units of the components of q, shape (6,) [m, rad]."""
-        t = self.thickness
-        return np.array([t, t, 1.0, t, 1.0, 1.0])
-
-    @property
-    def loads(self) -> Array:
-        """Units of the components of a load on the body, shape (6,) [N, N m]."""
-        t = self.thickness
-        return self.force / self.share * np.array([1.0, 1.0, t, 1.0, t, t])
-
-    def load(self, wrench: Wrench) -> Array:
-        """Return a load on the body, shape (6,)."""
-        return np.asarray(wrench.components / self.loads)
-
-    def wrench(self, load: Array) -> Wrench:
-        """Return the target's load in SI, from that on the body, shape (3,) or (6,)."""
-        return Wrench(*(float(value) for value in load * self.loads[: len(load)]))
-
-    def pose(self, q: Array) -> Pose:
-        """Return the pose in SI of a motion, shape (3,) or (6,)."""
-        found = q * self.lengths[: len(q)]
-        found[1] += self.standoff + self.thickness
-        return Pose.of(found)
 
 
 class Solved(NamedTuple):
@@ -87,28 +50,27 @@ class Solved(NamedTuple):
         return self.limit is not None and sum(self.limit) < 1.0
 
 
-def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, most: float) -> Outcome:
+def first_look(line: Line, levels: Levels, start: Equilibrium | None, control: Control) -> Outcome:
     """Follow the path on the coarse mesh alone."""
     for level in (0, 1):
         levels.check_memory(level)
-    state, (held, end) = _begun(levels, scales, start, 0), aim(levels.coarse, scales, control)
+    state, (held, end) = _begun(levels, line.scales, start, 0), aim(levels.coarse, line.scales, control)
     begin = np.where(held, state.q, state.load)
-    spend = most / len(levels.coarse.free)
+    spend = line.most / len(levels.coarse.free)
     return follow(
         levels.coarse, state, (begin, end), smallest=_LOOK, held=held, beside=control.held[3:], most=spend
     )
 
 
 def solve_levels(
-    sensor: Sensor, levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
-    asked: float, most: float = np.inf, coarse: Outcome | None = None, deepest: int = 99, goal: Array | None = None,
+    line: Line, levels: Levels, start: Equilibrium | None, control: Control, first: Outcome, smallest: float
 ) -> Solved:
-    """Follow the path on the first two levels, then refine until the estimated error is at most `asked`.
+    """Follow the path on the first two levels of a line's family, then refine until the error is as asked of the line.
 
-    Without `start` the path begins at rest; `coarse` is the result of `first_look`; `smallest` is the least increment,
-    `most` the limit of iterations times unknowns. With `goal` (s, 6) the error is that of `by_goal`. A limit found on
-    the coarse mesh gets its error from the finer one within a few iterations.
+    Without `start` the path begins at rest; `first` is the result of `first_look`; `smallest` is the least increment.
+    A limit found on the coarse mesh gets its error from the finer one within a few iterations.
     """
+    scales = line.scales
     held, end = aim(levels.fine, scales, control)
     coarse_start = _begun(levels, scales, start, 0)
     begin = np.where(held, coarse_start.q, coarse_start.load)
@@ -118,9 +80,8 @@ def solve_levels(
             body, state, (begin, goal), smallest=smallest, held=held, beside=control.held[3:], most=spend
         )
 
-    first = coarse or first_look(levels, scales, start, control, most)
     midway = begin + first.reached * (end - begin)
-    spend = most / len(levels.fine.free)
+    spend = line.most / len(levels.fine.free)
     if first.reached < 1.0:
         spend = min(spend, _LAST if first.limit is None else _VERDICT)
     fine = followed(levels.fine, _begun(levels, scales, start, 1), midway, spend)
@@ -135,13 +96,13 @@ def solve_levels(
         second = followed(levels.coarse, coarse_start, begin + fine.reached * (end - begin), np.inf).state
     part, limit = fine.reached, carried(first, there)
     reason = (there if there.limit is not None or first.reached == 1.0 else first).reason
-    last = deepest if part == 1.0 else 2
-    found = answer(sensor, levels, scales, control, (second, fine.state), asked, deepest=last, goal=goal)
+    last = line if part == 1.0 else replace(line, deepest=2)
+    found = answer(last, levels, control, (second, fine.state))
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
     load = None if limit is None else _carried(found, scales, (begin, end, held), limit)
-    laws = law_notes(sensor, largest_stretch(levels.coarse, first.state.u, apart=0.0)) if part < 1.0 else ()
+    laws = law_notes(line.sensor, largest_stretch(levels.coarse, first.state.u, apart=0.0)) if part < 1.0 else ()
     return Solved(found, part, reason, load, limit, laws, first.reached)
 
 
@@ -179,13 +140,7 @@ def _begun(levels: Levels, scales: Scales, start: Equilibrium | None, level: int
     return unloaded(levels.maker(level)) if start is None else starts(levels, scales, start)[1 - level]
 
 
-def levers(body: Bonded, thickness: float) -> Array:
-    """Return the factors that convert component errors in SI to errors at the target's end, shape (6,) [1, m]."""
-    x, y = (float(reach) for reach in np.abs(body.X[:, :2]).max(axis=0) * thickness)
-    return np.array([1.0, 1.0, x, 1.0, y or x, max(x, y)])
-
-
-def errors_of(difference: Array, lever: Array, share: float) -> Array:
+def errors_of(difference: Array, share: float, lever: Array | float = 1.0) -> Array:
     """Bound component errors below by a share of the worst one; an angle counts at the target's end."""
     floor = share * np.max(difference * lever) / lever
     return np.asarray(np.maximum(difference, floor))
@@ -226,18 +181,17 @@ def load_words(load: Mapping[str, float]) -> str:
 
 
 def answer(
-    sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float,
-    walk: Iterator[Approach] | None = None, deepest: int = 99, goal: Array | None = None,
+    line: Line, levels: Levels, control: Control, states: tuple[State, State], walk: Iterator[Approach] | None = None
 ) -> Equilibrium:
     """Extrapolate the equilibrium and its errors from two levels at rest and as many finer ones as needed.
 
-    `walk` yields the finer levels (default `finer`), at most `deepest` in all; `asked` applies to `goal`, if given.
+    `walk` yields the finer levels (default `finer`).
     """
-    coarse, fine = states
+    (coarse, fine), sensor, scales, goal = states, line.sensor, line.scales, line.goal
     body, t = levels.fine, scales.thickness
     k, (held, end) = body.components, aim(body, scales, control)
     given = bool(np.any(control.held[:k]))
-    lever = levers(body, t)[:k]
+    lever = body.reach(t)[:k]
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
     size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
@@ -253,7 +207,7 @@ def answer(
         if goal is None or given:
             return float(np.max(limit.error))
         size = unit * scales.lengths[:k]
-        own = errors_of(limit.error, np.ones(k), levels.share)
+        own = errors_of(limit.error, levels.share)
         return by_goal(goal[:, :k], own * size, limit.parts * size)
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
@@ -262,8 +216,8 @@ def answer(
     large, beyond, kept = "", list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
-    for level in range(2, min(most, len(levels), deepest)):
-        if left(best) <= asked and not (pressed and level == 2):  # in contact two may agree by chance
+    for level in range(2, min(most, len(levels), line.deepest)):
+        if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
         large = levels.check_memory(level)
         there = None if large else next(walk, None)
@@ -276,8 +230,7 @@ def answer(
         if np.max(there.off[~held] / unit[~held], initial=0.0) > np.max(best.error):  # it does not settle there
             break
         best, kept = limit, len(beyond)
-    share = levels.share
-    error = np.where(held, 0.0, errors_of(best.error, np.ones(k), share)) * unit * scales.lengths[:k]
+    error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
     beneath = ground_notes(sensor, scales.pose(q))

@@ -34,22 +34,36 @@ is in the error.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1,
 dual weighted residuals; J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse solutions.
+
+Memory is predicted before stiffnesses or even the mesh are made. A mesh holds the gradients of its shape functions at
+its quadrature points; each element has a stiffness; the factor holds L and W of each front, and while it is made, what
+the halves of the pieces left (assembly.py). With P pivots and B in the border of a front, and the peak of what its
+first and second half took,
+
+    factor = sum P (P + B),    peak = max(peak_1, B_1^2 + peak_2, B_1^2 + B_2^2 + (P + B)^2 + P^2).
+
+Of a box of bricks, or of a section of squares, P and B follow from the numbers of cells: pieces are boxes, too, that
+are cut as dissection.py cuts them. A mesh in rings takes about as much as a box with as many cells around, outwards and
+through the thickness. Left out: contact, a few percent; the two meshes of an error estimate count one by one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
+from math import prod, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.mechanics.element.assembly import Pattern
+from sits_mech.mechanics.element.dissection import leaf_size
 from sits_mech.mechanics.element.kernel import deformation
-from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.rest.body import Bonded, State
+from sits_mech.mechanics.rest.control import Scales
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.newton import Approach, approached, unloaded
 from sits_mech.mechanics.rest.path import follow
@@ -57,12 +71,19 @@ from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Sensor
 
+PAIR = 2
+"""Number of families of one kind: free, guarded."""
+
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _EARLY, _UNSURE = 2.0, 0.5  # of what extrapolation adds, by two levels and by more: the powers may be off
 _WORK = (8e5, 2e5)  # iterations times unknowns of a path beyond the second level, of sections and solids: some seconds
 _PARTS = 3  # of an error: two terms, and how far the limit moved
 _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
+_NUMBER = 8  # bytes
+_FREE, _SHARED, _HELD = 0, 1, 2  # what an end of a box is: free, shared with another piece, held
+
+_End = tuple[int, int, int]  # cells along an axis, and what its two ends are
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +136,36 @@ class Levels:
     def limit(self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False) -> Limit:
         """Return the limit of values on the first levels, as `extrapolated`."""
         return extrapolated(values, self.terms[: len(values)], off, pressed=pressed)
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """Families of meshes of a layer, each made on demand."""
+
+    sensor: Sensor
+    scales: Scales
+    makers: Sequence[Callable[[], Levels]]  # free, guarded; in "auto" both again with contact
+    asked: float  # estimated error at which refinement stops
+    most: float = np.inf  # limit of iterations times unknowns
+    deepest: int = 99  # most levels
+    goal: Array | None = None  # (s, 6), see `by_goal`; default: the pose
+
+    def __post_init__(self) -> None:
+        """Cache the families."""
+        object.__setattr__(self, "makers", tuple(cache(maker) for maker in self.makers))
+
+    def __getitem__(self, number: int) -> Levels:
+        return self.makers[number]()
+
+    @property
+    def auto(self) -> bool:
+        """Whether contact is chosen automatically."""
+        return len(self.makers) > PAIR
+
+    @property
+    def last(self) -> range:
+        """Integers of the families used where faces touch."""
+        return range(len(self.makers) - PAIR, len(self.makers))
 
 
 Changed = Callable[[Sensor, int], Bonded | None]
@@ -227,3 +278,83 @@ def _along_path(body: Bonded, goal: Array, held: Held) -> Approach | None:
     there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=most)
     state = there.state
     return Approach(state, state.q, state.load, 0.0 * goal, state.iterations) if there.reached == 1.0 else None
+
+
+class Memory(NamedTuple):
+    """Peak memory of a solution [bytes]."""
+
+    mesh: int  # arrays of the mesh
+    stiffness: int  # element stiffnesses
+    factor: int
+    working: int  # besides the factor while it is made
+
+    @property
+    def total(self) -> int:
+        """Sum of all."""
+        return sum(self)
+
+
+class _Front(NamedTuple):
+    """A piece with its halves, in numbers held."""
+
+    border: int  # size of its border
+    factor: int  # of all its fronts
+    peak: int  # largest at a time
+
+
+def memory_of(pattern: Pattern) -> Memory:
+    """Return the memory of a layer from its order of elimination, without allocating it."""
+    mesh, found = pattern.mesh, list[_Front]()
+    e, q, d, k = mesh.inside.slope.shape
+    for front in pattern.dissection.fronts:
+        found.append(_front(front.pivots, len(front.border), [found[half.front] for half in front.halves]))
+    blocks = sum(numbers.shape[0] * numbers.shape[1] ** 2 for numbers in pattern.numbers)
+    per_mesh = e * _per_element(q, d, k, mesh.chi.shape[1], mesh.nodal is not None)
+    return Memory(*(_NUMBER * size for size in (per_mesh, blocks, found[-1].factor, found[-1].peak)))
+
+
+def memory_of_box(cells: tuple[int, ...]) -> Memory:
+    """Return the memory of a layer held at its lower face, from its cells along x, y, z, or x, z of a section."""
+    d, e = len(cells), prod(cells)
+    k = q = 3**d
+    *beside, through = cells
+    whole = (*((count, _FREE, _FREE) for count in beside), (through, _HELD, _FREE))
+    front = _box(whole, leaf_size(d * k))
+    sizes = (e * _per_element(q, d, k, d + 1, d == 2), e * (d * k) ** 2, front.factor, front.peak)
+    return Memory(*(_NUMBER * size for size in sizes))
+
+
+def _per_element(q: int, d: int, k: int, m: int, nodal: bool) -> int:
+    """Return the numbers held per element: gradients, weights, pressures, four lists of displacements."""
+    return q * (d * k + 1) * (2 if nodal else 1) + q * m + k + 4 * d * k
+
+
+def _front(P: int, B: int, halves: list[_Front]) -> _Front:
+    """Combine the halves of a piece."""
+    left, peak = 0, 0
+    for half in halves:
+        left, peak = left + half.border**2, max(peak, left + half.peak)
+    factor = P * (P + B) + sum(half.factor for half in halves)
+    return _Front(B, factor, max(peak, left + (P + B) ** 2 + P**2))
+
+
+@lru_cache(maxsize=4096)
+def _box(box: tuple[_End, ...], least: int) -> _Front:
+    """Describe a box, cut down to pieces of at most `least` cells."""
+    d, cells = len(box), prod(count for count, *_ in box)
+    nodes = [2 * count + 1 - ends.count(_HELD) for count, *ends in box]
+    own = [count - ends.count(_SHARED) for count, (_, *ends) in zip(nodes, box, strict=True)]
+    border = d * (prod(nodes) - prod(own))
+    if cells <= least:
+        return _front(d * prod(own), border, [])
+
+    def cost(axis: int) -> float:
+        """Return the cost of a cut as in dissection.py."""
+        count = box[axis][0]
+        return (1.0 + d * prod(own[:axis] + own[axis + 1 :])) / sqrt(count // 2 / count) if count > 1 else float("inf")
+
+    axis = min(range(d), key=cost)
+    (count, low, high), half = box[axis], box[axis][0] // 2
+    ends = ((half, low, _SHARED), (count - half, _SHARED, high))
+    halves = [_box((*box[:axis], end, *box[axis + 1 :]), least) for end in ends]
+    return _front(d * prod(own[:axis] + own[axis + 1 :]), border, halves)

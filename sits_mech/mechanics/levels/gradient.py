@@ -34,11 +34,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
-from sits_mech.mechanics.element.target import bonded_displacement, bonded_tangent, moved, work_of_load
-from sits_mech.mechanics.levels.answer import Scales, errors_of, levers
-from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.settle import Line
+from sits_mech.mechanics.element.target import all_six, bonded_displacement, bonded_tangent, moved, work_of_load
+from sits_mech.mechanics.levels.answer import errors_of
+from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.mechanics.rest.body import Bonded, State, rest, unpacked
+from sits_mech.mechanics.rest.control import Scales
 from sits_mech.mechanics.rest.linearisation import (
     Aim,
     Factor,
@@ -107,9 +107,7 @@ class _Level(NamedTuple):
     @property
     def turned(self) -> Array:
         """Motion at which the load works, shape (6,); zero at small strain."""
-        found = np.zeros(6)
-        found[: len(self.q)] = 0.0 if self.small else self.q
-        return found
+        return np.zeros(6) if self.small else all_six(self.q)
 
     def work(self, body: Bonded, load: Array) -> Array:
         """Return the virtual work of residual forces in a body with the same cells, shape (k,)."""
@@ -210,7 +208,7 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
     held = np.zeros(body.components, dtype=bool)
     before, B = gradient(body, here), factor.by_q
     way = way_of(body, here, before, factor, Aim(held, np.zeros(body.components)))
-    if way is None or body.length(way[1]) <= _AT_REST * body.length(here.q):
+    if way is None or body.length(way.q) <= _AT_REST * body.length(here.q):
         return here, B, factor.stiffness
     after = stepped_around(body, here, factor, way)
     if after is None or not _left(gradient(body, after)) < _FALLS * _left(before):
@@ -280,7 +278,7 @@ def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStenc
 
 def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> float:
     """Return the part of the pose's error beyond that of the meshes, over the displacement."""
-    lever = levers(family.levels.fine, 1.0)[: len(levels[0].S)]
+    lever = family.levels.fine.reach()[: len(levels[0].S)]
     limit = family.levels.limit([level.q * lever for level in levels])
     size = max(float(np.max(np.abs(limit.value))), 1e-300)
     return max(found.report.estimated_error - float(np.max(limit.error)) / size, 0.0) if np.any(limit.value) else 0.0
@@ -288,18 +286,17 @@ def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> flo
 
 def _limit(family: Family, values: Sequence[Array], unit: Array, beyond: float) -> tuple[Array, Array]:
     """Extrapolate derivatives over the levels with errors, shape (6, n), in a unit."""
-    lever = levers(family.levels.fine, 1.0)
+    lever = family.levels.fine.reach()
     found = np.zeros((2, *values[0].shape))
     for column in range(values[0].shape[1]):
         limit = family.levels.limit([each[:, column] * lever for each in values])
-        error = errors_of(limit.error + beyond * np.abs(limit.value), np.ones(6), family.levels.share)
+        error = errors_of(limit.error + beyond * np.abs(limit.value), family.levels.share)
         found[:, :, column] = np.stack([limit.value, error]) / lever
     return found[0] * unit, found[1] * unit
 
 
 def _of_turns(q: Array) -> Array:
     """Return the matrix from increments (dc, dw) to those of the motion's components, shape (6, 6)."""
-    found, whole = np.eye(6), np.zeros(6)
-    whole[: len(q)] = q
-    found[np.ix_(_TURN, _TURN)] = vector_rates(whole[_TURN])
+    found = np.eye(6)
+    found[np.ix_(_TURN, _TURN)] = vector_rates(all_six(q)[_TURN])
     return found

@@ -1,6 +1,6 @@
 """Bring a layer with friction to rest at the end of its load path, followed on each level by itself.
 
-Friction depends on the path (faces/friction.py): from rest, through the loads passed, to the last one, straight from
+Friction depends on the path (faces/contact.py): from rest, through the loads passed, to the last one, straight from
 each to the next. No state is taken from another load or a coarser mesh, and no chord closes a gap: every level of a
 family follows the whole path (rest/increments.py), and the pose is extrapolated as it is without friction (answer.py),
 from two levels, or three where the third is cheap. The number of increments is found on the first level: it is doubled
@@ -20,9 +20,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.levels.answer import Solved, aim, answer, levers
-from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.settle import Line, settled, untouched
+from sits_mech.mechanics.levels.answer import Solved, aim, answer
+from sits_mech.mechanics.levels.family import Levels, Line
+from sits_mech.mechanics.levels.settle import settled, untouched
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.increments import Track, followed
@@ -82,9 +82,8 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     if second.reason:
         return _ended(line, number, second, controls)
     states = (steps.track.state, second.state)
-    found = answer(
-        line.sensor, levels, line.scales, controls[-1], states, line.asked, _finer(line, levels, controls, steps.parts)
-    )
+    walked = _finer(line, levels, controls, steps.parts)
+    found = answer(replace(line, deepest=99, goal=None), levels, controls[-1], states, walked)
     given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
     found = replace(found, wrench=replace(found.wrench, **given))
     way = "straight from zero load" if len(controls) == 1 else "along the given loads"
@@ -143,7 +142,7 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way:
 def _ended(line: Line, number: int, track: Track, controls: Sequence[Control]) -> Solved:
     """Describe a path that ended early: the last rest, its error as large as the displacement."""
     state, scales = track.state, line.scales
-    k, lever = len(state.q), levers(line[number].fine, scales.thickness)
+    k, lever = len(state.q), line[number].fine.reach(scales.thickness)
     size = float(np.max(np.abs(state.q * scales.lengths[:k]) * lever[:k]))
     error = Pose.of(np.where(np.arange(6) < k, size / lever, 0.0))
     report = SolveReport("", state.u.size, track.iterations, state.residual, 1.0, 0.0, min_J=state.min_J)

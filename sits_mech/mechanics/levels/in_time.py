@@ -1,7 +1,7 @@
 """Follow a layer with memory under a history of loads: time steps on every level of a family of meshes.
 
-Time. A step (rest/steps.py) is of second order. On the first level two walks go side by side, A in steps dt, B in two
-halves of each, each with a memory of its own: the remaining error of B is a third of their difference,
+Time. A step (rest/increments.py) is of second order. On the first level two walks go side by side, A in steps dt, B in
+two halves of each, each with a memory of its own: the remaining error of B is a third of their difference,
 
     q = q_B + (q_B - q_A)/3,      error in time = |q_B - q_A|/3,
 
@@ -30,14 +30,12 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
-from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.settle import PAIR, Line
-from sits_mech.mechanics.rest.body import Bonded, State
+from sits_mech.mechanics.levels.family import PAIR, Levels, Line
+from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.control import under
-from sits_mech.mechanics.rest.increments import rough
+from sits_mech.mechanics.rest.increments import Moment, begun, later, rough
 from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.steps import Moment, begun, later
-from sits_mech.mechanics.rest.verdict import reason_words
+from sits_mech.mechanics.rest.newton import REASONS
 from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport, Wrench
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
@@ -48,18 +46,6 @@ _ROUNDING = 1e-9  # of a step
 _LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
 _WALKED = 3  # levels at most
 _SHORTEST = 1e-6  # of the time between two loads of the history
-
-
-class _Walk(NamedTuple):
-    """The target's motion over time on one level."""
-
-    q: Array  # (m, k)
-    far: State  # farthest state
-    iterations: int
-    min_J: float
-    stretch: Array  # at each time, (m,)
-    touches: bool
-    pressed: bool
 
 
 @dataclass(frozen=True)
@@ -105,7 +91,7 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
 def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
     """Build the error of a history that could not be completed."""
     state = end.last.state
-    words = f"{reason_words(end.reason)} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
+    words = f"{REASONS[end.reason]} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
     report = SolveReport(
         "", state.u.size, state.iterations, state.residual, 1.0, 0.0, "history ended", min_J=state.min_J,
     )
@@ -153,7 +139,7 @@ class _Limits(NamedTuple):
 def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     """Extrapolate some walks at each time; errors over the largest displacement of the history."""
     weight = levels.coarse.levers
-    late = np.array([walk.q + times.late for walk in walks]) * weight
+    late = np.array([np.array(walk.q) + times.late for walk in walks]) * weight
     size = max(float(np.max(np.abs(late[-1]))), 1e-300)
     pressed = any(walk.pressed for walk in walks)
     values, errors = [], []
@@ -161,7 +147,7 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
         limit = levels.limit(list(rows), pressed=pressed)
         values.append(limit.value)
         own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST if np.any(rows) else 0.0)
-        errors.append(errors_of(own, np.ones(len(weight)), levels.share))
+        errors.append(errors_of(own, levels.share))
     unit = size / weight
     return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
 
@@ -182,7 +168,7 @@ def _motion(
     faces = face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate)
     stretch, before = (float(np.max(walk.stretch)) for walk in (last, walks[-2]))
     notes = [*beneath, *faces, *law_notes(sensor, stretch)]
-    late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(last.q * body.levers)), 1e-300))
+    late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(np.array(last.q) * body.levers)), 1e-300))
     notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; error of the time steps {late:.1g}")
     if found.relative > line.asked:
         notes.append(f"estimated error {found.relative:.2g}: the tolerance {line.asked:g} is missed")
@@ -193,17 +179,17 @@ def _motion(
         error_stretch=abs(stretch - before),
     )
     wrench = np.pad(times.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads
-    return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), last.stretch, report)
+    return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), np.array(last.stretch), report)
 
 
-class _Recorder:
-    """Record of a walk, moment by moment."""
+class _Walk:
+    """The target's motion over time on one level, kept moment by moment."""
 
     def __init__(self, body: Bonded) -> None:
         self.body, self.now = body, begun(body)
-        self.q: list[Array] = []
+        self.q: list[Array] = []  # (k,) each
         self.stretch: list[float] = []
-        self.far = self.now.state
+        self.far = self.now.state  # farthest state
         self.iterations, self.min_J = 0, np.inf
         self.touches = self.pressed = False
 
@@ -218,23 +204,16 @@ class _Recorder:
         self.touches |= face_contact(body.faces, body.mesh, body.parts, state.u, state.q).touch
         self.pressed |= faces_press(body.mesh, body.parts, state.u, state.q)
 
-    @property
-    def walk(self) -> _Walk:
-        """Return the recorded walk."""
-        return _Walk(
-            np.array(self.q), self.far, self.iterations, self.min_J, np.array(self.stretch), self.touches, self.pressed
-        )
-
 
 def _walked(body: Bonded, held: Held, times: _Times, tell: Callable[[float], None]) -> _Walk:
     """Walk in given time steps."""
-    kept, at = _Recorder(body), times.time[0]
+    kept, at = _Walk(body), times.time[0]
     for number, (time, load) in enumerate(zip(times.time, times.load, strict=True), 1):
         moment = _stepped(body, kept.now, float(time - at), load, held, float(time))
         kept.keep(moment, moment.state.iterations)
         at = time
         tell(number / len(times.time))
-    return kept.walk
+    return kept
 
 
 def _stepped(body: Bonded, now: Moment, dt: float, load: Array, held: Held, time: float) -> Moment:
@@ -250,7 +229,7 @@ class _Pair:
 
     def __init__(self, body: Bonded, held: Held, growth: float) -> None:
         self.body, self.held, self.growth = body, held, growth
-        self.kept, self.other = _Recorder(body), begun(body)
+        self.kept, self.other = _Walk(body), begun(body)
         self.time: list[float] = []
         self.load: list[Array] = []
         self.given: list[bool] = []
@@ -309,4 +288,4 @@ def _timed(
         tell(number / len(at))
     time, load, gap = (np.array(part) for part in (pair.time, pair.load, pair.gap))
     late = gap if rough(body) else 4.0 * gap
-    return _Times(time, load, np.array(pair.given, dtype=bool), gap, late), pair.kept.walk
+    return _Times(time, load, np.array(pair.given, dtype=bool), gap, late), pair.kept

@@ -2,66 +2,35 @@
 
 Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
 inside out at a corner. The first that reaches the load gives the answer; the coarse mesh of each is tried first, and
-where neither does, the farther one gives the largest load (limit.py).
+where neither does, the farther one gives the largest load (path.py).
 
 Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
 the rest without it: introduced gradually, as faces may stand deep behind planes. Where the load cannot be reached with
 contact, the answer is that without, and its error the whole displacement. The notes say which.
+
+A load path that ended before its goal is described by one message for layers of all kinds: where it stands, how much of
+the load is carried if a limit was found, what ended it, and where the silicone's law loses its stability or leaves its
+data.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
-from sits_mech.mechanics.levels.answer import Scales, Solved, aim, first_look, levers, solve_levels, starts
-from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.levels.answer import Solved, aim, first_look, load_words, solve_levels, starts
+from sits_mech.mechanics.levels.family import PAIR, Levels, Line
 from sits_mech.mechanics.rest.body import packed
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.limit import Outcome
-from sits_mech.mechanics.rest.path import follow
-from sits_mech.quantities import Array, Equilibrium, Pose
-from sits_mech.scene.sensor import Sensor
-
-PAIR = 2
-"""Number of families of one kind: free, guarded."""
+from sits_mech.mechanics.rest.newton import REASONS
+from sits_mech.mechanics.rest.path import Outcome, follow
+from sits_mech.quantities import WRENCH, Equilibrium, Pose, SolveFailed, Wrench
 
 _SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """Families of meshes of a layer, each made on demand."""
-
-    sensor: Sensor
-    scales: Scales
-    makers: Sequence[Callable[[], Levels]]  # free, guarded; in "auto" both again with contact
-    asked: float  # estimated error at which refinement stops
-    most: float = np.inf  # limit of iterations times unknowns
-    deepest: int = 99  # most levels
-    goal: Array | None = None  # (s, 6), see `by_goal`; default: the pose
-
-    def __post_init__(self) -> None:
-        """Cache the families."""
-        object.__setattr__(self, "makers", tuple(cache(maker) for maker in self.makers))
-
-    def __getitem__(self, number: int) -> Levels:
-        return self.makers[number]()
-
-    @property
-    def auto(self) -> bool:
-        """Whether contact is chosen automatically."""
-        return len(self.makers) > PAIR
-
-    @property
-    def last(self) -> range:
-        """Indices of the families used where faces touch."""
-        return range(len(self.makers) - PAIR, len(self.makers))
 
 
 def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
@@ -115,7 +84,7 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
     tried: list[Solved] = []
     for number in numbers:
         own = _own(line[number], number, start)
-        looks[number] = first_look(line[number], line.scales, own, control, line.most)
+        looks[number] = first_look(line, line[number], own, control)
         if looks[number].reached == 1.0:
             tried.append(_tried(line, number, own, control, looks[number], number < numbers[-1]))
             if tried[-1].part == 1.0:
@@ -137,10 +106,7 @@ def _tried(
     line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, waiting: bool
 ) -> Solved:
     """Return the last equilibrium on one family; with another one waiting the path is given up earlier."""
-    solved = solve_levels(
-        line.sensor, line[number], line.scales, own, control, smallest=_SMALLEST[not waiting], asked=line.asked,
-        most=line.most, coarse=look, deepest=line.deepest, goal=line.goal,
-    )
+    solved = solve_levels(line, line[number], own, control, look, _SMALLEST[not waiting])
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
 
@@ -178,7 +144,7 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     found = held.found
     if not _contact(line, found).held:
         return held
-    k, lever = line[0].fine.components, levers(line[0].fine, line.scales.thickness)
+    k, lever = line[0].fine.components, line[0].fine.reach(line.scales.thickness)
     moved = np.abs(found.pose.components - free.pose.components)[:k]
     forces = np.abs(found.wrench.components - free.wrench.components)[:k]
     only = np.array([name.startswith("F") for name in vars(free.wrench)])[:k]
@@ -195,8 +161,46 @@ def _without_contact(line: Line, free: Solved) -> Solved:
     """Set the error to the whole displacement where contact is needed but missing."""
     found = free.found
     body = line[int(found.state[0])].fine
-    k, lever = body.components, levers(body, line.scales.thickness)
+    k, lever = body.components, body.reach(line.scales.thickness)
     away = (found.pose.components - line.scales.pose(np.zeros(k)).components) * lever
     size = np.where(np.arange(6) < k, float(np.max(np.abs(away))), 0.0)
     report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, LEFT_OUT))
     return free._replace(found=replace(found, error=Pose.of(size / lever), report=report))
+
+
+def ended(line: Line, control: Control, solved: Solved, body: str) -> SolveFailed:
+    """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
+    last, there = solved.found, {name: solved.seen * value for name, value in control.given.items()}
+    laws = tuple(f"{note}, under {_given_words(there)} on a coarse mesh" for note in solved.laws)
+    limit = () if solved.carried is None or solved.limit is None else (carried_words(solved.carried, solved.limit),)
+    if not limit and solved.seen < 1.0:
+        limit = (f"no largest load was found: a coarse mesh could be followed to {_given_words(there)}",)
+    why = (*limit, REASONS[solved.reason])
+    others = (note for note in last.report.notes if note not in solved.laws)
+    notes = (*others, *laws, *why, f"reached {solved.part:.1%} of the path")
+    report = replace(last.report, status="load path ended", notes=notes)
+    message = (
+        f"wrench: the {body} could be followed to {load_words(vars(last.wrench))} ({solved.part:.1%} of the path), "
+        f"not to {_given_words(control.given)}; smallest volume ratio there {report.min_J:.3g}; "
+        f"{'; '.join((*laws, *why))}"
+    )
+    return SolveFailed(message, report, replace(last, report=report), carried=solved.carried)
+
+
+def carried_words(carried: tuple[Wrench, Wrench], limit: tuple[float, float]) -> str:
+    """Format a largest load and its error: the non-zero components, and the share of what was asked."""
+    load, error = (vars(each) for each in carried)
+    known = bool(np.isfinite(limit[1]))
+    parts = [
+        f"{name} = {value:.4g}{f' +- {error[name]:.2g}' * known} N{' m' * name.startswith('M')}"
+        for name, value in load.items() if value != 0.0
+    ]
+    share = f"{limit[0]:.2%} +- {limit[1]:.2%} of the path" if known else "on a coarse mesh, its error is not known"
+    return f"carried up to {', '.join(parts)} ({share})"
+
+
+def _given_words(given: Mapping[str, float]) -> str:
+    """Format forces and places."""
+    forces = load_words({name: value for name, value in given.items() if name in WRENCH})
+    units = {name: "rad" if name.startswith("alpha") else "m" for name in given if name not in WRENCH}
+    return ", ".join([*([forces] * bool(forces)), *(f"{name} = {given[name]:.6g} {units[name]}" for name in units)])

@@ -1,6 +1,6 @@
 """Families of meshes of the planar layer.
 
-A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (fan.py), which
+A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (mesh.py), which
 follow a corner that opens at finite strain, and lines graded towards it. Where it does not get to a load, a mildly
 graded one with a guard on J does (levels/settle.py). The first two levels alone are guarded: finer ones correct the
 target's place, and an order is seen on meshes of one kind.
@@ -10,6 +10,9 @@ beta)``: k = 0.5 at the edge of a target in the middle of a face, 0.5946 at the 
 incompressible right angle, and 1.47 at the 30 degrees of a fillet, where the order of the elements limits it. (Sink of
 a 20/15/2 mm layer under 1810 N/m, 4, 6, 8, 12, 16 cells, graded 2: extrapolated neighbours 100.54, 100.84, 100.86,
 100.95 um. The small rise at the end is a crease at the target's edge, which ever finer cells follow further.)
+
+The effect of `elastomer.edge_radius` (section.py) on the pose is that at small strain: the layer's compliance at rest,
+with fillets and with sharp edges, each extrapolated from its first three meshes, applied to one load.
 """
 
 from __future__ import annotations
@@ -19,12 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
-from sits_mech.mechanics.levels.settle import Line
-from sits_mech.mechanics.pad.lines import widened
+from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
+from sits_mech.mechanics.pad.shapes import widened
 from sits_mech.mechanics.rest.body import Bonded
-from sits_mech.scene.sensor import Sensor
+from sits_mech.mechanics.rest.newton import small_strain
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Elastomer, Sensor
 from sits_mech.units import checked_tolerance
 
 SIZES = (4.0, 6.0, 8.0, 12.0, 16.0, 24.0)
@@ -37,6 +41,7 @@ SHARE = 0.05
 _EDGE, _CORNER, _FILLET = 0.5, 0.5946, 1.47  # exponents of the displacements
 _HIGHEST = 4.0  # order that the elements allow
 _DEPTH = 1e-5  # thicknesses over which the pressure of contact builds up
+_LEVELS = 3  # meshes of each
 
 
 class _Kind(NamedTuple):
@@ -99,3 +104,45 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
         return wide * int(SIZES[level]), int(SIZES[level])
 
     return Levels(terms, cells, made, lambda level: None, SHARE, kept(changed))
+
+
+class Edges(NamedTuple):
+    """Scaled compliances with fillets and with sharp edges, (3, 3)."""
+
+    rounded: Array
+    sharp: Array
+    height: float  # of the force above the bonded face
+    flush: bool  # the layer ends with its target
+    radius: float  # from the scene [m]
+
+
+def edge_effect(sensor: Sensor) -> Edges | None:
+    """Return the effect of the fillets of a sensor's layer; None for sharp edges."""
+    elastomer, target = sensor.elastomer, sensor.target
+    if elastomer is None or target is None or elastomer.edge_radius is None:
+        return None
+    plain = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
+    rounded, sharp = (_compliance(scene) for scene in (sensor, sensor.model_copy(update={"elastomer": plain})))
+    flush = elastomer.extent[0] - target.extent[0] < 1e-9 * elastomer.thickness
+    return Edges(rounded, sharp, target.load_height / elastomer.thickness, flush, elastomer.edge_radius)
+
+
+def _compliance(sensor: Sensor) -> Array:
+    """Return the compliance of a layer at rest, scaled, shape (3, 3)."""
+    levels = layer_family(sensor)
+    bodies = [levels.maker(level) for level in range(_LEVELS)]
+    found = [small_strain(body)[0].ravel() for body in bodies]
+    return levels.limit(found).value.reshape(3, 3)
+
+
+def edge_notes(edges: Edges, load: Array, thickness: float) -> tuple[str, ...]:
+    """Return notes on the fillets under a load F_x, F_z, M, scaled; thickness in m."""
+    force = np.array([load[0], -load[1], load[2] + edges.height * load[0]])
+    d_h, d_z, alpha = (edges.rounded - edges.sharp) @ force * [thickness, thickness, 1.0]
+    told = (
+        f"edge radius {1e3 * edges.radius:.3g} mm: moves the target by {1e6 * d_h:+.3g} um along x, "
+        f"{-1e6 * d_z:+.3g} um down, {np.degrees(alpha):+.3g} deg, against sharp edges (small strain)"
+    )
+    if edges.flush:
+        return (told,)
+    return told, "the target's edge stays sharp: no side face of the layer ends there that could have a radius"

@@ -9,35 +9,59 @@ its edge lie on the target's plane, which goes on beyond.
 
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; per depth, forces by mu t and moments by
 mu t^2.
+
+Fillets have a stated edge radius, where the layer's free side faces meet the rigid plates. A sharp bonded corner is
+singular: displacements go as ``r**0.59`` at a right angle between a clamped and a free face of an incompressible layer,
+strains grow without bound, and poses converge as ``h**1.19``. For smaller angles the exponent k, the smallest root of
+``cos(k angle) = k sin(angle)``, grows; it is 1 at 45 degrees, from where strains are bounded, and 1.47 at the 30
+degrees used here (D. Leguillon, E. Sanchez-Palencia, Computation of Singular Solutions in Elliptic Problems and
+Elasticity (1987)): poses then converge as ``h**2.9``.
+
+So the side face is drawn in between the plates, whose bonded widths stay, and reaches a plate along an arc of radius r,
+concave like a meniscus, that leaves the side face smoothly and ends 30 degrees from the plate:
+
+    x(z) = half width - r/2 + r - sqrt(r**2 - (c - z)**2)    for z < c = r sin 60,        half width - r/2    above.
+
+At a target flush with the layer likewise from above. A target narrower than the layer ends in the middle of a flat
+face: there is no side face at its edge that could have a fillet, and that edge stays singular. Lengths in thicknesses.
+
+A guard keeps the elements from inverting, a part of the bulk modulus that acts pointwise:
+
+    kappa int (J - 1 - ln J)
+
+by Simpson's rule on the elements' nodes, corners included: without bound towards inversion, and nothing at rest.
+Energies in shear modulus times thickness squared. Source: the volumetric energy of J. C. Simo, R. L. Taylor, Comput.
+Methods Appl. Mech. Engng 85 (1991) 273, here as a barrier. (A solid's guard stands in its law, at quadrature points.)
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
-from sits_mech.mechanics.element.fan import fanned
-from sits_mech.mechanics.element.guard import Guard
-from sits_mech.mechanics.element.kernel import law_of
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh, section_mesh
+from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
+from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed
+from sits_mech.mechanics.element.mesh import MixedMesh, fanned, section_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edges
-from sits_mech.mechanics.levels.answer import Scales
-from sits_mech.mechanics.pad.fillet import Fillet, checked, drawn_in, fillet_lines
-from sits_mech.mechanics.pad.lines import widened
+from sits_mech.mechanics.pad.shapes import widened
 from sits_mech.mechanics.rest.body import Bonded, border
+from sits_mech.mechanics.rest.control import Scales
 from sits_mech.meshing.bricks import Outline
-from sits_mech.meshing.structured import graded_lines, matched_cells
-from sits_mech.quantities import Array
+from sits_mech.meshing.structured import graded_lines, graded_segment, matched_cells
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
-_GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
+GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _ENDLESS = 1e6  # thicknesses of half the target along y
+_SWEPT = np.pi / 3.0  # of the arc, from the side face to 30 degrees from the plate
+_LEAST = 0.05  # thicknesses, the smallest radius that a mesh resolves
+_FILL = 0.9  # of the height, or of the width beside the target, that fillets may take
 
 
 @dataclass(frozen=True)
@@ -46,7 +70,7 @@ class Fineness:
 
     cells: int  # through the thickness, even
     grading: float  # power of the spacing towards the corners; 1 is uniform
-    fan: bool = False  # split the cells at singular corners into triangles (fan.py)
+    fan: bool = False  # split the cells at singular corners into triangles (`fanned`)
     guard: float = 0.0  # pointwise part of the bulk modulus [shear moduli]
     depth: float = 0.0  # contact depth; 0: no contact [thicknesses]
 
@@ -64,13 +88,13 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)
     swelling = elastomer.free_stretch**3
     K = silicone.bulk_modulus / silicone.shear_modulus / swelling**2
-    guard = min(fineness.guard, _GUARD_SHARE * K)
+    guard = min(fineness.guard, GUARD_SHARE * K)
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
     law = law_of(silicone)
-    kind = (fillet, fineness.cells, fineness.grading, fineness.fan, guard > 0.0, fineness.depth > 0.0)
     return Bonded(
         own.mesh, law, K - guard, target.load_height / t, own.free, own.bonded, own.X, own.faces,
-        parts=parts, guarded=guard > 0.0, shared=partial(_pattern, kind), swelling=swelling,
+        parts=parts, guarded=guard > 0.0, swelling=swelling,
+        shared=partial(_pattern, own, guard > 0.0, fineness.depth > 0.0),
     )
 
 
@@ -79,21 +103,21 @@ class _Numbered:
     """A mesh with its bonds and faces."""
 
     mesh: MixedMesh
-    free: Indices  # numbers of the unknown displacements
-    bonded: Indices  # numbers of the bonded displacements
+    free: Integers  # numbers of the unknown displacements
+    bonded: Integers  # numbers of the bonded displacements
     X: Array  # bonded nodes from the target's centre
     faces: Faces
     surfaces: tuple[tuple[Plane, Surface], ...]  # faces before each plane
 
 
-def side_faces(mesh: MixedMesh) -> list[Indices]:
+def side_faces(mesh: MixedMesh) -> list[Integers]:
     """Return the nodes of the left and the right face, from the ground upwards."""
     x, z = mesh.places.T
     faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (x.min(), x.max()))
     return [face[np.argsort(z[face])] for face in faces]
 
 
-def top_faces(mesh: MixedMesh, half: float) -> list[Indices]:
+def top_faces(mesh: MixedMesh, half: float) -> list[Integers]:
     """Return the nodes of the top face left and right of a target of half width `half`, outwards from its edge."""
     x, z = mesh.places.T
     if x.max() - half < 1e-9:
@@ -144,10 +168,8 @@ def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) ->
 
 
 @lru_cache(maxsize=32)
-def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
+def _pattern(own: _Numbered, guarded: bool, touching: bool) -> Pattern:
     """Make the pattern of bodies on one mesh, with or without guard and contact; cached."""
-    *mesh, guarded, touching = kind
-    own = _numbered(*mesh)
     zero = np.zeros(own.mesh.nodes.size)
     terms = [part(zero, np.zeros(6)) for part in _parts(own, float(guarded), float(touching))]
     numbers = (own.mesh.dofs, *(term.numbers for term in terms))
@@ -167,3 +189,110 @@ def layer_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
         missing = "target" if sensor.target is None else "elastomer"
         raise ValueError(f"{missing}: must be given for a force to move the target; it is missing")
     return sensor.target, sensor.elastomer
+
+
+class Fillet(NamedTuple):
+    """Fillets of a layer."""
+
+    radius: float  # [thicknesses]
+    half_layer: float  # half width [thicknesses]
+    half_target: float  # half width [thicknesses]
+
+    @property
+    def flush(self) -> bool:
+        """Whether the layer ends with its target."""
+        return self.half_layer - self.half_target < 1e-9
+
+    @property
+    def height(self) -> float:
+        """Height of one arc."""
+        return float(self.radius * np.sin(_SWEPT))
+
+    @property
+    def drawn(self) -> float:
+        """How far the side face is drawn in."""
+        return float(self.radius * (1.0 - np.cos(_SWEPT)))
+
+
+def checked(fillet: Fillet, thickness: float) -> Fillet:
+    """Return a fillet that fits a layer of `thickness` [m].
+
+    Raise ValueError for a radius that does not fit between the plates or beside the target, or that no mesh resolves.
+    """
+    tall = _FILL / (2.0 if fillet.flush else 1.0) / np.sin(_SWEPT)
+    room = fillet.half_layer if fillet.flush else fillet.half_layer - fillet.half_target
+    most = min(tall, _FILL * room / (1.0 - np.cos(_SWEPT)))
+    if not _LEAST <= fillet.radius <= most:
+        raise ValueError(
+            f"elastomer.edge_radius: must lie between {_LEAST * thickness:.4g} and {most * thickness:.4g} m for this "
+            f"layer and target; got {fillet.radius * thickness:.4g}"
+        )
+    return fillet
+
+
+def fillet_lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Array]:
+    """Return mesh lines along x and z before the sides are drawn in: even over the arcs, graded away from them.
+
+    `cells` through the thickness without fillets, half as many along an arc; `grading`: power of the spacing, 1 is
+    uniform.
+    """
+    along, c = max(1, cells // 2), fillet.height
+    arc = np.linspace(0.0, c, along + 1)
+
+    def segment(start: float, end: float) -> Array:
+        """Return lines whose smallest spacing is an arc's: up to twice the cells, then a stronger grading."""
+        fewest, ratio = matched_cells(end - start, 1.0, cells, grading), max(1.0, 0.5 * (end - start) * along / c)
+        count = max(fewest, min(2 * fewest, 2 * int(np.ceil(ratio ** (1.0 / grading) - 1e-9))))
+        power = grading if count == 2 else max(grading, np.log(ratio) / np.log(0.5 * count))
+        return graded_segment(start, end, count, power)
+
+    end = 1.0 - c if fillet.flush else 1.0
+    z = np.concatenate([arc, segment(c, end)[1:], (1.0 - arc[-2::-1]) if fillet.flush else []])
+    wide, narrow = fillet.half_layer, fillet.half_target
+    if fillet.flush:
+        return segment(-wide, wide), z
+    beside, under = segment(narrow, wide), matched_cells(2.0 * narrow, 1.0, cells, grading)
+    return np.concatenate([-beside[:0:-1], graded_segment(-narrow, narrow, under, grading), beside[1:]]), z
+
+
+def drawn_in(fillet: Fillet, places: Array) -> Array:
+    """Map places x, z, shape (n, 2), of a rectangle to the filleted section; those under the target stay.
+
+    Of a flush layer the whole width follows the sides, in proportion to the distance from the middle.
+    """
+    x, z = places.T
+    near = np.minimum(z, 1.0 - z) if fillet.flush else z
+    left = np.maximum(fillet.height - near, 0.0)
+    flare = fillet.radius - np.sqrt(fillet.radius**2 - left**2)
+    inner = 0.0 if fillet.flush else fillet.half_target
+    share = np.maximum(np.abs(x) - inner, 0.0) / (fillet.half_layer - inner)
+    return np.stack([x - np.sign(x) * share * (fillet.drawn - flare), z], axis=1)
+
+
+@dataclass(frozen=True)
+class Guard:
+    """A barrier that keeps J > 0 at the nodes of a section's elements."""
+
+    mesh: MixedMesh
+    kappa: float  # part of the bulk modulus [shear moduli]
+
+    def __call__(self, u: Array, q: Array) -> Term:
+        """Return energy, forces and stiffness of the guard; `q` is not used."""
+        mesh = self.mesh
+        if mesh.nodal is None:
+            raise ValueError("mesh: must hold the gradients at its nodes")
+        slope, weights = mesh.nodal
+        F, J = deformation(mesh, u, mesh.nodal)
+        state = kinematics(F)
+        e, q_, d, k = slope.shape
+        each = np.zeros((e, q_, d, d, d, k))  # F by an element's displacements
+        for i in range(d):
+            each[:, :, i, :, i] = slope
+        B = each.reshape(e, q_ * d * d, d * k)
+        first, second = self.kappa * weights * (1.0 - 1.0 / J), self.kappa * weights / J**2
+        forces = summed(mesh.dofs, (first[..., None] * state.H).reshape(e, 1, -1) @ B, len(u) + 6)
+        C = second[..., None, None] * state.H[..., :, None] * state.H[..., None, :]
+        state.add_L(C, first)
+        stiffness = B.swapaxes(1, 2) @ (C @ B.reshape(e, q_, d * d, d * k)).reshape(B.shape)
+        energy = self.kappa * float((weights * (J - 1.0 - np.log(J))).sum())
+        return Term(energy, forces, mesh.dofs, stiffness)

@@ -4,35 +4,45 @@ Half the pad, y >= 0, is meshed (pad/shapes.py). A load that leaves the plane y 
 and their mirror image.
 
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; forces by mu t^2, moments by mu t^3.
+
+The sizes of a pad may change a little, the same cells, their nodes moved. With X' the nodes of the changed pad, all
+cells go by the shape functions of the displacements, ``x' = sum_a N_a X'_a``, so that with ``G = dx'/dx``, H its
+cofactors and J its determinant
+
+    grad' N = H/J grad N,        weights' = J weights,
+
+exactly, without a basis made anew; pressures are the polynomials of the moved places. What the law, the bulk modulus
+and the place of the load are follows from the changed scene. Lengths in thicknesses of the layer each.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cache, cached_property, lru_cache, partial
 
 import numpy as np
-from skfem import Basis
+from skfem import Basis, MeshHex, MeshHex2
+from skfem.element import Element, ElementHex1
+from skfem.quadrature import get_quadrature
 
 from sits_mech.mechanics.element.assembly import Pattern, pattern
-from sits_mech.mechanics.element.kernel import Law, element_forces, law_of
-from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh, solid_mesh
+from sits_mech.mechanics.element.kernel import Law, element_forces, gradients, kinematics, law_of
+from sits_mech.mechanics.element.mesh import BRICK, ORDER, MixedMesh, Points, pressures, solid_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
-from sits_mech.mechanics.levels.answer import Scales
-from sits_mech.mechanics.pad.section import layer_parts
+from sits_mech.mechanics.pad.section import GUARD_SHARE, layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
 from sits_mech.mechanics.rest.body import Bonded, State, border
+from sits_mech.mechanics.rest.control import Scales
 from sits_mech.meshing.bricks import Division, Outline, within
 from sits_mech.meshing.copies import both_halves
-from sits_mech.quantities import Array
-from sits_mech.scene.sensor import Elastomer, Sensor, Target
-from sits_mech.units import SceneError
+from sits_mech.meshing.refinement import shape_values
+from sits_mech.quantities import Array, Integers
+from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
 
 _SLENDER = 1e3  # times as high as thin: what stands beyond is a hair, whose faces' triangles all overlap
-_GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +65,7 @@ class NumberedMesh:
     half: bool  # half a pad is meshed; pillars may have no node in its plane of symmetry
     division: Division | None = None
 
-    def free(self, hidden: bool = False) -> Indices:
+    def free(self, hidden: bool = False) -> Integers:
         """Numbers of the unknown displacements; `hidden`: those odd in y, of half a pad."""
         ground, top, middle = self.where
         held = np.repeat((ground | top)[:, None], 3, axis=1)
@@ -63,7 +73,7 @@ class NumberedMesh:
         return np.flatnonzero(~held.ravel())
 
     @cached_property
-    def bonded(self) -> Indices:
+    def bonded(self) -> Integers:
         """Numbers of the displacements that the target moves, shape (n, 3)."""
         return np.asarray(3 * np.flatnonzero(self.where[1])[:, None] + np.arange(3))
 
@@ -81,7 +91,7 @@ def bonded_block(
 ) -> Solid:
     """Return half the pad (y >= 0), or the whole, of a box or cylinder with its target, meshed and scaled.
 
-    `split` parts of each base cell (lines.py); `grading`: power of the spacing, 1 is uniform; `guard` [shear moduli] as
+    `split` parts of each base cell; `grading`: power of the spacing, 1 is uniform; `guard` [shear moduli] as
     in `Fineness`; contact `depth` [thicknesses], 0 for none; `layers` at the target's edge and the faces. A whole pad
     frees all six components of the motion.
     """
@@ -145,7 +155,7 @@ def scaled_law(sensor: Sensor, guard: float) -> tuple[Law, float]:
     elastomer = pad_parts(sensor)[1]
     silicone = elastomer.silicone
     K = silicone.bulk_modulus / silicone.shear_modulus / elastomer.free_stretch**6
-    guard = min(guard, _GUARD_SHARE * K)
+    guard = min(guard, GUARD_SHARE * K)
     return law_of(silicone, guard), K - guard
 
 
@@ -174,7 +184,7 @@ def pad_scales(sensor: Sensor, share: float) -> Scales:
     return Scales(t, elastomer.silicone.shear_modulus * t**2, elastomer.standoff, share)
 
 
-def _free_facets(basis: Basis, where: Array) -> Indices:
+def _free_facets(basis: Basis, where: Array) -> Integers:
     """Return the faces that are neither bonded nor in the plane of symmetry."""
     facets = basis.mesh.boundary_facets()
     corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
@@ -182,7 +192,7 @@ def _free_facets(basis: Basis, where: Array) -> Indices:
     return np.asarray(facets[~bonded])
 
 
-def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
+def _surfaces(basis: Basis, facets: Integers, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
     """Return faces before planes: below the top before the ground, under the target before its plane, else its walls.
 
     A face of the top lies under the target only with all its corners: rims of thin faces beside a disc do not.
@@ -195,7 +205,7 @@ def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plan
     return tuple((plane, facets_of(basis, facets[own])) for plane, own in groups if np.any(own))
 
 
-def _middle_faces(basis: Basis, middle: Array) -> Indices:
+def _middle_faces(basis: Basis, middle: Array) -> Integers:
     """Return the faces whose nodes are all in the plane y = 0, as `Faces.middle`."""
     mesh = basis.mesh
     every = basis.nodal_dofs[0][mesh.facets].T
@@ -226,3 +236,53 @@ def edge_notes(sensor: Sensor) -> tuple[str, ...]:
     if sensor.elastomer is None or sensor.elastomer.edge_radius is None:
         return ()
     return ("elastomer.edge_radius is left out: the edges of this model are sharp, or as its mesh has them",)
+
+
+def moved_block(body: Bonded, sensor: Sensor, fineness: tuple[int, float, int], guard: float = 0.0) -> Bonded | None:
+    """Return a pad without contact with the sizes of a changed scene; None where that takes other cells.
+
+    `body` is from `bonded_block`; `fineness` its parts, grading and layers.
+    """
+    try:
+        bricks, _ = half_bricks(shape_of(*pad_parts(sensor)), *fineness)
+    except SceneError:
+        return None
+    nodes = _nodes(bricks if body.components == 3 else both_halves(bricks), body.mesh)
+    if nodes is None:
+        return None
+    X = nodes[body.bonded[:, 0] // 3] * (1.0, 1.0, 0.0)
+    mesh = body.mesh if np.array_equal(nodes, body.mesh.nodes) else moved_mesh(body.mesh, nodes, BRICK)
+    return replace(as_in(sensor, body, guard), mesh=mesh, X=X)
+
+
+def moved_mesh(mesh: MixedMesh, nodes: Array, element: Element) -> MixedMesh:
+    """Return a mesh of solid cells with its nodes at other places, shape (n, 3) [thicknesses]."""
+    slope, weights = mesh.inside
+    e, q, d, _ = slope.shape
+    G = kinematics(gradients(mesh, nodes.ravel()))
+    new = Points((G.H / G.J[..., None]).reshape(e, q, d, d) @ slope, weights * G.J)
+    places = np.moveaxis(_values(element) @ nodes[mesh.cells], -1, 0)
+    return MixedMesh(nodes, mesh.cells, new, pressures(places, new.weights, mesh.chi.shape[1] == 1))
+
+
+def _nodes(bricks: MeshHex, mesh: MixedMesh) -> Array | None:
+    """Return the nodes of bricks in the order of a mesh, corners first in both; None where cells differ."""
+    if bricks.t.shape[1] != len(mesh.cells) or not np.array_equal(bricks.t.T, mesh.cells[:, : len(bricks.t)]):
+        return None
+    if isinstance(bricks, MeshHex2):  # its own nodes
+        return np.ascontiguousarray(bricks.doflocs.T)
+    nodes = np.empty_like(mesh.nodes)
+    nodes[mesh.cells] = _corners() @ bricks.p.T[bricks.t.T]
+    return nodes
+
+
+@cache
+def _corners() -> Array:
+    """Return the matrix from a brick's corners to its nodes, shape (27, 8)."""
+    return shape_values(ElementHex1(), BRICK.doflocs)
+
+
+@cache
+def _values(element: Element) -> Array:
+    """Return the shape functions at the quadrature points, shape (q, k)."""
+    return shape_values(element, get_quadrature(element, ORDER)[0].T)

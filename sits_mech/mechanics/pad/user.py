@@ -23,10 +23,10 @@ from typing import NamedTuple
 import numpy as np
 from skfem import Mesh
 
-from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, MixedMesh, solid_mesh
+from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
 from sits_mech.mechanics.element.prolongation import Prolongation, prolongation
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.pad.lines import outlines
+from sits_mech.mechanics.pad.shapes import outlines
 from sits_mech.mechanics.pad.solid import NumberedMesh, as_in, numbered, pad_parts, solid
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.meshing.bricks import Outline, within
@@ -68,7 +68,7 @@ def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0
     """
     first = _level(sensor, 0)[0]
     cells = len(first.mesh.cells)
-    element = TETRAHEDRON if _tetrahedral(first.mesh) else BRICK
+    element = TETRAHEDRON if first.mesh.cells.shape[1] == len(TETRAHEDRON.doflocs) else BRICK
     most = _MOST_TETRAHEDRA if element is TETRAHEDRON else _MOST_BRICKS
     count = 1 + int(np.log(max(most / cells, 1.0)) / np.log(8.0))
 
@@ -95,11 +95,6 @@ def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0
     sizes = 2.0 ** np.arange(count)[:, None]
     terms = sizes ** -np.array([_ORDER, 2.0 * _ORDER]) if count > 1 else np.full((2, 1), np.nan)
     return Levels(terms, lambda level: 3 * (along * 2 ** (level if count > 1 else 0),), made, carrier, share, changed)
-
-
-def _tetrahedral(mesh: MixedMesh) -> bool:
-    """Whether the cells are tetrahedra."""
-    return bool(mesh.cells.shape[1] == len(TETRAHEDRON.doflocs))
 
 
 def _level(sensor: Sensor, times: int, *, constant: bool = False) -> tuple[NumberedMesh, Refinement]:

@@ -19,12 +19,12 @@ from functools import cache, cached_property
 import numpy as np
 
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
-from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed, smallest_nodal_volume
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
+from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed
+from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.folds import SelfContact
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class Bonded:
     law: Law  # isochoric energy
     K: float  # bulk modulus over swelling squared [shear moduli]
     height: float  # of the force above the bonded face [thicknesses]
-    free: Indices  # numbers of the unknown displacements
-    bonded: Indices  # (n, d), numbers of the bonded nodes' displacements
+    free: Integers  # numbers of the unknown displacements
+    bonded: Integers  # (n, d), numbers of the bonded nodes' displacements
     X: Array  # (n, 3), bonded nodes from the target's centre [thicknesses]
     faces: Faces
     components: int = 3  # freed components of q, 3 or 6
@@ -57,7 +57,7 @@ class Bonded:
             return self.shared()
         return self._made(self.free)
 
-    def _made(self, free: Indices) -> Pattern:
+    def _made(self, free: Integers) -> Pattern:
         """Make the pattern with some displacements free."""
         terms = [part(np.zeros(self.mesh.nodes.size), np.zeros(6)) for part in self.parts]
         numbers = (self.mesh.dofs, *(term.numbers for term in terms if len(term.numbers)))
@@ -83,11 +83,15 @@ class Bonded:
         """Whether friction holds points of its faces in an increment of a path."""
         return any(isinstance(part, Contact) and part.grip is not None for part in self.parts)
 
+    def reach(self, thickness: float = 1.0) -> Array:
+        """Return the factors from motion components to displacements of the target's edge, shape (6,) [1, m]."""
+        x, y = (float(each) for each in np.abs(self.X[:, :2]).max(axis=0) * thickness)
+        return np.array([1.0, 1.0, x, 1.0, y or x, max(x, y)])
+
     @cached_property
     def levers(self) -> Array:
-        """Factors from motion components to displacements of the target's edge, shape (k,) [thicknesses]."""
-        x, y = (float(reach) for reach in np.abs(self.X[:, :2]).max(axis=0))
-        return np.array([1.0, 1.0, x, 1.0, y or x, max(x, y)])[: self.components]
+        """Those of its own components, shape (k,) [thicknesses]."""
+        return self.reach()[: self.components]
 
     def length(self, step: Array) -> float:
         """Return the displacement of the target's edge in a step (dc, dw) of shape (k,) [thicknesses]."""
@@ -114,7 +118,7 @@ class State:
     grip: tuple[Array, ...] = field(default=(), repr=False)  # friction tractions (m, 3) of each contact, in its frame
 
 
-def border(mesh: MixedMesh, bonded: Indices) -> Indices:
+def border(mesh: MixedMesh, bonded: Integers) -> Integers:
     """Return the numbers of the bonded displacements and of the six components of q."""
     return np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(6)])
 
@@ -147,4 +151,6 @@ def unpacked(body: Bonded, array: Array, load: Array) -> State:
 def smallest_volume(body: Bonded, u: Array, *, everywhere: bool, known: Deformed | None = None) -> float:
     """Return the smallest J at the quadrature points and, if `everywhere` or guarded, at the elements' nodes."""
     least = float((known or deformed(body.mesh, u)).J.min())
-    return min(least, smallest_nodal_volume(body.mesh, u)) if everywhere or body.guarded else least
+    if body.mesh.nodal is None or not (everywhere or body.guarded):
+        return least
+    return min(least, float(deformation(body.mesh, u, body.mesh.nodal)[1].min()))

@@ -1,4 +1,4 @@
-"""Prescribe of each pair either the force or the place of the target, in any mix.
+"""Prescribe of each pair either the force or the place of the target, in any mix, and scale both.
 
 Of each pair (F_x, d_h), (F_z, sink), (M, alpha), (F_y, d_y), (M_x, alpha_x), (M_z, alpha_z) one is given, the other is
 found. A layer with a largest load (it buckles, or softens) is followed past it with places given; a target held upright
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.quantities import WRENCH, Array, Wrench
+from sits_mech.quantities import WRENCH, Array, Pose, Wrench
 
 _PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
 _PAIRS = tuple(zip(WRENCH, _PLACES, strict=True))
@@ -78,6 +78,42 @@ class Control:
         forces = np.array([getattr(self, force) or 0.0 for force in WRENCH]) / loads
         places = np.array([getattr(self, place) or 0.0 for place in _PLACES]) / lengths * _DOWN
         return np.where(self.held, places, forces)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """SI values of scaled motions and loads."""
+
+    thickness: float  # of the layer [m]
+    force: float  # unit of force [N]; moments scale with force times thickness
+    standoff: float  # [m]
+    share: float = 1.0  # meshed part of the pad, 0.5 or 1: the body carries that share of the target's load
+
+    @property
+    def lengths(self) -> Array:
+        """Units of the components of q, shape (6,) [m, rad]."""
+        t = self.thickness
+        return np.array([t, t, 1.0, t, 1.0, 1.0])
+
+    @property
+    def loads(self) -> Array:
+        """Units of the components of a load on the body, shape (6,) [N, N m]."""
+        t = self.thickness
+        return self.force / self.share * np.array([1.0, 1.0, t, 1.0, t, t])
+
+    def load(self, wrench: Wrench) -> Array:
+        """Return a load on the body, shape (6,)."""
+        return np.asarray(wrench.components / self.loads)
+
+    def wrench(self, load: Array) -> Wrench:
+        """Return the target's load in SI, from that on the body, shape (3,) or (6,)."""
+        return Wrench(*(float(value) for value in load * self.loads[: len(load)]))
+
+    def pose(self, q: Array) -> Pose:
+        """Return the pose in SI of a motion, shape (3,) or (6,)."""
+        found = q * self.lengths[: len(q)]
+        found[1] += self.standoff + self.thickness
+        return Pose.of(found)
 
 
 _DOWN = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])

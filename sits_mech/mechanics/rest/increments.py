@@ -1,17 +1,23 @@
 """Follow a layer with friction along a path of loads, increment by increment, each from the end of the last.
 
 The path goes straight from load to load, each leg of it in a number of equal increments. In each of them the potential
-of the layer with friction (faces/friction.py) is brought to rest by Newton's method, with the pressures p of the
+of the layer with friction (faces/contact.py) is brought to rest by Newton's method, with the pressures p of the
 contacts as they were at its beginning, then with those found, pass by pass, until
 
     sum w |p_new - p|  <=  1e-3 sum w p_new
 
 on every surface, w the areas of its points. Newton's method goes on from the pass before, or else from the increment's
 beginning, where no point has slipped yet. The elastic slip s_0 goes down with the number of increments, so that one
-comparison of two numbers tells of both. An increment whose passes do not settle, or that comes to no rest that
-counts (verdict.py), is halved. Tractions and places at its end are the beginning of the next one. The method is of
-first order in the increments: twice as many halve what is left (measured: tests). Source: J. C. Simo, T. A. Laursen,
-Comput. Struct. 42 (1992) 97, increments of frictional contact.
+comparison of two numbers tells of both. An increment whose passes do not settle, or that comes to no rest that counts
+(newton.py), is halved. Tractions and places at its end are the beginning of the next one. The method is of first order
+in the increments: twice as many halve what is left (measured: tests). Source: J. C. Simo, T. A. Laursen, Comput.
+Struct. 42 (1992) 97, increments of frictional contact.
+
+A layer with memory advances in time by the rest under the energy that its past and the time step make. Inertia plays no
+part: at every time the layer is at rest, and what depends on time are the silicone's points alone
+(silicone/histories/points.py). A step of time changes their energies once, as if between two loads another law were put
+in; the rest under the new load is then found as it is for an elastic layer, along a path of loads (path.py), or with
+friction in increments. The points remember what they come to.
 """
 
 from __future__ import annotations
@@ -24,19 +30,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.faces.contact import Contact
-from sits_mech.mechanics.faces.friction import Grip, gripped
-from sits_mech.mechanics.rest.body import Bonded, State
+from sits_mech.mechanics.element.kernel import kinematics
+from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
+from sits_mech.mechanics.rest.body import Bonded, State, deformed_state
 from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import SETTLED
-from sits_mech.mechanics.rest.path import among_faces
-from sits_mech.mechanics.rest.verdict import Way, verdict
+from sits_mech.mechanics.rest.newton import SETTLED, Way, unloaded, verdict
+from sits_mech.mechanics.rest.path import among_faces, follow
 from sits_mech.quantities import Array
+from sits_mech.silicone.histories.points import Memory, remembered, stepped, virgin
 
 _SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change
 _PASSES = 12
 _SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
+_SHORTEST = 2e-2  # step of the path to a new load, over the path so far
+_PARTS = 4  # increments of a step with friction
+_MOST = 100  # iterations of a step
 
 
 @dataclass(frozen=True)
@@ -156,3 +165,45 @@ def _lost(body: Bonded, grips: Sequence[Grip], seen: Sequence[tuple[Array, Array
     """Return the work lost to slip in an increment."""
     each = zip(rough(body), grips, seen, strict=True)
     return sum(float(part.surface.weight.ravel() @ grip.lost(place)) for part, grip, (place, _, _) in each)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A layer at rest at a time, with the memory of its points."""
+
+    state: State
+    memory: Memory
+
+
+def begun(body: Bonded) -> Moment:
+    """Return a virgin layer, or one long at its present temperature."""
+    shape, components = body.mesh.inside.weights.shape, 9 if len(body.mesh.axes) == 3 else 5
+    memory, state = virgin(body.law.silicone, shape, components), unloaded(body)
+    if body.swelling == 1.0:
+        return Moment(state, memory)
+    known = deformed_state(body, state)
+    return Moment(replace(state, known=known), remembered(body.law.silicone, memory, np.inf, kinematics(known.F)))
+
+
+def later(
+    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None, beside: Held | None = None
+) -> tuple[Moment | None, str]:
+    """Return the layer a step `dt` [s] later, under a load that changes linearly, and "" or why there is none.
+
+    ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held` and `beside`.
+    """
+    silicone = body.law.silicone
+    law = body.law.after(stepped(silicone, now.memory, dt))
+    aged = replace(body, law=law, shared=cache(lambda: body.pattern))
+    goals = (now.state.load, goal)
+    if rough(body):
+        track = followed(aged, now.state, goals, _PARTS, held=held, beside=beside)
+        state, reason = track.state, track.reason
+    else:
+        start = replace(now.state, iterations=0)
+        found = follow(aged, start, goals, smallest=_SHORTEST, held=held, beside=beside, most=_MOST)
+        state, reason = found.state, found.reason
+    if reason:
+        return None, reason
+    known = deformed_state(body, state)
+    return Moment(replace(state, known=known), remembered(silicone, now.memory, dt, kinematics(known.F))), ""

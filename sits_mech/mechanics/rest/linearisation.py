@@ -41,7 +41,6 @@ from sits_mech.mechanics.element.kernel import (
     kinematics,
     volumes,
 )
-from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.element.target import (
     between,
     bonded_displacement,
@@ -52,7 +51,7 @@ from sits_mech.mechanics.element.target import (
     work_of_load,
 )
 from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, smallest_volume
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 Held = NDArray[np.bool_]
 
@@ -83,6 +82,15 @@ class Aim(NamedTuple):
     ahead: float = 0.0
 
 
+class Step(NamedTuple):
+    """Newton's step."""
+
+    free: Array  # of the free displacements
+    q: Array
+    forces: Array  # on the target
+    part: float  # of the path
+
+
 class Gradient(NamedTuple):
     """Forces on displacements and q, the residual on each, the energy, and terms of the parts."""
 
@@ -96,7 +104,7 @@ class Gradient(NamedTuple):
 class _Linear(NamedTuple):
     """Terms of a linearisation: numbers and values of the stiffnesses, border by (dc, dw), turning."""
 
-    numbers: tuple[Indices, ...]
+    numbers: tuple[Integers, ...]
     values: Stiffness
     T: Array
     turning: Array
@@ -157,8 +165,8 @@ def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
 
 def way_of(
     body: Bonded, here: State, found: Gradient, factor: Factor, aim: Aim
-) -> tuple[Array, Array, Array, float] | None:
-    """Return Newton's step of free displacements, q, forces on the target, and the part of the path."""
+) -> Step | None:
+    """Return Newton's step; None where there is none."""
     k = body.components
     slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
     dx = factor.step if found.free is factor.left else factor.of_free.solve(-found.free)
@@ -171,11 +179,11 @@ def way_of(
         return None
     further = float(step[-1])
     dq = np.where(aim.held, aim.gap + slope * further, step[:k])
-    return dx + factor.by_q @ dq, dq, np.where(aim.held, step[k:-1], slope * further), further
+    return Step(dx + factor.by_q @ dq, dq, np.where(aim.held, step[k:-1], slope * further), further)
 
 
 def stepped(
-    body: Bonded, here: State, found: Gradient, factor: Factor, way: tuple[Array, Array, Array, float], held: Held, *,
+    body: Bonded, here: State, found: Gradient, factor: Factor, way: Step, held: Held, *,
     falling: bool = False,
 ) -> tuple[State, float, Gradient] | None:
     """Return the state after the longest admissible part of Newton's step, that part, and the gradient there.
@@ -211,10 +219,10 @@ def stepped(
 
 
 def _overshot(
-    ends: tuple[Gradient, Gradient], way: tuple[Array, Array, Array, float], held: Held
+    ends: tuple[Gradient, Gradient], way: Step, held: Held
 ) -> float:
     """Return the part of a step that the potential admits; 1 where it falls, or where held places move."""
-    dx, dq = way[0], way[1]
+    dx, dq = way.free, way.q
     if np.any(dq[held]):
         return 1.0
     before, after = (float(dx @ found.free + dq @ found.target) for found in ends)
@@ -224,7 +232,7 @@ def _overshot(
 
 
 def stepped_around(
-    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
+    body: Bonded, here: State, factor: Factor, way: Step
 ) -> State | None:
     """Take Newton's step, only partly in cells that it would invert; None if that fails."""
     (linear, p_full), (_, dq, forces, _) = _increments(body, here, factor, way), way
@@ -250,12 +258,12 @@ def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, flo
 
 
 def _increments(
-    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
+    body: Bonded, here: State, factor: Factor, way: Step
 ) -> tuple[Array, Array]:
     """Return Newton's step of all displacements, and the pressures after it."""
     linear = np.zeros_like(here.u)
-    linear[body.pattern.free] = way[0]
-    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ way[1]
+    linear[body.pattern.free] = way.free
+    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ way.q
     _, F, J = deformed_state(body, here)
     volume = J - body.swelling + (kinematics(F).H * gradients(body.mesh, linear)).sum(axis=-1)
     return linear, body.K * volumes(body.mesh, volume)

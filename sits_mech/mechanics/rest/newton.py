@@ -6,16 +6,27 @@ push does negative work. Hopeless iterations end early: a first step beyond the 
 that does not fall.
 
 Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
+
+A state at rest counts where the volume ratio J is positive at every quadrature point and every node of an element,
+corners included, and where the target is stable: beyond its critical load a layer buckles, though Newton's method finds
+it upright. With S the stiffness that the target has, no small push on what is not held of it may do negative work,
+
+    e > 0,    e the smallest eigenvalue of the symmetric part of S,
+
+and half a pad must withstand what its symmetry hides, too: falling sideways, out of the plane, and turning about z. A
+crease that forms at a corner, which hardly moves the target, does not count.
+
+Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (1973), chapter 2.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest
+from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest, smallest_volume
 from sits_mech.mechanics.rest.linearisation import (
     Aim,
     Arc,
@@ -45,6 +56,19 @@ _AGAIN = 0.1  # share of the residual that a step with an older factor must leav
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
 _LEAST_CLEAR = 0.1  # of the target's way, by which a place that is no better tells nothing
 _LEAST_SWELLING = 0.05  # part of it
+REASONS = {
+    "buckled": "beyond this load the layer buckles: its equilibrium is unstable",
+    "sideways": "beyond this load the layer buckles out of its plane of symmetry: its equilibrium is unstable",
+    "turned": "this is the largest load of its kind that the layer carries: there is no equilibrium nearby beyond it",
+    "inverted": "beyond this load the mesh turns inside out at a corner",
+    "lost": "beyond this load no equilibrium was found, though the last one is stable: a smaller load may converge",
+    "slipping": "beyond this load the contact pressures under friction do not converge",
+    "long": "beyond this load the limit of iterations for a mesh of this size is reached",
+}
+"""Messages by the reason of an `Outcome` (path.py); "" at its goal."""
+
+
+_NONE = np.zeros((0, 0))
 
 
 class Settled(NamedTuple):
@@ -93,14 +117,14 @@ def newton(
             factor = None  # its memory is needed for the next one
             factor, near = factored(body, here, found), left[-1]
         way = None if factor is None else way_of(body, here, found, factor, aim)
-        length = body.length(way[1]) if way is not None and not count else length
+        length = body.length(way.q) if way is not None and not count else length
         gone = None if factor is None or way is None or length > LONGEST else stepped(
             body, here, found, factor, way, held, falling=falling
         )
         if gone is None or way is None:
             here = replace(here, residual=np.inf, iterations=count + 1)
             break
-        here, part, found = gone[0], part + gone[1] * way[3], gone[2]
+        here, part, found = gone[0], part + gone[1] * way.part, gone[2]
     if factor is None or near > _NEAR:
         return Settled(here, None, None, length, part)
     stiffness, made, factor = factor.stiffness, factor.made, None
@@ -124,24 +148,12 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
         )
         if way is None or gone is None:
             break
-        here, off, found = replace(gone[0], iterations=count), np.abs(way[1]), gone[2]
+        here, off, found = replace(gone[0], iterations=count), np.abs(way.q), gone[2]
         if gone[1] == 1.0 and body.length(off) <= enough:
             break
     if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
         return None
     return Approach(here, here.q, here.load, off, here.iterations)
-
-
-def compliance(body: Bonded, state: State, load: Array) -> Array:
-    """Return d(motion)/d(forces on the target) about a state at rest, shape (k, k); nan where there is none."""
-    there = replace(state, load=load)
-    factor = factored(body, there, gradient(body, there))
-    try:
-        if factor is not None:
-            return np.asarray(np.linalg.inv(factor.stiffness))
-    except np.linalg.LinAlgError:
-        pass
-    return np.full((body.components, body.components), np.nan)
 
 
 def unloaded(body: Bonded) -> State:
@@ -203,7 +215,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
         if way is None:
             break
         if again:
-            return way[1], here.min_J
+            return way.q, here.min_J
         after = stepped(body, here, found, factor, way, aim.held)
         if after is None or after[1] < 1.0:
             break
@@ -222,3 +234,65 @@ def _residual(body: Bonded, here: State, found: Gradient, aim: Aim, until: float
 def _hopeless(left: list[float], slips: bool) -> bool:
     """Whether residuals do not converge: not finite or, unless points slip, no smaller after some steps."""
     return not np.isfinite(left[-1]) or (not slips and len(left) > _PATIENCE and left[-1] > left[0])
+
+
+@dataclass(frozen=True)
+class Way:
+    """The straight path from one goal to another, each (k,), scaled."""
+
+    begin: Array  # forces F_x, F_z, M, ...; d_h, d_z, alpha, ... where held
+    end: Array
+    held: Held  # (k,), components whose places are given
+    beside: Held | None = None  # (3,), out-of-plane components that are given; None: none
+
+    @property
+    def slope(self) -> Array:
+        """Derivative of the goal by the part of the path."""
+        return self.end - self.begin
+
+    def goal(self, part: float) -> Array:
+        """Return the goal at a part of the path."""
+        return (1.0 - part) * self.begin + part * self.end
+
+
+class Verdict(NamedTuple):
+    """Stability of a state; stiffness is the smallest eigenvalue of S, inf if all places are held, nan if unknown."""
+
+    min_J: float
+    stiffness: float
+    reason: str  # against the state; "" if it counts
+    S: Array
+
+
+def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
+    """Judge a state that Newton's method ended at."""
+    trial, stiffness, hidden = found[:3]
+    if not trial.residual <= SETTLED:
+        return Verdict(trial.min_J, np.nan, "lost", _NONE)
+    least = smallest_volume(body, trial.u, everywhere=True)
+    if not least > 0.0:
+        return Verdict(least, np.nan, "inverted", _NONE)
+    if stiffness is None:
+        stiffness, hidden = target_stiffness(body, trial)
+    value, reason = smallest_stiffness(way, stiffness, hidden)
+    return Verdict(least, value, reason, stiffness)
+
+
+def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, str]:
+    """Return the smallest eigenvalue of the stiffness, hidden motions included, and the reason it stands for."""
+    held = way.held
+    if held.any() and way.beside is not None:
+        held = np.concatenate([held[:3], way.beside])[: len(held)]
+    own = np.inf if way.held.all() else smallest_eigenvalue(stiffness, held)
+    beside = np.inf if hidden is None else smallest_eigenvalue(hidden, way.beside)
+    if own > 0.0 and beside > 0.0:
+        return min(own, beside), ""
+    return (beside, "sideways") if own > 0.0 else (own, "buckled")
+
+
+def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:
+    """Return the smallest eigenvalue of the symmetric stiffness on free components; nan if not finite."""
+    S = stiffness if held is None else stiffness[np.ix_(~held, ~held)]
+    if not np.all(np.isfinite(S)):
+        return np.nan
+    return float(np.linalg.eigvalsh(0.5 * (S + S.T)).min(initial=np.inf))

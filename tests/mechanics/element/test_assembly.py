@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.element.assembly import pattern
-from sits_mech.mechanics.element.fronts import factor
+from sits_mech.mechanics.element.assembly import factor, pattern
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import section_mesh
 from sits_mech.mechanics.element.target import work_of_load

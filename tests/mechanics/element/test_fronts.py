@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from skfem import MeshHex
 
+from sits_mech.mechanics.element.assembly import factor
 from sits_mech.mechanics.element.dissection import dissected
-from sits_mech.mechanics.element.fronts import factor
 from sits_mech.mechanics.element.mesh import BRICK, section_mesh, solid_mesh
 
 LINES = np.arange(9.0), np.arange(3.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.faces.closest import behind, nearest, normals
+from sits_mech.mechanics.faces.facets import behind, nearest, normals
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.8, 0.1]])
 SEGMENT = np.array([[0.0, 0.0], [1.0, 0.3]])

@@ -14,7 +14,7 @@ from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, section_mesh, s
 from sits_mech.mechanics.faces.face_contact import contacts, face_contact, face_notes
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.mechanics.faces.skin import section_skin, solid_skin
-from sits_mech.mechanics.pad.lines import outlines
+from sits_mech.mechanics.pad.shapes import outlines
 from sits_mech.mechanics.pad.solid import numbered, solid
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.path import follow

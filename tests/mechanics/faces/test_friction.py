@@ -7,8 +7,7 @@ import pytest
 
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.target import moved
-from sits_mech.mechanics.faces.contact import Contact
-from sits_mech.mechanics.faces.friction import Grip, gripped
+from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.scene.sensor import load_sensor

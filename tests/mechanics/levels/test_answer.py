@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.levels.answer import Scales, aim, by_goal, errors_of, levers, load_words, relative
+from sits_mech.mechanics.levels.answer import aim, by_goal, errors_of, load_words, relative
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.control import Control, Scales
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -33,7 +33,7 @@ def test_scales_lead_there_and_back():
 def test_no_component_is_called_better_than_a_share_of_the_worst():
     """An angle counts as the way of the target's end."""
     lever = np.array([1.0, 1.0, 7.5 * MM])
-    found = errors_of(np.array([1e-6, 0.0, 0.0]), lever, 0.05)
+    found = errors_of(np.array([1e-6, 0.0, 0.0]), 0.05, lever)
     np.testing.assert_allclose(found, [1e-6, 5e-8, 5e-8 / (7.5 * MM)])
     assert relative(found, np.array([1e-4, 0.0, 0.0]), lever) == pytest.approx(0.01)
     assert relative(found, np.array([0.0, 0.0, 0.1]), lever) == pytest.approx(1e-6 / (0.1 * 7.5 * MM))
@@ -50,7 +50,7 @@ def test_parts_of_one_factor_may_cancel_in_a_goal_and_the_rest_may_not():
 
 def test_lever_is_half_the_target():
     body = bonded_body(pad(20, 15, 2), Fineness(2, 1.5))
-    np.testing.assert_allclose(levers(body, 2 * MM), [1.0, 1.0, 7.5 * MM, 1.0, 7.5 * MM, 7.5 * MM])
+    np.testing.assert_allclose(body.reach(2 * MM), [1.0, 1.0, 7.5 * MM, 1.0, 7.5 * MM, 7.5 * MM])
 
 
 def test_what_is_given_and_what_is_free():

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.pad.lines import (
+from sits_mech.mechanics.pad.shapes import (
     beside_lines,
     box_lines,
     flush,

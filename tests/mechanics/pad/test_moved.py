@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.pad.moved import moved_block
-from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.mechanics.pad.solid import bonded_block, moved_block
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import load_sensor
 

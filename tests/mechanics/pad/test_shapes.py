@@ -12,8 +12,7 @@ from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.shapes import cells_of, half_bricks, shape_of
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.pictured import deformed_section
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.newton import compliance
+from sits_mech.mechanics.rest.newton import small_strain
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 
@@ -42,7 +41,7 @@ def pillars(pitch=PITCH, diameter=DIAMETER):
 
 def stiffness(found):
     """Of d_h, d_z, alpha against the forces, scaled, shape (3, 3)."""
-    return np.linalg.inv(compliance(found.body, rest(found.body), np.zeros(3))) / found.share
+    return np.linalg.inv(small_strain(found.body)[0]) / found.share
 
 
 def small(sensor, split=2):

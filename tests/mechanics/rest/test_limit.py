@@ -8,14 +8,12 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.levels.settle import carried_words
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.failure import carried_words
-from sits_mech.mechanics.rest.limit import PRECISE, Outcome, carried, pursued
-from sits_mech.mechanics.rest.newton import Arc, newton, rate
-from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.rest.verdict import REASONS, Way, reason_words, stable
+from sits_mech.mechanics.rest.newton import Arc, Way, newton, rate, smallest_eigenvalue
+from sits_mech.mechanics.rest.path import PRECISE, Outcome, carried, follow, pursued
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import load_sensor
@@ -160,9 +158,10 @@ def test_words_and_stability():
     words = carried_words((Wrench(F_z=27.9), Wrench(F_z=0.3)), (0.465, 0.005))
     assert words == "carried up to F_z = 27.9 +- 0.3 N (46.50% +- 0.50% of the path)"
     assert "its error is not known" in carried_words((Wrench(M=0.02), Wrench()), (0.4, np.nan))
-    assert {reason_words(reason) for reason in REASONS} == set(REASONS.values())
-    assert stable(np.diag([1.0, 2.0])) and not stable(np.diag([1.0, -2.0])) and not stable(np.full((2, 2), np.nan))
-    assert stable(np.diag([1.0, -2.0]), np.array([False, True])) and stable(np.eye(2), np.array([True, True]))
+    assert smallest_eigenvalue(np.diag([1.0, 2.0])) == 1.0 and smallest_eigenvalue(np.diag([1.0, -2.0])) == -2.0
+    assert np.isnan(smallest_eigenvalue(np.full((2, 2), np.nan)))
+    assert smallest_eigenvalue(np.diag([1.0, -2.0]), np.array([False, True])) == 1.0
+    assert smallest_eigenvalue(np.eye(2), np.array([True, True])) == np.inf
 
 
 def test_a_path_of_no_length_is_lost():

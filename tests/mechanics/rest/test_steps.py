@@ -5,8 +5,8 @@ import pytest
 
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.increments import begun, later
 from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.rest.steps import begun, later
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.silicone.material import silicone_from
 

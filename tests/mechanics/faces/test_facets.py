@@ -8,7 +8,7 @@ from skfem import MeshHex
 
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
-from sits_mech.mechanics.faces.self_contact import is_monotone, skin, triangles_cross
+from sits_mech.mechanics.faces.facets import is_monotone, skin, triangles_cross
 from sits_mech.meshing.store import read_solid
 
 SLOTTED = Path(__file__).parents[3] / "meshes" / "slotted.msh"
@@ -74,12 +74,12 @@ def test_half_a_pad_meets_its_image(bar):
 
 def test_slender_faces_are_compared_in_blocks(bar, monkeypatch):
     """A bar stretched to a hair has each triangle within reach of all others, and crosses nothing."""
-    from sits_mech.mechanics.faces import self_contact
+    from sits_mech.mechanics.faces import facets
 
     section, faces = bar
     most: list[int] = []
-    own = self_contact._passes
-    monkeypatch.setattr(self_contact, "_BLOCK", 8)
-    monkeypatch.setattr(self_contact, "_passes", lambda a, b, c: most.append(len(a)) or own(a, b, c))
+    own = facets._passes
+    monkeypatch.setattr(facets, "_BLOCK", 8)
+    monkeypatch.setattr(facets, "_passes", lambda a, b, c: most.append(len(a)) or own(a, b, c))
     assert not triangles_cross(faces, section.nodes * [1.0, 1.0, 1e4])
     assert max(most) <= 8 * faces.size // 3

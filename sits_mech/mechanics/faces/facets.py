@@ -1,4 +1,4 @@
-"""Detect free faces of a pad that pass through one another where no contact holds them (folds.py).
+"""Flat facets of free faces: distances from them, and whether they pass through one another (where no contact holds).
 
 A section's faces are lines, held against each other segment by segment. The free faces of a solid's elements are cut
 into triangles around their middle nodes. Of two triangles whose bounding balls meet, each side of one is held against
@@ -11,6 +11,12 @@ A convex pad is spared that where the symmetric part of F is positive definite t
     (x(b) - x(a)) . (b - a)  =  int_0^1 (b - a) . F(a + s (b - a)) (b - a) ds  >  0,
 
 so that no two come together. F is looked at in the quadrature points.
+
+Distances. A facet is a segment of a section or a triangle of a solid, its corners v_i in the order that turns its
+normal n outwards. The point nearest to x on it is y = sum l_i v_i, the weights l_i >= 0 of sum one. Flat facets through
+the nodes of quadratic faces say which of these a point is near, and about where (skin.py, curved.py).
+
+Lengths in thicknesses. Source: P. Wriggers, Computational Contact Mechanics (2006), chapter 4.
 """
 
 from __future__ import annotations
@@ -19,14 +25,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 from skfem import Basis
 
-from sits_mech.mechanics.element.mesh import Indices
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 _SEEN = 1e-6  # thicknesses behind the plane of symmetry that count, and shares of a triangle that do not
 _BLOCK = 256  # triangles compared with those around them at once: slender ones have thousands
 
 
-def skin(basis: Basis, facets: Indices) -> Indices:
+def skin(basis: Basis, facets: Integers) -> Integers:
     """Return the triangles, shape (faces, m, 3), of some faces of a mesh."""
     corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
     between = basis.edge_dofs[0][basis.mesh.f2e[:, facets]]
@@ -61,7 +66,7 @@ def lines_cross(lines: list[Array]) -> bool:
     return bool(np.any((s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0) & apart))
 
 
-def triangles_cross(faces: Indices, place: Array, plane: float = -np.inf) -> bool:
+def triangles_cross(faces: Integers, place: Array, plane: float = -np.inf) -> bool:
     """Whether free faces, triangles (f, m, 3) from `skin`, pass through one another at nodes (n, 3).
 
     `plane`: y of the plane of symmetry of half a pad [thicknesses].
@@ -102,3 +107,62 @@ def _passes(begin: Array, end: Array, triangle: Array) -> bool:
     s = np.einsum("ni,ni->n", v, upright) / det
     inside = (a > -_SEEN) & (b > -_SEEN) & (a + b < 1.0 + _SEEN) & (s > -_SEEN) & (s < 1.0 + _SEEN)
     return bool(np.any(inside & ~beside))
+
+
+def normals(corners: Array) -> Array:
+    """Return the outward unit normals, shape (n, d), of facets of corners (n, d, d)."""
+    return upright(corners[:, 1:] - corners[:, :1])
+
+
+def upright(ways: Array) -> Array:
+    """Return the unit normals, shape (n, d), of the directions (n, d - 1, d) of faces."""
+    if ways.shape[1] == 1:
+        across = np.stack([-ways[:, 0, 1], ways[:, 0, 0]], axis=1)
+    else:
+        across = np.cross(ways[:, 0], ways[:, 1])
+    return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300))
+
+
+def nearest(x: Array, corners: Array) -> Array:
+    """Return the corner weights (n, d) of the points nearest to x (n, d) on facets of corners (n, d, d)."""
+    if corners.shape[1] == 2:
+        return _on_segment(x, corners)
+    weights = _in_plane(x, corners)
+    outside = np.flatnonzero(np.any(weights <= 0.0, axis=1))
+    best = np.full(len(outside), np.inf)
+    for sides in ([0, 1], [1, 2], [2, 0]):
+        own = np.zeros((len(outside), 3))
+        own[:, sides] = _on_segment(x[outside], corners[outside][:, sides])
+        away = np.linalg.norm(x[outside] - weighted(own, corners[outside]), axis=1)
+        weights[outside[away < best]] = own[away < best]
+        best = np.minimum(best, away)
+    return weights
+
+
+def behind(x: Array, corners: Array, weights: Array, n: Array) -> tuple[Array, Array]:
+    """Return distances from facets, and heights of the points along the normals n (n, d), (n,) each."""
+    r = x - weighted(weights, corners)
+    return np.linalg.norm(r, axis=1), (r * n).sum(axis=1)
+
+
+def weighted(shares: Array, nodes: Array) -> Array:
+    """Sum nodes (n, k, d) by their shares (n, k)."""
+    return np.asarray((shares[:, None, :] @ nodes)[:, 0])
+
+
+def _on_segment(x: Array, ends: Array) -> Array:
+    """Return the weights of the nearest points of segments, ends (n, 2, d)."""
+    way = ends[:, 1] - ends[:, 0]
+    s = ((x - ends[:, 0]) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), 1e-300)
+    s = np.clip(s, 0.0, 1.0)
+    return np.stack([1.0 - s, s], axis=1)
+
+
+def _in_plane(x: Array, corners: Array) -> Array:
+    """Return the weights of the nearest points in the planes of triangles."""
+    a, b, r = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], x - corners[:, 0]
+    aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
+    ra, rb = (r * a).sum(axis=1), (r * b).sum(axis=1)
+    det = np.maximum(aa * bb - ab * ab, 1e-300)
+    s, t = (bb * ra - ab * rb) / det, (aa * rb - ab * ra) / det
+    return np.stack([1.0 - s - t, s, t], axis=1)
