@@ -22,13 +22,13 @@ from scipy.sparse.linalg import splu
 from sits_mech.chain.interpolate import loads_of
 from sits_mech.mechanics.element.assembly import pattern
 from sits_mech.mechanics.element.kernel import element_stiffness
+from sits_mech.mechanics.equilibrium.body import border, rest
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer
 from sits_mech.mechanics.levels.family import memory_of
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import settle
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.rest.body import border, rest
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor

@@ -39,11 +39,11 @@ from common.references import stored_references
 from threadpoolctl import threadpool_limits
 
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.newton import SETTLED, newton
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
 from sits_mech.mechanics.pad.solid import bonded_block, pad_scales
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.newton import SETTLED, newton
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 

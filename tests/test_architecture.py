@@ -17,7 +17,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
     **dict.fromkeys(
-        ("version", "threads", "memory", "kept", "units", "quantities", "refusals", "turns", "extrapolation",
+        ("version", "threads", "memory", "disk_cache", "units", "quantities", "refusals", "rotations",
          "labels", "status"), 0
     ),
     **dict.fromkeys(("silicone", "maps"), 1),
@@ -71,7 +71,7 @@ UNMIRRORED = {
         (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
         "tests/cli/test_main.py: through the command line",
     ),
-    "cli/written.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
+    "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
     **dict.fromkeys(
         ("synthesis/answer.py", "synthesis/answered.py", "synthesis/around.py"),
         "tests/synthesis/test_run.py: what comes of a search",
@@ -113,10 +113,10 @@ UNMIRRORED = {
     ),
     "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",
     **dict.fromkeys(
-        (f"mechanics/rest/{name}.py" for name in ("body", "newton", "linearisation")),
+        (f"mechanics/equilibrium/{name}.py" for name in ("body", "newton", "linearisation")),
         "tests/mechanics/test_layer.py: every rest is found by them",
     ),
-    "mechanics/rest/path.py": "tests/mechanics/rest/test_limit.py: paths that end at limits",
+    "mechanics/equilibrium/path.py": "tests/mechanics/equilibrium/test_limit.py: paths that end at limits",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
@@ -203,7 +203,7 @@ def test_imports_point_downwards(path: Path) -> None:
 
 def test_folders_of_mechanics_stand_in_order() -> None:
     """A folder there imports those before it and itself."""
-    order = ["element", "faces", "rest", "levels", "pad"]
+    order = ["element", "faces", "equilibrium", "levels", "pad"]
     for rank, folder in enumerate(order):
         above = tuple(f"sits_mech.mechanics.{other}." for other in order[rank + 1 :])
         for path in sorted((PACKAGE / "mechanics" / folder).glob("*.py")):

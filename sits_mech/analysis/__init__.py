@@ -1,0 +1,1 @@
+"""Questions about a solved sensor: its limits, its bench data, codes over time, spectra."""

@@ -35,8 +35,8 @@ from sits_mech.cases import Progress
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.pose_errors import unloaded
 from sits_mech.geometry.collision import clearance, room
+from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.loads import RefinedModel
-from sits_mech.mechanics.rest.newton import REASONS
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import fixed, load_words, varied

@@ -30,9 +30,9 @@ from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.geometry.collision import clearance
 from sits_mech.maps.fit import Free
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
+from sits_mech.rotations import rotation_matrix, rotation_vector
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed
-from sits_mech.turns import rotation_matrix, rotation_vector
 from sits_mech.units import quantity, shown, si_label, split_quantity
 
 PARAMETERS = {

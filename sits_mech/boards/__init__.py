@@ -1,0 +1,1 @@
+"""Coils and pours from KiCad boards."""

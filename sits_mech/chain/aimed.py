@@ -18,7 +18,7 @@ from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.interpolate import loads_of, poses_on_grid, solved_likely, worst
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.pose_errors import pose_of
-from sits_mech.chain.prices.look import Look
+from sits_mech.chain.prices.forecast import Look
 from sits_mech.chain.promise import Aim, aim_at
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.maps.grid import Axes

@@ -21,7 +21,7 @@ from sits_mech.cases import Progress, Row
 from sits_mech.chain.corrections import corrected
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.pose_errors import levers, unloaded
-from sits_mech.chain.prices.look import MANY_ON_THREE
+from sits_mech.chain.prices.forecast import MANY_ON_THREE
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import (
     ERRORS,

@@ -17,7 +17,7 @@ from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
 from sits_mech.chain.pose_errors import unloaded
 from sits_mech.chain.prices.costs import magnetic_tolerance
 from sits_mech.chain.prices.ends import ROUGH, InSection
-from sits_mech.chain.prices.look import Look, look
+from sits_mech.chain.prices.forecast import Look, look
 from sits_mech.chain.request import Plan
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.plausible import check_loads

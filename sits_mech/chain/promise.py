@@ -2,8 +2,9 @@
 
 The look gives a pose, from which the goal follows (goal.py): what an error of the pose is worth in the signals. Where
 the magnetic error is more than half of the tolerance it is reduced in proportion, so that the mechanics have the other
-half at least. What further meshes take and leave is predicted from the estimated error of the first (prices/look.py).
-A tolerance that is farther away than such a prediction may be off is refused before it is solved for.
+half at least. What further meshes take and leave is predicted from the estimated error of the first
+(prices/forecast.py). A tolerance that is farther away than such a prediction may be off is refused before it is solved
+for.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import NamedTuple
 from sits_mech.chain.goal import HALF, Goal, goal_at
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.prices.costs import cost, magnetic_tolerance
-from sits_mech.chain.prices.look import Look, expected
+from sits_mech.chain.prices.forecast import Look, expected
 from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor
 

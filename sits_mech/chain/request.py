@@ -11,7 +11,7 @@ from sits_mech.chain.omissions import ENDS, Omission, Shown, omissions, strain_b
 from sits_mech.chain.plan import Choice
 from sits_mech.chain.prices.costs import Step, Steps, cost, steps
 from sits_mech.chain.prices.ends import ROUGH
-from sits_mech.chain.prices.look import Look
+from sits_mech.chain.prices.forecast import Look
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Sensor

@@ -17,7 +17,7 @@ import numpy as np
 from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
-from sits_mech.chain.prices.look import Look
+from sits_mech.chain.prices.forecast import Look
 from sits_mech.chain.promise import Promise, aim_at
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.waves import check_frequency

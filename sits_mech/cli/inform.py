@@ -49,12 +49,12 @@ def doctor(
 
     Example: sits-mech doctor
     """
-    from sits_mech import kept
+    from sits_mech import disk_cache
     from sits_mech.cli.doctor import examine, healthy
     from sits_mech.report.tables.solves import key_table
 
     if clear:
-        show(f"removed {kept.clear()} files from {kept.folder()}")
+        show(f"removed {disk_cache.clear()} files from {disk_cache.folder()}")
     parts = examine()
     show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
     return 0 if healthy(parts) else 2

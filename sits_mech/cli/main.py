@@ -17,7 +17,7 @@ from cyclopts import CycloptsError
 from sits_mech.cli import grids, inform, products, read, solve, timed
 from sits_mech.cli.console import warn
 from sits_mech.cli.options import app
-from sits_mech.kept import keep_by_default
+from sits_mech.disk_cache import keep_by_default
 
 COMMANDS = (inform, solve, grids, products, read, timed)  # importing them is what makes the app know their commands
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, Parameter
 
 from sits_mech.cli.console import warn
-from sits_mech.kept import keep_nothing
+from sits_mech.disk_cache import keep_nothing
 from sits_mech.memory import limit_memory, limit_seconds
 from sits_mech.version import __version__
 

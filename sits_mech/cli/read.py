@@ -37,7 +37,7 @@ def invert(
 
     Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
     """
-    from sits_mech.cli.written import Asked, given_codes, given_inductances, given_texts
+    from sits_mech.cli.readings import Asked, given_codes, given_inductances, given_texts
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
     from sits_mech.units import SceneError

@@ -1,0 +1,1 @@
+"""Formats for other programs, found as entry points."""

@@ -1,0 +1,1 @@
+"""Shapes of coils, plates and pads, and where they touch."""

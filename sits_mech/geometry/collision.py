@@ -19,8 +19,8 @@ from scipy.spatial import ConvexHull
 
 from sits_mech.geometry.boxes import Solid, fixed_solids, separation
 from sits_mech.quantities import POSE, Array, Pose
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Conductor, Sensor, Target
-from sits_mech.turns import rotation_matrix
 
 _SIDES = 128  # of what stands for a disc
 _SOFT = 0.1  # of the clearance: the rise of a side below which it counts in square

@@ -61,8 +61,8 @@ from sits_mech.magnetics.coils.far_field import coil_field, field_bound, least_i
 from sits_mech.magnetics.coils.loops import mutual_loops, series_inductance
 from sits_mech.magnetics.ferrite.core import added_inductance
 from sits_mech.quantities import POSE, Array, Pose
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
-from sits_mech.turns import rotation_matrix
 
 _STRETCH = (1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 9.0, 17.0, 33.0)  # (height of an ellipsoid over the plate's)^2
 _NEAR = 1.5  # radii of a conductor from its middle to a coil: a nearer one is not bounded

@@ -52,9 +52,9 @@ from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, lim
 from sits_mech.magnetics.space.sources import Sources, reach
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, Target
 from sits_mech.threads import one_thread
-from sits_mech.turns import rotation_matrix
 from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("sheets", "H")

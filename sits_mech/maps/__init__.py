@@ -1,0 +1,1 @@
+"""Maps through solved points: sparse grids, polynomials, kriging, their domains."""

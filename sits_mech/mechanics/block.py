@@ -34,6 +34,8 @@ import numpy as np
 
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
+from sits_mech.mechanics.equilibrium.body import Bonded, packed
+from sits_mech.mechanics.equilibrium.control import Control, under
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept
@@ -44,8 +46,6 @@ from sits_mech.mechanics.levels.settle import ended, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
-from sits_mech.mechanics.rest.body import Bonded, packed
-from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.refusals import refuse_infinite
 from sits_mech.scene.parameters import Parameter

@@ -3,7 +3,7 @@
 The layer of width W and thickness t, bonded to the rigid ground over its whole width, carries an exactly rigid target
 bonded over the middle of its top face; the wrench is a dead load in newtons, spread over the elastomer's length in y.
 Equations: element/kernel.py (layer), element/target.py (rigid target), faces/contact.py (free faces), rest/ (solution).
-Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given (rest/control.py).
+Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given (equilibrium/control.py).
 
 Meshes. One family (pad/planar.py), and a tougher, less accurate one for loads that it does not carry; J is positive at
 every quadrature point and node. Pose and error are extrapolated from the levels of a family (levels/family.py).
@@ -26,6 +26,8 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation, element_forces, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
+from sits_mech.mechanics.equilibrium.body import unpacked
+from sits_mech.mechanics.equilibrium.control import Control, under
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
@@ -34,8 +36,6 @@ from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
-from sits_mech.mechanics.rest.body import unpacked
-from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.refusals import refuse_beside, refuse_infinite
 from sits_mech.scene.parameters import Parameter

@@ -32,15 +32,15 @@ import numpy as np
 
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
+from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.equilibrium.newton import correction
+from sits_mech.mechanics.equilibrium.newton import small_strain as undeformed
 from sits_mech.mechanics.levels.answer import errors_of, relative
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_parts, pad_scales
-from sits_mech.mechanics.rest.control import Scales
-from sits_mech.mechanics.rest.newton import correction
-from sits_mech.mechanics.rest.newton import small_strain as undeformed
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.refusals import refuse_beside, refuse_infinite
 from sits_mech.scene.parameters import Parameter

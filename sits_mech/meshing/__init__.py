@@ -1,0 +1,1 @@
+"""Structured meshes and those of the user."""

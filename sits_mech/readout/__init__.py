@@ -1,0 +1,1 @@
+"""From inductances to readings, and back to forces."""

@@ -1,0 +1,1 @@
+"""The sensor as it is described: parts, units, files, checks."""

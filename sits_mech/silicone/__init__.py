@@ -1,0 +1,1 @@
+"""Laws of silicone, fits to tests, stability."""

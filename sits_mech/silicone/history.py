@@ -42,8 +42,8 @@ from functools import partial
 import numpy as np
 
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
+from sits_mech.rotations import rotation_matrix, rotation_vector
 from sits_mech.silicone.material import Silicone, Softening
-from sits_mech.turns import rotation_matrix, rotation_vector
 
 _SAMPLES = 200  # of a cycle
 

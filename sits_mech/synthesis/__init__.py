@@ -1,0 +1,1 @@
+"""Search for a sensor that meets requirements."""

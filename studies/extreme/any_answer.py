@@ -28,8 +28,8 @@ from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.simulate import at_rest, simulate
 from sits_mech.geometry.collision import Collision
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.turns import rotation_matrix
 
 REFUSAL = 10.0
 """Seconds of processor time that a refusal may take."""

@@ -17,8 +17,8 @@ from extreme.rows import DONE, Row
 
 from sits_mech.mechanics.block import BlockPad, solved_body
 from sits_mech.mechanics.element.kernel import deformation
+from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.layer import PlanarLayer
-from sits_mech.mechanics.rest.control import Control
 from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
 
 NAMES = ("d_h", "sink", "alpha")

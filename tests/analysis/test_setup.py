@@ -10,8 +10,8 @@ from sits_mech.analysis.setup import Known, Setup, checked, known
 from sits_mech.cli.main import run
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
 from sits_mech.readout.measured import Measured
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, load_sensor
-from sits_mech.turns import rotation_matrix
 
 MM, DEGREE = 1e-3, np.pi / 180.0
 FREE = 2.5e-6

@@ -9,8 +9,8 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
+from sits_mech.rotations import rotation_vector
 from sits_mech.scene.sensor import Sensor, load_sensor
-from sits_mech.turns import rotation_vector
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 

@@ -5,12 +5,12 @@ import pytest
 
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import deformation, element_forces
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.newton import small_strain
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.levels.answer import largest_stretch
 from sits_mech.mechanics.pad.solid import bonded_block, pad_parts
 from sits_mech.mechanics.pictured import deformed_section
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.newton import small_strain
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 

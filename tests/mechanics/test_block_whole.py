@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.rest.control import under
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 

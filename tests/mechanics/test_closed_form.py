@@ -9,10 +9,10 @@ from sits_mech.mechanics.closed_form import (
     shear_stiffness,
     tilt_modulus,
 )
+from sits_mech.mechanics.equilibrium.newton import small_strain
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest.newton import small_strain
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 

@@ -9,11 +9,11 @@ from scipy.spatial import cKDTree
 from skfem import MeshHex
 
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.control import Control
+from sits_mech.mechanics.equilibrium.newton import smallest_eigenvalue, target_stiffness
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.newton import smallest_eigenvalue, target_stiffness
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 

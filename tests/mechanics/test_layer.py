@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.layer import deformed_mesh, planar_layer, stored
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 

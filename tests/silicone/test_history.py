@@ -9,6 +9,7 @@ import pytest
 from scipy.special import erf
 
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
+from sits_mech.rotations import rotation_matrix, rotation_vector
 from sits_mech.silicone.history import (
     creep,
     elastic_curve,
@@ -20,7 +21,6 @@ from sits_mech.silicone.history import (
     softened_share,
 )
 from sits_mech.silicone.material import Silicone, Softening, silicone_from
-from sits_mech.turns import rotation_matrix, rotation_vector
 
 BRANCHES = [(0.2, 0.1), (0.15, 2.0), (0.1, 40.0), (0.05, 40.0)]
 

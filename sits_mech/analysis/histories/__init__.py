@@ -1,0 +1,1 @@
+"""Answers over loads that change in time."""

@@ -1,0 +1,1 @@
+"""What a model leaves out and what a request will cost."""

@@ -1,7 +1,8 @@
 """Estimate what a solve costs and reaches: processor seconds and errors of each model's rungs, as measured.
 
 Measured on one core of the machine that `studies/omissions.py` ran on, within a factor of some three elsewhere; those
-of the mechanics and what large loads take (look.py) on a faster one, by `studies/solve_costs.py`, which measures all.
+of the mechanics and what large loads take (forecast.py) on a faster one, by `studies/solve_costs.py`, which measures
+all.
 """
 
 from __future__ import annotations

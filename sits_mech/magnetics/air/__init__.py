@@ -1,0 +1,1 @@
+"""The finite element model of the field: mesh, source, solution."""

@@ -1,0 +1,1 @@
+"""Discs over coils on one axis."""

@@ -1,0 +1,1 @@
+"""Coils without target: loops, straight tracks, capacitance."""

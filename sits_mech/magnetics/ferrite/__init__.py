@@ -1,0 +1,1 @@
+"""Ferrite cores beside the coils."""

@@ -24,10 +24,10 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from sits_mech.disk_cache import kept
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan, stretched
 from sits_mech.geometry.tracks import standing_rings
-from sits_mech.kept import kept
 from sits_mech.magnetics.axis.spectrum import spectrum, wave_numbers
 from sits_mech.magnetics.modes import DEPTHS, RESOLVED
 from sits_mech.magnetics.skin import skin_depth

@@ -14,8 +14,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from sits_mech.extrapolation import added
 from sits_mech.geometry.outline import Outline
+from sits_mech.magnetics.space.extrapolation import added
 from sits_mech.quantities import Complex
 from sits_mech.scene.sensor import Target
 

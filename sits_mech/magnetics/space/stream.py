@@ -28,8 +28,8 @@ from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, prism_means
 from sits_mech.quantities import Array, Complex, Integers, Pose
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, Target
-from sits_mech.turns import rotation_matrix
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Elements, their assembly and elimination."""

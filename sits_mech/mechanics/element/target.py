@@ -26,7 +26,7 @@ from __future__ import annotations
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.turns import cross_matrix, rotation_matrix, rotation_vector
+from sits_mech.rotations import cross_matrix, rotation_matrix, rotation_vector
 
 ORDER = np.array([0, 2, 4, 1, 3, 5])
 """Places of the components of q among those of (c, w) along x, y, z."""

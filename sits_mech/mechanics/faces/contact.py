@@ -55,7 +55,8 @@ cut to what the pressure allows,
 
 so that a point that is pressed harder sticks where it is, and one that is let go of slips. What goes on to the next
 increment is tau: beyond s_0 the anchor has been dragged along, and the work of that, f p (|s| - s_0), is lost. The
-pressure stands still while the increment is solved, and is taken from its end, pass by pass (rest/increments.py).
+pressure stands still while the increment is solved, and is taken from its end, pass by pass
+(equilibrium/increments.py).
 
 The choice. A potential of each increment, rather than the equations of Coulomb's law themselves, keeps tangents
 symmetric and the line of solvers as it is; the price are passes over the pressure. The bend of D at x = 1 is left as it
@@ -82,7 +83,7 @@ from sits_mech.mechanics.element.target import placed
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array, Integers
-from sits_mech.turns import cross_matrix
+from sits_mech.rotations import cross_matrix
 
 Plane = Literal["ground", "plane", "wall", "mirror"]
 Jet = tuple[Array, Array, Array]

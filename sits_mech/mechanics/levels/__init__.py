@@ -1,0 +1,1 @@
+"""Nested meshes, the extrapolated pose and its error, histories on them."""

@@ -15,13 +15,13 @@ import numpy as np
 
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
+from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
+from sits_mech.mechanics.equilibrium.control import Control, Scales
+from sits_mech.mechanics.equilibrium.linearisation import Held
+from sits_mech.mechanics.equilibrium.newton import Approach, unloaded
+from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
-from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
-from sits_mech.mechanics.rest.control import Control, Scales
-from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import Approach, unloaded
-from sits_mech.mechanics.rest.path import Outcome, carried, follow
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes

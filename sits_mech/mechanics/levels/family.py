@@ -62,11 +62,11 @@ from sits_mech.mechanics.element.dissection import leaf_size
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
-from sits_mech.mechanics.rest.body import Bonded, State
-from sits_mech.mechanics.rest.control import Scales
-from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import Approach, approached, unloaded
-from sits_mech.mechanics.rest.path import follow
+from sits_mech.mechanics.equilibrium.body import Bonded, State
+from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.equilibrium.linearisation import Held
+from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Sensor

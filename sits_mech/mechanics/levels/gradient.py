@@ -6,14 +6,14 @@ On one mesh the free displacements u and the target's motion q are at rest where
 
 s a number of the scene: a constant of the law, a length, which moves the nodes of the same cells, or what the scaled
 load is made of. With K = dR_u/du factored, the motion B = -K^-1 dR_u/dq that follows the target's, and the stiffness S
-that the target has (rest/linearisation.py),
+that the target has (equilibrium/linearisation.py),
 
     dq/ds = -S^-1 d/ds [ B^T R_u + R_q ],       u and q held,
 
 the virtual work of three or six motions: one factor serves all parameters, and a parameter costs the forces on two
 changed meshes. Their difference, B held, is the derivative to some 1e-7; bonded nodes are where the changed target has
 them. By the load itself ``dq/df = S^-1 w``, w what its components work with; on the components that half a pad hides,
-by the stiffness there. Increments of a rotation become those of its vector (turns.py).
+by the stiffness there. Increments of a rotation become those of its vector (rotations.py).
 
 Poses are extrapolated from the levels of a family (family.py), linearly: so are their derivatives, from the same
 levels, with an error from their own sequence, and what is beyond the meshes in the pose's error (creases, contact left
@@ -35,11 +35,9 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
 from sits_mech.mechanics.element.target import all_six, bonded_displacement, bonded_tangent, moved, work_of_load
-from sits_mech.mechanics.levels.answer import errors_of
-from sits_mech.mechanics.levels.family import Levels, Line
-from sits_mech.mechanics.rest.body import Bonded, State, rest, unpacked
-from sits_mech.mechanics.rest.control import Scales
-from sits_mech.mechanics.rest.linearisation import (
+from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, unpacked
+from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
     Factor,
     Gradient,
@@ -49,10 +47,12 @@ from sits_mech.mechanics.rest.linearisation import (
     stepped_around,
     way_of,
 )
+from sits_mech.mechanics.levels.answer import errors_of
+from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.quantities import Array, Equilibrium, SolveFailed
+from sits_mech.rotations import vector_rates
 from sits_mech.scene.parameters import Parameter, SceneStencil
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.turns import vector_rates
 
 _TURN = np.array([4, 2, 5])  # where the rotation vector stands among the components of a motion
 _AT_REST = 1e-6  # of the target's way, a step that leaves a state as it is

@@ -2,13 +2,13 @@
 
 Friction depends on the path (faces/contact.py): from rest, through the loads passed, to the last one, straight from
 each to the next. No state is taken from another load or a coarser mesh, and no chord closes a gap: every level of a
-family follows the whole path (rest/increments.py), and the pose is extrapolated as it is without friction (answer.py),
-from two levels, or three where the third is cheap. The number of increments is found on the first level: it is doubled
-until that moves the target by less than a share of the tolerance. As the method is of first order, the change by the
-last doubling is about the remaining error, and is added to the errors.
+family follows the whole path (equilibrium/increments.py), and the pose is extrapolated as it is without friction
+(answer.py), from two levels, or three where the third is cheap. The number of increments is found on the first level:
+it is doubled until that moves the target by less than a share of the tolerance. As the method is of first order, the
+change by the last doubling is about the remaining error, and is added to the errors.
 
 Where no free face touches anything under any of the loads, without contact, friction plays no part: the answer is that
-without friction, to all digits. Source: family.py, rest/increments.py.
+without friction, to all digits. Source: family.py, equilibrium/increments.py.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.mechanics.equilibrium.body import Bonded
+from sits_mech.mechanics.equilibrium.control import Control
+from sits_mech.mechanics.equilibrium.increments import Track, followed
+from sits_mech.mechanics.equilibrium.newton import Approach, unloaded
 from sits_mech.mechanics.levels.answer import Solved, aim, answer
 from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.mechanics.levels.settle import settled, untouched
-from sits_mech.mechanics.rest.body import Bonded
-from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.increments import Track, followed
-from sits_mech.mechanics.rest.newton import Approach, unloaded
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport
 from sits_mech.scene.sensor import Sensor
 

@@ -1,7 +1,7 @@
 """Follow a layer with memory under a history of loads: time steps on every level of a family of meshes.
 
-Time. A step (rest/increments.py) is of second order. On the first level two walks go side by side, A in steps dt, B in
-two halves of each, each with a memory of its own: the remaining error of B is a third of their difference,
+Time. A step (equilibrium/increments.py) is of second order. On the first level two walks go side by side, A in steps
+dt, B in two halves of each, each with a memory of its own: the remaining error of B is a third of their difference,
 
     q = q_B + (q_B - q_A)/3,      error in time = |q_B - q_A|/3,
 
@@ -27,15 +27,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sits_mech.geometry.collision import ground_notes
+from sits_mech.mechanics.equilibrium.body import Bonded
+from sits_mech.mechanics.equilibrium.control import under
+from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rough
+from sits_mech.mechanics.equilibrium.linearisation import Held
+from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, Levels, Line
-from sits_mech.mechanics.rest.body import Bonded
-from sits_mech.mechanics.rest.control import under
-from sits_mech.mechanics.rest.increments import Moment, begun, later, rough
-from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import REASONS
 from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport, Wrench
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time

@@ -20,13 +20,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from sits_mech.mechanics.equilibrium.body import packed
+from sits_mech.mechanics.equilibrium.control import Control
+from sits_mech.mechanics.equilibrium.newton import REASONS
+from sits_mech.mechanics.equilibrium.path import Outcome, follow
 from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
 from sits_mech.mechanics.levels.answer import Solved, aim, first_look, load_words, solve_levels, starts
 from sits_mech.mechanics.levels.family import PAIR, Levels, Line
-from sits_mech.mechanics.rest.body import packed
-from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.newton import REASONS
-from sits_mech.mechanics.rest.path import Outcome, follow
 from sits_mech.quantities import WRENCH, Equilibrium, Pose, SolveFailed, Wrench
 
 _SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits

@@ -22,11 +22,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.mechanics.equilibrium.body import Bonded
+from sits_mech.mechanics.equilibrium.newton import small_strain
 from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.pad.shapes import widened
-from sits_mech.mechanics.rest.body import Bonded
-from sits_mech.mechanics.rest.newton import small_strain
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
 from sits_mech.units import checked_tolerance

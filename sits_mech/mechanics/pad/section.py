@@ -45,13 +45,13 @@ import numpy as np
 from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
 from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed
 from sits_mech.mechanics.element.mesh import MixedMesh, fanned, section_mesh
+from sits_mech.mechanics.equilibrium.body import Bonded, border
+from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edges
 from sits_mech.mechanics.pad.shapes import widened
-from sits_mech.mechanics.rest.body import Bonded, border
-from sits_mech.mechanics.rest.control import Scales
 from sits_mech.meshing.bricks import Outline
 from sits_mech.meshing.structured import graded_lines, graded_segment, matched_cells
 from sits_mech.quantities import Array, Integers

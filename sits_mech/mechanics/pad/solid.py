@@ -28,14 +28,14 @@ from skfem.quadrature import get_quadrature
 from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces, gradients, kinematics, law_of
 from sits_mech.mechanics.element.mesh import BRICK, ORDER, MixedMesh, Points, pressures, solid_mesh
+from sits_mech.mechanics.equilibrium.body import Bonded, State, border
+from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.pad.section import GUARD_SHARE, layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
-from sits_mech.mechanics.rest.body import Bonded, State, border
-from sits_mech.mechanics.rest.control import Scales
 from sits_mech.meshing.bricks import Division, Outline, within
 from sits_mech.meshing.copies import both_halves
 from sits_mech.meshing.refinement import shape_values

@@ -1,0 +1,1 @@
+"""Rate and softening from tests over time."""

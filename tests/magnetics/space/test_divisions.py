@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech.extrapolation import added
 from sits_mech.geometry.outline import Outline, read_outline
 from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.modes import RESOLVED
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.divisions import _family, _interfaces, field_box, memory_of
+from sits_mech.magnetics.space.extrapolation import added
 from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets

@@ -9,8 +9,8 @@ from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potenti
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.quantities import Impedance, Pose
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, load_sensor
-from sits_mech.turns import rotation_matrix
 
 MM = 1e-3
 BOX = Box(np.array([4.0, 3.0, 0.1]) * MM, (24, 20, 3), (1.0, 1.0, 1.0), 10.0)

@@ -14,9 +14,9 @@ from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Pose
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Conductor, load_sensor
-from sits_mech.turns import rotation_matrix
 
 MM = 1e-3
 COPPER = metals()["copper"].conductivity

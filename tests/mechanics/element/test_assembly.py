@@ -9,11 +9,11 @@ from sits_mech.mechanics.element.assembly import factor, pattern
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import section_mesh
 from sits_mech.mechanics.element.target import work_of_load
+from sits_mech.mechanics.equilibrium.body import deformed_state, rest
+from sits_mech.mechanics.equilibrium.linearisation import factored, gradient
+from sits_mech.mechanics.equilibrium.newton import target_stiffness
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest.body import deformed_state, rest
-from sits_mech.mechanics.rest.linearisation import factored, gradient
-from sits_mech.mechanics.rest.newton import target_stiffness
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import load_sensor
 
 

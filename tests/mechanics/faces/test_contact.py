@@ -5,15 +5,15 @@ import pytest
 
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import fanned, section_mesh
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.control import Control
+from sits_mech.mechanics.equilibrium.newton import small_strain
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import crosses_itself, face_contact
 from sits_mech.mechanics.faces.surface import edges
 from sits_mech.mechanics.layer import planar_layer, stored
 from sits_mech.mechanics.pad.section import Fineness, Guard, bonded_body, side_faces, top_faces
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.newton import small_strain
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 

@@ -7,7 +7,7 @@ from skfem import MeshHex, MeshTet
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, section_mesh, solid_mesh
 from sits_mech.mechanics.faces.curved import before, gaps, nearest_on, shapes
 from sits_mech.mechanics.faces.skin import section_skin, solid_skin
-from sits_mech.turns import rotation_matrix
+from sits_mech.rotations import rotation_matrix
 
 
 def faces(kind):

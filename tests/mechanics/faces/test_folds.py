@@ -11,16 +11,16 @@ from skfem import MeshHex
 
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, section_mesh, solid_mesh
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.faces.face_contact import contacts, face_contact, face_notes
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.mechanics.faces.skin import section_skin, solid_skin
 from sits_mech.mechanics.pad.shapes import outlines
 from sits_mech.mechanics.pad.solid import numbered, solid
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.meshing.store import read_solid
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import load_sensor
-from sits_mech.turns import rotation_matrix
 
 SLOTTED = Path(__file__).parents[3] / "meshes" / "slotted.msh"
 DEPTH = 0.05

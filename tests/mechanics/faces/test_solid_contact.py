@@ -9,11 +9,11 @@ from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.target import moved
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 

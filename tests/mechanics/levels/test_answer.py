@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.answer import aim, by_goal, errors_of, load_words, relative
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest.control import Control, Scales
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 

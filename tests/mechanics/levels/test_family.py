@@ -8,11 +8,11 @@ import pytest
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.target import bonded_displacement
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.newton import newton
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.levels.family import extrapolated, finer, prolonged
 from sits_mech.mechanics.linear import linear_pad
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.newton import newton
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 
 MM = 1e-3

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.control import Control
+from sits_mech.mechanics.equilibrium.increments import followed
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.increments import followed
 from sits_mech.quantities import PathModel, SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.units import SceneError

@@ -1,9 +1,9 @@
 """Families of meshes: what one of them has shown of a load that is not carried is not looked for again."""
 
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.levels.answer import first_look
-from sits_mech.mechanics.rest.control import under
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 

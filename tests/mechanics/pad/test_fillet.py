@@ -5,11 +5,11 @@ import pytest
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.kernel import deformation
+from sits_mech.mechanics.equilibrium.newton import small_strain
 from sits_mech.mechanics.faces.surface import edges
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, side_faces
-from sits_mech.mechanics.rest.newton import small_strain
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.equilibrium.newton import small_strain
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.rest.newton import small_strain
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 

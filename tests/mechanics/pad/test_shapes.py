@@ -7,12 +7,12 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import along_family
+from sits_mech.mechanics.equilibrium.newton import small_strain
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.shapes import cells_of, half_bricks, shape_of
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.pictured import deformed_section
-from sits_mech.mechanics.rest.newton import small_strain
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.equilibrium import increments
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.increments import followed, rough
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.surface import edges
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest import increments
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.increments import followed, rough
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import load_sensor
 
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'

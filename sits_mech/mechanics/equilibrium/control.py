@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.quantities import WRENCH, Array, Pose, Wrench
 
 _PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")

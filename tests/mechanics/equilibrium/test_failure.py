@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.levels.answer import Solved
 from sits_mech.mechanics.levels.settle import ended
-from sits_mech.mechanics.rest.control import under
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 
 LAW = "the yeoh law is unstable from stretch 1.556 on in planar tension; this solve reached 2.476"

@@ -31,11 +31,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import kinematics
+from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state
+from sits_mech.mechanics.equilibrium.linearisation import Held
+from sits_mech.mechanics.equilibrium.newton import SETTLED, Way, unloaded, verdict
+from sits_mech.mechanics.equilibrium.path import among_faces, follow
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
-from sits_mech.mechanics.rest.body import Bonded, State, deformed_state
-from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import SETTLED, Way, unloaded, verdict
-from sits_mech.mechanics.rest.path import among_faces, follow
 from sits_mech.quantities import Array
 from sits_mech.silicone.histories.points import Memory, remembered, stepped, virgin
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from sits_mech.chain.models import plan
-from sits_mech.chain.prices.look import expected, look
+from sits_mech.chain.prices.forecast import expected, look
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.quantities import Equilibrium, SolveReport, Wrench

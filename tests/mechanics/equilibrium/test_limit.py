@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.control import Control
+from sits_mech.mechanics.equilibrium.newton import Arc, Way, newton, rate, smallest_eigenvalue
+from sits_mech.mechanics.equilibrium.path import PRECISE, Outcome, carried, follow, pursued
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.settle import carried_words
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.newton import Arc, Way, newton, rate, smallest_eigenvalue
-from sits_mech.mechanics.rest.path import PRECISE, Outcome, carried, follow, pursued
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import load_sensor

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.rest.control import Control
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 

@@ -50,7 +50,7 @@ from sits_mech.mechanics.element.target import (
     work_between,
     work_of_load,
 )
-from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, smallest_volume
+from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, smallest_volume
 from sits_mech.quantities import Array, Integers
 
 Held = NDArray[np.bool_]

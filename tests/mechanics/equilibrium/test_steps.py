@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.equilibrium.body import rest
+from sits_mech.mechanics.equilibrium.increments import begun, later
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.increments import begun, later
-from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.silicone.material import silicone_from
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sits_mech.turns import cross_matrix, rotation_matrix, rotation_vector, vector_rates
+from sits_mech.rotations import cross_matrix, rotation_matrix, rotation_vector, vector_rates
 
 VECTORS = np.random.default_rng(3).normal(size=(20, 3))
 

@@ -26,8 +26,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest, smallest_volume
-from sits_mech.mechanics.rest.linearisation import (
+from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, rest, smallest_volume
+from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
     Arc,
     Factor,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech import kept
+from sits_mech import disk_cache
 from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
@@ -18,7 +18,7 @@ from sits_mech.scene.sensor import load_sensor
 @pytest.fixture
 def where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Keep in a folder of the test's own."""
-    monkeypatch.setenv(kept.VARIABLE, str(tmp_path / "kept"))
+    monkeypatch.setenv(disk_cache.VARIABLE, str(tmp_path / "kept"))
     return tmp_path / "kept"
 
 
@@ -29,7 +29,7 @@ def numbers(asked: object, made: list[int], value: float = 1.0) -> Any:
         made.append(1)
         return [value, 2.0]
 
-    return kept.kept(asked, make, lambda each: {"values": np.array(each)}, lambda file: file["values"].tolist())
+    return disk_cache.kept(asked, make, lambda each: {"values": np.array(each)}, lambda file: file["values"].tolist())
 
 
 def test_an_answer_is_the_same_to_the_bit(where: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -42,7 +42,7 @@ def test_an_answer_is_the_same_to_the_bit(where: Path, monkeypatch: pytest.Monke
         return sheets(sensor, 1e-1).impedance(pose, 5e6)
 
     first = answer()
-    assert len(kept.kept_files()) == 1
+    assert len(disk_cache.kept_files()) == 1
     monkeypatch.setattr(divisions, "prepare_sheets", None)
     second = answer()
     for name in ("L", "R", "error_L", "error_R"):
@@ -55,7 +55,7 @@ def test_what_differs_in_anything_is_another(where: Path) -> None:
     for asked in ((1.0, "a"), (1.0, "b"), (1, "a"), (np.ones(2), "a"), (np.ones((1, 2)), "a"), ((1.0,), "a"), (None,)):
         numbers(asked, made)
         assert numbers(asked, made, value=9.0) == [1.0, 2.0]
-    assert len(made) == len(kept.kept_files()) == 7
+    assert len(made) == len(disk_cache.kept_files()) == 7
     with pytest.raises(TypeError, match="a dict has no checksum"):
         numbers({}, made)
 
@@ -63,7 +63,7 @@ def test_what_differs_in_anything_is_another(where: Path) -> None:
 def test_a_file_that_is_cut_short_is_made_anew(where: Path) -> None:
     made: list[int] = []
     numbers("a", made)
-    (path,) = kept.kept_files()
+    (path,) = disk_cache.kept_files()
     for content in (path.read_bytes()[:40], b"", b"not an archive"):
         path.write_bytes(content)
         assert numbers("a", made) == [1.0, 2.0]
@@ -75,31 +75,31 @@ def test_the_oldest_go_where_there_is_no_room(where: Path, monkeypatch: pytest.M
     made: list[int] = []
     for k in range(3):
         numbers(k, made)
-    for age, path in enumerate(kept.kept_files()):
+    for age, path in enumerate(disk_cache.kept_files()):
         os.utime(path, (1e9 + age, 1e9 + age))
-    oldest = kept.kept_files()[0]
-    monkeypatch.setattr(kept, "ROOM", 3 * oldest.stat().st_size)
+    oldest = disk_cache.kept_files()[0]
+    monkeypatch.setattr(disk_cache, "ROOM", 3 * oldest.stat().st_size)
     numbers(3, made)
-    assert len(kept.kept_files()) == 3 and not oldest.exists()
-    assert kept.clear() == 3 and not kept.kept_files()
+    assert len(disk_cache.kept_files()) == 3 and not oldest.exists()
+    assert disk_cache.clear() == 3 and not disk_cache.kept_files()
 
 
 def test_nothing_is_kept_where_nothing_can_be(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     made: list[int] = []
     file = tmp_path / "file"
     file.write_text("no folder")
-    for name in (kept.OFF, "", str(file)):
-        monkeypatch.setenv(kept.VARIABLE, name)
+    for name in (disk_cache.OFF, "", str(file)):
+        monkeypatch.setenv(disk_cache.VARIABLE, name)
         assert numbers("a", made) == numbers("a", made) == [1.0, 2.0]
     assert len(made) == 6
 
 
 def test_the_users_folder_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(kept.VARIABLE)
-    assert kept.folder() is None
-    kept.keep_by_default()
-    assert (where := kept.folder()) is not None and where.name == "sits-mech"
-    kept.keep_nothing()
-    assert kept.folder() is None
-    kept.keep_by_default()
-    assert kept.folder() is None
+    monkeypatch.delenv(disk_cache.VARIABLE)
+    assert disk_cache.folder() is None
+    disk_cache.keep_by_default()
+    assert (where := disk_cache.folder()) is not None and where.name == "sits-mech"
+    disk_cache.keep_nothing()
+    assert disk_cache.folder() is None
+    disk_cache.keep_by_default()
+    assert disk_cache.folder() is None

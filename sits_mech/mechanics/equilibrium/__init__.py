@@ -1,0 +1,1 @@
+"""Newton, load control and paths to an equilibrium."""
