@@ -4,7 +4,7 @@
     named numbers           statements such as `_SMALL = 0.01`
     branching functions     more than ten branches: if, for, while, except, and, or, comprehensions, assert, case
     long signatures         more than six arguments
-    skipped formats         lines with `# fmt: skip`
+    skipped formats         lines that ask a formatter to pass by
     large files             more than 3000 tokens
     entered in space        files of which a function runs in `simulate biorob2018`, by default
     entered in the plane    the same, by the models planar and planar
@@ -25,13 +25,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1] / "sits_mech"
 CEILINGS = {
-    "lines": 53_900, "tokens": 412_500, "named numbers": 524, "branching functions": 130, "long signatures": 36,
-    "skipped formats": 261, "large files": 12, "entered in space": 999, "entered in the plane": 999,
-}  # fmt: skip
+    "lines": 47_082, "tokens": 406_736, "named numbers": 524, "branching functions": 126, "long signatures": 33,
+    "skipped formats": 0, "large files": 6, "entered in space": 127, "entered in the plane": 120,
+}
 _SILENT = {
     tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
     tokenize.ENDMARKER,
-}  # fmt: skip
+}
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)
 _ENTERED = """

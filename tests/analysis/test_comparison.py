@@ -53,6 +53,7 @@ def bench(sensor: Sensor) -> Measured:
     return Measured(loads, L.reshape(-1, 2) + LEAD + noise, "synthetic")
 
 
+@pytest.mark.slow
 def test_modulus_gap_and_lead_come_back(sensor: Sensor, data: xr.Dataset, bench: Measured) -> None:
     """Each within three sigma, 1.5 of its 95 % interval: one draw of noise; the misfit falls.
 

@@ -39,6 +39,7 @@ def test_an_elastic_silicone_shows_the_calibration_and_no_loop() -> None:
     assert float(row["d_v"]) == pytest.approx(float(static.equilibrium.pose.d_v), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_width_of_a_viscous_loop_of_a_nearly_linear_sensor() -> None:
     """One branch, small load, first triangle: the rise lags by ``w lambda/h (1 - exp(-t/lambda))``.
 

@@ -74,6 +74,7 @@ def data(sensor: Sensor) -> xr.Dataset:
     return calibrate(sensor, **forces, mechanics="linear")
 
 
+@pytest.mark.slow
 def test_a_stiffer_layer_reads_less_force(sensor: Sensor, data: xr.Dataset) -> None:
     """Modulus (1 + d): the pose of F / (1 + d) is read as that force: the error scatters by F s."""
     found = force_spread(sensor, data, {"modulus": 0.02}, [[0.0, 2.0], [0.6, 0.0]], samples=16)

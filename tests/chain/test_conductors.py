@@ -94,6 +94,7 @@ def test_a_near_nut_is_solved_in_space_and_said() -> None:
     assert loaded.name == "sheets" and loaded.notes == ()  # as the bare sensor's
 
 
+@pytest.mark.slow
 def test_steel_is_left_out_where_it_is_far_and_said_where_it_is_near() -> None:
     """No other model than the planar one has it: from space to section is said in plan, answer and table."""
     near, far = among(steel(0.0, -3.0)), among(steel(60.0, -3.0))

@@ -102,6 +102,7 @@ def test_coils_aside_are_the_target_moved_back(sensor: Sensor) -> None:
     assert found.signals["dL_v"][0] == pytest.approx(-100.0 * np.trace(by_pose.L[..., 0]) / L0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_disc_on_its_axis_changes_with_the_gap_alone() -> None:
     """A press along the axis, by differences of the chain; coils moved aside change nothing, as symmetry has it."""
     coil = load_sensor("biorob2018").coils[0].model_copy(update={"centre": (0.0, 0.0)})

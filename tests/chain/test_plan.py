@@ -86,6 +86,7 @@ def test_five_scenes_have_five_plans() -> None:
     assert {item.what for item in omissions(sensor, (), None, "sheets")} >= {"mechanics", "interior of the target"}
 
 
+@pytest.mark.slow
 def test_a_sheet_of_ferrite_is_magnetised_in_space() -> None:
     """A rectangle that does not conduct; one that does, or a target with free net current, in section."""
     choice = plan(load_sensor("biorob2018", SHEET), [Wrench(0.5, 2.0)]).magnetics
@@ -179,6 +180,7 @@ def test_images_of_loads_are_left_out() -> None:
     assert not any(item.what == "mirrored loads" for item in omissions(sensor, loads[1:], "block", None))
 
 
+@pytest.mark.slow
 def test_components_beside_the_plane_count_in_a_plan() -> None:
     """They break the symmetry of a normal load, mirror with their own signs, and strain the pad like those in it."""
     sensor = load_sensor("biorob2018")
@@ -191,6 +193,7 @@ def test_components_beside_the_plane_count_in_a_plan() -> None:
     assert "a large load for this pad" in plan(sensor, [Wrench(F_y=30.0)]).notes[0]
 
 
+@pytest.mark.slow
 def test_a_plan_promises_no_more_than_there_is() -> None:
     """Not below the finest rungs; loads beyond what pads have held, and slips of unit, are named."""
     sensor = load_sensor("biorob2018")

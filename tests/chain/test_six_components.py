@@ -24,6 +24,7 @@ def sheared(sensor):
     return simulate(sensor, Wrench(0.3, 1.0, 1e-4, F_y=1e-9))
 
 
+@pytest.mark.slow
 def test_a_load_in_the_plane_is_that_of_the_plane_chain(sensor, sheared):
     there = sheets(sensor, 1e-2).impedance(sheared.equilibrium.pose, sensor.frequency)
     np.testing.assert_allclose(sheared.impedance.L, there.L, rtol=1e-7)
@@ -86,6 +87,7 @@ def test_refusals_are_one_line(capsys, words, line):
     assert out == "" and err.count("\n") == 1 and line in err
 
 
+@pytest.mark.slow
 def test_too_much_is_not_converged(capsys):
     square = [f'{part}.{side}="4 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
     scene = [word for change in (*square, 'elastomer.thickness="4 mm"') for word in ("--set", change)]

@@ -114,6 +114,7 @@ def read_by(temperature: float, data: xr.Dataset, load: Wrench) -> tuple[Inverse
     return inverse(table), left
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("temperature", [0.0, 35.0, 60.0])
 @pytest.mark.parametrize("load", [Wrench(F_z=0.4), Wrench(F_x=0.15, F_z=1.0), Wrench(F_x=-0.2, F_z=1.45)], ids=str)
 def test_readings_of_the_chain_come_back_within_their_errors(

@@ -134,6 +134,7 @@ def test_pose_against_independent_numbers(capsys: Capture) -> None:
     assert found["report"]["estimated_error"] < 3e-2  # a crease at the target's edge
 
 
+@pytest.mark.slow
 def test_explain_solves_the_ladder_of_a_load(capsys: Capture) -> None:
     """One object with rungs and sentence, progress on stderr; without a load, or an answer, it is refused."""
     words = ("explain", "biorob2018", "--fz", "1 N", *PLANAR, "--magnetics", "planar", "--tolerance", "0.1", "--ladder")
@@ -166,6 +167,7 @@ def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) ->
     assert "implausible" in answer(capsys, "fit", str(path), "--law", "neo-hookean")["notes"][-1]
 
 
+@pytest.mark.slow
 def test_loads_that_are_passed_on_the_way_are_read(capsys: Capture) -> None:
     """With friction; where nothing is touched on the way, the answer is that without."""
     rough = ("--set", "elastomer.friction=0.5", "--via", "fx=0.2 N, fz=0 N", "--via", "F_z=1 N, F_x=0.2 N")

@@ -28,6 +28,7 @@ def faults(half: str, numbers: Iterable[int], folder: Path, sound: Path) -> dict
     return {end.case: end.fault for end in ends if end.fault}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half", FAST)
 def test_sample(half: str, tmp_path: Path, sound: Path) -> None:
     assert faults(half, range(FAST[half]), tmp_path, sound) == {}

@@ -25,7 +25,11 @@ NAMES = {
 }
 
 
-@pytest.fixture(scope="module", params=NAMES.values(), ids=NAMES)
+LATER = ("spice, xml", "mathtext, format")
+CASES = [pytest.param(pair, marks=[pytest.mark.slow] * (name in LATER), id=name) for name, pair in NAMES.items()]
+
+
+@pytest.fixture(scope="module", params=CASES)
 def named(request: pytest.FixtureRequest, calibrated: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the small calibration with other names of scene and coils."""
     coils = request.param

@@ -15,6 +15,7 @@ MODELS = {"mechanics": "planar", "magnetics": "planar", "tolerance": 3e-2}
 RATE, SOFT = {"prony": [{"weight": 0.3, "time": 0.5}]}, {"mullins": {"r": 2.0}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("more", "most"), [(RATE, 0.2), (SOFT, 0.3)])
 def test_small_shear_agrees_with_the_pad_as_a_whole(more, most):
     """Rate: exactly but for steps; softening: points differ in their energies, the whole pad has one."""

@@ -77,6 +77,7 @@ def test_a_long_target_ends_where_no_coil_sees_it(sensor: Sensor) -> None:
     assert found[1] == pytest.approx(found[0], rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_pose_has_its_own_price(sensor: Sensor) -> None:
     """Digit by digit what it has alone, whatever poses are beside it; within the coarse answer of space's."""
     poses = Pose(np.linspace(0.0, 4.0, 9) * MM, np.linspace(1.5, 6.0, 9) * MM)
@@ -125,6 +126,7 @@ def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
     assert beside_errors(items)[1] == (ENDS,)
 
 
+@pytest.mark.slow
 def test_a_long_pad_stands_for_plane_strain() -> None:
     """What its ends and a shorter target are worth is told beside the errors of a load and of a table, in neither."""
     scene, load = load_sensor("biorob2018", ["elastomer.length=0.2", "target.length=0.1"]), Wrench(0.1, 1.0)

@@ -98,6 +98,7 @@ def test_wide_sheets_are_infinite_slabs(mu: float, thickness: float) -> None:
     assert -lacking * exact - 2 * error < found - exact < 2 * error
 
 
+@pytest.mark.slow
 def test_thick_permeable_blocks_are_images() -> None:
     """A ring before a deep block: (mu - 1)/(mu + 1) of the mutual inductance with its mirror image."""
     keys = ('coils=[{name="C", centre=["0 mm", "0 mm"], layers=1, turns=1, inner_diameter="3.9 mm", '

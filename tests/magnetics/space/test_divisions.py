@@ -120,6 +120,7 @@ def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) 
     assert 1 / 1.5 < known / taken < 1.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thickness, frequencies", [("0.2 mm", 1), ("0.5 mm", 3)])
 def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions(thickness: str, frequencies: int) -> None:
     """With the factors at one frequency, or at three where cells do not resolve the skin depth."""

@@ -31,6 +31,7 @@ def found(sensor: object) -> tuple[np.ndarray, np.ndarray]:
     return answer.L - answer.L0, answer.R
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("places", [('"1 mm","0 mm","-1.2 mm"',), ('"0 mm","0 mm","-1.2 mm"', '"9 mm","0 mm","4 mm"')])
 def test_few_combinations_tell_what_more_do(monkeypatch: pytest.MonkeyPatch, places: tuple[str, ...]) -> None:
     """Delta L to 2e-4, R to 3e-3 of the largest."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from sits_mech.magnetics.space.coupling import reactions
 from sits_mech.magnetics.space.divisions import prepared
@@ -33,6 +34,7 @@ def test_a_division_answers_alike_on_fields_of_its_own_and_of_a_finer_one() -> N
     np.testing.assert_allclose(one.real, two.real, rtol=0.0, atol=1e-3 * np.abs(two.real).max())
 
 
+@pytest.mark.slow
 def test_one_preparation_answers_all_frequencies() -> None:
     """Prepared up to 25 MHz or up to 4 MHz: what few modes and other cells leave, at 1 MHz and at 10 kHz."""
     sensor, rung = load_sensor("biorob2018"), LADDER[2][1]

@@ -169,6 +169,7 @@ def test_constant_pressures_are_carried_exactly(name):
     np.testing.assert_allclose(found[:, 1:], 0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_state_goes_on_where_the_cells_at_edges_stay_as_they_are():
     """Its target stays, and Newton's method is near: a few iterations; where these cells are cut there is no way."""
     levels, load = family("box"), np.array([0.5, 3.0, 0.1])
@@ -197,6 +198,7 @@ def test_levels_beyond_the_second_give_the_places_that_rest_gives():
 BOX = np.array([[4.482e3, 0.0, 6.915], [0.0, 120.67e3, 0.0], [6.915, 0.0, 1.0695]])
 
 
+@pytest.mark.slow
 def test_the_error_of_a_pad_covers_the_truth():
     """Compliances of all levels, from two on."""
     pad = linear_pad(scene(), 2e-3)

@@ -132,6 +132,7 @@ def test_half_a_pad_knows_what_its_symmetry_hides() -> None:
     assert np.all(np.isnan(layer.slopes(found, []).compliance[3:]))
 
 
+@pytest.mark.slow
 def test_finer_levels_count_as_they_do_in_the_pose() -> None:
     """Derivatives on as many levels as the tolerance takes are off by at most three times what they say, and little."""
     sensor, names = wide(), ("elastomer.thickness", "target.width", "modulus")

@@ -57,6 +57,7 @@ def test_long_time_is_the_elastic_answer_of_a_pad_in_space():
     assert np.all(off[:3] <= 3e-3 * np.abs(slow.pose.components - [0, 2e-3, 0, 0, 0, 0])[:3])
 
 
+@pytest.mark.slow
 def test_a_load_that_leaves_the_plane_later_moves_the_whole_pad():
     """Pressed first, then along y, in space: a box as long as wide answers as it does along x."""
     own = sensor({"width": 12e-3, "length": 12e-3, "thickness": 4e-3}, prony=PRONY)
@@ -77,6 +78,7 @@ def test_without_rate_or_softening_it_is_the_elastic_answer():
         assert abs(found.pose.d_v[row] - slow.pose.d_v) <= found.error.d_v[row] + slow.error.d_v
 
 
+@pytest.mark.slow
 def test_faces_that_fold_are_held_with_memory_too():
     """A layer as wide as its target folds onto it; the history is walked with contact."""
     own = sensor({"width": 8e-3, "thickness": 2e-3}, prony=PRONY)

@@ -133,6 +133,7 @@ def four():
     return pad, pad.equilibrium(Wrench(F_y=1e-3))
 
 
+@pytest.mark.slow
 def test_pillars_bear_loads_beside_the_plane_as_a_square_does(four):
     pad, found = four
     along, across = pad.equilibrium(Wrench(F_x=1e-3)).pose, found.pose
