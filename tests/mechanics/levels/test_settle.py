@@ -16,7 +16,7 @@ def test_a_load_that_is_not_carried_is_looked_at_once_on_each_family(monkeypatch
     line, control, calls = block_pad(load_sensor("biorob2018"), 1e-2).half, under(Wrench(M=0.05)), []
 
     def counted(*given):
-        calls.append(given[0])
+        calls.append(given[1])
         return first_look(*given)
 
     monkeypatch.setattr(settle, "first_look", counted)
