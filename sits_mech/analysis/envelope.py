@@ -202,9 +202,9 @@ def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto") -> float:
     if not isinstance(layer, RefinedModel):
         return 1.0
     most, solved = known_stretch(sensor), symmetry_of(sensor).standard(load)[0]
-    share = capacity(sensor, layer.rough, solved, most, within=_WITHIN[1]).multiple
+    share = min(capacity(sensor, layer.rough, solved, most, within=_WITHIN[1]).multiple, 1.0)  # it may be infinite
     tens = 10.0 ** math.floor(math.log10(max(share, 1e-9)))
-    return min(1.0, round(math.floor(share / tens) * tens, 10))
+    return round(math.floor(share / tens) * tens, 10)
 
 
 def _error(end: Capacity) -> float:

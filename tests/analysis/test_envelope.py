@@ -12,7 +12,7 @@ import pytest
 
 import sits_mech as sm
 from sits_mech.analysis.envelope import Envelope, Ray, borne_share, envelope
-from sits_mech.analysis.limits import capacity
+from sits_mech.analysis.limits import Capacity, capacity
 from sits_mech.cli.main import run
 from sits_mech.cli.options import LoadGrid
 from sits_mech.mechanics.layer import planar_layer
@@ -78,6 +78,12 @@ def test_default_ranges_are_borne() -> None:
     grid = LoadGrid(fz="0 N:8 N:2")
     written = {"F_x": np.linspace(-1, 1, 9).tolist(), "F_z": [0, 8]}
     assert grid.borne(sensor, grid.components(sensor), "auto") == written
+
+
+def test_a_pad_without_any_limit_bears_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No limit up to many times the load: the multiple is infinite, the share is one."""
+    monkeypatch.setattr("sits_mech.analysis.envelope.capacity", lambda *_, **__: Capacity(Wrench(), math.inf, 0.0, ""))
+    assert borne_share(load_sensor("biorob2018"), Wrench(F_z=4.0), "planar") == 1.0
 
 
 @pytest.mark.parametrize(
