@@ -37,6 +37,7 @@ SILENT = {
     tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
     tokenize.ENDMARKER,
 }
+MOST_TOKENS = 3000
 LARGE = {  # to be divided; no others
     "export/twin/twin.py",
     "magnetics/bars.py",
@@ -54,7 +55,7 @@ POSIX = {
         "chown", "fork", "getegid", "geteuid", "getgid", "getloadavg", "getpgid", "getuid", "killpg", "mkfifo", "nice",
         "posix_spawn", "sched_getaffinity", "sched_setaffinity", "setpgid", "setsid", "sysconf", "uname", "wait4",
     )),
-}  # fmt: skip
+}
 PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN"}
 
 # files without tests of their own at the mirrored place, and where they are tested instead
@@ -145,6 +146,11 @@ UNMIRRORED = {
     "silicone/least_squares.py": "tests/silicone/test_fitting.py: the fits that it makes",
     "version.py": "tests/report/test_folder.py: a calibration of another version is refused",
 }
+
+
+def tokens_of(text: str) -> int:
+    """Count the tokens of Python's code, without comments, line ends and indents."""
+    return sum(each.type not in SILENT for each in tokenize.generate_tokens(io.StringIO(text).readline))
 
 
 def room(module: str) -> str:
@@ -246,8 +252,8 @@ def test_package_neither_prints_nor_asserts(path: Path) -> None:
 def test_files_stay_readable(path: Path) -> None:
     """A file answers one question: said in its docstring, in at most 3000 tokens but for those that are listed."""
     text = path.read_text()
-    tokens = sum(each.type not in SILENT for each in tokenize.generate_tokens(io.StringIO(text).readline))
-    assert (tokens > 3000) == (path.relative_to(PACKAGE).as_posix() in LARGE), f"{tokens} tokens"
+    tokens = tokens_of(text)
+    assert (tokens > MOST_TOKENS) == (path.relative_to(PACKAGE).as_posix() in LARGE), f"{tokens} tokens"
     assert not text.strip() or ast.get_docstring(ast.parse(text))
 
 

@@ -5,32 +5,26 @@
     branching functions     more than ten branches: if, for, while, except, and, or, comprehensions, assert, case
     long signatures         more than six arguments
     skipped formats         lines that ask a formatter to pass by
-    large files             more than 3000 tokens
+    large files             those that `test_architecture.py` lists
     entered in space        files of which a function runs in `simulate biorob2018`, by default
     entered in the plane    the same, by the models planar and planar
 
-Ceilings only go down: who lowers a count lowers its ceiling. Run ``python .ci/weigh.py``.
+Ceilings only go down: who lowers a count lowers its ceiling. Run ``python tests/weigh.py``.
 """
 
 from __future__ import annotations
 
 import ast
-import io
 import os
 import re
 import subprocess
 import sys
-import tokenize
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1] / "sits_mech"
+from test_architecture import FILES, LARGE, PACKAGE, ROOT, tokens_of
+
 CEILINGS = {
     "lines": 47_082, "tokens": 406_736, "named numbers": 524, "branching functions": 126, "long signatures": 33,
     "skipped formats": 0, "large files": 6, "entered in space": 127, "entered in the plane": 120,
-}
-_SILENT = {
-    tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
-    tokenize.ENDMARKER,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)
@@ -54,12 +48,11 @@ print(len(entered))
 def counts() -> dict[str, int]:
     """Count all but the files entered."""
     found = dict.fromkeys(list(CEILINGS)[:-2], 0)
-    for path in sorted(ROOT.rglob("*.py")):
+    found["large files"] = len(LARGE)
+    for path in FILES:
         text = path.read_text(encoding="utf-8")
-        tokens = sum(each.type not in _SILENT for each in tokenize.generate_tokens(io.StringIO(text).readline))
         found["lines"] += text.count("\n")
-        found["tokens"] += tokens
-        found["large files"] += tokens > 3000
+        found["tokens"] += tokens_of(text)
         found["named numbers"] += len(_NUMBER.findall(text))
         found["skipped formats"] += text.count("# fmt: skip")
         for node in ast.walk(ast.parse(text)):
@@ -79,8 +72,8 @@ def branches(node: ast.AST) -> int:
 
 def entered(*models: str) -> int:
     """Count files of which a function runs in a `simulate`."""
-    here = os.environ | {"SITS_MECH_CACHE": "off", "PYTHONPATH": str(ROOT.parent)}
-    command = [sys.executable, "-c", _ENTERED, str(ROOT), *models]
+    here = os.environ | {"SITS_MECH_CACHE": "off", "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", _ENTERED, str(PACKAGE), *models]
     return int(subprocess.run(command, env=here, capture_output=True, text=True, check=True).stdout)
 
 
