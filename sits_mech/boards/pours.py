@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -48,9 +49,10 @@ def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tupl
         else:
             found += [_pour(zone.net, layer, points) for layer, points in zone.fills]
     for pour in found:
+        copper = polygon([pour.rim, *pour.holes])
         for other in routes:
             for run in other.runs:
-                _check_clear(pour, run, f"{board.name}: net {other.net}")
+                _check_clear(pour, copper, run, f"{board.name}: net {other.net}")
     return tuple(found), tuple(notes)
 
 
@@ -71,13 +73,12 @@ def loops(points: Array) -> list[Array]:
     return [shapely.get_coordinates(ring)[:-1] * _GRID for ring in (largest.exterior, *largest.interiors)]
 
 
-def _check_clear(pour: Pour, run: Run, where: str) -> None:
-    """Refuse a pour that touches the copper of a run on its layer."""
+def _check_clear(pour: Pour, copper: Any, run: Run, where: str) -> None:
+    """Refuse a pour, a polygon of shapely beside it, that touches the copper of a run on its layer."""
     if pour.layer != run.layer:
         return
     import shapely
 
-    copper = polygon([pour.rim, *pour.holes])
     pieces = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
     near = np.flatnonzero(shapely.dwithin(copper, pieces, run.width / 2))
     at = run.points[near[0]] if len(near) else None

@@ -184,10 +184,10 @@ def _marks(sensor: Sensor, goal: Goal | None, row: Row, tolerance: float) -> dic
     if status != OK:
         return marked([status])
     error = 0.0 if goal is None else goal.of(np.array([row[name] for name in ERRORS]), shared_of(row))
-    between, notes = INTERPOLATED in row["notes"], row["notes"]
-    if sensor.elastomer is not None and np.isfinite(row["stretch"]):
-        notes = renewed_notes(notes, sensor.elastomer.silicone, row["stretch"])
-    flags = flags_of(error, tolerance, row["stretch"], known_stretch(sensor), interpolated=between)
+    notes, stretch = row["notes"], row["stretch"]
+    if sensor.elastomer is not None and np.isfinite(stretch):
+        notes = renewed_notes(notes, sensor.elastomer.silicone, stretch)
+    flags = flags_of(error, tolerance, stretch, known_stretch(sensor), interpolated=INTERPOLATED in notes)
     return {"notes": notes} | marked(flags)
 
 

@@ -98,7 +98,7 @@ def export_path(sensor: Sensor, kind: str, path: Path | None) -> Path:
     """
     form = format_of(kind)
     path = Path(f"{plain_name(sensor.name)}{form.suffix}") if path is None else path
-    if path.suffix != form.suffix:
+    if path.suffix not in ("", form.suffix):  # others are loaded only where one may be meant
         other = next((name for name in formats() if name != kind and _suffix(name) == path.suffix), None)
         if other is not None:
             raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}, as for {other}")

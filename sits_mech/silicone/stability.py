@@ -107,10 +107,10 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
 
 def renewed_notes(notes: str, silicone: Silicone, largest_stretch: float) -> str:
     """Replace what `layer_notes` said in notes, joined by "; ", by those of another stretch."""
+    if _REACHED not in notes and not largest_stretch > silicone.known_stretch:
+        return notes
     kept = [note for note in notes.split("; ") if note and _REACHED not in note]
-    if len(kept) < len(notes.split("; ")) or largest_stretch > silicone.known_stretch:
-        kept += layer_notes(silicone, largest_stretch)
-    return "; ".join(kept)
+    return "; ".join([*kept, *layer_notes(silicone, largest_stretch)])
 
 
 def _earlier(*found: Stability) -> Stability | None:

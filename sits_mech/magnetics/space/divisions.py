@@ -131,10 +131,8 @@ def _fitting_family(
 
 
 @lru_cache(maxsize=64)
-def _family(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, near: bool | None
-) -> _Family:
-    """Return a plate's divisions, as in `prepared`."""
+def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, near: bool | None) -> _Family:
+    """Return a plate's divisions, as in `prepared`; `near` as in `_fitting_family`, None of a plate by polynomials."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
     half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
@@ -150,8 +148,8 @@ def _family(
     needed = max(memory_of(plan, z.size - 1, vertical, seen) for plan, z in divisions)
     seconds = _GIB * needed / GIB
     if near is not None:
-        kept, factored = _near_cost(divisions, vertical, near * (1 if resolved else DEPTHS.size))
-        needed, seconds = needed + kept, seconds + factored
+        held, factored = _near_cost(divisions, vertical, near * (1 if resolved else DEPTHS.size))
+        needed, seconds = needed + held, seconds + factored
     return _Family(divisions, box, highest, vertical, resolved, needed, seconds)
 
 
@@ -177,14 +175,14 @@ def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
 
 
 def _near_cost(divisions: Sequence[tuple[Plan, Array]], depth: float, frequencies: int) -> tuple[float, float]:
-    """What a near plate's classes keep, by the module's formula [bytes], and how long their factors take [s]."""
-    kept = seconds = 0.0
+    """Return what a near plate's classes keep, by the module's formula [bytes], and what their factors take [s]."""
+    held = seconds = 0.0
     for plan, z in (divisions[k] for k in set(first_alike(divisions))):
         u, classes = (z.size - 1) * most_unknowns(plan, depth), 2 * len(plan.characters)
         c = 2 if np.iscomplex(plan.characters).any() else 1
-        kept += 8.0 * classes * u**2 * (2 * c + 2 * frequencies)
+        held += 8.0 * classes * u**2 * (2 * c + 2 * frequencies)
         seconds += _FACTOR * classes * u**3 * frequencies
-    return kept, seconds
+    return held, seconds
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:
