@@ -129,6 +129,43 @@ class Pose:
         return tuple(name for name in POSE[3:] if np.any(np.asarray(getattr(self, name)) != 0.0))
 
 
+@dataclass(frozen=True)
+class Bounded:
+    """Numbers within errors, shape (..., k), of which signed parts are shared: affine arithmetic for linear maps.
+
+    A number x stands for x + sum_j t_j m_j + u, |t_j| <= 1, |u| <= a. The factors t_j are common to all, so that in
+    differences shared parts m_j cancel as far as they are alike; an own part a is of each number for itself. Source:
+    L. H. de Figueiredo, J. Stolfi, Numer. Algorithms 37 (2004) 147, section 2.
+    """
+
+    value: Array
+    shared: Array  # (m, ..., k), parts of the errors with their signs
+    own: Array  # (..., k)
+
+    @classmethod
+    def of(cls, value: Array, error: Array, shared: Array | None = None) -> Bounded:
+        """Return numbers by their errors in all, and what of these is known to be shared."""
+        shared = np.zeros((0, *value.shape)) if shared is None else shared
+        return cls(value, shared, np.maximum(error - np.abs(shared).sum(axis=0), 0.0))
+
+    @property
+    def error(self) -> Array:
+        """The errors in all."""
+        return np.asarray(np.abs(self.shared).sum(axis=0) + self.own)
+
+    def __getitem__(self, place: Any) -> Bounded:
+        """Return some of the numbers."""
+        return Bounded(self.value[place], self.shared[:, place], self.own[place])
+
+    def __sub__(self, other: Bounded) -> Bounded:
+        """Return differences from numbers with the same shared parts."""
+        return Bounded(self.value - other.value, self.shared - other.shared, self.own + other.own)
+
+    def mapped(self, matrix: Array) -> Bounded:
+        """Return the numbers by a linear map (l, k), shape (..., l)."""
+        return Bounded(self.value @ matrix.T, self.shared @ matrix.T, self.own @ np.abs(matrix).T)
+
+
 WRENCH = ("F_x", "F_z", "M", "F_y", "M_x", "M_z")
 """Names of the components of a wrench; the first three are the plane's."""
 POSE = ("d_h", "d_v", "alpha", "d_y", "alpha_x", "alpha_z")

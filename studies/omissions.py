@@ -34,9 +34,9 @@ from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechani
 from sits_mech.chain.omissions import idle_share, skin_depths, strain_bound
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.chain.simulate import simulate
-from sits_mech.mechanics.loads import settle
+from sits_mech.mechanics.loads import Settled, settle
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import Bounded, Pose, Wrench
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
@@ -90,12 +90,10 @@ def moved(sensor: Sensor, pose: Pose) -> np.ndarray:
     return np.array([pose.d_h, rest - pose.d_v, 0.5 * sensor.target.extent[0] * pose.alpha], dtype=float)
 
 
-def apart(sensor: Sensor, first: dict[Wrench, Row], second: dict[Wrench, Row]) -> float:
+def apart(sensor: Sensor, first: dict[Wrench, Settled], second: dict[Wrench, Settled]) -> float:
     """Return the largest difference of two answers to a grid, over the largest displacement."""
-    poses = [
-        np.array([moved(sensor, Pose(rows[load]["d_h"], rows[load]["d_v"], rows[load]["alpha"])) for load in first])
-        for rows in (first, second)
-    ]
+    each = [[some[load].rest for load in first] for some in (first, second)]
+    poses = [np.array([moved(sensor, rest.pose) for rest in rests if rest]) for rests in each]
     return float(np.abs(poses[0] - poses[1]).max() / np.abs(poses[0]).max())
 
 
@@ -137,12 +135,13 @@ def places_beside(count: int) -> Saving:
     """Return what is saved where a symmetric load has no error to the side and none of rotation."""
     sensor, zero = load_sensor("biorob2018"), np.zeros(count)
     model, _ = magnetic_model(sensor, "sheets", 1e-2)
-    pose, errors = Pose(zero, np.linspace(1.5e-3, 2e-3, count), zero), (zero, zero + 1e-5, zero)
+    pose = Pose(zero, np.linspace(1.5e-3, 2e-3, count), zero)
     model.impedance(pose, sensor.frequency)
     found = []
     for less in (0.0, 1e-9):
+        error = Pose(zero + less, zero + 1e-5, zero + less)
         began = time.process_time()
-        reading = read_poses(sensor, model, pose, Pose(errors[0] + less, errors[1], errors[2] + less))
+        reading = read_poses(sensor, model, Bounded.of(pose.components, error.components))
         found.append((reading.signals, time.process_time() - began))
     (few, without), (all_, with_) = found
     missed = np.abs(few.error_L_v_percent - all_.error_L_v_percent).max() / np.abs(all_.error_L_v_percent).max()

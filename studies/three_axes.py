@@ -19,7 +19,7 @@ from sits_mech.analysis.bench import model_errors, sensor_calibration
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.interpolate import INTERPOLATED
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import read_poses, stacked
+from sits_mech.chain.pose_errors import poses_of, read_poses
 from sits_mech.chain.simulate import at_rest
 from sits_mech.quantities import Array, Wrench
 from sits_mech.readout.calibration import OK
@@ -33,7 +33,7 @@ def direct(sensor: Sensor, loads: list[Wrench], tolerance: float) -> Array:
     """Return the inductance of each coil under loads that are solved one by one, from rest, shape (m, n) [H]."""
     layer, field = (choose(sensor, "auto", tolerance, loads)[0] for choose in (mechanical_model, loaded_model))
     found = [at_rest(sensor, layer, load) for load in loads]
-    reading = read_poses(sensor, field, stacked([one.pose for one in found]), stacked([one.error for one in found]))
+    reading = read_poses(sensor, field, poses_of(found))
     return np.asarray(np.diagonal(reading.impedance.L, axis1=-2, axis2=-1))
 
 

@@ -21,18 +21,21 @@ RANKS = {
          "labels", "status"), 0
     ),
     **dict.fromkeys(("silicone", "maps"), 1),
-    "scene": 2,
-    **dict.fromkeys(("boards", "cases", "meshing"), 3),
-    **dict.fromkeys(("geometry", "readout"), 4),
-    **dict.fromkeys(("mechanics", "magnetics"), 5),
-    "chain": 6,
-    "analysis": 7,
-    **dict.fromkeys(("batch", "synthesis"), 8),
-    **dict.fromkeys(("report", "schemas", "__init__"), 9),
-    "export": 10,
-    "cli": 11,
-    "__main__": 12,
+    "readout": 2,
+    "scene": 3,
+    **dict.fromkeys(("boards", "cases", "meshing"), 4),
+    "geometry": 5,
+    **dict.fromkeys(("mechanics", "magnetics"), 6),
+    "chain": 7,
+    "analysis": 8,
+    **dict.fromkeys(("batch", "synthesis"), 9),
+    **dict.fromkeys(("report", "schemas", "__init__"), 10),
+    "export": 11,
+    "cli": 12,
+    "__main__": 13,
 }
+PLUGGED = ("analysis", "boards", "batch", "synthesis", "report", "schemas", "export", "cli")
+"""Rooms around the core, which stands without them: a scene to its calibration and the inverse."""
 SILENT = {
     tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
     tokenize.ENDMARKER,
@@ -285,6 +288,28 @@ def test_import_is_quiet_and_small() -> None:
         "assert len(names) <= 24, names\n"
         "missing = [name for name in names if not hasattr(sits_mech, name)]\n"
         "assert not missing, missing\n"
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_the_core_stands_alone() -> None:
+    """Without any of the rooms around it a scene is calibrated and a reading inverted."""
+    done = _python(
+        "import sys\n"
+        f"sys.modules |= dict.fromkeys(['sits_mech.' + room for room in {PLUGGED}])  # to import one raises\n"
+        "from sits_mech.chain.calibrate import calibrate\n"
+        "from sits_mech.chain.models import plan\n"
+        "from sits_mech.chain.simulate import simulate\n"
+        "from sits_mech.quantities import Wrench\n"
+        "from sits_mech.readout.calibration import calibration\n"
+        "from sits_mech.scene.sensor import load_sensor\n"
+        "sensor, models = load_sensor('biorob2018'), {'mechanics': 'linear', 'magnetics': 'planar', 'tolerance': 0.1}\n"
+        "plan(sensor, [Wrench(0.1, 0.5)])\n"
+        "simulate(sensor, Wrench(0.1, 0.5), **models)\n"
+        "data = calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)\n"
+        "known = calibration(data, [2e-6, 2e-6])\n"
+        "forces = known.inverse(known.forward(0.1, 0.4)).forces\n"
+        "assert abs(forces - [0.1, 0.4]).max() < 1e-3, forces\n"
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 

@@ -1,10 +1,13 @@
 """What passes between the rooms: names and order of components, what leaves the plane, what JSON can hold."""
 
+import itertools
 import json
 
 import numpy as np
 
-from sits_mech.quantities import POSE, UNITS, WRENCH, Pose, Wrench, as_jsonable, shown_unit
+from sits_mech.quantities import POSE, UNITS, WRENCH, Bounded, Pose, Wrench, as_jsonable, shown_unit
+
+MAP = np.array([[1.0, 2.0], [3.0, 0.0]])
 
 
 def test_components_come_back_in_their_order() -> None:
@@ -42,3 +45,35 @@ def test_components_are_the_askers_own() -> None:
     pose = Pose(1e-3, np.array([2e-3, 3e-3]))
     pose.components[0, 0] = 1.0
     assert pose.components[0, 0] == 1e-3
+
+
+def test_parts_of_one_factor_may_cancel_in_a_map_and_the_rest_may_not():
+    value, error = np.zeros(2), np.array([2.0, 1.0])
+
+    def mapped(*shared):
+        return Bounded.of(value, error, np.array(shared).reshape(-1, 2)).mapped(MAP[:1]).error[0]
+
+    assert Bounded.of(value, error).mapped(MAP).error.tolist() == [4.0, 6.0]
+    assert mapped([2.0, -1.0]) == 0.0 and mapped([2.0, 1.0]) == 4.0
+    assert mapped([1.0, 0.0], [1.0, -1.0]) == 2.0  # each its own factor
+    assert mapped([1.0, -0.5]) == 2.0  # half of both is left
+
+
+def test_errors_hold_all_that_the_factors_allow_and_no_more():
+    """Of maps and differences, at every corner of the box of factors: the largest deviation is the error."""
+    draw = np.random.default_rng(3).normal
+    one, other = (Bounded(draw(size=2), shared, np.abs(draw(size=2))) for shared in draw(size=(2, 2, 2)))
+    found = one.mapped(MAP) - other.mapped(MAP)
+    worst = np.zeros(2)
+    for t in itertools.product((-1.0, 1.0), repeat=6):
+        here = t[0] * (one.shared[0] - other.shared[0]) + t[1] * (one.shared[1] - other.shared[1])
+        here = here + t[2:4] * one.own - t[4:] * other.own
+        worst = np.maximum(worst, np.abs(MAP @ here))
+    np.testing.assert_allclose(found.error, worst, rtol=1e-12)
+    np.testing.assert_allclose(found.value, MAP @ (one.value - other.value), rtol=1e-12)
+
+
+def test_some_of_many_keep_their_parts():
+    many = Bounded.of(np.arange(6.0).reshape(3, 2), np.ones((3, 2)), np.full((1, 3, 2), 0.25))
+    assert many[1].value.tolist() == [2.0, 3.0] and many[1:].shared.shape == (1, 2, 2)
+    assert (many[2] - many[0]).error.tolist() == [1.5, 1.5]  # what all share is gone

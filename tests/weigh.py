@@ -1,6 +1,7 @@
 """How heavy is the package? Counts beside their ceilings; exit code 1 when one is above its own.
 
     lines, tokens           of sits_mech; tokens without comments, line ends and indents
+    core lines              those of the rooms that a scene needs to be calibrated and read
     named numbers           statements such as `_SMALL = 0.01`
     branching functions     more than ten branches: if, for, while, except, and, or, comprehensions, assert, case
     long signatures         more than six arguments
@@ -20,11 +21,11 @@ import re
 import subprocess
 import sys
 
-from test_architecture import FILES, LARGE, PACKAGE, ROOT, tokens_of
+from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 47_082, "tokens": 406_736, "named numbers": 524, "branching functions": 126, "long signatures": 33,
-    "skipped formats": 0, "large files": 6, "entered in space": 127, "entered in the plane": 120,
+    "lines": 47_081, "core lines": 31_875, "tokens": 406_487, "named numbers": 524, "branching functions": 126,
+    "long signatures": 33, "skipped formats": 0, "large files": 6, "entered in space": 127, "entered in the plane": 120,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)
@@ -52,6 +53,7 @@ def counts() -> dict[str, int]:
     for path in FILES:
         text = path.read_text(encoding="utf-8")
         found["lines"] += text.count("\n")
+        found["core lines"] += text.count("\n") * (path.relative_to(PACKAGE).parts[0] not in PLUGGED)
         found["tokens"] += tokens_of(text)
         found["named numbers"] += len(_NUMBER.findall(text))
         found["skipped formats"] += text.count("# fmt: skip")

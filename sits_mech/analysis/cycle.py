@@ -23,12 +23,13 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 
 from sits_mech.chain.goal import farthest
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import Reading, read_poses, stacked
+from sits_mech.chain.pose_errors import Reading, poses_of, read_poses
 from sits_mech.chain.promise import aim_at
-from sits_mech.chain.simulate import flags_over, with_symmetry
+from sits_mech.chain.simulate import flags_over
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.labels import labelled
-from sits_mech.quantities import POSE, Array, Pose, Wrench
+from sits_mech.mechanics.symmetry import symmetrised, symmetry_of
+from sits_mech.quantities import POSE, Array, Bounded, Pose, Wrench
 from sits_mech.readout.signals import told
 from sits_mech.scene.elastomer import pad_volume
 from sits_mech.scene.sensor import SceneError, Sensor, provenance
@@ -81,19 +82,20 @@ def load_cycle(
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [peak])
     height = 0.0 if sensor.target is None else sensor.target.load_height
     curve = elastic_curve(layer, peak, height=height, points=points)
-    curve = replace(curve, found=tuple(with_symmetry(sensor, item) for item in curve.found))
+    symmetry = symmetry_of(sensor)
+    curve = replace(curve, found=tuple(symmetrised(item, symmetry, item.wrench) for item in curve.found))
     for item in curve.found:
         check_clearance(sensor, item.pose)
-    poses = _poses(curve, "pose")
-    aim = aim_at(sensor, magnetics, tolerance, [peak], farthest(poses))
-    reading = read_poses(sensor, field if aim is None else aim.field, poses, _poses(curve, "error"))
+    poses = _poses(curve)
+    aim = aim_at(sensor, magnetics, tolerance, [peak], farthest(Pose.of(poses.value)))
+    reading = read_poses(sensor, field if aim is None else aim.field, poses)
     elastic = _elastic_share(sensor, programme, curve)
     columns: dict[str, Any] = {"share": ("time", programme.share), "elastic_share": ("time", elastic)}
     columns |= _carried(curve, reading, elastic)
-    error = Pose(*(columns[f"error_{name}"][1] for name in POSE))
+    pose, error = (np.stack([columns[f"{kind}{name}"][1] for name in POSE], axis=-1) for kind in ("", "error_"))
     stretch = np.interp(elastic, curve.share, np.array([each.report.stretch for each in curve.found], dtype=float))
     goal = None if aim is None else aim.goal
-    marks = marked(joined(flags_over(sensor, goal, error, stretch, tolerance)["flags"]))
+    marks = marked(joined(flags_over(sensor, goal, Bounded.of(pose, error), stretch, tolerance)["flags"]))
     names = [coil.name for coil in sensor.coils]
     data = xr.Dataset(columns, coords={"time": programme.time, "coil": names, "coil_2": names})
     data["L0"] = (("coil", "coil_2"), reading.impedance.L0)
@@ -128,9 +130,10 @@ def _check(programme: Programme) -> None:
         raise SceneError(f"share must lie between 0 and 1; got {share.min():g} to {share.max():g}")
 
 
-def _poses(curve: ElasticCurve, kind: str) -> Pose:
-    """Return the poses of a curve, or their errors, as one."""
-    return stacked([getattr(item, kind) for item in curve.found])
+def _poses(curve: ElasticCurve) -> Bounded:
+    """Return the poses of a curve, each with its error alone, shape (p, 6)."""
+    found = poses_of(curve.found)
+    return Bounded.of(found.value, np.array([item.error.components for item in curve.found]))
 
 
 def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) -> Array:
@@ -147,8 +150,10 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
 
 def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str, Any]:
     """Return pose, inductance and signals over time, each with its error, as columns of a table."""
-    pose, error, found, shown = _poses(curve, "pose"), _poses(curve, "error"), reading.impedance, reading.signals
-    values = {name: (getattr(pose, name), getattr(error, name)) for name in POSE}
+    poses, found, shown = _poses(curve), reading.impedance, reading.signals
+    values: dict[str, tuple[Any, Any]] = {
+        name: (poses.value[:, k], poses.error[:, k]) for k, name in enumerate(POSE)
+    }
     values |= {"L": (found.L, found.error_L)}
     known = shown.known
     values |= {name: (item, known[f"error_{name}"]) for name, item in known.items() if f"error_{name}" in known}

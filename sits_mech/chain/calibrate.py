@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.cases import Progress, Row, table
-from sits_mech.chain.aimed import AimedRows, aimed_rows, status_of
+from sits_mech.cases import Progress
+from sits_mech.chain.aimed import AimedLoads, aimed_loads, status_of
+from sits_mech.chain.columns import Columns, of_readings, of_rests, spread
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.gradient import SlopedModel, numbers_of
 from sits_mech.chain.gradient_grid import WithSlopes
@@ -21,18 +22,18 @@ from sits_mech.chain.interpolate import INTERPOLATED, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import leaving
-from sits_mech.chain.pose_errors import Reading, poses_of, read_poses, signal_weights, signals_at
+from sits_mech.chain.pose_errors import poses_of, read_poses
 from sits_mech.chain.temperature import CHAINED, slopes_by_temperature
 from sits_mech.labels import labelled
-from sits_mech.mechanics.loads import ERRORS, kept_key, shared_of
+from sits_mech.maps.grid import Axes
+from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
-from sits_mech.readout.signals import Signals, signal_changes, signals
+from sits_mech.quantities import WRENCH, Equilibrium, Impedance, MechanicalModel, Pose, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
 from sits_mech.silicone.stability import renewed_notes
-from sits_mech.status import ANSWERED, OK, flags_of, marked
+from sits_mech.status import OK, flags_of, marked
 from sits_mech.units import shown
 
 if TYPE_CHECKING:
@@ -108,6 +109,8 @@ def calibrate(
     >>> dict(data["L_v_percent"].sizes), data["status"].values.ravel()[0]
     ({'F_x': 3, 'F_z': 3}, 'ok')
     """
+    import xarray as xr
+
     given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
     axes = {name: _checked(name, values) for name, values in given.items()}
     grid = {name: axes[name] for name in WRENCH if name in ("F_x", "F_z") or np.ndim(given[name])}
@@ -122,43 +125,68 @@ def calibrate(
     numbers = _by_temperature(sensor, by_layer.name, layer) if drift else ([], [])
     layer = WithSlopes(layer, tuple(numbers[1])) if drift else layer
     keep = (folder, kept_key(sensor, by_layer.name, tolerance, drift=drift))
-    found = aimed_rows(
-        sensor, layer, axes, (by_layer.name, magnetics), tolerance,
-        symmetry=symmetry_of(sensor), keep=keep, progress=progress, best=best,
+    symmetry = symmetry_of(sensor)
+    found = aimed_loads(
+        sensor, layer, axes, magnetics, tolerance, symmetry=symmetry, keep=keep, progress=progress, best=best
     )
-    more = None if not drift else partial(
-        slopes_by_temperature, sensor, (found.field, by_field.name, found.asked), numbers=numbers
-    )
-    rows = [found.rows[load] for load in loads]
-    reading, done = _read_rows(sensor, found.field, _shown(rows, loads), more)
-    done = [row | _marks(sensor, found.goal, own, tolerance) for row, own in zip(done, rows, strict=True)]
+    by_name = found.field, by_field.name, found.asked
+    slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if drift else None
+    columns, read, shown = _read(sensor, found, grid, loads, tolerance, slopes)
     coils = [coil.name for coil in sensor.coils]
-    data = table(grid, done).assign_coords({"coil": coils, "coil_2": coils, **fixed})
-    data = data.assign_coords(thermal_cause=list(CAUSES)) if drift else data
-    data["L0"] = (("coil", "coil_2"), reading.L0)
+    coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if drift else {})
+    data = xr.Dataset(columns, coords)
+    data["L0"] = (("coil", "coil_2"), shown.L0)
     said = (*by_field.notes, *(f"left out: {item.text}" for item in by_field.left_out))
-    said += _beside(sensor, (by_layer.name, by_field.name), done, reading)
+    said += _beside(sensor, (by_layer.name, by_field.name), read, shown)
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
-    attributes |= {"unit_L": reading.unit_L, "request": json.dumps(request)}
+    attributes |= {"unit_L": shown.unit_L, "request": json.dumps(request)}
     attributes |= {"notes": "; ".join(said)} | _promised(found)
     return labelled(data.assign_attrs(**provenance(sensor), **attributes))
 
 
-def _promised(found: AimedRows) -> dict[str, Any]:
+def _read(
+    sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], tolerance: float,
+    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None,
+) -> tuple[Columns, list[Equilibrium], Impedance]:
+    """Return the columns of all loads, and the rests and impedances of those with a reading."""
+    settled = [found.settled[load] for load in loads]
+    status = [status_of(sensor, one) for one in settled]
+    good = [word == OK for word, _ in status]
+    read = [one.rest for one, fine in zip(settled, good, strict=True) if one.rest and fine]
+    poses = poses_of(read)
+    reading = read_poses(sensor, found.field, poses)
+    shown = reading.impedance
+    marks = [_marks(sensor, found.goal, one, word, tolerance) for one, (word, _) in zip(settled, status, strict=True)]
+    own: Columns = {name: ((), [mark[name] for mark in marks]) for name in ("status", "notes", "flags")}
+    own |= {"reason": ((), [why for _, why in status])}
+    share = shown.report.seconds / max(len(read), 1)
+    own |= {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}
+    own = spread(grid, np.ones(len(loads)), own)
+    of_read = of_readings(sensor, reading, poses) | ({} if slopes is None else slopes(shown, read))
+    of_read |= {"error_magnetics": ((), np.full(len(read), shown.report.estimated_error))}
+    columns = {name: own.pop(name) for name in ("status", "reason")}
+    carried = of_rests([one.rest for one in settled if one.rest], leaves=bool(leaving(loads)))
+    columns |= spread(grid, [one.rest is not None for one in settled], carried)
+    columns |= {name: own.pop(name) for name in ("notes", "seconds")}
+    return columns | spread(grid, good, of_read) | own, read, shown
+
+
+def _promised(found: AimedLoads) -> dict[str, Any]:
     """Return planned seconds and error over full scale, and the error reached, where known."""
     if found.planned is None:
         return {}
     return {"planned": [found.planned.seconds, found.planned.error], "reached": found.reached}
 
 
-def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
+def _beside(
+    sensor: Sensor, names: tuple[str, str], read: Sequence[Equilibrium], found: Impedance
+) -> tuple[str, ...]:
     """Name what sections leave out beside the errors, at the pose whose inductances change most."""
-    done = [row for row in rows if row["status"] in ANSWERED]
-    if not done:
+    if not read:
         return ()
     most = np.argmax(np.abs(found.L - found.L0).max(axis=(1, 2)), keepdims=True)
     own = {name: getattr(found, name)[most] for name in ("L", "R", "error_L", "error_R")}
-    shown = Shown(Pose.of(poses_of(done)[0].components[most]), replace(found, **own, shared_L=None))
+    shown = Shown(Pose.of(poses_of(read).value[most]), replace(found, **own, shared_L=None))
     size, unknown = beside_errors(omissions(sensor, (), *names, shown))
     parts = [f"what sections neglect, {size:.2g} of the largest change, is not in the errors"] if size > 0.0 else []
     return (*parts, *(f"{name}: not estimated, not in the errors" for name in unknown))
@@ -178,24 +206,18 @@ def _checked(name: str, values: Loads) -> list[float]:
     return [float(f"{value:.14g}") if own else float(value) for value, own in zip(given, rounded, strict=True)]
 
 
-def _marks(sensor: Sensor, goal: Goal | None, row: Row, tolerance: float) -> dict[str, str]:
-    """Return status and flags of a load from its errors over the signals' full scale."""
-    status, _ = status_of(sensor, row)
-    if status != OK:
-        return marked([status])
-    error = 0.0 if goal is None else goal.of(np.array([row[name] for name in ERRORS]), shared_of(row))
-    notes, stretch = row["notes"], row["stretch"]
+def _marks(sensor: Sensor, goal: Goal | None, settled: Settled, status: str, tolerance: float) -> dict[str, str]:
+    """Return status, flags and notes of a load from its errors over the signals' full scale."""
+    rest = settled.rest
+    notes = "" if rest is None else "; ".join(rest.report.notes)
+    if rest is None or status != OK:
+        return marked([status]) | {"notes": notes}
+    error = 0.0 if goal is None else goal.of(poses_of([rest]))
+    stretch = np.nan if rest.report.stretch is None else rest.report.stretch
     if sensor.elastomer is not None and np.isfinite(stretch):
         notes = renewed_notes(notes, sensor.elastomer.silicone, stretch)
     flags = flags_of(error, tolerance, stretch, known_stretch(sensor), interpolated=INTERPOLATED in notes)
     return {"notes": notes} | marked(flags)
-
-
-def _shown(rows: Sequence[Row], loads: Sequence[Wrench]) -> list[Row]:
-    """Return the rows of loads without states, and without out-of-plane components where no load has any."""
-    beside = () if leaving(loads) else POSE[3:]
-    hidden = {"state", "unknowns", *beside, *(f"error_{name}" for name in beside)}
-    return [{name: item for name, item in row.items() if name not in hidden} for row in rows]
 
 
 def _by_temperature(
@@ -208,65 +230,3 @@ def _by_temperature(
     if said:
         raise SceneError(f"drift: {said}")
     return numbers_of(sensor, CHAINED)
-
-
-def _read_rows(
-    sensor: Sensor, model: MagneticModel, rows: Sequence[Row], more: Callable[..., dict[str, Array]] | None = None
-) -> tuple[Impedance, list[Row]]:
-    """Return the impedance of all converged rows, and the rows with impedances, signals and `more`."""
-    checked = [row | dict(zip(("status", "reason"), status_of(sensor, row), strict=True)) for row in rows]
-    good = [row for row in checked if row["status"] == OK]
-    poses, errors, parts = poses_of(good)
-    reading = read_poses(sensor, model, poses, errors, parts)
-    found, coils, shared = reading.impedance, ("coil", "coil_2"), _shared(sensor, reading, parts)
-    share = found.report.seconds / max(len(good), 1)
-    beside = {} if more is None else more(found, poses, rows=good)
-    own = {"slope_T_L": ("coil",), "slope_T_L_by": ("thermal_cause", "coil")}
-    more_dims = {name: own.get(name, ()) for name in beside}
-    numbers = iter(range(len(good)))
-    done = []
-    for row in checked:
-        shown: dict[str, Any] = dict.fromkeys((*reading.signals.known, *_untilted(reading.untilted)), np.nan)
-        shown |= {name: (coils, np.full(found.L0.shape, np.nan)) for name in ("L", "R", "error_L", "error_R")}
-        shown |= {name: _entry(more_dims[name], np.full(part.shape[1:], np.nan)) for name, part in beside.items()}
-        if row["status"] == OK:
-            i = next(numbers)
-            shown = {name: (coils, getattr(found, name)[i]) for name in ("L", "R", "error_L", "error_R")}
-            shown |= signals_at(reading.signals, i).known | _untilted(signals_at(reading.untilted, i))
-            shown |= {name: _entry(dims, values[i]) for name, (dims, values) in shared.items()}
-            shown |= {name: _entry(more_dims[name], part[i]) for name, part in beside.items()}
-            shown |= {"error_magnetics": found.report.estimated_error, "seconds": row["seconds"] + share}
-        done.append({name: item for name, item in row.items() if name not in ("shared", "slopes")} | shown)
-    return found, done
-
-
-def _entry(dims: tuple[str, ...], values: Any) -> Any:
-    """Return an entry of a row: an array with its dimensions, or a number."""
-    return (dims, values) if dims else float(values)
-
-
-def _untilted(found: Signals) -> dict[str, Any]:
-    """Return the shear signals without rotation, under the names of a table."""
-    return {name: found.known[key] for key, name in _UNTILTED.items() if key in found.known}
-
-
-def _shared(sensor: Sensor, reading: Reading, parts: Array) -> dict[str, tuple[tuple[str, ...], Array]]:
-    """Return errors of L as variables of a table, shape (p, ...).
-
-    Signed parts that loads share, the magnetic model's last, those of each load alone, and errors of what the rotation
-    does to a signal.
-    """
-    weights, L0 = signal_weights(sensor), np.diagonal(reading.impedance.L0)
-    own, level = (signal_changes(change, L0, weights) for change in (reading.shared, reading.shared_untilted))
-    shared = {name: values.T for name, values in own.items()}
-    shared |= {name: level[key].T for key, name in _UNTILTED.items() if key in level}
-    poses = np.pad(parts, ((0, len(reading.shared) - len(parts)), (0, 0), (0, 0)))  # magnetics moves nothing
-    shared |= {name: poses[..., k].T for k, name in enumerate(POSE)}
-    turned = signals(np.broadcast_to(L0, (len(reading.turned), len(L0))), L0, weights, reading.turned).known
-    found: dict[str, tuple[tuple[str, ...], Array]] = {
-        f"shared_{name}": (("part",), values) for name, values in shared.items()
-    }
-    found["shared_L"] = ("part", "coil"), reading.shared.swapaxes(0, 1)
-    found["alone_L"] = ("cause", "coil"), reading.alone.swapaxes(0, 1)
-    known = {name: np.asarray(turned[f"error_{name}"]) for name in _UNTILTED if name in turned}
-    return found | {f"error_{name.removesuffix('_percent')}_turned": ((), values) for name, values in known.items()}

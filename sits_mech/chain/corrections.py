@@ -25,15 +25,14 @@ effectivity of error estimates, M. Ainsworth, J. T. Oden, Comput. Methods Appl. 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from sits_mech.cases import Row
-from sits_mech.chain.pose_errors import pose_of, poses_of
-from sits_mech.mechanics.loads import ERRORS, with_shared
-from sits_mech.quantities import POSE, Array, Wrench
-from sits_mech.status import OK
+from sits_mech.chain.pose_errors import poses_of
+from sits_mech.mechanics.loads import Settled
+from sits_mech.quantities import POSE, Array, Equilibrium, Pose, Wrench
 
 _NEAR = 0.75  # of the largest displacement: beyond, finer meshes are dear and settle least
 _TWO, _TRIED = 2, 4  # loads that are compared, and that are tried for it
@@ -42,31 +41,32 @@ _STILL = 1e-3  # of the farthest, a displacement that counts
 
 
 def corrected(
-    rows: Mapping[Wrench, Row], finer: Callable[[Wrench], Row], levers: Array, at_rest: Array
-) -> dict[Wrench, Row]:
-    """Return the rows of loads with poses and errors corrected by finer meshes.
+    settled: Mapping[Wrench, Settled], finer: Callable[[Wrench], Settled], levers: Array, at_rest: Array
+) -> dict[Wrench, Settled]:
+    """Return what comes of loads with poses and errors corrected by finer meshes.
 
     `finer` solves a load on them, without what its symmetry forbids; `levers`, shape (6,), turn the components of a
-    pose into displacements [1, m]; `at_rest`, shape (6,), is the undeformed pose. Failed rows, and all where no finer
-    mesh converges, come back unchanged.
+    pose into displacements [1, m]; `at_rest`, shape (6,), is the undeformed pose. Failed loads, and all where no
+    finer mesh converges, come back unchanged.
     """
-    good = [load for load, row in rows.items() if row["status"] == OK]
-    poses, errors, added = _rests([rows[load] for load in good])
+    good = {load: one.rest for load, one in settled.items() if one.rest is not None}
+    rests = list(good.values())
+    poses, errors, added = _numbers(rests)
     way = (poses - at_rest) * levers
     size, owned = (np.max(np.abs(own), axis=1, initial=0.0) for own in (way, errors * levers))
     moved = size > _STILL * np.max(size, initial=0.0)
-    open_to = [k for k, load in enumerate(good) if "state" in rows[load] and moved[k] and owned[k] > 0.0]
+    open_to = [k for k, rest in enumerate(rests) if rest.state.size and moved[k] and owned[k] > 0.0]
     open_to = [k for k in open_to if size[k] <= _NEAR * size.max()] or open_to
-    told: dict[int, Row] = {}
+    told: dict[int, Equilibrium] = {}
     for k in _telling(way, open_to)[:_TRIED]:
-        row = finer(good[k])
-        if row["status"] == OK and not np.array_equal(pose_of(row).components, poses[k]):
-            told[k] = row
+        rest = finer(rests[k].wrench).rest
+        if rest is not None and not np.array_equal(rest.pose.components, poses[k]):
+            told[k] = rest
         if len(told) == _TWO:
             break
     if not told:
-        return dict(rows)
-    finer_poses, finer_errors, _ = _rests(list(told.values()))
+        return dict(settled)
+    finer_poses, finer_errors, _ = _numbers(list(told.values()))
     change, owns, adds = finer_poses - poses[list(told)], errors[list(told)], added[list(told)]
     share = np.sum(change * adds, axis=0) / np.maximum(np.sum(owns**2, axis=0), 1e-300)
     shown = np.max(np.abs(change) / np.maximum(owns, 1e-300) * (owns > 0.0), axis=0)
@@ -76,32 +76,33 @@ def corrected(
     part = owned / np.maximum(size, 1e-300)  # of a displacement that meshes own to
     beyond = np.maximum(1.0, part / np.max(part[list(told)]))[:, None]
     ratio = np.maximum(ratio, np.minimum(1.0, ratio * beyond))
-    stretched = _stretched(rows, {good[k]: row for k, row in told.items()})
-    return dict(rows) | {
-        load: _moved(rows[load] | stretched(rows[load]), pose + share * adds, own_ratio * error, own_ratio * adds)
-        for load, pose, error, adds, own_ratio in zip(good, poses, errors, added, ratio, strict=True)
+    above = _stretch_share([(rest, rests[k]) for k, rest in told.items()])
+    moved_to, errors, parts = poses + share * added, ratio * errors, ratio * added
+    return dict(settled) | {
+        load: replace(settled[load], rest=replace(
+            rest, pose=Pose.of(moved_to[k]), error=Pose.of(errors[k]), shared=np.diag(parts[k]),
+            report=replace(rest.report, stretch=1.0 + above * _beyond(rest)),
+        ))
+        for k, (load, rest) in enumerate(good.items())
     }
 
 
-def _stretched(rows: Mapping[Wrench, Row], told: Mapping[Wrench, Row]) -> Callable[[Row], Row]:
-    """Return a function that corrects the stretch of a row by what finer meshes show of others."""
-    pairs = [(row.get("stretch", np.nan) - 1.0, rows[load].get("stretch", np.nan) - 1.0) for load, row in told.items()]
-    share = max((finer / first for finer, first in pairs if first > 0.0), default=np.nan)
-    if not np.isfinite(share):
-        return lambda row: {}
-    return lambda row: {"stretch": 1.0 + min(1.0, share) * (row["stretch"] - 1.0)}
+def _stretch_share(pairs: list[tuple[Equilibrium, Equilibrium]]) -> float:
+    """Return the largest share of the stretch beyond 1 that finer meshes show of loads, at most 1; 1 if unknown."""
+    beyond = [(_beyond(finer), _beyond(first)) for finer, first in pairs]
+    share = max((finer / first for finer, first in beyond if first > 0.0), default=1.0)
+    return min(1.0, share) if np.isfinite(share) else 1.0
 
 
-def _rests(rows: Sequence[Row]) -> tuple[Array, Array, Array]:
-    """Return poses of n rows, their errors, and what extrapolation adds, shape (n, 6) each."""
-    pose, error, parts = poses_of(rows)
-    return pose.components, error.components, parts.sum(axis=0)
+def _beyond(rest: Equilibrium) -> float:
+    """Return the stretch of a layer at rest less 1, NaN where it is not known."""
+    return np.nan if rest.report.stretch is None else rest.report.stretch - 1.0
 
 
-def _moved(row: Row, pose: Array, errors: Array, shared: Array) -> Row:
-    """Return a row with another pose, its errors, and the shared part of each component."""
-    found = with_shared(row, np.diag(shared))
-    return found | dict(zip((*POSE, *ERRORS), (*pose.tolist(), *errors.tolist()), strict=True))
+def _numbers(rests: list[Equilibrium]) -> tuple[Array, Array, Array]:
+    """Return poses of n rests, their errors, and what extrapolation adds, shape (n, 6) each."""
+    poses, errors = poses_of(rests), np.array([rest.error.components for rest in rests]).reshape(-1, len(POSE))
+    return poses.value, errors, poses.shared.sum(axis=0)
 
 
 def _telling(way: Array, open_to: list[int]) -> list[int]:

@@ -5,7 +5,7 @@ With s_i the signals of a sensor, i of those of a pair or of all, over the mean 
     S = max_i (max s_i - min s_i) over the poses asked for and the one at rest,      G_ik = (d s_i/d p_k)/S.
 
 A pose whose error has signed parts m_jk that all loads share and own parts a_k leaves an uncertainty of max_i (sum_j
-|sum_k G_ik m_jk| + sum_k |G_ik| a_k) of full scale (`by_goal`), the magnetics what they do not share between load and
+|sum_k G_ik m_jk| + sum_k |G_ik| a_k) of full scale, the magnetics what they do not share between load and
 rest. The mechanics are given what the magnetics leave of the tolerance, no less than half of it, and stop at the mesh
 where the first of these sums is within it: a component that no signal depends on is not solved for.
 
@@ -20,10 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.chain.conductors import on_axis
-from sits_mech.chain.pose_errors import diagonals, signal_weights, unloaded
+from sits_mech.chain.pose_errors import diagonals, own_inductances, signal_weights, unloaded
 from sits_mech.magnetics.pose_slopes import pose_slopes
-from sits_mech.mechanics.levels.answer import by_goal
-from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed
+from sits_mech.quantities import POSE, Array, Bounded, MagneticModel, Pose, SolveFailed
 from sits_mech.readout.signals import rows_of
 from sits_mech.scene.sensor import Sensor
 
@@ -41,13 +40,13 @@ class Goal:
         """Return the part of a tolerance that is left to the mechanics."""
         return max(tolerance - self.magnetics, HALF * tolerance)
 
-    def of(self, error: Array, shared: Array) -> float:
-        """Return the error in all, of full scale; arguments as `mechanics`."""
-        return self.mechanics(error, shared) + self.magnetics
+    def of(self, poses: Bounded) -> float:
+        """Return the largest error of poses, (..., 6), in all, of full scale."""
+        return self.mechanics(poses) + self.magnetics
 
-    def mechanics(self, error: Array, shared: Array) -> float:
-        """Return what errors of a pose, shape (6,), with shared parts, shape (m, 6), are of full scale."""
-        return by_goal(self.weights, error, shared)
+    def mechanics(self, poses: Bounded) -> float:
+        """Return what the errors of poses, (..., 6), are of full scale at most."""
+        return float(np.max(poses.mapped(self.weights).error, initial=0.0))
 
 
 def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:
@@ -72,7 +71,8 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
         return None
     weights, own = np.zeros((len(rows), len(POSE))), [POSE.index(name) for name in names]
     weights[:, own] = rows @ np.diagonal(slopes[0], axis1=0, axis2=1).T / (scale * size)
-    return Goal(weights, _unshared(found, rows) / (scale * size))
+    change = own_inductances(found).mapped(rows)
+    return Goal(weights, float(np.max((change[0] - change[1]).error)) / (scale * size))
 
 
 def goal_rows(sensor: Sensor) -> Array:
@@ -93,12 +93,3 @@ def goal_at(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
         return goal_of(sensor, field, poses) if poses else None
     except SolveFailed:  # the answer says why
         return None
-
-
-def _unshared(found: Impedance, rows: Array) -> float:
-    """Return the magnetic error of a signal's change from rest, the second pose, to the first."""
-    errors, shared = diagonals(found.error_L), found.shared_L
-    parts = np.zeros((0, *errors.shape)) if shared is None else diagonals(shared)
-    own = np.maximum(errors - np.abs(parts).sum(axis=0), 0.0)
-    doubt = np.abs((parts[:, 0] - parts[:, 1]) @ rows.T).sum(axis=0) + (own[0] + own[1]) @ np.abs(rows).T
-    return float(np.max(doubt))

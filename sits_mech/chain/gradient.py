@@ -28,10 +28,10 @@ from sits_mech.chain.fixed_pose import Direct, at_fixed_poses, place_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import Choice
 from sits_mech.chain.pose_errors import signal_weights
-from sits_mech.chain.simulate import Simulation, aimed_rest, simulated, turned
+from sits_mech.chain.simulate import Simulation, aimed_rest, simulated
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
-from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
+from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned
 from sits_mech.quantities import (
     POSE,
     WRENCH,
@@ -160,7 +160,7 @@ def gradient(
     found, back, field = rest.found, rest.back, rest.field
     by_pose = layer.slopes(found, moving, sideways=sideways)
     kept = mirrors.projection(wrench) @ back
-    simulation = simulated(sensor, field, turned(found, wrench, kept))
+    simulation = simulated(sensor, field, turned(found, kept, wrench))
     moved = columns_of(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
     one = Pose.of(simulation.equilibrium.pose.components[None])
     direct = at_fixed_poses(sensor, (field, by_field.name, rest.asked), one, numbers)

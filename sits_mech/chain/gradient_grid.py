@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from sits_mech.chain.aimed import aimed_rows, status_of
+from sits_mech.chain.aimed import aimed_loads, status_of
+from sits_mech.chain.columns import Columns, spread
 from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.gradient import (
     Moved,
@@ -29,8 +29,8 @@ from sits_mech.chain.gradient import (
 from sits_mech.chain.interpolate import loads_of
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.pose_errors import poses_of, read_poses
-from sits_mech.mechanics.loads import RefinedModel, slopes_of
-from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Wrench
+from sits_mech.mechanics.loads import RefinedModel
+from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import OK
@@ -81,48 +81,34 @@ def gradient_on_grid(
     every, mirrors = loads_of(grid), mirrors_of(sensor)
     _, by_field = loaded_model(sensor, magnetics, tolerance, every)
     layer, choice = sloped_model(sensor, mechanics, tolerance, every)
-    solved = aimed_rows(
-        sensor, WithSlopes(layer, tuple(moving)), grid, (choice.name, magnetics), tolerance,
-        symmetry=mirrors,
-    )
-    field, rows = solved.field, solved.rows
-    status = [status_of(sensor, rows[load]) for load in every]
+    sloped = WithSlopes(layer, tuple(moving))
+    solved = aimed_loads(sensor, sloped, grid, magnetics, tolerance, symmetry=mirrors)
+    field, settled = solved.field, [solved.settled[load] for load in every]
+    status = [status_of(sensor, one) for one in settled]
     good = np.array([each == OK for each, _ in status])
-    own = [rows[load] for load, fine in zip(every, good, strict=True) if fine]
-    pose, error, parts = poses_of(own)
-    slopes = np.array([slopes_of(row).T for row in own]).reshape(len(own), len(POSE), len(moving))
+    own = [one.rest for one, fine in zip(settled, good, strict=True) if one.rest and fine]
+    poses = poses_of(own)
+    pose = Pose.of(poses.value)
+    slopes = np.array([rest.slopes.T for rest in own]).reshape(len(own), len(POSE), len(moving))
     moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
     direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers)
-    reading = read_poses(sensor, field, pose, error, parts)
+    reading = read_poses(sensor, field, poses)
     shown = reading.impedance
     change = shown_change(sensor, field, shown, pose, numbers, moved, direct, quick=True)
-    values = {"pose": pose.components, "L": shown.L, "R": shown.R, "error_L": shown.error_L, "error_R": shown.error_R}
-    values |= {"shared_L": reading.shared.swapaxes(0, 1), "alone_L": reading.alone.swapaxes(0, 1)}
-    values |= {"by_pose": moved.pose, "by_L": change.L}
-    values |= {"by_R": change.R, **{f"by_{name}": value for name, value in change.signals.items()}}
-    found = _table(sensor, {name: grid[name] for name in loads}, tuple(names), (good, status), values)
-    found["L0"] = (("coil", "coil_2"), shown.L0)
-    return found.assign_attrs(frequency=sensor.frequency, unit_L=shown.unit_L)
-
-
-def _table(
-    sensor: Sensor, grid: Mapping[str, Sequence[float]], names: tuple[str, ...],
-    status: tuple[NDArray[np.bool_], list[tuple[str, str]]], values: Mapping[str, Array],
-) -> xr.Dataset:
-    """Return numbers of the converged loads as a table over all of them."""
-    good, said = status
-    shape = [len(each) for each in grid.values()]
-    coils = [coil.name for coil in sensor.coils]
     pair = ("coil", "coil_2")
-    dims = {"pose": ("component",), "L": pair, "R": pair, "error_L": pair, "error_R": pair}
-    dims |= {"shared_L": ("part", "coil"), "alone_L": ("cause", "coil")}
-    places = {"coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
-    found = xr.Dataset(coords={**grid, **places})
-    for name, own in values.items():
-        every = np.full((len(good), *own.shape[1:]), np.nan)
-        every[good] = own
-        more = dims.get(name.removeprefix("by_"), ()) + (("parameter",) if name.startswith("by_") else ())
-        found[name] = ((*grid, *more), every.reshape(*shape, *own.shape[1:]))
-    for name, words in zip(("status", "reason"), zip(*said, strict=True), strict=True):
-        found[name] = (tuple(grid), np.array(words).reshape(shape))
-    return found
+    dims: dict[str, tuple[str, ...]] = {"pose": ("component",), "L": pair, "R": pair}
+    values: Columns = {"pose": (("component",), pose.components)}
+    values |= {name: (pair, getattr(shown, name)) for name in ("L", "R", "error_L", "error_R")}
+    for name, dim, parts in (("shared_L", "part", reading.shared), ("alone_L", "cause", reading.alone)):
+        values[name] = (dim, "coil"), parts.swapaxes(0, 1)
+    by = {"pose": moved.pose, "L": change.L, "R": change.R, **change.signals}
+    values |= {f"by_{name}": ((*dims.get(name, ()), "parameter"), own) for name, own in by.items()}
+    axes = {name: grid[name] for name in loads}
+    columns = spread(axes, good, values)
+    said = zip(("status", "reason"), zip(*status, strict=True), strict=True)
+    columns |= spread(axes, np.ones(len(every)), {name: ((), words) for name, words in said})
+    coils = [coil.name for coil in sensor.coils]
+    coords = {**axes, "coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
+    found = xr.Dataset(columns, coords)
+    found["L0"] = (pair, shown.L0)
+    return found.assign_attrs(frequency=sensor.frequency, unit_L=shown.unit_L)

@@ -14,31 +14,20 @@ import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from sits_mech.cases import Progress, Row
+from sits_mech.cases import Progress
 from sits_mech.chain.corrections import corrected
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.pose_errors import levers, unloaded
+from sits_mech.chain.pose_errors import levers, poses_of, unloaded
 from sits_mech.chain.prices.forecast import MANY_ON_THREE
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
-from sits_mech.mechanics.loads import (
-    ERRORS,
-    RefinedModel,
-    first_key,
-    settle,
-    settled_again,
-    shared_of,
-    slopes_of,
-    upright,
-    with_shared,
-    with_slopes,
-)
+from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle, settled_again, upright
 from sits_mech.mechanics.symmetry import Symmetry
-from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
-from sits_mech.status import OK
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
 _SIGNALS = 0.5  # of that, what the map is given of the signals; chosen: w15 reaches 1.00 % by default, with 1 1.04 %
@@ -56,16 +45,16 @@ def poses_on_grid(
     tolerance: float,
     keep: tuple[Path | None, str] = (None, ""),
     progress: Progress | None = None,
-    after: Callable[[Iterable[Row]], Goal | None] | None = None,
-    begun: Mapping[Wrench, Row] | None = None,
-) -> dict[Wrench, Row]:
-    """Return a row for every load of a grid, solved or interpolated.
+    after: Callable[[Iterable[Settled]], Goal | None] | None = None,
+    begun: Mapping[Wrench, Settled] | None = None,
+) -> dict[Wrench, Settled]:
+    """Return what comes of every load of a grid, solved or interpolated.
 
     `grid` holds values of components by name [N, N m], others are zero; `tolerance` is of the poses, or of the goal
-    that `after` returns for solved rows and that finer meshes are taken for; `begun` holds rows solved before on the
-    first meshes; other arguments as `settle`. Interpolated rows have the note `INTERPOLATED`, no state, no seconds.
+    that `after` returns for solved loads and that finer meshes are taken for; `begun` holds loads solved before on the
+    first meshes; other arguments as `settle`. Interpolated rests have the note `INTERPOLATED`, no state, no seconds.
     """
-    rows: dict[Wrench, Row] = {}
+    found: dict[Wrench, Settled] = {}
     asked: list[Wrench] = []
     few = len(symmetry.without_images(loads_of(grid))) <= _FEW
     first = layer.rough if isinstance(layer, RefinedModel) and (after is not None or not few) else layer
@@ -76,10 +65,12 @@ def poses_on_grid(
         """Return the poses at points of the grid; NaN where there is none, or nothing is known of its error."""
         loads = [Wrench(**dict(zip(grid, point, strict=True))) for point in points]
         asked.extend(loads)
-        rows.update(settle(first, asked, symmetry=symmetry, keep=own, known=rows, progress=progress, begun=begun))
-        found = [rows[load] for load in loads]
-        good = [row["status"] == OK and np.isfinite(row["error_mechanics"]) for row in found]
-        return np.array([[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)])
+        found.update(settle(first, asked, symmetry=symmetry, keep=own, known=found, progress=progress, begun=begun))
+        rests = [found[load].rest for load in loads]
+        none = np.full(len(POSE), np.nan)
+        return np.array([
+            rest.pose.components if rest and np.isfinite(rest.report.estimated_error) else none for rest in rests
+        ])
 
     sizes = levers(sensor)
     aim = after(begun.values()) if after and begun else None
@@ -87,49 +78,50 @@ def poses_on_grid(
     part = solve_part(poses, grid, tolerance=_BETWEEN * tolerance, weights=sizes, goal=weighed)
     loads = loads_of(grid)
     if part is None:
-        rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress, begun=begun))
+        found.update(settle(first, loads, symmetry=symmetry, keep=own, known=found, progress=progress, begun=begun))
     if isinstance(layer, RefinedModel) and first is not layer:
-        rough, goal = rows, None if after is None else after([row for row in rows.values() if row["status"] == OK])
-        wanted, most = 0.0 if goal is None else goal.left(tolerance), worst(rows, goal)
+        rough, goal = found, None if after is None else after(found.values())
+        wanted, most = 0.0 if goal is None else goal.left(tolerance), worst(found.values(), goal)
 
-        def again(load: Wrench) -> Row:
-            """Return the row of a solved load on as many finer meshes as the worst load's error requires."""
-            share = wanted if few or goal is None else wanted / most * worst({load: rough[load]}, goal)
+        def again(load: Wrench) -> Settled:
+            """Solve a load again on as many finer meshes as the worst load's error requires."""
+            share = wanted if few or goal is None else wanted / most * worst([rough[load]], goal)
             deepest = 99 if few or tolerance < MANY_ON_THREE else 3
             model = layer if goal is None else layer.towards(goal.weights, share, deepest)
             own = (folder, key if few else f"{key} {share:.3g}")
-            return upright(settled_again(model, rough, load, own), load, symmetry)
+            return upright(settled_again(model, rough, load, own), symmetry, load)
 
         if most > wanted:
             rest = unloaded(sensor).components
-            rows = _each(first, rough, again, symmetry) if few else corrected(rough, again, sizes, rest)
+            found = _each(first, rough, again, symmetry) if few else corrected(rough, again, sizes, rest)
     if part is not None:
         error = np.maximum(part.error, _UNSEEN * np.max(part.error * sizes) / sizes)
-        rows.update(_between(replace(part, error=error), rows, symmetry))
+        found |= _between(replace(part, error=error), found, symmetry)
         if progress is not None:
             progress(len(loads), len(loads))
-    return {load: rows[load] for load in loads}
+    return {load: found[load] for load in loads}
 
 
 def _each(
-    layer: MechanicalModel, rows: Mapping[Wrench, Row], again: Callable[[Wrench], Row], symmetry: Symmetry
-) -> dict[Wrench, Row]:
-    """Return the rows of loads, solved ones again on finer meshes, and their images from these.
+    layer: MechanicalModel, settled: Mapping[Wrench, Settled], again: Callable[[Wrench], Settled], symmetry: Symmetry
+) -> dict[Wrench, Settled]:
+    """Solve loads again on finer meshes, and take their images from these.
 
     Derivatives of poses stay those of the first meshes.
     """
-    own = {load: row for load, row in rows.items() if symmetry.standard(load)[0] == load}
-    finer = {load: with_slopes(again(load), slopes_of(row)) for load, row in own.items() if row["status"] == OK}
-    known = own | {load: row for load, row in finer.items() if row["status"] == OK}
-    return settle(layer, rows, symmetry=symmetry, known=known)
+    known = {load: one for load, one in settled.items() if symmetry.standard(load)[0] == load}
+    for load, one in list(known.items()):
+        finer = again(load) if one.rest else one
+        if one.rest and finer.rest:
+            known[load] = replace(finer, rest=replace(finer.rest, slopes=one.rest.slopes))
+    return settle(layer, settled, symmetry=symmetry, known=known)
 
 
-def worst(rows: Mapping[Wrench, Row], goal: Goal | None) -> float:
+def worst(settled: Iterable[Settled], goal: Goal | None) -> float:
     """Return the largest error of any load at rest, over the goal's full scale; infinite without a goal."""
     if goal is None:
         return np.inf
-    good = [row for row in rows.values() if row["status"] == OK]
-    return max((goal.mechanics(np.array([row[name] for name in ERRORS]), shared_of(row)) for row in good), default=0.0)
+    return max((goal.mechanics(poses_of([one.rest])) for one in settled if one.rest), default=0.0)
 
 
 def loads_of(grid: Axes) -> list[Wrench]:
@@ -145,39 +137,36 @@ def solved_likely(loads: Sequence[Wrench]) -> list[Wrench]:
     return [Wrench(**dict(zip(axes, point, strict=True))) for point in likely_part(axes)]
 
 
-def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -> dict[Wrench, Row]:
-    """Return the rows of a grid's loads between the solved ones."""
-    loads = loads_of(part.axes)
+def _between(part: SolvedPart, settled: Mapping[Wrench, Settled], symmetry: Symmetry) -> dict[Wrench, Settled]:
+    """Interpolate the rests of a grid's loads between the solved ones."""
+    loads, solved = loads_of(part.axes), [one.rest for one in settled.values() if one.rest]
+    count, slopes = min(len(rest.shared) for rest in solved), min(len(rest.slopes) for rest in solved)
 
-    solved = [row for row in rows.values() if row["status"] == OK]
-    count, slopes = (min(len(of(row)) for row in solved) for of in (shared_of, slopes_of))
-
-    def on_grid(names: Sequence[str], **degree: int) -> Array:
-        """Interpolate numbers of the solved loads and the shared parts to the whole grid; missing ones are 1."""
-        own = np.ones((len(loads), len(names) + (count + slopes) * len(POSE)))
+    def on_grid(numbers: Callable[[Equilibrium], Sequence[Any]], **degree: int) -> Array:
+        """Interpolate numbers of the solved loads to the whole grid, shape (load, n); missing ones are 1."""
+        known = np.ones((len(loads), len(numbers(solved[0]))))
         for k, load in enumerate(loads):
-            if load in rows:
-                beside = (shared_of(rows[load])[:count], slopes_of(rows[load])[:slopes])
-                own[k] = [*(rows[load].get(name, np.nan) for name in names), *np.concatenate(beside).ravel()]
-        known = np.nan_to_num(own, nan=1.0).reshape(*part.values.shape[:-1], -1)
-        return interpolated(part, known, **degree).reshape(len(loads), -1)
+            rest = settled[load].rest if load in settled else None
+            if rest is not None:
+                known[k] = np.nan_to_num(np.asarray(numbers(rest), dtype=float), nan=1.0)
+        return interpolated(part, known.reshape(*part.values.shape[:-1], -1), **degree).reshape(len(loads), -1)
 
-    worst = max(row["error_mechanics"] for row in solved)
-    own = np.array([[row[name] for name in ERRORS] for row in solved])
-    places, straight = on_grid((*POSE, "min_J")), on_grid((*ERRORS, "stretch"), degree=1)
-    if not all(np.isfinite(row.get("stretch", np.nan)) for row in solved):
-        straight[:, len(POSE)] = np.nan  # not known of one, it is of none between
-    sizes = np.clip(straight[:, : len(POSE)], own.min(axis=0), own.max(axis=0)) + part.error
-    plane = np.arange(len(POSE)) < 3
+    end, own = len(POSE), np.array([rest.error.components for rest in solved])
+    places = on_grid(lambda r: [*r.pose.components, r.report.min_J, *r.slopes[:slopes].ravel()])
+    straight = on_grid(lambda r: [*r.error.components, r.report.stretch, *r.shared[:count].ravel()], degree=1)
+    for name, numbers in (("min_J", places), ("stretch", straight)):
+        if not np.all(np.isfinite(np.array([getattr(rest.report, name) for rest in solved], dtype=float))):
+            numbers[:, end] = np.nan  # not known of one, it is of none between
+    sizes = np.clip(straight[:, :end], own.min(axis=0), own.max(axis=0)) + part.error
+    plane = np.arange(end) < 3
     sizes = np.where(plane | np.array([load.beside != () for load in loads])[:, None], sizes, 0.0)
-    more: dict[Wrench, Row] = {}
-    end = len(POSE) * (1 + count)
-    for load, place, size, shared in zip(loads, places, sizes, straight[:, len(POSE) : 1 + end], strict=True):
-        if load not in rows:
-            row = with_shared({"status": OK, "reason": "", "lasting": True}, shared[1:])
-            row = with_slopes(row, place[1 + end :].reshape(-1, len(POSE)))
-            row |= dict(zip((*POSE, "min_J", *ERRORS), (*place[: 1 + len(POSE)].tolist(), *size.tolist()), strict=True))
-            row |= {"stretch": float(shared[0]), "error_mechanics": worst, "iterations": 0}
-            row |= {"notes": INTERPOLATED, "seconds": 0.0}
-            more[load] = upright(row, load, symmetry)
-    return more
+    most = max(rest.report.estimated_error for rest in solved)
+    report = SolveReport("interpolated", 0, 0, 0.0, most, 0.0, notes=(INTERPOLATED,))
+    return {
+        load: upright(Settled(Equilibrium(
+            load, Pose.of(place[:end]), Pose.of(size), np.zeros(0),
+            replace(report, min_J=float(place[end]), stretch=float(line[end])),
+            line[end + 1 :].reshape(-1, end), slopes=place[end + 1 :].reshape(-1, end),
+        )), symmetry, load)
+        for load, place, size, line in zip(loads, places, sizes, straight, strict=True) if load not in settled
+    }

@@ -14,7 +14,7 @@ from sits_mech.chain.conductors import AmongFar, negligible, without_far
 from sits_mech.chain.goal import HALF, Goal, goal_of
 from sits_mech.chain.omissions import Omission, Shown, strain_bound
 from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
-from sits_mech.chain.pose_errors import unloaded
+from sits_mech.chain.pose_errors import poses_of, unloaded
 from sits_mech.chain.prices.costs import magnetic_tolerance
 from sits_mech.chain.prices.ends import ROUGH, InSection
 from sits_mech.chain.prices.forecast import Look, look
@@ -103,7 +103,7 @@ def _seen(
         if goal is None:
             return found.report.estimated_error
         goals.append(goal)
-        return goal.mechanics(found.error.components, found.shared)
+        return goal.mechanics(poses_of([found]))
 
     seen = look(MECHANICS[choice.name](sensor, tolerance), loads[0], tolerance, measure)
     if seen is None or not goals:

@@ -21,10 +21,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.cases import Row
 from sits_mech.magnetics.pose_slopes import pose_slopes
-from sits_mech.mechanics.loads import shared_of
-from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
+from sits_mech.quantities import POSE, Array, Bounded, Equilibrium, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of
 from sits_mech.scene.sensor import Sensor
 
@@ -84,22 +82,12 @@ def levers(sensor: Sensor) -> Array:
     return np.array([1.0, 1.0, 0.5 * width, 1.0, 0.5 * length, 0.5 * max(width, length)])
 
 
-def stacked(poses: Sequence[Pose]) -> Pose:
-    """Return many poses as one."""
-    return Pose.of(np.array([pose.components for pose in poses]).reshape(-1, len(POSE)))
-
-
-def pose_of(row: Row, prefix: str = "") -> Pose:
-    """Return the pose of a row, or its error by the prefix; missing components are zero."""
-    return Pose(*(float(row.get(f"{prefix}{name}", 0.0)) for name in POSE))
-
-
-def poses_of(rows: Sequence[Row]) -> tuple[Pose, Pose, Array]:
-    """Return poses of p rows of loads, their errors, and the signed parts that all share, shape (m, p, 6)."""
-    count = min((len(shared_of(row)) for row in rows), default=0)
-    parts = np.array([shared_of(row)[:count] for row in rows]).reshape(len(rows), count, len(POSE))
-    pose, error = (stacked([pose_of(row, prefix) for row in rows]) for prefix in ("", "error_"))
-    return pose, error, parts.swapaxes(0, 1)
+def poses_of(rests: Sequence[Equilibrium]) -> Bounded:
+    """Return the poses of p rests, shape (p, 6), with the parts of their errors that all share."""
+    count = min((len(rest.shared) for rest in rests), default=0)
+    parts = np.array([rest.shared[:count] for rest in rests]).reshape(len(rests), count, len(POSE))
+    each = np.array([(rest.pose.components, rest.error.components) for rest in rests]).reshape(-1, 2, len(POSE))
+    return Bounded.of(each[:, 0], each[:, 1], parts.swapaxes(0, 1))
 
 
 def signals_at(found: Signals, index: int) -> Signals:
@@ -107,34 +95,31 @@ def signals_at(found: Signals, index: int) -> Signals:
     return Signals(**{name: float(np.asarray(value)[index]) for name, value in found.known.items()})
 
 
-def read_poses(
-    sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose, shared: Array | None = None
-) -> Reading:
-    """Return impedance and signals at p poses in one call of the model, with the errors of poses in their errors.
-
-    `pose` and `error` have shape (p,) [m, rad]; `shared`, shape (m, p, 6), are signed parts of the errors, each shared
-    by all poses up to one factor.
-    """
-    unsure, weights = _uncertain(pose, error, shared), signal_weights(sensor)
+def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded) -> Reading:
+    """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs."""
+    unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
     flat = _untilted(model, found, pose)
-    L, L0, last = diagonals(found.L), np.diagonal(found.L0), diagonals(flat.L)
-    none = np.zeros((0, *found.L.shape))
-    known, known_last = (diagonals(none if one.shared_L is None else one.shared_L) for one in (found, flat))
-    alone = np.maximum(diagonals(found.error_L) - np.abs(known).sum(axis=0), 0.0) @ np.abs(rows_of(weights)).T
+    L, L0, last = own_inductances(found), np.diagonal(found.L0), own_inductances(flat)
+    shown = L.mapped(rows_of(weights))
     whole_L, whole_R = (unsure.parts(slope) for slope in by_pose)
     parts = diagonals(whole_L)
     each, turns = combine(parts, weights), np.isin(unsure.components, _ROTATION)
-    errors = np.abs(combine(known, weights)).sum(axis=0) + alone + unsure.total(each)
     error_L, error_R = found.error_L + unsure.total(whole_L), found.error_R + unsure.total(whole_R)
     impedance = replace(found, error_L=error_L, error_R=error_R, shared_L=None)
     return Reading(
-        impedance, signals(L, L0, weights, errors), signals(last, L0, weights),
-        np.concatenate([unsure.shared(parts), known]),
-        np.concatenate([unsure.shared(np.where(turns[:, None, None], 0.0, parts)), known_last]),
-        unsure.alone(parts), alone + np.abs(unsure.alone(each)[turns]).sum(axis=0),
+        impedance, signals(L.value, L0, weights, shown.error + unsure.total(each)), signals(last.value, L0, weights),
+        np.concatenate([unsure.shared(parts), L.shared]),
+        np.concatenate([unsure.shared(np.where(turns[:, None, None], 0.0, parts)), last.shared]),
+        unsure.alone(parts), shown.own + np.abs(unsure.alone(each)[turns]).sum(axis=0),
     )
+
+
+def own_inductances(found: Impedance) -> Bounded:
+    """Return the inductance of each coil itself by the magnetic model, shape (p, n) [unit]."""
+    shared = None if found.shared_L is None else diagonals(found.shared_L)
+    return Bounded.of(diagonals(found.L), diagonals(found.error_L), shared)
 
 
 def diagonals(matrices: Array) -> Array:
@@ -148,13 +133,12 @@ def signal_weights(sensor: Sensor) -> Array:
     return weights_of([coil.centre for coil in sensor.coils], radius)
 
 
-def _uncertain(pose: Pose, error: Pose, shared: Array | None) -> _Uncertain:
+def _uncertain(poses: Bounded) -> _Uncertain:
     """Return the components of poses that have errors, and these."""
-    errors = error.components.T
-    parts = np.zeros((0, *errors.T.shape)) if shared is None else shared
-    count = len(POSE) if pose.beside or error.beside else 3
+    errors = poses.error.T
+    count = len(POSE) if np.any(poses.value[:, 3:]) or np.any(poses.error[:, 3:]) else 3
     chosen = [k for k in range(count) if np.any(errors[k] > _ROUNDING)]
-    ratios = np.moveaxis(parts, -1, 1) / np.maximum(errors, 1e-300)
+    ratios = np.moveaxis(poses.shared, -1, 1) / np.maximum(errors, 1e-300)
     return _Uncertain(tuple(chosen), errors[chosen], ratios[:, chosen])
 
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from sits_mech.chain.goal import HALF, Goal, goal_at
 from sits_mech.chain.models import loaded_model
+from sits_mech.chain.pose_errors import poses_of
 from sits_mech.chain.prices.costs import cost, magnetic_tolerance
 from sits_mech.chain.prices.forecast import Look, expected
 from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
@@ -54,7 +55,7 @@ class Aim:
 
     def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Look:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
-        off = self.goal.mechanics(first.error.components, first.shared)
+        off = self.goal.mechanics(poses_of([first]))
         seen = expected(first.report, off, self.left, solved)
         seconds = seen.seconds + cost("magnetics", self.name, magnetic_tolerance(self.name, self.asked), loads)
         return seen._replace(error=seen.error + self.goal.magnetics, seconds=seconds)

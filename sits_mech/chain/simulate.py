@@ -16,7 +16,7 @@ import numpy as np
 
 from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
+from sits_mech.chain.pose_errors import poses_of, read_poses, signals_at
 from sits_mech.chain.prices.forecast import Look
 from sits_mech.chain.promise import Promise, aim_at
 from sits_mech.geometry.collision import check_clearance
@@ -24,17 +24,16 @@ from sits_mech.geometry.waves import check_frequency
 from sits_mech.mechanics.levels.answer import load_words
 from sits_mech.mechanics.levels.history import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel
-from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetry_of
+from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
 from sits_mech.quantities import (
-    POSE,
     WRENCH,
     Array,
+    Bounded,
     Equilibrium,
     Impedance,
     MagneticModel,
     MechanicalModel,
     PathModel,
-    Pose,
     SolveFailed,
     Wrench,
 )
@@ -136,16 +135,16 @@ def _flagged(sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance:
     if shown.promise is not None:
         error = shown.promise.error
     elif (goal := goal_at(sensor, field, [rest.pose])) is not None:
-        error = goal.of(rest.error.components, rest.shared)
+        error = goal.of(poses_of([rest]))
     return replace(shown, flags=rest_flags(sensor, rest, tolerance, error))
 
 
 def flags_over(
-    sensor: Sensor, goal: Goal | None, error: Pose, stretch: Array, tolerance: float
+    sensor: Sensor, goal: Goal | None, poses: Bounded, stretch: Array, tolerance: float
 ) -> dict[str, list[str]]:
-    """Return status and flags over time, as `marked`; errors of poses and stretches have shape (p,)."""
-    none, known = np.zeros((0, len(POSE))), known_stretch(sensor)
-    errors = [0.0 if goal is None else goal.of(own, none) for own in error.components]
+    """Return status and flags over time, as `marked`, from poses (p, 6) and stretches (p,)."""
+    known, count = known_stretch(sensor), len(stretch)
+    errors = [0.0 if goal is None else goal.of(poses[k]) for k in range(count)]
     pairs = zip(errors, stretch.tolist(), strict=True)
     each = [marked(flags_of(own, tolerance, most, known)) for own, most in pairs]
     return {name: [row[name] for row in each] for name in ("status", "flags")}
@@ -195,7 +194,7 @@ def aimed_rest(
     finer = layer.towards(aim.goal.weights @ back, aim.left)
     found, _ = image_at_rest(symmetry, finer, wrench, start)
     rest = _shown(sensor, found, wrench, back)
-    error = aim.goal.of(rest.error.components, rest.shared)
+    error = aim.goal.of(poses_of([rest]))
     return AimedRest(found, back, aim.field, aim.asked, planned, error)
 
 
@@ -214,8 +213,8 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequenc
 
 def _shown(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> Equilibrium:
     """Return the rest under a load, from that of its solved image."""
-    image = with_symmetry(sensor, found)
-    return image if found.wrench == wrench else turned(image, wrench, back)
+    image = symmetrised(found, symmetry_of(sensor), found.wrench)
+    return image if found.wrench == wrench else turned(image, back, wrench)
 
 
 def image_at_rest(
@@ -231,7 +230,7 @@ def image_at_rest(
     except SolveFailed as error:
         if solved == wrench:
             raise
-        last = None if error.last is None else turned(error.last, Wrench(*(back @ error.last.wrench.components)), back)
+        last = None if error.last is None else turned(error.last, back, Wrench(*(back @ error.last.wrench.components)))
         carried = None
         if error.carried is not None:
             load, off = (each.components for each in error.carried)
@@ -244,30 +243,14 @@ def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> 
     """Return the rest at the end of a path of loads, without what the symmetry of all of them forbids."""
     if sensor.elastomer is None or sensor.elastomer.friction == 0.0 or not isinstance(layer, PathModel):
         raise SceneError("via: must be left out without elastomer.friction: the way of the load makes no difference")
-    return with_symmetry(sensor, layer.along(loads), *loads)
-
-
-def with_symmetry(sensor: Sensor, found: Equilibrium, *loads: Wrench) -> Equilibrium:
-    """Return an equilibrium without what the symmetry of the scene and of all loads, by default its own, forbids."""
-    kept = symmetry_of(sensor).projection(*(loads or (found.wrench,)))
-    if np.array_equal(kept, np.eye(len(kept))):
-        return found
-    return replace(turned(found, found.wrench, kept), state=found.state)
-
-
-def turned(found: Equilibrium, wrench: Wrench, matrix: Array) -> Equilibrium:
-    """Return the image of an equilibrium, without state; errors have no sign."""
-    pose, error = image_of(matrix, found.pose.components), image_of(np.abs(matrix), found.error.components)
-    shared = found.shared @ matrix.T
-    return replace(found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0), shared=shared)
+    return symmetrised(layer.along(loads), symmetry_of(sensor), *loads)
 
 
 def simulated(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) -> Simulation:
     """Return what the sensor shows of a target at rest."""
     check_clearance(sensor, equilibrium.pose)
     try:
-        shared = equilibrium.shared[:, None]
-        reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]), shared)
+        reading = read_poses(sensor, field, poses_of([equilibrium]))
     except SolveFailed as error:  # the target rests, the coils are not solved
         raise SolveFailed(str(error), error.report, equilibrium, "magnetics") from error
     found = reading.impedance

@@ -30,11 +30,12 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from sits_mech.chain.columns import Columns
 from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.gradient import Moved, columns_of, gradient, shown_change
+from sits_mech.chain.pose_errors import poses_of
 from sits_mech.chain.simulate import simulate
-from sits_mech.mechanics.loads import slopes_of
-from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed, Wrench
+from sits_mech.quantities import POSE, Array, Equilibrium, Impedance, MagneticModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.calibration import OK, Calibration, calibration
 from sits_mech.readout.inversion import Inverse
 from sits_mech.readout.loads import load_words, varied, wrench_of
@@ -49,24 +50,25 @@ _SETTLED = 0.1  # of a force's errors by map and table: what less changes is not
 
 
 def slopes_by_temperature(
-    sensor: Sensor, model: tuple[MagneticModel, str, float], shown: Impedance, pose: Pose,
-    numbers: tuple[Sequence[Parameter], Sequence[Parameter]], rows: Sequence[dict[str, object]],
-) -> dict[str, Array]:
-    """Return the slopes of p loads by temperature, by the names of a table's variables.
+    sensor: Sensor, model: tuple[MagneticModel, str, float], numbers: tuple[Sequence[Parameter], Sequence[Parameter]],
+    shown: Impedance, rests: Sequence[Equilibrium],
+) -> Columns:
+    """Return the slopes of p loads by temperature, as columns of a table.
 
     ``slope_T_L``, (p, coil), ``slope_T_L_by``, (p, thermal_cause, coil) [H/K or H/m/K], ``slope_T_d_h``, ..., (p,)
     [m/K, rad/K]. `model` comes with its name and tolerance; `numbers` are those of `CHAINED` and which of them move the
-    target; `rows` hold the slopes of the loads' poses.
+    target; `rests` hold the slopes of the loads' poses.
     """
-    every, moving = numbers
-    own = np.array([slopes_of(row).T for row in rows]).reshape(len(rows), len(POSE), len(moving))
+    (every, moving), pose = numbers, Pose.of(poses_of(rests).value)
+    own = np.array([rest.slopes.T for rest in rests]).reshape(len(rests), len(POSE), len(moving))
     moved = columns_of(every, moving, Moved(own, np.zeros_like(own)))
     direct = at_fixed_poses(sensor, model, pose, every)
     change = np.einsum("piin->pni", shown_change(sensor, model[0], shown, pose, every, moved, direct).L)
     L = np.einsum("pii->pi", shown.L)
     by_cause = np.concatenate([change, L[:, None] * _read(sensor)[:, None]], axis=1)
-    found = {"slope_T_L": change.sum(axis=1), "slope_T_L_by": by_cause}
-    return found | {f"slope_T_{name}": moved.pose[:, k].sum(axis=1) for k, name in enumerate(POSE)}
+    found: Columns = {"slope_T_L": (("coil",), change.sum(axis=1))}
+    found |= {"slope_T_L_by": (("thermal_cause", "coil"), by_cause)}
+    return found | {f"slope_T_{name}": ((), moved.pose[:, k].sum(axis=1)) for k, name in enumerate(POSE)}
 
 
 def relative_slopes(

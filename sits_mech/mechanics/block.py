@@ -71,7 +71,7 @@ class BlockPad:
     tolerance: float  # asked error of the pose over the displacement; an answer that misses it says so
     finer: BlockPad | None = None  # of a restricted model the one with all meshes
     deepest: int = 99  # most levels
-    goal: Array | None = field(default=None, compare=False)  # (s, 6), see `by_goal`
+    goal: Array | None = field(default=None, compare=False)  # (s, 6), derivatives of what is asked by the pose
 
     @cached_property
     def half(self) -> Line:

@@ -18,14 +18,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sits_mech.quantities import Array, Wrench
+from sits_mech.quantities import POSE, Array, Equilibrium, Pose, Wrench
 from sits_mech.scene.sensor import Sensor
 
 _POLAR, _AXIAL = np.array([0, 3]), np.array([4, 2])  # places of x and y in a wrench and a pose
@@ -111,6 +111,24 @@ def symmetry_of(sensor: Sensor) -> Symmetry:
 def image_of(matrix: Array, components: ArrayLike) -> Array:
     """Return the image of a load or a pose (6,); inf and nan spread only where the matrix is not zero."""
     return np.asarray((matrix * np.where(matrix == 0.0, 0.0, components)).sum(axis=1) + 0.0)
+
+
+def turned(found: Equilibrium, matrix: Array, wrench: Wrench) -> Equilibrium:
+    """Return the image of an equilibrium by a matrix, (6, 6), without state; errors have no sign."""
+    pose, error = image_of(matrix, found.pose.components), image_of(np.abs(matrix), found.error.components)
+    shared = np.array([image_of(matrix, part) for part in found.shared]).reshape(-1, len(POSE))
+    return replace(
+        found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0), finer=(), shared=shared,
+        slopes=found.slopes @ matrix.T,
+    )
+
+
+def symmetrised(found: Equilibrium, symmetry: Symmetry, *loads: Wrench) -> Equilibrium:
+    """Return an equilibrium without what the symmetry of pad and loads forbids."""
+    kept = symmetry.projection(*loads)
+    if np.array_equal(kept, np.eye(len(kept))):
+        return found
+    return replace(turned(found, kept, found.wrench), state=found.state, finer=found.finer)
 
 
 def _matrix(Q: Array) -> Array:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from sits_mech.readout.converter import CONVERTERS
 from sits_mech.scene.bounds import (
     Capacitance,
     Coefficient,
@@ -37,6 +38,10 @@ _METAL = (
     "conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion"
 )
 _FROZEN = ConfigDict(frozen=True, extra="forbid")
+if TYPE_CHECKING:
+    ConverterName = str
+else:
+    ConverterName = Literal[(*CONVERTERS, "none")]  # as read by pydantic
 
 
 def _metal(plate: Target | Conductor) -> Metal:
@@ -204,7 +209,7 @@ class Readout(BaseModel):
     Attributes
     ----------
     converter : str
-        "LDC1614", "LDC1612", "LDC1101", or "none".
+        One of `CONVERTERS` (readout/converter.py), such as "LDC1614", or "none".
     parallel_capacitance : float
         Of the resonant circuit [F].
     idle_coil : str
@@ -216,7 +221,7 @@ class Readout(BaseModel):
     """
 
     model_config = _FROZEN
-    converter: Literal["LDC1614", "LDC1612", "LDC1101", "none"] = "LDC1614"
+    converter: ConverterName = "LDC1614"
     parallel_capacitance: Capacitance = 330e-12
     idle_coil: Literal["shorted", "open"] = "shorted"
     lead_inductance: Inductance = 0.0

@@ -15,7 +15,7 @@ from sits_mech.chain import models
 from sits_mech.chain.calibrate import _checked, calibrate
 from sits_mech.chain.interpolate import INTERPOLATED, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import stacked
+from sits_mech.chain.pose_errors import poses_of
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
@@ -192,7 +192,7 @@ def test_few_loads_stand_for_a_real_grid() -> None:
     loads = loads_of({"F_x": shear[2:], "F_z": normal, "F_y": shear[2:]})
     layer, field = (choose(sensor, "auto", 1e-2, loads)[0] for choose in (mechanical_model, loaded_model))
     found = [layer.equilibrium(load) for load in loads]
-    L = field.impedance(stacked([one.pose for one in found]), sensor.frequency).L
+    L = field.impedance(Pose.of(poses_of(found).value), sensor.frequency).L
     for load, one, own in zip(loads, found, L, strict=True):
         row = data.sel(F_x=load.F_x, F_z=load.F_z, F_y=load.F_y)
         for name in POSE:

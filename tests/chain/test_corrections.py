@@ -1,14 +1,14 @@
 """What finer meshes change over a grid: a share of what extrapolation adds, told by two loads; misses are in errors."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from sits_mech.chain.corrections import corrected
-from sits_mech.mechanics.loads import ERRORS, shared_of, with_shared
-from sits_mech.quantities import POSE, Wrench
-from sits_mech.status import OK
+from sits_mech.mechanics.loads import Settled
+from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 
 LEVERS, AT_REST = np.array([1.0, 1.0, 4e-3, 1.0, 4e-3, 4e-3]), np.array([0.0, 2e-3, 0.0, 0.0, 0.0, 0.0])
 SHARE = np.array([0.1, 0.3, -0.2, 0.0, 0.0, 0.0])
@@ -24,16 +24,21 @@ def added(load):
     return np.array([1e-6 * load.F_x * (1 + 0.1 * load.F_x**2), -4e-7 * load.F_z, 1e-5 * load.F_x, 0.0, 0.0, 0.0])
 
 
-def row(pose, errors, shared, **more):
-    found = with_shared({"status": OK, "error_mechanics": 1e-3}, shared)
-    return found | dict(zip((*POSE, *ERRORS), (*pose, *errors), strict=True)) | more
+def at_rest(load, pose, errors, shared, state=()):
+    report = SolveReport("formula", 1, 1, 0.0, 1e-3, 0.0)
+    return Settled(Equilibrium(load, Pose.of(pose), Pose.of(errors), np.array(state), report, shared.reshape(-1, 6)))
+
+
+def changed(one, stretch=None, **more):
+    """The same with other parts."""
+    rest = replace(one.rest, **more)
+    return replace(one, rest=rest if stretch is None else replace(rest, report=replace(rest.report, stretch=stretch)))
 
 
 def rows_of(F_x, F_z, error=2.0):
     loads = [Wrench(*each) for each in itertools.product(F_x, F_z)]
-    solved = {"state": ("unknown", np.zeros(1))}
     return {
-        load: row(rough(load), error * np.abs(added(load)), added(load), **(solved if load.F_x >= 0 else {}))
+        load: at_rest(load, rough(load), error * np.abs(added(load)), added(load), [0.0] if load.F_x >= 0 else [])
         for load in loads
     }
 
@@ -45,13 +50,17 @@ def finer_by(change, error=1e-9, fails=()):
     def finer(load):
         seen.append(load)
         at = rough(load) if load in fails else rough(load) + change(load)
-        return row(at, np.where(added(load) != 0.0, error, 0.0), np.zeros(6))
+        return at_rest(load, at, np.where(added(load) != 0.0, error, 0.0), np.zeros(6))
 
     return finer, seen
 
 
-def poses(rows):
-    return {load: np.array([found[name] for name in POSE]) for load, found in rows.items()}
+def poses(found):
+    return {load: one.rest.pose.components for load, one in found.items()}
+
+
+def errors(one):
+    return one.rest.error.components
 
 
 GRID = (np.linspace(-1, 1, 7), np.linspace(0, 4, 7))
@@ -67,22 +76,22 @@ def test_a_change_that_is_a_share_of_what_is_added_is_found_from_two_loads():
     ratio = np.minimum(1.0, 2.0 * np.abs(SHARE[:3])) * 1e-9 / np.min([np.abs(added(load)) for load in seen], axis=0)[:3]
     for load, pose in poses(found).items():
         np.testing.assert_allclose(pose, rough(load) + SHARE * added(load), atol=1e-15)
-        errors = [found[load][name] for name in ERRORS]
-        np.testing.assert_allclose(errors[:3], ratio * np.abs(added(load))[:3], rtol=1e-6)
+        np.testing.assert_allclose(errors(found[load])[:3], ratio * np.abs(added(load))[:3], rtol=1e-6)
 
 
 def test_stretch_is_told_as_finer_meshes_show_it():
     """The larger share of what is above one, and no more than the first meshes told."""
     for shares, expected in (((0.7, 0.8), 0.8), ((1.1, 0.9), 1.0)):
         before, (finer, seen) = rows_of(*GRID), finer_by(lambda load: SHARE * added(load))
-        before = {load: row | {"stretch": 1.0 + 0.2 * load.F_z} for load, row in before.items()}
+        before = {load: changed(one, 1.0 + 0.2 * load.F_z) for load, one in before.items()}
 
         def stretched(load, finer=finer, seen=seen, shares=shares, before=before):
-            return finer(load) | {"stretch": 1.0 + shares[len(seen) - 1] * (before[load]["stretch"] - 1.0)}
+            own = finer(load)  # which is seen then
+            return changed(own, 1.0 + shares[len(seen) - 1] * (before[load].rest.report.stretch - 1.0))
 
         found = corrected(before, stretched, LEVERS, AT_REST)
-        for load, row in found.items():
-            assert row["stretch"] == pytest.approx(1.0 + expected * 0.2 * load.F_z)
+        for load, one in found.items():
+            assert one.rest.report.stretch == pytest.approx(1.0 + expected * 0.2 * load.F_z)
 
 
 def test_the_share_is_weighed_by_the_errors():
@@ -91,7 +100,7 @@ def test_the_share_is_weighed_by_the_errors():
     found = corrected(before, finer, LEVERS, AT_REST)
     near = next(load for load in found if 0.2 < load.F_x < 0.5 and load.F_z == 2.0)
     np.testing.assert_allclose(poses(found)[near], rough(near) + 0.25 * added(near), atol=1e-15)
-    assert found[near]["error_d_h"] == pytest.approx(0.75 * abs(added(near)[0]) + 1e-9, rel=0.1)
+    assert found[near].rest.error.d_h == pytest.approx(0.75 * abs(added(near)[0]) + 1e-9, rel=0.1)
 
 
 def test_errors_hold_what_no_share_explains():
@@ -106,30 +115,30 @@ def test_errors_hold_what_no_share_explains():
         found = corrected(rows_of(*GRID), finer, LEVERS, AT_REST)
         for load in seen:
             missed = np.abs(poses(found)[load] - rough(load) - change(load))
-            assert np.all(missed <= [found[load][name] + 1e-15 for name in ERRORS])
-        told.append(found[Wrench(1.0, 4.0)]["error_d_h"])
+            assert np.all(missed <= errors(found[load]) + 1e-15)
+        told.append(found[Wrench(1.0, 4.0)].rest.error.d_h)
     assert told[1] > told[0]
-    assert found[Wrench()]["error_d_h"] == 0.0  # without load nothing moves
+    assert found[Wrench()].rest.error.d_h == 0.0  # without load nothing moves
 
 
 def test_what_is_shared_keeps_its_sign_in_a_part_for_each_component():
     before, (finer, _) = rows_of(*GRID), finer_by(lambda load: SHARE * added(load))
     found = corrected(before, finer, LEVERS, AT_REST)
     for load, own in found.items():
-        parts = shared_of(own)
+        parts = own.rest.shared
         assert parts.shape == (6, 6) and np.count_nonzero(parts - np.diag(np.diag(parts))) == 0
         assert np.all(np.sign(np.diag(parts)) == np.sign(added(load)))
-        assert np.all(np.abs(parts).sum(axis=0) <= [own[name] + 1e-18 for name in ERRORS])
+        assert np.all(np.abs(parts).sum(axis=0) <= errors(own) + 1e-18)
 
 
 def test_where_the_first_meshes_own_to_more_than_was_compared_their_error_grows_back():
     before = rows_of(*GRID)
     hard = Wrench(1.0, 4.0)
-    before[hard] |= {name: 1e3 * before[hard][name] for name in ERRORS}
+    before[hard] = changed(before[hard], error=Pose.of(1e3 * errors(before[hard])))
     found = corrected(before, finer_by(lambda load: SHARE * added(load))[0], LEVERS, AT_REST)
-    assert found[hard]["error_d_h"] == pytest.approx(before[hard]["error_d_h"])
+    assert found[hard].rest.error.d_h == pytest.approx(before[hard].rest.error.d_h)
     easy = Wrench(1.0, 0.0)
-    assert found[easy]["error_d_h"] < before[easy]["error_d_h"]
+    assert found[easy].rest.error.d_h < before[easy].rest.error.d_h
 
 
 def test_a_load_that_no_finer_mesh_gets_to_is_passed_over():
@@ -139,12 +148,13 @@ def test_a_load_that_no_finer_mesh_gets_to_is_passed_over():
     again, others = finer_by(lambda load: SHARE * added(load), fails=(seen[0],))
     found = corrected(before, again, LEVERS, AT_REST)
     assert len(others) == 3 and others[:2] == seen
-    assert found[Wrench(1.0, 4.0)]["error_d_h"] < before[Wrench(1.0, 4.0)]["error_d_h"]
+    assert found[Wrench(1.0, 4.0)].rest.error.d_h < before[Wrench(1.0, 4.0)].rest.error.d_h
 
 
 def test_finer_meshes_that_fail_change_nothing():
     before = rows_of(np.linspace(-1, 1, 5), np.linspace(0, 4, 5))
     tried = []
-    assert corrected(before, lambda load: tried.append(load) or {"status": "failed"}, LEVERS, AT_REST) == before
+    failed = Settled(None, status="failed")
+    assert corrected(before, lambda load: tried.append(load) or failed, LEVERS, AT_REST) == before
     assert len(tried) == 4
     assert corrected({Wrench(): before[Wrench()]}, lambda load: 1 / 0, LEVERS, AT_REST) == {Wrench(): before[Wrench()]}

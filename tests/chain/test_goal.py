@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.chain.goal import Goal, goal_of
 from sits_mech.chain.models import magnetic_model
-from sits_mech.quantities import Array, Impedance, Pose, SolveReport
+from sits_mech.quantities import Array, Bounded, Impedance, Pose, SolveReport
 from sits_mech.scene.sensor import load_sensor
 
 SENSOR = load_sensor("biorob2018-w15")
@@ -64,11 +64,11 @@ def test_what_the_poses_share_with_the_rest_is_no_doubt() -> None:
 
 def test_shared_parts_of_an_error_cancel_as_far_as_their_signs_say() -> None:
     goal = Goal(np.array([[2.0, -1.0, 0, 0, 0, 0], [0.5, 0.0, 0, 0, 0, 0]]), 1e-3)
-    error = np.array([1e-3, 2e-3, 0, 0, 0, 0])
-    assert goal.mechanics(error, np.zeros((0, 6))) == pytest.approx(4e-3)
-    assert goal.mechanics(error, error[None]) == pytest.approx(0.5e-3)  # what is left is the second signal's
-    assert goal.mechanics(error, 0.5 * error[None]) == pytest.approx(2e-3)
-    assert goal.of(error, np.zeros((0, 6))) == pytest.approx(5e-3)
+    rest, error = np.zeros(6), np.array([1e-3, 2e-3, 0, 0, 0, 0])
+    assert goal.mechanics(Bounded.of(rest, error)) == pytest.approx(4e-3)
+    assert goal.mechanics(Bounded.of(rest, error, error[None])) == pytest.approx(0.5e-3)  # that of the second signal
+    assert goal.mechanics(Bounded.of(rest, error, 0.5 * error[None])) == pytest.approx(2e-3)
+    assert goal.of(Bounded.of(rest, error)) == pytest.approx(5e-3)
     assert goal.left(1e-2) == pytest.approx(9e-3) and goal.left(1.5e-3) == pytest.approx(0.75e-3)
 
 

@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.cases import Row
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import INTERPOLATED, loads_of, poses_on_grid, worst
 from sits_mech.mechanics.linear import linear_layer
-from sits_mech.mechanics.loads import settle
+from sits_mech.mechanics.loads import Settled, settle
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -49,9 +48,14 @@ class Spring:
         return Equilibrium(wrench, self.pose(wrench), Pose(1e-7, 1e-7, 1e-6, 1e-7, 1e-6, 1e-6), np.zeros(1), report)
 
 
-def between(rows: dict[Wrench, Row]) -> list[Wrench]:
+def between(found: dict[Wrench, Equilibrium]) -> list[Wrench]:
     """The loads that were not solved."""
-    return [load for load, row in rows.items() if row["notes"] == INTERPOLATED]
+    return [load for load, one in found.items() if INTERPOLATED in one.report.notes]
+
+
+def rests(found: dict[Wrench, Settled]) -> dict[Wrench, Equilibrium]:
+    """Where the target rests under each load that is carried."""
+    return {load: one.rest for load, one in found.items() if one.rest}
 
 
 @pytest.mark.parametrize(
@@ -64,16 +68,16 @@ def between(rows: dict[Wrench, Row]) -> list[Wrench]:
 def test_a_smooth_pad_is_solved_at_some_loads(grid: dict[str, list[float]], symmetry: Symmetry, most: int) -> None:
     """All poses stand within their stated errors; those between say that they are, with the map's error added."""
     layer = Spring()
-    rows = poses_on_grid(load_sensor("triaxial-3"), layer, grid, symmetry=symmetry, tolerance=1e-2)
+    rows = rests(poses_on_grid(load_sensor("triaxial-3"), layer, grid, symmetry=symmetry, tolerance=1e-2))
     assert list(rows) == loads_of(grid) and len(layer.solved) <= most and len(set(layer.solved)) == len(layer.solved)
     assert len(between(rows)) > 0.6 * len(rows)
-    shear = 2.0 * max(row["d_h"] for row in rows.values())
+    shear = 2.0 * max(row.pose.d_h for row in rows.values())
     for load, row in rows.items():
         true = layer.pose(load)
         for name in POSE:
-            assert abs(row[name] - getattr(true, name)) <= row[f"error_{name}"] + 1e-15
-        assert row["error_d_h"] < 1e-2 * shear + 1.1e-7 and row["error_d_v"] < 1e-3 * shear + 1.1e-7
-        assert row["status"] == "ok" and row["min_J"] == pytest.approx(0.9)
+            assert abs(getattr(row.pose, name) - getattr(true, name)) <= getattr(row.error, name) + 1e-15
+        assert row.error.d_h < 1e-2 * shear + 1.1e-7 and row.error.d_v < 1e-3 * shear + 1.1e-7
+        assert row.report.min_J == pytest.approx(0.9)
 
 
 def test_a_round_pad_takes_shear_in_any_direction_as_a_load_in_the_plane() -> None:
@@ -95,33 +99,33 @@ def test_scatter_of_the_errors_plays_no_part_in_the_map() -> None:
             return replace(found, error=Pose(own, own, own))
 
     rows, plain = (
-        poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=NONE, tolerance=1e-2)
+        rests(poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=NONE, tolerance=1e-2))
         for layer in (Scattered(), Spring())
     )
     assert between(rows) == between(plain) and len(between(rows)) > 50
     for load in between(plain):
-        assert rows[load]["d_h"] == plain[load]["d_h"]
-        assert 1e-7 <= rows[load]["error_d_h"] - (plain[load]["error_d_h"] - 1e-7) <= 3e-7 + 1e-18
-        assert plain[load]["error_d_v"] > 1.1e-7
+        assert rows[load].pose.d_h == plain[load].pose.d_h
+        assert 1e-7 <= rows[load].error.d_h - (plain[load].error.d_h - 1e-7) <= 3e-7 + 1e-18
+        assert plain[load].error.d_v > 1.1e-7
 
 
 def test_a_kink_is_solved_through() -> None:
     """Where the map does not predict its own loads, more are solved: all values of the shear."""
     layer = Spring(kink=2.0)
-    rows = poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=MIRRORS, tolerance=1e-2)
+    rows = rests(poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=MIRRORS, tolerance=1e-2))
     assert {abs(load.F_x) for load in layer.solved} == {abs(value) for value in GRID["F_x"]}
     for load, row in rows.items():
-        assert abs(row["d_h"] - layer.pose(load).d_h) <= row["error_d_h"] + 1e-15
+        assert abs(row.pose.d_h - layer.pose(load).d_h) <= row.error.d_h + 1e-15
 
 
 def test_nothing_is_put_beside_a_failed_load() -> None:
     """The grid is solved whole, and every load beyond the limit says so itself, or whose image it is."""
     layer = Spring(limit=3.2)
-    rows = poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=MIRRORS, tolerance=1e-2)
-    failed = {load: row for load, row in rows.items() if row["status"] != "ok"}
-    assert len(failed) == 9 * 2 and not any(row.get("notes") for row in rows.values())
-    assert failed[Wrench(0.5, 4.0)]["reason"] == "too much"
-    assert failed[Wrench(-0.5, 4.0)]["reason"] == "F_x = 0.5 N, F_z = 4 N, M = 0 N m: too much"
+    found = poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=MIRRORS, tolerance=1e-2)
+    failed = {load: one for load, one in found.items() if one.status != "ok"}
+    assert len(failed) == 9 * 2 and not between(rests(found)) and all(one.rest is None for one in failed.values())
+    assert failed[Wrench(0.5, 4.0)].reason == "too much"
+    assert failed[Wrench(-0.5, 4.0)].reason == "F_x = 0.5 N, F_z = 4 N, M = 0 N m: too much"
     assert len(layer.solved) == 45
 
 
@@ -171,22 +175,22 @@ def goal(weight: float) -> Goal:
 def test_few_loads_are_solved_as_far_as_the_goal_takes_each() -> None:
     """Three of them, one at rest; images come from what was solved."""
     layer, grid = Meshes(), {"F_x": [-0.4, 0.0, 0.4], "F_z": [1.0]}
-    rows = poses_on_grid(
+    rows = rests(poses_on_grid(
         load_sensor("biorob2018"), layer, grid, symmetry=MIRRORS, tolerance=1e-2, after=lambda _: goal(1e3)
-    )
+    ))
     assert layer.asked == [1e-2, 1e-2] and [load.F_x for load in layer.solved] == 2 * [0.0, 0.4]  # first, then finer
-    assert rows[Wrench(0.4, 1.0)]["error_d_h"] == pytest.approx(1e-5)
-    assert rows[Wrench(-0.4, 1.0)]["d_h"] == -rows[Wrench(0.4, 1.0)]["d_h"] == -layer.pose(Wrench(0.4, 1.0)).d_h
+    assert rows[Wrench(0.4, 1.0)].error.d_h == pytest.approx(1e-5)
+    assert rows[Wrench(-0.4, 1.0)].pose.d_h == -rows[Wrench(0.4, 1.0)].pose.d_h == -layer.pose(Wrench(0.4, 1.0)).d_h
 
 
 def test_of_many_loads_two_are_solved_until_the_worst_is_good_enough() -> None:
     """Each to the share of its own error that is asked of the worst."""
     sensor, layer, weight = load_sensor("biorob2018"), Meshes(), 1e3
-    rows = poses_on_grid(sensor, layer, GRID, symmetry=MIRRORS, tolerance=1e-2, after=lambda _: goal(weight))
+    found = poses_on_grid(sensor, layer, GRID, symmetry=MIRRORS, tolerance=1e-2, after=lambda _: goal(weight))
     first = Meshes().equilibrium(Wrench(1.0, 4.0)).error.d_h * weight
     assert len(layer.asked) == 2 and all(each < 0.8e-2 for each in layer.asked)
     assert layer.asked[0] / 1e-2 == pytest.approx(0.05 * weight * layer.pose(Wrench(0.5, 4.0)).d_h / first, rel=0.3)
-    assert worst(rows, goal(weight)) < 0.5 * first
+    assert worst(found.values(), goal(weight)) < 0.5 * first
 
 
 def test_what_is_good_enough_for_the_goal_is_not_solved_again() -> None:
@@ -205,20 +209,21 @@ def test_a_load_that_was_looked_at_before_is_not_solved_again_and_no_other_start
     )
     assert looked.solved.count(far) == 1 and set(looked.solved) == set(plain.solved)
     assert looked.started == {load: start for load, start in plain.started.items() if load != far}
-    assert [row["d_h"] for row in with_look.values()] == [row["d_h"] for row in without.values()]
+    assert [row.pose.d_h for row in rests(with_look).values()] == [row.pose.d_h for row in rests(without).values()]
 
 
 def test_the_worst_of_a_table_is_of_loads_that_rest() -> None:
-    rows = settle(Meshes(limit=3.0), [Wrench(0.5, 1.0), Wrench(1.0, 4.0)], symmetry=NONE)
-    one = worst(rows, goal(1e3))
-    assert 0.0 < one == pytest.approx(1e3 * rows[Wrench(0.5, 1.0)]["error_d_h"]) and np.isinf(worst(rows, None))
+    found = settle(Meshes(limit=3.0), [Wrench(0.5, 1.0), Wrench(1.0, 4.0)], symmetry=NONE).values()
+    one = worst(found, goal(1e3))
+    assert 0.0 < one == pytest.approx(max(1e3 * rest.rest.error.d_h for rest in found if rest.rest))
+    assert np.isinf(worst(found, None))
 
 
 def test_the_linear_layer_needs_the_fewest() -> None:
     """A real layer whose answer the map holds to rounding."""
     sensor = load_sensor("biorob2018", ['elastomer.length="200 mm"'])
-    rows = poses_on_grid(sensor, linear_layer(sensor, 3e-2), GRID, symmetry=MIRRORS, tolerance=1e-2)
-    assert sum(row["notes"].endswith(INTERPOLATED) for row in rows.values()) > 66
+    rows = rests(poses_on_grid(sensor, linear_layer(sensor, 3e-2), GRID, symmetry=MIRRORS, tolerance=1e-2))
+    assert len(between(rows)) > 66
 
 
 @dataclass
@@ -235,33 +240,33 @@ class Stretched(Spring):
 def test_a_stretch_goes_straight_from_load_to_load() -> None:
     """Within what neighbours were solved with, whatever the poses' map does; of one not known none is between."""
     sensor = load_sensor("triaxial-3")
-    rows = poses_on_grid(sensor, Stretched(), GRID, symmetry=NONE, tolerance=1e-2)
+    rows = rests(poses_on_grid(sensor, Stretched(), GRID, symmetry=NONE, tolerance=1e-2))
     assert between(rows)
     for load, row in rows.items():
-        assert row["stretch"] == pytest.approx(1.0 + abs(load.F_x) + 0.1 * load.F_z, abs=0.02)
-    rows = poses_on_grid(sensor, Stretched(known=0.4), GRID, symmetry=NONE, tolerance=1e-2)
-    assert np.isnan([rows[load]["stretch"] for load in between(rows)]).all()
-    assert rows[Wrench()]["stretch"] == 1.0
+        assert row.report.stretch == pytest.approx(1.0 + abs(load.F_x) + 0.1 * load.F_z, abs=0.02)
+    rows = rests(poses_on_grid(sensor, Stretched(known=0.4), GRID, symmetry=NONE, tolerance=1e-2))
+    assert np.isnan([rows[load].report.stretch for load in between(rows)]).all()
+    assert rows[Wrench()].report.stretch == 1.0
 
 
 def test_the_map_goes_through_the_solved_loads() -> None:
     """Solved loads with scatter: those between follow them, without a step; without shear all is straight."""
     layer, sensor = Spring(wave=2e-6), load_sensor("biorob2018")
-    rows = poses_on_grid(sensor, layer, GRID, symmetry=MIRRORS, tolerance=1e-2)
+    rows = rests(poses_on_grid(sensor, layer, GRID, symmetry=MIRRORS, tolerance=1e-2))
     near = [load for load in between(rows) if load.F_x > 0.0 and Wrench(load.F_x, load.F_z - 0.5) in layer.solved]
     assert near
     for load in near:
-        one = rows[Wrench(load.F_x, load.F_z - 0.5)]["d_h"]
+        one = rows[Wrench(load.F_x, load.F_z - 0.5)].pose.d_h
         slope = 1e-3 * load.F_x * 0.1 * 0.5
-        assert abs(rows[load]["d_h"] - one - slope) < 4e-7  # a map that misses the scatter is off by its 2 um
-    assert all(rows[Wrench(0.0, z)]["d_h"] == rows[Wrench(0.0, z)]["error_alpha"] == 0.0 for z in GRID["F_z"])
+        assert abs(rows[load].pose.d_h - one - slope) < 4e-7  # a map that misses the scatter is off by its 2 um
+    assert all(rows[Wrench(0.0, z)].pose.d_h == rows[Wrench(0.0, z)].error.alpha == 0.0 for z in GRID["F_z"])
 
 
 def test_what_the_solved_loads_cannot_show_has_an_error_between_them() -> None:
     """On diagonals and axes a square pad does not turn about z; between them it may: no error of nothing there."""
-    rows = poses_on_grid(load_sensor("triaxial-4"), Spring(), SPACE, symmetry=SQUARE, tolerance=1e-2)
-    assert rows[Wrench(0.5, 2.0, F_y=0.25)]["error_alpha_z"] > 0.0
-    assert rows[Wrench(0.5, 1.5, F_y=0.5)]["error_alpha_z"] == rows[Wrench(0.0, 1.5, F_y=0.5)]["error_d_h"] == 0.0
+    rows = rests(poses_on_grid(load_sensor("triaxial-4"), Spring(), SPACE, symmetry=SQUARE, tolerance=1e-2))
+    assert rows[Wrench(0.5, 2.0, F_y=0.25)].error.alpha_z > 0.0
+    assert rows[Wrench(0.5, 1.5, F_y=0.5)].error.alpha_z == rows[Wrench(0.0, 1.5, F_y=0.5)].error.d_h == 0.0
 
 
 def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
@@ -279,7 +284,7 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
         poses_on_grid(sensor, first, SPACE, symmetry=DISC, tolerance=1e-2, keep=keep)
     seen: list[tuple[int, int]] = []
     rows, again, plain = (
-        poses_on_grid(sensor, layer, SPACE, symmetry=DISC, tolerance=1e-2, keep=place, progress=tell)
+        rests(poses_on_grid(sensor, layer, SPACE, symmetry=DISC, tolerance=1e-2, keep=place, progress=tell))
         for layer, place, tell in (
             (second, keep, lambda done, of: seen.append((done, of))),
             (third, keep, None),
@@ -287,7 +292,6 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
         )
     )
     assert not set(first.solved) & set(second.solved) and third.solved == []
-    drop = {"seconds", "state", "shared"}
-    kept = [[{k: v for k, v in row.items() if k not in drop} for row in each.values()] for each in (rows, again, plain)]
+    kept = [[(row.pose, row.error, row.report) for row in each.values()] for each in (rows, again, plain)]
     assert kept[0] == kept[1] == kept[2]
     assert seen[-1] == (125, 125) and all(done <= of <= 125 for done, of in seen)

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.pose_errors import read_poses, signal_weights
-from sits_mech.quantities import Impedance, Pose, SolveReport
+from sits_mech.quantities import Bounded, Impedance, Pose, SolveReport
 from sits_mech.readout.signals import combine
 from sits_mech.scene.sensor import load_sensor
 
 SLOPES = np.array([[2e-5, 3e-5, -4e-7], [-2e-5, 3e-5, 4e-7]])  # of two coils by d_h, d_v [H/m] and alpha [H/rad]
-POSES, ERRORS = Pose(*np.array([[0.0, 2e-4], [1.9e-3, 1.8e-3], [0.0, -2e-3]])), Pose(*np.full((3, 2), 1e-6))
+POSES = np.array([[0.0, 1.9e-3, 0.0, 0.0, 0.0, 0.0], [2e-4, 1.8e-3, -2e-3, 0.0, 0.0, 0.0]])
+ERRORS = np.array([[1e-6, 1e-6, 1e-6, 0.0, 0.0, 0.0]] * 2)
 SHARED = np.array([[[6e-7, 0, 0, 0, 0, 0], [6e-7, 5e-7, -1e-6, 0, 0, 0]]])  # one part of the errors at two poses
 
 
@@ -30,7 +31,7 @@ def sensor():
 
 
 def test_what_loads_share_has_its_sign_and_the_rest_is_by_component(sensor):
-    found = read_poses(sensor, Linear(), POSES, ERRORS, SHARED)
+    found = read_poses(sensor, Linear(), Bounded.of(POSES, ERRORS, SHARED))
     parts = SHARED[..., :3] @ SLOPES.T
     np.testing.assert_allclose(found.shared[0], parts[0], atol=1e-18)
     np.testing.assert_allclose(found.shared[1], [[2e-12, -2e-12]] * 2)
@@ -41,7 +42,7 @@ def test_what_loads_share_has_its_sign_and_the_rest_is_by_component(sensor):
 
 
 def test_without_shared_parts_every_component_counts_in_full(sensor):
-    found = read_poses(sensor, Linear(), POSES, ERRORS)
+    found = read_poses(sensor, Linear(), Bounded.of(POSES, ERRORS))
     total = 5e-12 + np.abs(SLOPES).sum(axis=1) * 1e-6
     np.testing.assert_allclose(np.diagonal(found.impedance.error_L, axis1=1, axis2=2), [total] * 2, rtol=1e-9)
     assert found.shared.shape == (1, 2, 2)  # the magnetic model's alone
@@ -49,7 +50,7 @@ def test_without_shared_parts_every_component_counts_in_full(sensor):
 
 def test_a_place_does_not_count_for_what_the_rotation_does(sensor):
     """Unrotated a coil's error is by the place alone; the difference of both by the angle, and the model's own rest."""
-    found, weights = read_poses(sensor, Linear(), POSES, ERRORS, SHARED), signal_weights(sensor)
+    found, weights = read_poses(sensor, Linear(), Bounded.of(POSES, ERRORS, SHARED)), signal_weights(sensor)
     np.testing.assert_allclose(found.shared_untilted[0], SHARED[0, :, :2] @ SLOPES[:, :2].T, atol=1e-18)
     angle = np.array([1e-6, 0.0])  # what the shared part leaves of the error of alpha
     rest = np.full(2, 3e-12) @ np.abs(combine(np.eye(2), weights))

@@ -5,6 +5,7 @@ import pytest
 
 from sits_mech.chain.goal import HALF
 from sits_mech.chain.models import loaded_model
+from sits_mech.chain.pose_errors import poses_of
 from sits_mech.chain.prices.forecast import Look
 from sits_mech.chain.promise import Promise, aim_at
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
@@ -31,7 +32,7 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
     assert aim is not None
     report = SolveReport("block", 4000, 10, 0.0, 5e-3, 0.2)
     first = Equilibrium(LOAD, POSE, Pose(5e-6, 1e-6), np.zeros(0), report)
-    own = aim.goal.mechanics(first.error.components, first.shared)
+    own = aim.goal.mechanics(poses_of([first]))
     assert own > aim.left
     one, many = aim.promised(first, 1), aim.promised(first, 81, 12)
     assert own * 0.2 <= one.error - aim.goal.magnetics <= own * 0.25 < many.error and 2.0 * one.seconds < many.seconds

@@ -19,7 +19,7 @@ from sits_mech.chain.simulate import at_rest, image_at_rest, simulate
 from sits_mech.geometry.collision import Collision
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.mechanics.symmetry import Symmetry
-from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import Array, Bounded, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
 
@@ -207,8 +207,8 @@ def test_what_cannot_be_asked_is_refused(sensor: Sensor) -> None:
 def test_error_of_the_pose_reaches_the_inductance(sensor: Sensor) -> None:
     """Real magnetics: the reported error covers what a pose off by its error changes, without being ten times it."""
     model, _ = magnetic_model(sensor, "planar", 1e-4)
-    pose, error = Pose(np.array([3e-4]), np.array([1.7e-3]), np.array([4e-3])), Pose(*(np.array([2e-6]),) * 3)
-    found = read_poses(sensor, model, pose, error)
+    pose, error = Pose(3e-4, 1.7e-3, 4e-3), Pose(2e-6, 2e-6, 2e-6)
+    found = read_poses(sensor, model, Bounded.of(pose.components[None], error.components[None]))
     worst: Array = np.zeros((2, 2))
     for signs in np.ndindex(2, 2, 2):
         shift = [2e-6 * (2 * sign - 1) for sign in signs]

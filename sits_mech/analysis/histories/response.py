@@ -29,7 +29,7 @@ from sits_mech.geometry.waves import check_frequency
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, TimedModel, motion_of, untold
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, Wrench, as_jsonable
+from sits_mech.quantities import POSE, WRENCH, Array, Bounded, MechanicalModel, Pose, Wrench, as_jsonable
 from sits_mech.scene.sensor import SceneError, Sensor, provenance
 
 PARTS = 8
@@ -57,7 +57,8 @@ def in_time(
     motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
     check_clearance(sensor, motion.pose)
     aim = aim_at(sensor, magnetics, tolerance, history.loads, farthest(motion.pose))
-    reading = read_poses(sensor, field if aim is None else aim.field, motion.pose, motion.error)
+    poses = Bounded.of(motion.pose.components, motion.error.components)
+    reading = read_poses(sensor, field if aim is None else aim.field, poses)
     columns: dict[str, Any] = {"given": ("time", motion.given & np.isin(motion.time, divided.time[own]))}
     columns |= {name: ("time", part) for name, part in zip(WRENCH, motion.wrench.T, strict=True)}
     for kind, pose in (("", motion.pose), ("error_", motion.error)):
@@ -65,7 +66,7 @@ def in_time(
     found = reading.impedance
     columns |= {name: (("time", "coil", "coil_2"), getattr(found, name)) for name in ("L", "R", "error_L", "error_R")}
     columns |= {name: ("time", np.asarray(value)) for name, value in reading.signals.known.items()}
-    marks = flags_over(sensor, None if aim is None else aim.goal, motion.error, motion.stretch, tolerance)
+    marks = flags_over(sensor, None if aim is None else aim.goal, poses, motion.stretch, tolerance)
     columns |= {name: ("time", part) for name, part in marks.items()}
     names = [coil.name for coil in sensor.coils]
     data = xr.Dataset(columns, coords={"time": motion.time, "coil": names, "coil_2": names})

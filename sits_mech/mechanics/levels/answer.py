@@ -22,7 +22,7 @@ from sits_mech.mechanics.equilibrium.newton import Approach, unloaded
 from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
+from sits_mech.quantities import WRENCH, Array, Bounded, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
 
@@ -146,15 +146,6 @@ def errors_of(difference: Array, share: float, lever: Array | float = 1.0) -> Ar
     return np.asarray(np.maximum(difference, floor))
 
 
-def by_goal(goal: Array, error: Array, parts: Array) -> float:
-    """Return the largest error of the goals, from derivatives (s, k) and component errors (k,).
-
-    `parts` (m, k) are signed, each with one common factor; the remainder of `error` adds with any sign.
-    """
-    own = np.maximum(error - np.abs(parts).sum(axis=0), 0.0)
-    return float(np.max(np.abs(goal @ parts.T).sum(axis=1) + np.abs(goal) @ own, initial=0.0))
-
-
 def relative(error: Array, moved: Array, lever: Array) -> float:
     """Return the largest error over the displacement; an angle counts at the target's end."""
     size = float(np.max(np.abs(moved) * lever))
@@ -207,8 +198,8 @@ def answer(
         if goal is None or given:
             return float(np.max(limit.error))
         size = unit * scales.lengths[:k]
-        own = errors_of(limit.error, levels.share)
-        return by_goal(goal[:, :k], own * size, limit.parts * size)
+        own = Bounded.of(limit.value * size, errors_of(limit.error, levels.share) * size, limit.parts * size)
+        return float(np.max(own.mapped(goal[:, :k]).error, initial=0.0))
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
     pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)

@@ -148,7 +148,7 @@ class Line:
     asked: float  # estimated error at which refinement stops
     most: float = np.inf  # limit of iterations times unknowns
     deepest: int = 99  # most levels
-    goal: Array | None = None  # (s, 6), see `by_goal`; default: the pose
+    goal: Array | None = None  # (s, 6), derivatives of what is asked by the pose; default: the pose
 
     def __post_init__(self) -> None:
         """Cache the families."""

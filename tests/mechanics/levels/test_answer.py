@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.levels.answer import aim, by_goal, errors_of, load_words, relative
+from sits_mech.mechanics.levels.answer import aim, errors_of, load_words, relative
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -38,14 +38,6 @@ def test_no_component_is_called_better_than_a_share_of_the_worst():
     assert relative(found, np.array([1e-4, 0.0, 0.0]), lever) == pytest.approx(0.01)
     assert relative(found, np.array([0.0, 0.0, 0.1]), lever) == pytest.approx(1e-6 / (0.1 * 7.5 * MM))
     assert relative(np.zeros(3), np.zeros(3), lever) == 0.0
-
-
-def test_parts_of_one_factor_may_cancel_in_a_goal_and_the_rest_may_not():
-    goal, error = np.array([[1.0, 2.0], [3.0, 0.0]]), np.array([2.0, 1.0])
-    assert by_goal(goal, error, np.zeros((0, 2))) == 6.0
-    assert by_goal(goal[:1], error, np.array([[2.0, -1.0]])) == 0.0 and by_goal(goal[:1], error, error[None]) == 4.0
-    assert by_goal(goal[:1], error, np.array([[1.0, 0.0], [1.0, -1.0]])) == 2.0  # each its own factor
-    assert by_goal(goal[:1], error, np.array([[1.0, -0.5]])) == 2.0  # half of both is left
 
 
 def test_lever_is_half_the_target():
