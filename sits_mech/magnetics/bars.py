@@ -6,9 +6,9 @@ admittance Y (`section.plate`):
 
     Delta Z_cd = c_c^T Y(omega) c_d,    R = Re Delta Z,    L = L0 + Im Delta Z / omega,
 
-The plate is prepared for a ladder of clearances and frequencies whose steps are blended (`stages`); then a pose is a
+The plate is prepared for a ladder of clearances and frequencies whose steps are blended (`answer`); then a pose is a
 field at a dozen points and one small product. Two divisions of the plate give the answer,
-extrapolated in the size of the bars, and with a third one its estimated error (`section.division`).
+extrapolated in the size of the bars, and with a third one its estimated error (`section.plate`).
 
 Free net current: the plate's current returns at the circle |p| = R_b, where A = 0. Its Green function
 ``ln|p - p'| - ln|R_b - p conj(p')/R_b|`` adds, by ``ln|1 - q| = -sum_m Re(q^m) / m``, a correction of low rank
@@ -29,7 +29,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
@@ -38,9 +37,9 @@ from sits_mech.geometry.collision import smooth_height
 from sits_mech.geometry.plates import Plate, distance, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.solids import CLEARANCE
 from sits_mech.geometry.tracks import coil_bars, section_refusal
-from sits_mech.geometry.windings import Bars
-from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, sizes
-from sits_mech.magnetics.coils.alone import section_resistances
+from sits_mech.magnetics.answer import Kind, Reaction, answer, clearance_of, clearances, largest, sizes, together, tops
+from sits_mech.magnetics.modes import skin_depth
+from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, free_space_inductance, section_resistances
 from sits_mech.magnetics.section.coupling import (
     Filaments,
     SectionPlate,
@@ -49,11 +48,7 @@ from sits_mech.magnetics.section.coupling import (
     filaments,
     samples,
 )
-from sits_mech.magnetics.section.division import Lengths, Resolution
-from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.magnetics.section.plate import PreparedPlate, prepare_plate
-from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
+from sits_mech.magnetics.section.plate import Lengths, PreparedPlate, Resolution, prepare_plate
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
@@ -147,41 +142,8 @@ def _check_bounds(delta_L: Array, R: Array, L0: Array, bars: int) -> None:
     )
 
 
-def bars_of_coils(sensor: Sensor) -> tuple[Bars, ...]:
-    """Return every coil's bars in the section y = 0."""
-    return tuple(coil_bars(coil) for coil in sensor.coils)
-
-
-def coil_box(bars: Bars) -> Complex:
-    """Return corners x + j z of the rectangle around a coil's bars, counter-clockwise [m]."""
-    low = complex(bars.x.min() - bars.width / 2, bars.z.min() - bars.thickness / 2)
-    high = complex(bars.x.max() + bars.width / 2, bars.z.max() + bars.thickness / 2)
-    return np.array([low, complex(high.real, low.imag), high, complex(low.real, high.imag)])
-
-
-@lru_cache(maxsize=64)
-def free_space_inductance(sensor: Sensor) -> Array:
-    """Return the coils' inductance matrix without target, closed form, shape (n, n) [H/m]."""
-    sections = bars_of_coils(sensor)
-    radius = return_radius(sensor)
-    L0 = np.array([[_mutual(first, second, radius) for second in sections] for first in sections])
-    return np.asarray((L0 + L0.T) / 2)
-
-
-def _mutual(first: Bars, second: Bars, radius: float | None) -> float:
-    """Return the mutual inductance per metre of two coils' bars; within a circle where A = 0 if there is one."""
-    logs = mean_log(
-        second.x - first.x[:, None], second.z - first.z[:, None],
-        (np.array(first.width), np.array(first.thickness)), (np.array(second.width), np.array(second.thickness)),
-    )
-    if radius is not None:
-        p, q = first.x + 1j * first.z, second.x + 1j * second.z
-        logs = logs - np.log(np.abs(radius - p[:, None] * q.conj() / radius))
-    return float(-mu_0 / (2 * np.pi) * first.sign @ logs @ second.sign)
-
-
 def _gaps(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
-    """Return the distance of each plate from all else, one a pose, and one independent of it (`stages`) [m]."""
+    """Return the distance of each plate from all else, one a pose, and one independent of it (`answer`) [m]."""
     if not sensor.conductors:
         extent = (0.0, 0.0) if sensor.target is None else (sensor.target.extent[0], sensor.target.thickness)
         sides, up = np.sin(np.asarray(pose.alpha))[:, None] * extent[0] / 2, np.cos(np.asarray(pose.alpha))

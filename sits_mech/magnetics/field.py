@@ -1,9 +1,9 @@
 """Planar finite element model: plates of any permeability, any number, over flat or curved coils; fields to look at.
 
 Per metre of depth, ``exp(+j omega t)``. Unknown: the complex vector potential along y [V s/m per A], whole in the
-plates and without the coils' known part in the air (equations, open boundary, source: `air.solve`). Every plate's
-skin is resolved by graded cells (`air.mesh`), from well above its thickness down to 1e-7 of its size; no surface
-impedance is needed.
+plates and without the coils' known part in the air (equations, open boundary: `section.elements`; source:
+`section.coils`). Every plate's skin is resolved by graded cells (`section.mesh`), from well above its thickness down to
+1e-7 of its size; no surface impedance is needed.
 
 Each pose is solved with elements of order 2 and 3 on one mesh. The answer is that of order 3; what it adds to order 2,
 in L and in R, is the error of order 2. Where a plate is permeable its corners are singular, order 3 gains little there,
@@ -29,12 +29,11 @@ from scipy.spatial import cKDTree
 
 from sits_mech.geometry.plates import Plate, not_cut, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import section_refusal
-from sits_mech.magnetics.air.mesh import Division, Fineness, divide_plane, outline_samples
-from sits_mech.magnetics.air.solve import FieldSolution, element_errors, solve_field
-from sits_mech.magnetics.air.source import Track, coil_potentials, free_inductance, tracks
 from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
-from sits_mech.magnetics.coils.alone import section_resistances
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.modes import skin_depth
+from sits_mech.magnetics.section.coils import Track, coil_potentials, free_inductance, section_resistances, tracks
+from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
+from sits_mech.magnetics.section.mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

@@ -11,7 +11,7 @@ whichever is more. Both grow with the body, so that any body around K bounds K:
     ball of volume V, part of H of degree n:      q = mu0 V mean H^2 3/(n + 1),  permeable 3/n, the mean on its surface,
 
 with depolarisation factors N_i = (abc/3) R_D(b^2, c^2, a^2). (A thin disc across the field has the moment 8/3 a^3 h, a
-ball 3/2 V h.) What ferrite adds is found by few boxes (`ferrite.core`), and a little more is taken. Elsewhere H is its
+ball 3/2 V h.) What ferrite adds is found by few boxes (`space.ferrite`), and a little more is taken. Elsewhere H is its
 value h at the middle and a rest of degrees n >= 2:
 
     a_c = sqrt(q_c) <= sqrt(mu0 sum_i alpha_i h_i^2) + sqrt(k mu0 V mean (H - h)^2),   k = 1, permeable 3/2.   (1)
@@ -54,12 +54,11 @@ from scipy.constants import mu_0
 from scipy.special import elliprd
 
 from sits_mech.geometry.plates import cut_width
-from sits_mech.geometry.tracks import coil_bars, standing_rings
-from sits_mech.magnetics.bars import free_space_inductance
-from sits_mech.magnetics.coils.alone import free_inductances
+from sits_mech.geometry.tracks import coil_bars
 from sits_mech.magnetics.coils.far_field import coil_field, field_bound, least_inductance
-from sits_mech.magnetics.coils.loops import mutual_loops, series_inductance
-from sits_mech.magnetics.ferrite.core import added_inductance
+from sits_mech.magnetics.coils.loops import free_inductances
+from sits_mech.magnetics.section.coils import free_space_inductance
+from sits_mech.magnetics.space.ferrite import added_inductance
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
@@ -188,36 +187,6 @@ def _body(plate: Target | Conductor) -> _Body:
     permeable = plate.metal.relative_permeability != 1.0
     share = np.maximum(1.0 / (1.0 - N), 1.0 / N if permeable else 0.0)
     return _Body((4.0 / 3.0 * np.pi * a * b * c * share).T, math.hypot(*half[1 if is_round else 0 :]), permeable)
-
-
-def _image_share(coil: Coil, gap: float, below: bool) -> float:
-    """Return the share of L_cc that a perfect half-space at a distance above, or below, the coils takes."""
-    rings = standing_rings(coil)
-    down = coil.height + rings.z if below else -rings.z
-    away = 2.0 * gap + down[:, None] + down
-    sign = np.broadcast_to(rings.sign, rings.radius.shape)
-    image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign)
-    return min(float(image) / _standing_inductance(coil), 1.0)
-
-
-@lru_cache(maxsize=32)
-def _standing_inductance(coil: Coil) -> float:
-    """Return L_cc of the rings that stand for a coil [H]."""
-    return float(series_inductance(standing_rings(coil)))
-
-
-def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
-    """Return how much of a self-inductance a conductor alone changes at most, however near: as the half-space it is in.
-
-    A perfect conductor takes the mutual inductance of a coil and its mirror image, unbounded permeability adds as much.
-    1, where the conductor lies beside the coils.
-    """
-    high, low = part.centre[2] + part.thickness / 2.0, part.centre[2] - part.thickness / 2.0
-    gaps = [(low, False) if low > 0.0 else (-coil.height - high, True) for coil in coils]
-    return max(
-        _image_share(coil, gap, below) if gap > 0.0 else 1.0
-        for coil, (gap, below) in zip(coils, gaps, strict=True)
-    )
 
 
 def _sphere() -> tuple[Array, Array]:

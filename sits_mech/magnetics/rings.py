@@ -2,8 +2,8 @@
 
     (R + j omega L) i = -j omega g(d_v),    Delta Z = omega^2 g^T (R + j omega L)^-1 g,
 
-with the disc's rings, modes and field functions of `axis.disc`, and L0 from `coils.loops`. The disc is prepared for a
-ladder of gaps and frequencies whose steps are blended (`stages`). On each it is divided finer until two successive
+with the disc's rings, modes and field functions of `disc`, and L0 from `coils.loops`. The disc is prepared for a
+ladder of gaps and frequencies whose steps are blended (`answer`). On each it is divided finer until two successive
 extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to the tolerance, or their
 steps fall so fast that what is left does, over all gaps and frequencies that it serves: not those asked for alone.
 
@@ -21,11 +21,11 @@ from itertools import pairwise
 import numpy as np
 
 from sits_mech.geometry.solids import CLEARANCE
-from sits_mech.magnetics.answer import Kind, Reaction, answer, sizes
-from sits_mech.magnetics.axis.disc import Disc, DiscProblem, count_rings, prepare_disc
-from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
-from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.stages import clearances, lowest_served, served, together, tops
+from sits_mech.magnetics.answer import Kind, Reaction, answer, clearances, lowest_served, served, sizes, together, tops
+from sits_mech.magnetics.coils.loops import free_inductances
+from sits_mech.magnetics.coils.resistance import track_resistances
+from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
+from sits_mech.magnetics.modes import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread

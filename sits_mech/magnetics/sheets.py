@@ -1,7 +1,7 @@
 """The three-dimensional model: coils as rings or spirals below, a plate of any outline above; absolute henry and ohm.
 
 The plate carries its own eddy-current modes (`space.modes`), found for a ladder of clearances and frequencies whose
-steps are blended (`stages`); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
+steps are blended (`answer`); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
 plate's bounding box and some small products (`space.coupling`),
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),    R = Re Delta Z,   L = L0 + Im Delta Z / omega.
@@ -19,9 +19,9 @@ Small gaps under wide plates (`space.near`): the plate sees the coils' potential
 Other metal (`space.neighbours`): plates parallel to the coils join with their own modes, and see the coils as they
 are, at rest; what they answer together is found once, and a pose costs some tens of milliseconds.
 
-Ferrite (`ferrite.core`): fixed rectangles that are permeable and do not conduct join with their magnetisation.
+Ferrite (`space.ferrite`): fixed rectangles that are permeable and do not conduct join with their magnetisation.
 
-Range: metal that is not magnetic. Neglected: eddies in the coils' own tracks (`coils.track_modes`), displacement
+Range: metal that is not magnetic. Neglected: eddies in the coils' own tracks (`coils.resistance`), displacement
 current.
 Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
 G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
@@ -40,17 +40,17 @@ import numpy as np
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.tracks import path_notes
-from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
-from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
-from sits_mech.magnetics.ferrite.core import prepared_core
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.answer import Kind, Reaction, answer, clearance_of, clearances, largest, together, tops
+from sits_mech.magnetics.coils.loops import free_inductances
+from sits_mech.magnetics.coils.resistance import track_resistances
+from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.coupling import reactions
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
+from sits_mech.magnetics.space.ferrite import prepared_core
 from sits_mech.magnetics.space.near import Near, near_reactions
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
 from sits_mech.magnetics.space.sources import Sources, reach
-from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, Target

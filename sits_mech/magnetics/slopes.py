@@ -1,6 +1,6 @@
 """Differentiate L and R by pose, frequency and the scene's lengths, for any model of the magnetics.
 
-A model's answer is a smooth function of pose and frequency down to rounding (`stages`), so that differences of a fourth
+A model's answer is a smooth function of pose and frequency down to rounding (`answer`), so that differences of a fourth
 order (`maps.differences`) over steps h far above rounding and far below the lengths on which the field changes hold to
 some 1e-8; h is a share of the room around the target, for a turn of what moves its rim as far; for the frequency in
 ln f. All poses of all components are one batch of warm poses.

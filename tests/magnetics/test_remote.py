@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.coils.far_field import half_space_share
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.remote import _body, _kappa, _solved, half_space_share, remote_bounds
+from sits_mech.magnetics.remote import _body, _kappa, _solved, remote_bounds
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor

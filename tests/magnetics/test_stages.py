@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sits_mech.magnetics.answer import clearance_of, clearances, lowest_served, served, together, tops
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.rings import Axisymmetric, axisymmetric
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.stages import clearance_of, clearances, lowest_served, served, together, tops
 from sits_mech.quantities import Impedance, MagneticModel, Pose
 from sits_mech.scene.sensor import load_sensor
 

@@ -1,4 +1,4 @@
-"""A coil's field far away, a bound on it in closed form, and one on the coil's inductance.
+"""A coil's field far away, a bound on it in closed form, and bounds on the coil's inductance, alone and over metal.
 
 A flat loop of 1 A is a sheet of dipoles over its area. No dipole m has more than m/(2 pi d^3) at a distance d, so that
 at R from the middle of rings of radius a_k, the farthest of which is b away from there,
@@ -14,16 +14,18 @@ Sources: Grover, Inductance Calculations, ch. 3 (g); Jackson, Classical Electrod
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
 
+from sits_mech.geometry.tracks import standing_rings
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.loops import mutual_loops
+from sits_mech.magnetics.coils.loops import mutual_loops, series_inductance
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.quantities import Array
-from sits_mech.scene.sensor import Coil
+from sits_mech.scene.sensor import Coil, Conductor
 
 _SURE = 0.9  # of the inductance by filaments
 
@@ -59,3 +61,33 @@ def least_inductance(coil: Coil) -> float:
     mutual = mutual_loops(a[:, None], a, apart)
     alone = mu_0 * a * (np.log(8.0 * a / (0.2235 * (rings.width + rings.height))) - 2.0)
     return _SURE * float(sign @ np.where(own, alone[:, None], mutual) @ sign)
+
+
+def _image_share(coil: Coil, gap: float, below: bool) -> float:
+    """Return the share of L_cc that a perfect half-space at a distance above, or below, the coils takes."""
+    rings = standing_rings(coil)
+    down = coil.height + rings.z if below else -rings.z
+    away = 2.0 * gap + down[:, None] + down
+    sign = np.broadcast_to(rings.sign, rings.radius.shape)
+    image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign)
+    return min(float(image) / _standing_inductance(coil), 1.0)
+
+
+@lru_cache(maxsize=32)
+def _standing_inductance(coil: Coil) -> float:
+    """Return L_cc of the rings that stand for a coil [H]."""
+    return float(series_inductance(standing_rings(coil)))
+
+
+def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
+    """Return how much of a self-inductance a conductor alone changes at most, however near: as the half-space it is in.
+
+    A perfect conductor takes the mutual inductance of a coil and its mirror image, unbounded permeability adds as much.
+    1, where the conductor lies beside the coils.
+    """
+    high, low = part.centre[2] + part.thickness / 2.0, part.centre[2] - part.thickness / 2.0
+    gaps = [(low, False) if low > 0.0 else (-coil.height - high, True) for coil in coils]
+    return max(
+        _image_share(coil, gap, below) if gap > 0.0 else 1.0
+        for coil, (gap, below) in zip(coils, gaps, strict=True)
+    )

@@ -18,7 +18,7 @@ by the trapezium rule, which converges geometrically because the integrand is pe
 filaments of a winding is a polynomial of rho across the other one, to rounding (`_across`).
 
 Coils that are not round: `straight`. Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current
-in the section (`track_modes`).
+in the section (`resistance`).
 Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
 """
 
@@ -222,3 +222,9 @@ def _filaments(rings: Sections) -> tuple[Array, Array, Array]:
     ]
     a, z, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return a, z, weight
+
+
+@lru_cache(maxsize=32)
+def free_inductances(coils: tuple[Coil, ...], windings: str = "rings") -> Array:
+    """Return the coils' inductance matrix, round ones as "rings" or as a "spiral", shape (n, n) [H]; kept for later."""
+    return coil_inductances(coils, windings=windings)

@@ -24,7 +24,7 @@ R1 and R2 from the ends of a track of length l:
 
     A = t mu0 / (4 pi) ln[(R1 + R2 + l) / (R1 + R2 - l)].
 
-Neglected: vias and the way back between the ends; uneven current (`track_modes`); at corners the sections overlap.
+Neglected: vias and the way back between the ends; uneven current (`resistance`); at corners the sections overlap.
 Units: H, V s / (A m). Source: F. W. Grover, Inductance Calculations (1946), ch. 6 and 7; the geometric mean distance in
 place of the sections leaves out some (width / length) / 20 of a track, and (width / radius)^2 / 30 of a curve.
 """

@@ -17,8 +17,9 @@ import numpy as np
 from scipy.constants import mu_0
 
 from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.magnetics.space.boxes import box_means
 from sits_mech.magnetics.space.loops import Loops, plan_sums
-from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
+from sits_mech.magnetics.space.prisms import Prisms, prism_means
 from sits_mech.quantities import Array, Complex
 
 

@@ -1,6 +1,6 @@
 """Choose a plate's cells, sheets and polynomials in the three-dimensional model, and prepare it by a rung.
 
-A plate is prepared for all clearances from some on and all frequencies up to some (`stages`). Its coils' field is
+A plate is prepared for all clearances from some on and all frequencies up to some (`answer`). Its coils' field is
 singular a clearance below it, so that polynomials, and cells, grow in number like the plate's width over the clearance,
 squared; below the `carried` clearance they would be too many (`near` goes on from there).
 
@@ -28,9 +28,8 @@ from sits_mech.disk_cache import kept
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan, stretched
 from sits_mech.geometry.tracks import standing_rings
-from sits_mech.magnetics.axis.spectrum import spectrum, wave_numbers
-from sits_mech.magnetics.modes import DEPTHS, RESOLVED
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.coils.ring_field import spectrum, wave_numbers
+from sits_mech.magnetics.modes import DEPTHS, RESOLVED, skin_depth
 from sits_mech.magnetics.space.classes import first_alike
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.loops import most_unknowns

@@ -27,8 +27,7 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.space.fields import Box, to_coefficients
-from sits_mech.magnetics.space.modes import Basis, Blocks
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, to_coefficients
 from sits_mech.quantities import Array, Complex, Integers
 
 _Weights = list[tuple[Integers, Array]]  # by parts of rows
@@ -38,7 +37,7 @@ _SKETCH = 128  # random currents, doubled until they show faint directions
 
 
 class Plate(Hashable, Protocol):
-    """A division of a plate, of metal (`Sheeted`, `Near`) or of ferrite (`ferrite.core`)."""
+    """A division of a plate, of metal (`Sheeted`, `Near`) or of ferrite (`ferrite`)."""
 
     @property
     def box(self) -> Box: ...

@@ -22,7 +22,7 @@ import numpy as np
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.straight import Potential
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.sensor import Coil
 
 _SIZES = (2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 28, 34, 40, 48, 57, 68, 81, 96, 115, 137, 163, 194, 230)
@@ -174,3 +174,36 @@ def without_gradients(box: Box, rows: Integers, seen: Array) -> Array:
         if known.all():
             seen[at] -= Q @ (Q.T @ seen[at])
     return seen
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Combinations of fields."""
+
+    rows: Integers  # (n,) which of the three components' coefficients they hold, by level
+    fields: Array  # (n, r) those of a level's rows alone end with its `widths`
+    widths: Integers  # combinations that fields of each level drive
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """A symmetric matrix that is a sum of parts, each of some rows and the same columns."""
+
+    size: int  # rows of the whole
+    parts: tuple[tuple[Integers, Complex], ...]  # which rows, and the part
+
+    @property
+    def diagonal(self) -> Complex:
+        """Diagonal, shape (size,)."""
+        found = np.zeros(self.size, dtype=complex)
+        for rows, part in self.parts:
+            found[rows] += np.diag(part)
+        return found
+
+    def __matmul__(self, columns: Array) -> Complex:
+        """Return its product with real columns, shape (size, k)."""
+        found = np.zeros((self.size, columns.shape[1]), dtype=complex)
+        for rows, part in self.parts:
+            own = columns[rows]
+            found[rows] += part.real @ own + 1j * (part.imag @ own)
+        return found

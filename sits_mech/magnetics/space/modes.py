@@ -35,45 +35,12 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.modes import Modes, few_modes
 from sits_mech.magnetics.space.classes import Problem, first_alike, kernel, mixed, problems, scaled, stacked
-from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, without_gradients
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, decay_scale, field_means, without_gradients
 from sits_mech.quantities import Array, Complex, Integers
 
 _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
-
-
-@dataclass(frozen=True)
-class Basis:
-    """Combinations of fields."""
-
-    rows: Integers  # (n,) which of the three components' coefficients they hold, by level
-    fields: Array  # (n, r) those of a level's rows alone end with its `widths`
-    widths: Integers  # combinations that fields of each level drive
-
-
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """A symmetric matrix that is a sum of parts, each of some rows and the same columns."""
-
-    size: int  # rows of the whole
-    parts: tuple[tuple[Integers, Complex], ...]  # which rows, and the part
-
-    @property
-    def diagonal(self) -> Complex:
-        """Diagonal, shape (size,)."""
-        found = np.zeros(self.size, dtype=complex)
-        for rows, part in self.parts:
-            found[rows] += np.diag(part)
-        return found
-
-    def __matmul__(self, columns: Array) -> Complex:
-        """Return its product with real columns, shape (size, k)."""
-        found = np.zeros((self.size, columns.shape[1]), dtype=complex)
-        for rows, part in self.parts:
-            own = columns[rows]
-            found[rows] += part.real @ own + 1j * (part.imag @ own)
-        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,5 +217,3 @@ def _fluxes(problem: Problem, fields: Array, rows: Integers | None) -> tuple[Int
     for (a, b), P in zip(pairs, means, strict=True):
         B[a] += (moments[b].T @ P[:, sees[a]]).T
     return np.flatnonzero(sees), np.vstack(B)
-
-

@@ -30,8 +30,8 @@ from sits_mech.magnetics.coils.ring_field import check_straight, winding_potenti
 from sits_mech.magnetics.modes import beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
 from sits_mech.magnetics.space.far import Far, answers_to
-from sits_mech.magnetics.space.fields import Box, chebyshev, field_means, to_coefficients
-from sits_mech.magnetics.space.modes import Basis, Blocks, combined
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, chebyshev, field_means, to_coefficients
+from sits_mech.magnetics.space.modes import combined
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers

@@ -17,12 +17,11 @@ from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.modes import RESOLVED
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.divisions import _family, _interfaces, field_box, memory_of
-from sits_mech.magnetics.space.extrapolation import added
 from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import _factors, near_reactions, prepare_near
-from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, rungs_for
+from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, added, rungs_for
 from sits_mech.memory import GIB, VARIABLE
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor

@@ -2,7 +2,7 @@
 
 Magnetisation M [A/m], uniform in each box of a tensor mesh, with the susceptibility chi = mu_r (1 - j tan delta) - 1:
 
-    (V/chi + K) M = integral of H_applied over the boxes,      K from the charges on their faces (`charges`).
+    (V/chi + K) M = integral of H_applied over the boxes,      K from the charges on their faces (`boxes`).
 
 A is what plates see (`space.neighbours`), H = curl A / mu0, so that for field functions T with coefficients a
 
@@ -35,10 +35,9 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import eigh, solve
 
-from sits_mech.magnetics.ferrite.charges import PAIRS, box_charges
+from sits_mech.magnetics.space.boxes import PAIRS, box_charges
 from sits_mech.magnetics.space.divisions import field_box, field_length
-from sits_mech.magnetics.space.fields import Box, decay_scale
-from sits_mech.magnetics.space.modes import Basis, Blocks
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, decay_scale
 from sits_mech.magnetics.space.rungs import Rung
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
