@@ -12,17 +12,18 @@ evaluated together.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import Potential
+from sits_mech.magnetics.modes import Modes
 from sits_mech.magnetics.space.far import Far, answers_to
-from sits_mech.magnetics.space.fields import Nodes
-from sits_mech.magnetics.space.modes import Sheeted
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, Nodes
 from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.sensor import Coil
 
@@ -31,6 +32,30 @@ _DRIVES = 4_000_000  # numbers held at once
 _LEVELS = 100  # more than there are
 _BLOCK = 8  # coils of about one level, answered together
 _FEW = 24  # coils in poses, at one frequency, that are answered mode by mode
+
+
+@dataclass(frozen=True, eq=False)
+class Sheeted:
+    """A plate prepared for any pose."""
+
+    box: Box  # of its fields
+    bases: tuple[Basis, ...]  # combinations of fields, one a symmetry class
+    classes: tuple[Modes, ...]  # one a symmetry class, seen through its combinations
+    unknowns: int  # of the discrete problem
+    sheets: int  # of the discrete problem
+
+    @property
+    def resolved(self) -> Sheeted:
+        """The plate with its own modes at all frequencies."""
+        return replace(self, classes=tuple(replace(part, highest=np.inf) for part in self.classes))
+
+    def admittance(self, omega: float) -> Blocks:
+        """Return Y of all classes' combinations; omega [rad/s]."""
+        ends = np.cumsum([0, *(basis.fields.shape[1] for basis in self.bases)])
+        places = (np.arange(*pair) for pair in pairwise(ends))
+        return Blocks(int(ends[-1]), tuple(
+            (some, part.admittance(omega)) for some, part in zip(places, self.classes, strict=True)
+        ))
 
 
 def reactions(

@@ -31,9 +31,10 @@ from sits_mech.geometry.tracks import standing_rings
 from sits_mech.magnetics.coils.ring_field import spectrum, wave_numbers
 from sits_mech.magnetics.modes import DEPTHS, RESOLVED, skin_depth
 from sits_mech.magnetics.space.classes import first_alike
+from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.loops import most_unknowns
-from sits_mech.magnetics.space.modes import Sheeted, packed, prepare_sheets, unpacked
+from sits_mech.magnetics.space.modes import packed, prepare_sheets, unpacked
 from sits_mech.magnetics.space.near import Near, prepare_near
 from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, Rung, TooLarge, star
 from sits_mech.magnetics.space.sources import Sources
