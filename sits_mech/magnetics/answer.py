@@ -99,7 +99,7 @@ def together(parts: Sequence[list[tuple[Integers, Array]]]) -> Iterator[tuple[tu
 def _rise(s: Array) -> Array:
     """Return w of the module docstring."""
     s = np.clip(s, 0.0, 1.0)
-    return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
+    return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
 
 
 @dataclass(frozen=True)

@@ -146,8 +146,8 @@ def _gaps(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
     """Return the distance of each plate from all else, one a pose, and one independent of it (`answer`) [m]."""
     if not sensor.conductors:
         extent = (0.0, 0.0) if sensor.target is None else (sensor.target.extent[0], sensor.target.thickness)
-        sides, up = np.sin(np.asarray(pose.alpha))[:, None] * extent[0] / 2, np.cos(np.asarray(pose.alpha))
-        return [(smooth_height(np.asarray(pose.d_v) + np.minimum(up * extent[1], 0.0), sides), CLEARANCE)]
+        sides, up = np.sin(pose.alpha)[:, None] * extent[0] / 2, np.cos(pose.alpha)
+        return [(smooth_height(pose.d_v + np.minimum(up * extent[1], 0.0), sides), CLEARANCE)]
     boxes = [coil_box(bars) for bars in bars_of_coils(sensor)]
     found = []
     for plates in _placed(sensor, pose):
@@ -273,4 +273,4 @@ def _image_reaction(Y: Complex, Yc: Complex, U: Array, omega: float) -> Complex:
     UY = U @ Y
     core = UY @ U.transpose(0, 2, 1) - 1j * omega * (-2 * np.pi / mu_0) * np.eye(U.shape[1])
     gU = Yc @ U.transpose(0, 2, 1)
-    return np.asarray(gU @ np.linalg.solve(core, gU.transpose(0, 2, 1)))
+    return gU @ np.linalg.solve(core, gU.transpose(0, 2, 1))

@@ -129,7 +129,7 @@ def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
         tau = np.tile(tau, 2)
-    return Modes(np.maximum(tau, 0.0), np.asarray(seen.real), highest=omega / RESOLVED**2)
+    return Modes(np.maximum(tau, 0.0), (seen.real), highest=omega / RESOLVED**2)
 
 
 def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
@@ -174,4 +174,4 @@ def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:
 def _project(S: Array, q: Array) -> Array:
     """Return (1 - q q^T) S (1 - q q^T) for a unit vector q."""
     Sq = S @ q
-    return np.asarray(S - np.outer(q, Sq) - np.outer(Sq, q) + (q @ Sq) * np.outer(q, q))
+    return S - np.outer(q, Sq) - np.outer(Sq, q) + (q @ Sq) * np.outer(q, q)

@@ -84,7 +84,7 @@ def _shares(whole: Array, coarse: Array) -> Array:
     """Return r_c r_d of the module docstring, shape (p, n, n)."""
     own, other = (np.abs(np.diagonal(part, axis1=-2, axis2=-1)) for part in (whole, coarse))
     r = np.sqrt(own / np.where(other > 0.0, other, 1.0))
-    return np.asarray(r[..., None] * r[..., None, :])
+    return r[..., None] * r[..., None, :]
 
 
 def _steps(sensor: Sensor, pose: Pose) -> Array:

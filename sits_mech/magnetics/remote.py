@@ -141,7 +141,7 @@ def _together(far: _Far, gain: float) -> Array:
         q = np.where(np.isfinite(kappa), (gain * far.own.max(axis=-1)) ** 2, np.inf)
         each = (kappa[:, :, None] * kappa[:, None] + far.to_others).sum(axis=-1).max(axis=-1, initial=0.0)
     holds = (each < _MOST)[:, None] & np.isfinite(q)
-    return np.asarray(np.where(holds, q / (1.0 - np.where(each < _MOST, each, 0.0))[:, None], np.inf))
+    return np.where(holds, q / (1.0 - np.where(each < _MOST, each, 0.0))[:, None], np.inf)
 
 
 def _solved(sensor: Sensor, pose: Pose) -> _Solved:

@@ -197,7 +197,7 @@ def _error(levels: _Limits) -> Array:
     values, limit = levels
     steps = [sizes(limit[0] - values[1]), *(sizes(fine - coarse) for coarse, fine in pairwise(limit))]
     if len(steps) == 1:
-        return np.asarray(_ALONE * steps[0])
+        return _ALONE * steps[0]
     before, last = steps[-2:]
     measured = np.clip(last / np.where(before > 0.0, before, 1.0), *_RATIO)
     ratio = measured if len(steps) > 2 else np.array(_FIRST_RATIO)

@@ -86,13 +86,13 @@ def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], ot
             r1, r2, distance = a + da, b + db, d + zb - za
             logarithm = 0.5 * np.log((r1 - r2) ** 2 + distance**2)
             total += weight_a * weight_b * (mutual_loops(r1, r2, distance) + mu_0 * scale * logarithm)
-    return np.asarray(total)
+    return total
 
 
 def ring_inductance(rings: Sections, *, points: tuple[int, int] = (3, 3)) -> Array:
     """Return the symmetric inductance matrix of coaxial rings [H], shape (n, n)."""
     L = ring_mutual(rings, rings, points=points)
-    return np.asarray((L + L.T) / 2)
+    return (L + L.T) / 2
 
 
 @lru_cache(maxsize=64)
@@ -134,7 +134,7 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings
             found[k] = mutual_side_by_side(first, second, apart[0], error=error)
         elif (near := tracks[one]) is not None and (far := tracks[other]) is not None:
             found[k] = linkage(near, far.moved(*apart))
-    return np.asarray(found[index])
+    return found[index]
 
 
 def _own(rings: Sections | None, tracks: Tracks | None) -> float:

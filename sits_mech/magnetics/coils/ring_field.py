@@ -64,7 +64,7 @@ def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
             far, near = np.hypot(a + rho, z - height), np.hypot(a - rho, z - height)
             both = far + near
             total += weight / 2 * a * a / both**3 * elliprd(0.0, 4.0 * far * near / both**2, 1.0)
-    return np.asarray(8.0 * mu_0 / (3.0 * np.pi) * total)
+    return 8.0 * mu_0 / (3.0 * np.pi) * total
 
 
 def coil_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:

@@ -67,14 +67,14 @@ def terminal_impedance(Z: ArrayLike, R_coil: ArrayLike, readout: Readout, omega:
     lead = readout.lead_resistance + 1j * omega * readout.lead_inductance
     whole = Z + np.diag(R_coil + lead)
     if readout.idle_coil == "open":
-        return np.asarray(np.diagonal(whole, axis1=-2, axis2=-1))
+        return np.diagonal(whole, axis1=-2, axis2=-1)
     return np.asarray(1.0 / np.diagonal(np.linalg.inv(whole), axis1=-2, axis2=-1))
 
 
 def with_capacitance(Z: ArrayLike, capacitance: float, omega: float) -> Complex:
     """Return impedances [ohm] with a capacitance [F] across their terminals."""
     Z = np.asarray(Z, dtype=complex)
-    return np.asarray(Z / (1.0 + 1j * omega * capacitance * Z))
+    return Z / (1.0 + 1j * omega * capacitance * Z)
 
 
 def tank_frequency(Z: ArrayLike, capacitance: float, omega: float) -> NDArray[np.float64]:
@@ -85,7 +85,7 @@ def tank_frequency(Z: ArrayLike, capacitance: float, omega: float) -> NDArray[np
     Z = np.asarray(Z, dtype=complex)
     L = Z.imag / omega
     square = 1.0 / (L * capacitance) - (Z.real / L) ** 2
-    return np.asarray(np.sqrt(np.where(square > 0.0, square, np.nan)) / (2.0 * np.pi))
+    return np.sqrt(np.where(square > 0.0, square, np.nan)) / (2.0 * np.pi)
 
 
 @lru_cache(maxsize=64)

@@ -72,7 +72,7 @@ def coil_potentials(coils: tuple[Track, ...], points: Complex, radius: float | N
     `radius` is R_b of a circle about the origin where A = 0; None for free space [m].
     """
     columns = [sum(_bar_logs(coil, k, points, radius) * coil.sign[k] for k in range(coil.sign.size)) for coil in coils]
-    return np.asarray(-mu_0 / (2 * np.pi) * np.column_stack(columns))
+    return -mu_0 / (2 * np.pi) * np.column_stack(columns)
 
 
 def _bar_logs(coil: Track, k: int, points: Complex, radius: float | None) -> Array:

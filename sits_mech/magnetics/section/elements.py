@@ -124,7 +124,7 @@ def solve_field(
 
 def _dofs(part: Basis) -> Integers:
     """Return unknowns of a part, its rim included."""
-    return np.asarray(np.unique(part.element_dofs))
+    return np.unique(part.element_dofs)
 
 
 def _source(basis: Basis, parts: list[Basis], coils: tuple[Track, ...], ground: float | None) -> Array:

@@ -86,7 +86,7 @@ class Division:
 
     def joined(self, matrix: Array) -> Array:
         """Return the means over this division's cells of a matrix (finest cells, n) of means over the finest ones."""
-        return np.asarray(self.share @ matrix)
+        return self.share @ matrix
 
 
 def divisions(size: tuple[float, float], resolution: Resolution, lengths: Lengths) -> tuple[Division, ...]:
@@ -151,7 +151,7 @@ def _graded(length: float, first: float, largest: float, growth: float) -> Array
     steps = np.concatenate([sizes, np.full(equal, largest)])
     nodes = length - np.concatenate([[0.0], np.cumsum(steps * (length / steps.sum()))])
     nodes[-1] = 0.0
-    return np.asarray(nodes[::-1])
+    return nodes[::-1]
 
 
 def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> Cells:
@@ -170,7 +170,7 @@ def _nodes(length: float, first: float, largest: float, growth: float) -> Array:
     if count == 1:
         return np.linspace(0.0, length, _parts(1) + 1)
     wanted = np.linspace(0.0, count, _parts(count) + 1)
-    return np.asarray(PchipInterpolator(np.arange(count + 1), nodes)(wanted))
+    return PchipInterpolator(np.arange(count + 1), nodes)(wanted)
 
 
 @dataclass(frozen=True)
@@ -193,14 +193,14 @@ class PreparedPlate:
 
     def coefficients(self, samples: Array) -> Array:
         """Return the coefficients c, shape (..., k), of samples (`coupling.samples`)."""
-        return np.asarray(samples @ self.basis.T)
+        return samples @ self.basis.T
 
     def admittance(self, omega: float, finest: int = 0) -> Complex:
         """Return Y(omega), shape (k, k), so that ``c^T Y c`` is in ohm/m; from the divisions `finest` and the next."""
         fine, coarse = (
             block_diag(*(modes.admittance(omega) for modes in self.modes[level])) for level in (finest, finest + 1)
         )
-        return np.asarray(fine + (fine - coarse) / 3)
+        return fine + (fine - coarse) / 3
 
     def currents(self, omega: float, finest: int = 0) -> tuple[Complex, Complex]:
         """Return the centres xi + j eta (b,) of all bars [m] and their currents (b, k) per unit coefficient [A].

@@ -207,7 +207,7 @@ def _diagonal(x: Array, y: Array, z: Array) -> Array:
     """Return f of the module docstring at distances that are not negative."""
     r = np.sqrt(x * x + y * y + z * z)
     total = y * (z * z - x * x) / 2 * _asinh(y, x, z) + z * (y * y - x * x) / 2 * _asinh(z, x, y)
-    return np.asarray(total - x * y * z * np.arctan2(y * z, x * r) + (2 * x * x - y * y - z * z) * r / 6)
+    return total - x * y * z * np.arctan2(y * z, x * r) + (2 * x * x - y * y - z * z) * r / 6
 
 
 def _mixed(x: Array, y: Array, z: Array) -> Array:
@@ -216,10 +216,10 @@ def _mixed(x: Array, y: Array, z: Array) -> Array:
     total = x * y * z * _asinh(z, x, y)
     total = total + y * (3 * z * z - y * y) / 6 * _asinh(x, y, z) + x * (3 * z * z - x * x) / 6 * _asinh(y, x, z)
     total = total - z**3 / 6 * np.arctan2(x * y, z * r) - z * y * y / 2 * np.arctan2(x * z, y * r)
-    return np.asarray(total - z * x * x / 2 * np.arctan2(y * z, x * r) - x * y * r / 3)
+    return total - z * x * x / 2 * np.arctan2(y * z, x * r) - x * y * r / 3
 
 
 def _asinh(a: Array, b: Array, c: Array) -> Array:
     """Return asinh(a / sqrt(b^2 + c^2)), zero where its factor vanishes."""
     rho = np.sqrt(b * b + c * c)
-    return np.asarray(np.arcsinh(a / np.where(rho > 0.0, rho, 1.0)))
+    return np.arcsinh(a / np.where(rho > 0.0, rho, 1.0))

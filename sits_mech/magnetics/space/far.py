@@ -144,7 +144,7 @@ def _radiated(plate: Plate, moments: Array) -> Array:
         whole[basis.rows] += basis.fields @ moments[start : start + width]
         start += width
     whole = _along_axes(box, whole.reshape(3, *box.order, k), 0)
-    return np.asarray(whole.reshape(3, -1, k).swapaxes(0, 1))
+    return whole.reshape(3, -1, k).swapaxes(0, 1)
 
 
 def _along_axes(box: Box, whole: Array, side: int) -> Array:

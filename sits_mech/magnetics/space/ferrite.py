@@ -150,7 +150,7 @@ def halved(nodes: Array, parts: int) -> Array:
 def _volumes(axes: Sequence[Array]) -> Array:
     """Return the volumes of the octant's boxes, z fastest [m^3]."""
     x, y, z = (np.diff(axis) for axis in axes)
-    return np.asarray((x[:, None, None] * y[:, None] * z).ravel())
+    return (x[:, None, None] * y[:, None] * z).ravel()
 
 
 def _class_matrix(K: Array, inverse: Any, parity: tuple[int, ...]) -> Complex:
@@ -230,7 +230,7 @@ def _folded(curls: Array, parity: tuple[int, ...]) -> Array:
         upper, lower = np.split(total, [n], axis=e + 1)[::-1]
         turn = np.array([-1.0 if b == e else 1.0 for b in range(3)]).reshape(3, 1, 1, 1, 1)
         total = upper + sign * turn * np.flip(lower, axis=e + 1)
-    return np.asarray(np.moveaxis(total, -1, 0).reshape(total.shape[-1], -1))
+    return np.moveaxis(total, -1, 0).reshape(total.shape[-1], -1)
 
 
 def _strongest(A: Complex, G: Array, rows: Integers, size: Array) -> Basis:
@@ -244,7 +244,7 @@ def _strongest(A: Complex, G: Array, rows: Integers, size: Array) -> Basis:
 def _combined(basis: Basis, box: Box, rows: Integers, G: Array) -> Array:
     """Return G of a class's combinations, from that of the coefficients in ascending `rows`."""
     size = decay_scale(box)[basis.rows, None]
-    return np.asarray((basis.fields * size).T @ (G[np.searchsorted(rows, basis.rows)] * size))
+    return (basis.fields * size).T @ (G[np.searchsorted(rows, basis.rows)] * size)
 
 
 def _joined(blocks: Sequence[Complex], count: int) -> Complex:

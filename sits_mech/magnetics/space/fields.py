@@ -45,7 +45,7 @@ class Nodes:
         nx, nyz = len(self.first), len(self.others)
         across = A.reshape(-1, nyz) @ self.others.T
         c = (self.first @ across.reshape(-1, nx, nyz)).reshape(*A.shape[:2], -1)
-        return np.asarray(np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)
+        return (np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -138,7 +138,7 @@ def _resisted(R: Complex, B: Complex, weight: float) -> Array:
     seen = solve_triangular(cholesky(R, lower=True), B.conj().T, lower=True).conj().T
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
-    return np.asarray(seen.real)
+    return seen.real
 
 
 def _strongest(seen: Array, keep: float) -> Array:

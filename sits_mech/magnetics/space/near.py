@@ -240,12 +240,12 @@ def _seen(plate: Near, k: int, omega: float) -> Complex:
     """Return Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
     part = plate.classes[k]
     currents = _currents(_factor(part, omega), part.fluxes) if plate.sources else _by_others(plate, omega)[k]
-    return np.asarray(omega**2 * _symmetric(part, part.fluxes @ currents.T))
+    return omega**2 * _symmetric(part, part.fluxes @ currents.T)
 
 
 def _currents(factor: Any, B: Complex) -> Complex:
     """Return the currents that fluxes (m, unknowns) drive, without -j omega."""
-    return np.asarray(lu_solve(factor, B.conj().T, check_finite=False).T)
+    return lu_solve(factor, B.conj().T, check_finite=False).T
 
 
 def _weight(part: _Class) -> float:
@@ -255,7 +255,7 @@ def _weight(part: _Class) -> float:
 
 def _symmetric(part: _Class, Z: Complex) -> Complex:
     """Return a class's reaction both ways, from one of them."""
-    return np.asarray(_weight(part) * (Z + np.swapaxes(Z, -1, -2)))
+    return _weight(part) * (Z + np.swapaxes(Z, -1, -2))
 
 
 @lru_cache(maxsize=16)

@@ -68,7 +68,7 @@ class _Placed:
         K = mu_0 / (4 * np.pi) / cdist(self.points, other.points)
         field = K @ other.moments.reshape(len(other.points), -1)
         k = self.moments.shape[2]
-        return np.asarray(self.moments.reshape(-1, k).T @ field.reshape(self.moments.shape[0] * 3, -1))
+        return self.moments.reshape(-1, k).T @ field.reshape(self.moments.shape[0] * 3, -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +144,7 @@ def _fixed(
 
 def _times(P: Array, X: Complex) -> Complex:
     """Return P X for a real P, which is not made complex."""
-    return np.asarray((P @ np.ascontiguousarray(X).view(np.float64)).view(np.complex128))
+    return (P @ np.ascontiguousarray(X).view(np.float64)).view(np.complex128)
 
 
 def _shielded(factor: Any, Y: Complex, P: Array, S: Complex, h: Complex) -> tuple[Any, Complex]:

@@ -72,7 +72,7 @@ def _near(first: Prisms, second: Prisms) -> Array:
     value = np.zeros(swap.size)
     for point, weight in zip(np.moveaxis(points, 1, 0), np.moveaxis(weights, 1, 0), strict=True):
         value += weight * prism_potential(point, inner.corners, inner.low, inner.high)
-    return np.asarray(value / np.maximum(*size))
+    return value / np.maximum(*size)
 
 
 def _chosen(yes: NDArray[np.bool_], first: Prisms, second: Prisms) -> Prisms:
@@ -122,13 +122,13 @@ def prism_potential(point: Array, corners: Array, low: Array, high: Array) -> Ar
 
 def _arctan(numerator: Array, d: Array, r: Array) -> Array:
     """Return arctan(numerator / (d r)), of d's sign where d vanishes."""
-    return np.asarray(np.sign(d) * np.arctan2(numerator, np.abs(d) * r))
+    return np.sign(d) * np.arctan2(numerator, np.abs(d) * r)
 
 
 def _edge_log(length: Array, sum_of_distances: Array) -> Array:
     """Return the integral of 1/r along an edge, bounded on the edge itself (where its factor vanishes)."""
     ratio = length / np.maximum(sum_of_distances, 1e-300)
-    return np.asarray(2.0 * np.arctanh(np.minimum(ratio, 1.0 - 1e-15)))
+    return 2.0 * np.arctanh(np.minimum(ratio, 1.0 - 1e-15))
 
 
 def gauss_points(prisms: Prisms, n: int) -> tuple[Array, Array]:

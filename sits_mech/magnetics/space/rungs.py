@@ -37,12 +37,12 @@ def added(values: Sequence[Array], sizes: Sequence[float], order: float) -> tupl
     Where the first two of the m in `sizes` are equal, no order is shown, and the error is all of the rest.
     """
     d1, d2 = (after - before for before, after in zip(values[:-1], values[1:], strict=True))
-    more = np.asarray(d2 / ((sizes[2] / sizes[1]) ** order - 1.0))
+    more = d2 / ((sizes[2] / sizes[1]) ** order - 1.0)
     if sizes[0] == sizes[1]:
         return more, np.abs(more)
     a, b, c = np.asarray(sizes, dtype=float) ** np.full(3, -order)
     missed = d2 - d1 / ((a - b) / (b - c))
-    return more, np.asarray(_MISSED * np.abs(missed) + _NEXT * np.abs(more))
+    return more, (_MISSED * np.abs(missed) + _NEXT * np.abs(more))
 
 
 @dataclass(frozen=True)
