@@ -44,13 +44,11 @@ from sits_mech.magnetics.answer import Kind, Reaction, answer, clearance_of, cle
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_resistances
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.space.coupling import reactions
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.ferrite import prepared_core
-from sits_mech.magnetics.space.near import Near, near_reactions
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
-from sits_mech.magnetics.space.sources import Sources, reach
+from sits_mech.magnetics.space.sources import Posed, Sources, reach
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, Target
@@ -71,9 +69,10 @@ _PLATES = 1.5  # length on which another plate's field changes, over the distanc
 class _Divided:
     """A plate's divisions, its skin depths, the field that they miss, what to say."""
 
-    divisions: tuple[Any, ...]  # Sheeted or Near; of a fixed plate of ferrite, Core: as found, and off by its error
+    divisions: tuple[Any, ...]  # `Moving`; of a fixed plate of ferrite, Core: as found, and off by its error
     thickness: float
     unseen: float
+    margin: float  # of the error of L, over what divisions tell
     notes: tuple[str, ...]
 
 
@@ -181,22 +180,18 @@ class Sheets:
         halves = (plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
         plates, rung, large = fitting(self.tolerance, asked, max(halves, default=math.inf), divided)
         notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
-        near = sensor.target is not None and isinstance(plates[0].divisions[0], Near)
+        seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places)
         if sensor.conductors:
-            values = self._together(parts, plates, frequency[0])
+            values = self._together(parts, plates, seen, frequency[0])
         else:
-            poses = parts[0].turns, parts[0].places
-            answers = near_reactions if near else reactions
-            values = answers(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
+            values = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
         lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if sensor.conductors else (1.0, 1.0))
         if large and rung.along[0] == rung.along[1]:
             lost = lost + ROUGH / 2
-        if near:
-            left = left.real + 1j * _NEAR * left.imag
-        if sensor.conductors:
-            left = _BETWEEN * left.real + 1j * left.imag
+        more = _BETWEEN if sensor.conductors else 1.0, max(plate.margin for plate in plates)
+        left = more[0] * left.real + 1j * more[1] * left.imag
         R, X = (
             _shared(part(left), share) + missed * largest(part(value))
             for part, share, missed in zip((np.real, np.imag), _MUTUAL, lost, strict=True)
@@ -204,7 +199,9 @@ class Sheets:
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         return _Change(value, R + 1j * X, np.stack([left, lost.max() * value]), unknowns, tuple(notes))
 
-    def _together(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], frequency: float) -> list[Complex]:
+    def _together(
+        self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], seen: Posed, frequency: float
+    ) -> list[Complex]:
         """Return Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
         ferrite, answering = any(len(plate.divisions) < DIVISIONS for plate in plates), []
         for part, plate in zip(parts, plates, strict=True):
@@ -214,8 +211,8 @@ class Sheets:
             elif ferrite:
                 found = (*found, found[0])
             answering.append(SpacePlate(found, part.turns, part.places))
-        target = answering.pop(0) if self.sensor.target is not None else None
-        values = coupled_reactions(self.sensor.coils, self.windings, target, answering, frequency)
+        target: tuple[Any, ...] = answering.pop(0).divisions if self.sensor.target is not None else ()
+        values = coupled_reactions(target, seen, answering, frequency)
         return [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in values]
 
 
@@ -281,7 +278,7 @@ def _divided(
     if sources is not None and susceptibility != 0.0:
         cores = prepared_core(plate, susceptibility, rung, clearance, sources)
         note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
-        return _Divided(cores, 0.0, 0.0, (note,))
+        return _Divided(cores, 0.0, 0.0, 1.0, (note,))
     scale = clearance, top, reach(sensor.coils, place) + 2 * apart, length
     become = become if become != plate else None
     divisions: tuple[Any, ...]
@@ -290,8 +287,8 @@ def _divided(
     else:
         divisions = prepared(plate, outline, rung, scale, become)
     thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)
-    lost = 0.0 if near and sources is None else unseen(divisions[0].box)
-    return _Divided(divisions, thickness, lost, _notes(thickness, divisions[-1].sheets, lost))
+    lost, margin = (0.0, _NEAR) if near and sources is None else (unseen(divisions[0].box), 1.0)
+    return _Divided(divisions, thickness, lost, margin, _notes(thickness, divisions[-1].sheets, lost))
 
 
 def _shared(error: Array, share: tuple[float, float]) -> Array:
