@@ -56,10 +56,9 @@ def clearance_of(step: int, anchor: float) -> float:
     return float(anchor * 2.0 ** (step - _NEAR))
 
 
-def served(step: int, anchor: float) -> tuple[float, float]:
-    """Return the smallest and the largest gap of which a step of the ladder has a share [m]."""
-    low = clearance_of(step, anchor)
-    return low, float(low * 2.0 ** (1.0 + _NEAR))
+def served(clearance: float) -> tuple[float, float]:
+    """Return the smallest and the largest gap of which a preparation for a clearance has a share [m]."""
+    return clearance, float(clearance * 2.0 ** (1.0 + _NEAR))
 
 
 def lowest_served(top: float) -> float:
@@ -94,6 +93,19 @@ def together(parts: Sequence[list[tuple[Integers, Array]]]) -> Iterator[tuple[tu
             some = np.flatnonzero(left & (steps == kind).all(axis=1))
             left[some] = False
             yield tuple(kind.tolist()), some, share[some]
+
+
+def serving(
+    gaps: Sequence[tuple[Array, float]], frequency: float, *, lowest: float = -math.inf
+) -> Iterator[tuple[list[float], float, Integers, Array]]:
+    """Yield preparations that serve some poses: clearance of each plate [m], top [Hz]; which poses, and their shares.
+
+    `gaps` are of each plate, (p,) and its anchor [m], as of `clearances`; `lowest` as of `tops`.
+    """
+    for steps, some, share in together([clearances(*gap) for gap in gaps]):
+        clear = [clearance_of(step, anchor) for step, (_, anchor) in zip(steps, gaps, strict=True)]
+        for top, own in tops(frequency, lowest=lowest):
+            yield clear, top, some, own * share
 
 
 def _rise(s: Array) -> Array:

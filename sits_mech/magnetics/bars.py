@@ -37,7 +37,7 @@ from sits_mech.geometry.collision import smooth_height
 from sits_mech.geometry.plates import Plate, distance, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.solids import CLEARANCE
 from sits_mech.geometry.tracks import coil_bars, section_refusal
-from sits_mech.magnetics.answer import Kind, Reaction, answer, clearance_of, clearances, largest, sizes, together, tops
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving, sizes
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, free_space_inductance, section_resistances
 from sits_mech.magnetics.section.coupling import (
@@ -86,18 +86,13 @@ class PlanarBars:
         """Return the plates' reaction, blended over the preparations that serve each pose."""
         resolution = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         react, gaps = _among_others if self.sensor.conductors else _alone, _gaps(self.sensor, pose)
-        change, check = np.zeros((2, len(gaps[0][0]), *(2 * [len(self.sensor.coils)])), dtype=complex)
-        cells = 0
-        stages = [
-            ([clearance_of(step, anchor) for step, (_, anchor) in zip(steps, gaps, strict=True)], some, share)
-            for steps, some, share in together([clearances(*own) for own in gaps])
-        ]
-        for clear, some, share in sorted(stages, key=lambda stage: min(stage[0])):  # what is too fine is refused first
-            for top, own in sorted(tops(frequency), reverse=True):
-                found = react(self.sensor, resolution, Pose.of(pose.components[some]), (clear, frequency, top))
-                change[some] += (own * share)[:, None, None] * found[0]
-                check[some] += (own * share)[:, None, None] * found[1]
-                cells = max(cells, found[2])
+        both, cells = np.zeros((2, len(gaps[0][0]), *(2 * [len(self.sensor.coils)])), dtype=complex), 0
+        finest_first = sorted(serving(gaps, frequency), key=lambda stage: (min(stage[0]), -stage[1]))
+        for clear, top, some, share in finest_first:  # what is too fine is refused first
+            *found, bars = react(self.sensor, resolution, Pose.of(pose.components[some]), (clear, frequency, top))
+            both[:, some] += share[:, None, None] * np.stack(found)
+            cells = max(cells, bars)
+        change, check = both
         _check_bounds(change.imag / (2 * np.pi * frequency), change.real, free_space_inductance(self.sensor), cells)
         errors = np.max(sizes(change - check), axis=(-2, -1)) / np.max(sizes(change), axis=(-2, -1))
         errors = _SAFETY[:, None] * errors + math.exp(-resolution.terms)
@@ -144,23 +139,25 @@ def _check_bounds(delta_L: Array, R: Array, L0: Array, bars: int) -> None:
 
 def _gaps(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
     """Return the distance of each plate from all else, one a pose, and one independent of it (`answer`) [m]."""
-    if not sensor.conductors:
-        extent = (0.0, 0.0) if sensor.target is None else (sensor.target.extent[0], sensor.target.thickness)
-        sides, up = np.sin(pose.alpha)[:, None] * extent[0] / 2, np.cos(pose.alpha)
-        return [(smooth_height(pose.d_v + np.minimum(up * extent[1], 0.0), sides), CLEARANCE)]
-    boxes = [coil_box(bars) for bars in bars_of_coils(sensor)]
+    if sensor.conductors:
+        return _gaps_among(sensor, pose)
+    extent = (0.0, 0.0) if sensor.target is None else (sensor.target.extent[0], sensor.target.thickness)
+    sides, up = np.sin(pose.alpha)[:, None] * extent[0] / 2, np.cos(pose.alpha)
+    return [(smooth_height(pose.d_v + np.minimum(up * extent[1], 0.0), sides), CLEARANCE)]
+
+
+def _gaps_among(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
+    """Return `_gaps` of plates beside others; independent of the pose are fixed plates without the target."""
+    boxes, moving = [coil_box(bars) for bars in bars_of_coils(sensor)], int(sensor.target is not None)
     found = []
     for plates in _placed(sensor, pose):
-        moving, fixed = (plates[:1], plates[1:]) if sensor.target is not None else ((), plates)
-        own = [min(distance(plate.corners, other) for other in boxes) for plate in plates]
-        apart = [[distance(plate.corners, other.corners) for other in fixed if other is not plate] for plate in plates]
-        near = [min(each, default=np.inf) for each in apart]
-        anchors = [min(pair) for pair in zip(own, near, strict=True)]
-        to_target = [min((distance(plate.corners, t.corners) for t in moving), default=np.inf) for plate in fixed]
-        found.append([*anchors[: len(moving)], *(min(p) for p in zip(anchors[len(moving) :], to_target, strict=True))])
+        to_coils = np.array([min(distance(plate.corners, other) for other in boxes) for plate in plates])
+        apart = np.array([[np.inf if a is b else distance(a.corners, b.corners) for b in plates] for a in plates])
+        anchors = np.minimum(to_coils, apart[:, moving:].min(axis=1, initial=np.inf))
+        found.append(np.minimum(anchors, np.where(np.arange(len(plates)) < moving, np.inf, apart.min(axis=1))))
     return [
-        (gap, CLEARANCE if k < len(moving) else anchor)
-        for k, (gap, anchor) in enumerate(zip(np.array(found).T, anchors, strict=True))
+        (gap, CLEARANCE if k < moving else anchor)
+        for k, (gap, anchor) in enumerate(zip(np.array(found).T, anchors.tolist(), strict=True))
     ]
 
 

@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from sits_mech.geometry.solids import CLEARANCE
-from sits_mech.magnetics.answer import Kind, Reaction, answer, clearances, lowest_served, served, sizes, together, tops
+from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, served, serving, sizes
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_resistances
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
@@ -73,16 +73,15 @@ class Axisymmetric:
     def _change(self, d_v: Array, frequency: float) -> tuple[Complex, Complex, int, int]:
         """Return Delta Z [ohm] and its errors, blended over the preparations of each gap; most rings and levels."""
         change, error, rings, levels = np.zeros(d_v.size, dtype=complex), np.zeros(d_v.size, dtype=complex), 0, 0
-        for (step,), some, share in together([clearances(d_v, CLEARANCE)]):
-            for top, own in tops(frequency):
-                discs, held = _divided(_problem(self.sensor, served(step, CLEARANCE), top), top, self.tolerance)
-                limit = _limits(discs, d_v[some], frequency)
-                if not (held or _holds(limit, self.tolerance)):
-                    raise self._too_many(discs, limit)
-                found = _error(limit)
-                change[some] += own * share * limit[-1][-1]
-                error[some] += own * share * (found[0] + 1j * found[1])
-                rings, levels = max(rings, discs[-1].rings), max(levels, len(discs))
+        for (clear,), top, some, share in serving([(d_v, CLEARANCE)], frequency):
+            discs, held = _divided(_problem(self.sensor, served(clear), top), top, self.tolerance)
+            limit = _limits(discs, d_v[some], frequency)
+            if not (held or _holds(limit, self.tolerance)):
+                raise self._too_many(discs, limit)
+            found = _error(limit)
+            change[some] += share * limit[-1][-1]
+            error[some] += share * (found[0] + 1j * found[1])
+            rings, levels = max(rings, discs[-1].rings), max(levels, len(discs))
         return change, error, rings, levels
 
     def _too_many(self, discs: Sequence[Disc], limit: _Limits) -> SolveFailed:

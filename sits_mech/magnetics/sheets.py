@@ -40,7 +40,7 @@ import numpy as np
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.tracks import path_notes
-from sits_mech.magnetics.answer import Kind, Reaction, answer, clearance_of, clearances, largest, together, tops
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_resistances
 from sits_mech.magnetics.modes import skin_depth
@@ -130,10 +130,10 @@ class Sheets:
         none = np.zeros((2, *shape), dtype=complex)
         found = _Change(none[0], none[1], none, 0)
         drawn = any(part.shape == "outline" for part in self.sensor.conductors)
-        for steps, some, share in together([clearances(part.gap, part.anchor) for part in parts]):
-            for top, own in tops(frequency, lowest=-math.inf if drawn else 0):
-                one = self._change([part.among(some) for part in parts], steps, (frequency, top))
-                found = found.with_share(one, some, own * share)
+        gaps = [(part.gap, part.anchor) for part in parts]
+        for clear, top, some, share in serving(gaps, frequency, lowest=-math.inf if drawn else 0):
+            one = self._change([part.among(some) for part in parts], clear, (frequency, top))
+            found = found.with_share(one, some, share)
         scale = largest(found.value.imag)
         relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         notes = (*found.notes, *self._winding_notes())
@@ -166,10 +166,9 @@ class Sheets:
         spirals = f"spiral windings: L0 differs from that of rings by up to {step:.2%}"
         return (spirals, *path_notes(self.sensor.coils))
 
-    def _change(self, parts: Sequence[PlacedPlate], steps: Sequence[int], frequency: tuple[float, float]) -> _Change:
-        """Return the plates' change by one preparation of each, at a frequency, prepared up to another."""
+    def _change(self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]) -> _Change:
+        """Return the plates' change, each prepared for a clearance, at a frequency, prepared up to another."""
         sensor, asked = self.sensor, [(part.plate, part.outline) for part in parts]
-        clear = [clearance_of(step, part.anchor) for part, step in zip(parts, steps, strict=True)]
 
         def divided(rung: Rung) -> list[_Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)

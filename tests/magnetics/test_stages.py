@@ -52,7 +52,7 @@ def test_steps_serve_what_they_have_a_share_of() -> None:
     gap = np.geomspace(1e-4, 1e-2, 4001)
     for step, share in clearances(gap, 1.8 * MM):
         for k in np.unique(step).tolist():
-            low, high = served(k, 1.8 * MM)
+            low, high = served(clearance_of(k, 1.8 * MM))
             some = gap[(step == k) & (share > 0.0)]
             assert low <= some.min() * (1 + 1e-12) and some.max() <= high * (1 + 1e-12)
     for frequency in np.geomspace(1e3, 1e8, 400).tolist():
