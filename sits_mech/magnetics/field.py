@@ -175,8 +175,7 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
     """Divide, solve at both orders and refine until the tolerance is met."""
     began = time.perf_counter()
     coils, ground = tracks(model.sensor), return_radius(model.sensor)
-    if ground is not None:
-        _check_coils(coils, ground)
+    _check_coils(coils, ground)
     bars = np.concatenate([coil.place for coil in coils])
     hertz = omega / (2 * np.pi)
     depths = np.array([skin_depth(hertz, p.conductivity, p.relative_permeability) for p in plates])
@@ -227,13 +226,13 @@ def _plate_errors(found: PlanarField) -> Array:
     return np.bincount(owner, weights=errors, minlength=len(found.plates)).astype(float)
 
 
-def _check_coils(coils: tuple[Track, ...], ground: float) -> None:
+def _check_coils(coils: tuple[Track, ...], ground: float | None) -> None:
     """Refuse coils beyond the grounded circle."""
     for coil in coils:
         corners = np.array([1 + 1j, 1 - 1j, -1 + 1j, -1 - 1j])
         half = (corners.real * coil.width + 1j * corners.imag * coil.thickness) / 2
         reach = float(np.abs(coil.place[:, None] + half * np.exp(-1j * coil.tilt)[:, None]).max())
-        if reach >= ground:
+        if ground is not None and reach >= ground:
             raise ValueError(
                 f"target.planar_boundary_radius: must enclose the coils (reach {reach:.4g} m), got {ground:.4g} m"
             )

@@ -59,10 +59,29 @@ _KIND = Kind("sheets", "H")
 _MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each coil's error, in theirs, of R and L
 _NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
-_Asked = tuple[Target, Outline | None, complex, Sources | None, Target | None]
 _RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
 _HIGHEST, _DEEP = 1e7, 3.0  # skin depths of ferrite at that frequency [Hz] over its thickness, at least
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A plate to be divided: its susceptibility, the coils if it stands still, what is divided like it."""
+
+    plate: Target
+    outline: Outline | None
+    susceptibility: complex
+    sources: Sources | None
+    become: Target | None
+
+    def lengths(self, sensor: Sensor, clear: tuple[float, float], near: bool) -> tuple[float, float]:
+        """Return how far currents of coils call for small cells, and the length on which fields change [m]."""
+        clearance, place, deep = clear[0], (0.0, 0.0), 0.0 if near and not self.sources else self.plate.thickness / 2
+        if self.sources is not None:
+            clearance, place = self.sources.distance, self.sources.place[:2]
+        length = min(field_length(coil, clearance + deep) for coil in sensor.coils)
+        others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
+        return reach(sensor.coils, place) + 2 * clearance, min(length, others)
 
 
 @dataclass(frozen=True)
@@ -150,12 +169,13 @@ class Sheets:
         return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
 
     def _kind(self, part: PlacedPlate) -> _Asked:
-        """Return a plate, its outline, its susceptibility and coils if it stands still, and what is divided like it."""
+        """Return a plate as it is to be divided."""
         if self.like is not None and self.like.target is not None:
-            return self.like.target, part.outline, part.susceptibility, None, part.plate
+            become = part.plate if part.plate != self.like.target else None
+            return _Asked(self.like.target, part.outline, part.susceptibility, None, become)
         fixed = part.windings > 0.0
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
-        return part.plate, part.outline, part.susceptibility, seen, None
+        return _Asked(part.plate, part.outline, part.susceptibility, seen, None)
 
     def _winding_notes(self) -> tuple[str, ...]:
         """Say how far spiral windings are from rings, and what free tracks are without."""
@@ -186,17 +206,10 @@ class Sheets:
             values = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
-        lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if sensor.conductors else (1.0, 1.0))
-        if large and rung.along[0] == rung.along[1]:
-            lost = lost + ROUGH / 2
-        more = _BETWEEN if sensor.conductors else 1.0, max(plate.margin for plate in plates)
-        left = more[0] * left.real + 1j * more[1] * left.imag
-        R, X = (
-            _shared(part(left), share) + missed * largest(part(value))
-            for part, share, missed in zip((np.real, np.imag), _MUTUAL, lost, strict=True)
-        )
+        triangles = ROUGH / 2 if large and rung.along[0] == rung.along[1] else 0.0
+        left, error, lost = _told(value, left, plates, triangles, bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        return _Change(value, R + 1j * X, np.stack([left, lost.max() * value]), unknowns, tuple(notes))
+        return _Change(value, error, np.stack([left, lost * value]), unknowns, tuple(notes))
 
     def _together(
         self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], seen: Posed, frequency: float
@@ -266,28 +279,36 @@ def _divided(
 
     The coils are given if it stands still.
     """
-    alone, (asked, top), (plate, outline, susceptibility, sources, become) = not sensor.conductors, frequency, part
-    clearance, others = clear
-    near = sources is not None or is_near(plate, outline, clearance, rung)
-    apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
-    deep = 0.0 if near and sources is None else plate.thickness / 2
-    length = min(field_length(coil, apart + deep) for coil in sensor.coils)
-    if not alone:
-        length = min(length, _PLATES * (clearance + plate.thickness / 2))
-    if sources is not None and susceptibility != 0.0:
-        cores = prepared_core(plate, susceptibility, rung, clearance, sources)
-        note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
+    plate, sources, metal = part.plate, part.sources, part.plate.metal
+    near = sources is not None or is_near(plate, part.outline, clear[0], rung)
+    if sources is not None and part.susceptibility != 0.0:
+        cores = prepared_core(plate, part.susceptibility, rung, clear[0], sources)
+        note = f"ferrite, mu_r = {metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
         return _Divided(cores, 0.0, 0.0, 1.0, (note,))
-    scale = clearance, top, reach(sensor.coils, place) + 2 * apart, length
-    become = become if become != plate else None
-    divisions: tuple[Any, ...]
+    scale, divisions = (clear[0], frequency[1], *part.lengths(sensor, clear, near)), tuple[Any, ...]()
     if near:
-        divisions = prepared_near(plate, outline, rung, scale, sources or others, become)
+        divisions = prepared_near(plate, part.outline, rung, scale, sources or clear[1], part.become)
     else:
-        divisions = prepared(plate, outline, rung, scale, become)
-    thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)
+        divisions = prepared(plate, part.outline, rung, scale, part.become)
+    thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     lost, margin = (0.0, _NEAR) if near and sources is None else (unseen(divisions[0].box), 1.0)
     return _Divided(divisions, thickness, lost, margin, _notes(thickness, divisions[-1].sheets, lost))
+
+
+def _told(
+    value: Complex, left: Complex, plates: Sequence[_Divided], triangles: float, among: bool
+) -> tuple[Complex, Complex, float]:
+    """Return errors of divisions that plates are known for, all errors, and what polynomials miss of the change.
+
+    `triangles` are what too coarse ones miss besides; `among` others plates answer each other.
+    """
+    left = (_BETWEEN if among else 1.0) * left.real + 1j * max(plate.margin for plate in plates) * left.imag
+    lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if among else (1.0, 1.0)) + triangles
+    R, X = (
+        _shared(part(left), share) + missed * largest(part(value))
+        for part, share, missed in zip((np.real, np.imag), _MUTUAL, lost, strict=True)
+    )
+    return left, R + 1j * X, float(lost.max())
 
 
 def _shared(error: Array, share: tuple[float, float]) -> Array:

@@ -179,10 +179,9 @@ def _polynomial_curls(axes: Sequence[Array], box: Box, parity: tuple[int, ...]) 
         factors = [steps[k] if k == d else means[k] * box.half[k] for k in range(3)]
         whole[a, :, :, :, b] += 8.0 * sign * np.einsum("ix,jy,kz->ijkxyz", *factors)
     fits = np.ones((3, *box.order), dtype=bool)
-    for a in range(3):
-        for e in range(3):
-            even = np.arange(box.order[e]) % 2 == (0 if parity[e] * (1 if e == a else -1) > 0 else 1)
-            fits[a] &= even.reshape([-1 if k == e else 1 for k in range(3)])
+    for a, e in np.ndindex(3, 3):
+        odd = parity[e] * (1 if e == a else -1) < 0
+        fits[a] &= np.expand_dims(np.arange(box.order[e]) % 2 == odd, [k for k in range(3) if k != e])
     rows = np.flatnonzero(fits)
     return rows, whole.reshape(fits.size, -1)[rows]
 

@@ -142,8 +142,8 @@ def gradients(box: Box) -> list[tuple[Integers, Array]]:
     Orthonormal are coefficients over their sizes (`decay_scale`). All classes of a plate share them.
     """
     scale = decay_scale(box)
-    slopes = [np.polynomial.chebyshev.chebder(np.eye(n), axis=0) / h for n, h in zip(box.order, box.half, strict=True)]
-    slopes = [np.vstack([D, np.zeros((1, len(D[0])))]) if len(D) < len(D[0]) else D for D in slopes]
+    slopes = [np.polynomial.chebyshev.chebder(np.eye(n + 1)[:, :n], axis=0) / h
+              for n, h in zip(box.order, box.half, strict=True)]
     number = np.arange(3 * np.prod(box.order)).reshape(3, *box.order)
     found = []
     for parity in np.ndindex(2, 2, 2):
