@@ -40,7 +40,6 @@ SILENT = {
 MOST_TOKENS = 3000
 LARGE = {  # to be divided; no others
     "export/twin/twin.py",
-    "magnetics/remote.py",
     "report/pictures/drawing.py",
     "synthesis/solve.py",
 }

@@ -36,8 +36,8 @@ from sits_mech.refusals import refuse_beside
 from sits_mech.scene.sensor import Sensor
 
 _NEAR = 0.25  # octaves of clearance over which two preparations share
-_UP = 0.15  # decades of frequency
-_FREQUENCY = 2.5e7  # a top [Hz]
+_UP = 0.15  # decades of frequency over which two share
+_FREQUENCY = 2.5e7  # a top, f_0 [Hz]
 
 
 def clearances(gap: Array, anchor: float) -> list[tuple[Integers, Array]]:

@@ -42,7 +42,7 @@ from sits_mech.units import SceneError, checked_tolerance
 _KIND = Kind("planar-fem", "H/m", beyond="sheets")
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
 _DEFAULT = Fineness(skin=0.7, edge=0.5, growth=0.6, near=0.6, share=0.12, around=40)
-_MOST_UNKNOWNS = 300_000
+_MOST_UNKNOWNS = 300_000  # of a division: with more, the tolerance is refused
 _DIGITS = 1e-10  # a part of the flux below this share of the whole is not asked to be accurate
 _ROUNDS, _FAR = 3, 10.0  # divisions that an order is measured from, and error over tolerance that no more would mend
 _FINER = 0.7  # cells of a plate from one division to the next
