@@ -14,7 +14,7 @@ from common.outputs import study_arguments, write_rows
 from common.track_losses import coil_losses
 
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.alone import track_resistance
+from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Coil, Sensor, Target

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 from sits_mech.magnetics.space.classes import driven
 from sits_mech.magnetics.space.divisions import prepared_near
-from sits_mech.magnetics.space.near import coil_means
 from sits_mech.magnetics.space.rungs import LADDER, Rung
+from sits_mech.magnetics.space.sources import Posed
 from sits_mech.scene.sensor import load_sensor
 
 
@@ -26,11 +26,12 @@ def draw_currents(path: Path, rung: Rung) -> None:
     sensor = load_sensor("biorob2018", ['target.width="8 mm"', *places])
     gap, omega = 2e-4, 1e7 * np.pi
     plate = prepared_near(sensor.target, None, rung, (gap, 5e6, 5e-3, 1.5e-3))[0]
-    driving = coil_means(sensor.coils[:1], "rings", plate, (np.eye(3)[None], np.array([[0.0, 0.0, gap]])))
-    middles = (plate.levels[1:] + plate.levels[:-1]) / 2
-    corners = plate.plan.nodes[plate.plan.cells].mean(axis=1)
+    cells = plate.cells
+    driving = cells.means(Posed(sensor.coils[:1], "rings", np.eye(3)[None], np.array([[0.0, 0.0, gap]])))
+    middles = (cells.levels[1:] + cells.levels[:-1]) / 2
+    corners = cells.plan.nodes[cells.plan.cells].mean(axis=1)
     places = np.column_stack([np.repeat(corners, middles.size, axis=0), np.tile(middles, len(corners))])
-    images = np.stack([[places * (*np.diag(g), s) for s in (1.0, -1.0)] for g in plate.plan.group])
+    images = np.stack([[places * (*np.diag(g), s) for s in (1.0, -1.0)] for g in cells.plan.group])
     J = np.zeros(images.shape, dtype=complex)
     for part in plate.classes:
         found = np.linalg.solve(part.R + 1j * omega * part.L, driven(part.problem, driving)[0] * part.unit) * part.unit

@@ -43,9 +43,6 @@ SILENT = {
 MOST_TOKENS = 3000
 LARGE = {  # to be divided; no others
     "export/twin/twin.py",
-    "magnetics/bars.py",
-    "magnetics/remote.py",
-    "magnetics/space/prisms.py",
     "report/pictures/drawing.py",
     "synthesis/solve.py",
 }
@@ -94,11 +91,8 @@ UNMIRRORED = {
         ("geometry/boxes.py", "geometry/plates.py", "geometry/solids.py"),
         "tests/magnetics/space/test_neighbours.py: conductors made of them",
     ),
-    "magnetics/air/solve.py": "tests/magnetics/test_field_parts.py: the field that it solves",
-    "magnetics/axis/disc.py": "tests/magnetics/test_rings.py: its impedance",
-    "magnetics/coils/alone.py": "tests/magnetics/coils/test_terminals.py: coils without target",
-    "magnetics/coils/ring_field.py": "tests/magnetics/test_sheets_outline.py: the potential of its rings",
-    "magnetics/section/plate.py": "tests/magnetics/section/test_division.py: the plate of a division",
+    "magnetics/section/elements.py": "tests/magnetics/test_field_parts.py: the field that it solves",
+    "magnetics/disc.py": "tests/magnetics/test_rings.py: its impedance",
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
     "magnetics/space/prisms.py": "tests/magnetics/test_sheets_outline.py: the sheets made of them",

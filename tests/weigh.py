@@ -24,8 +24,9 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 47_081, "core lines": 31_875, "tokens": 406_487, "named numbers": 524, "branching functions": 126,
-    "long signatures": 33, "skipped formats": 0, "large files": 6, "entered in space": 127, "entered in the plane": 120,
+    "lines": 47_018, "core lines": 31_813, "tokens": 405_713, "named numbers": 523, "branching functions": 116,
+    "long signatures": 33, "skipped formats": 0, "large files": 3, "entered in space": 121,
+    "entered in the plane": 119,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

@@ -15,7 +15,8 @@ import numpy as np
 
 from sits_mech.chain.omissions import Omission
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.magnetics.remote import half_space_share, remote_bounds
+from sits_mech.magnetics.coils.far_field import half_space_share
+from sits_mech.magnetics.remote import remote_bounds
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Conductor, Sensor

@@ -6,9 +6,9 @@ admittance Y (`section.plate`):
 
     Delta Z_cd = c_c^T Y(omega) c_d,    R = Re Delta Z,    L = L0 + Im Delta Z / omega,
 
-The plate is prepared for a ladder of clearances and frequencies whose steps are blended (`stages`); then a pose is a
+The plate is prepared for a ladder of clearances and frequencies whose steps are blended (`answer`); then a pose is a
 field at a dozen points and one small product. Two divisions of the plate give the answer,
-extrapolated in the size of the bars, and with a third one its estimated error (`section.division`).
+extrapolated in the size of the bars, and with a third one its estimated error (`section.plate`).
 
 Free net current: the plate's current returns at the circle |p| = R_b, where A = 0. Its Green function
 ``ln|p - p'| - ln|R_b - p conj(p')/R_b|`` adds, by ``ln|1 - q| = -sum_m Re(q^m) / m``, a correction of low rank
@@ -29,7 +29,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
@@ -38,9 +37,9 @@ from sits_mech.geometry.collision import smooth_height
 from sits_mech.geometry.plates import Plate, distance, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.solids import CLEARANCE
 from sits_mech.geometry.tracks import coil_bars, section_refusal
-from sits_mech.geometry.windings import Bars
-from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, sizes
-from sits_mech.magnetics.coils.alone import section_resistances
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving, sizes
+from sits_mech.magnetics.modes import skin_depth
+from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, free_space_inductance, section_resistances
 from sits_mech.magnetics.section.coupling import (
     Filaments,
     SectionPlate,
@@ -49,11 +48,7 @@ from sits_mech.magnetics.section.coupling import (
     filaments,
     samples,
 )
-from sits_mech.magnetics.section.division import Lengths, Resolution
-from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.magnetics.section.plate import PreparedPlate, prepare_plate
-from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
+from sits_mech.magnetics.section.plate import Lengths, PreparedPlate, Resolution, prepare_plate
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
@@ -91,18 +86,13 @@ class PlanarBars:
         """Return the plates' reaction, blended over the preparations that serve each pose."""
         resolution = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         react, gaps = _among_others if self.sensor.conductors else _alone, _gaps(self.sensor, pose)
-        change, check = np.zeros((2, len(gaps[0][0]), *(2 * [len(self.sensor.coils)])), dtype=complex)
-        cells = 0
-        stages = [
-            ([clearance_of(step, anchor) for step, (_, anchor) in zip(steps, gaps, strict=True)], some, share)
-            for steps, some, share in together([clearances(*own) for own in gaps])
-        ]
-        for clear, some, share in sorted(stages, key=lambda stage: min(stage[0])):  # what is too fine is refused first
-            for top, own in sorted(tops(frequency), reverse=True):
-                found = react(self.sensor, resolution, Pose.of(pose.components[some]), (clear, frequency, top))
-                change[some] += (own * share)[:, None, None] * found[0]
-                check[some] += (own * share)[:, None, None] * found[1]
-                cells = max(cells, found[2])
+        both, cells = np.zeros((2, len(gaps[0][0]), *(2 * [len(self.sensor.coils)])), dtype=complex), 0
+        finest_first = sorted(serving(gaps, frequency), key=lambda stage: (min(stage[0]), -stage[1]))
+        for clear, top, some, share in finest_first:  # what is too fine is refused first
+            *found, bars = react(self.sensor, resolution, Pose.of(pose.components[some]), (clear, frequency, top))
+            both[:, some] += share[:, None, None] * np.stack(found)
+            cells = max(cells, bars)
+        change, check = both
         _check_bounds(change.imag / (2 * np.pi * frequency), change.real, free_space_inductance(self.sensor), cells)
         errors = np.max(sizes(change - check), axis=(-2, -1)) / np.max(sizes(change), axis=(-2, -1))
         errors = _SAFETY[:, None] * errors + math.exp(-resolution.terms)
@@ -147,58 +137,27 @@ def _check_bounds(delta_L: Array, R: Array, L0: Array, bars: int) -> None:
     )
 
 
-def bars_of_coils(sensor: Sensor) -> tuple[Bars, ...]:
-    """Return every coil's bars in the section y = 0."""
-    return tuple(coil_bars(coil) for coil in sensor.coils)
-
-
-def coil_box(bars: Bars) -> Complex:
-    """Return corners x + j z of the rectangle around a coil's bars, counter-clockwise [m]."""
-    low = complex(bars.x.min() - bars.width / 2, bars.z.min() - bars.thickness / 2)
-    high = complex(bars.x.max() + bars.width / 2, bars.z.max() + bars.thickness / 2)
-    return np.array([low, complex(high.real, low.imag), high, complex(low.real, high.imag)])
-
-
-@lru_cache(maxsize=64)
-def free_space_inductance(sensor: Sensor) -> Array:
-    """Return the coils' inductance matrix without target, closed form, shape (n, n) [H/m]."""
-    sections = bars_of_coils(sensor)
-    radius = return_radius(sensor)
-    L0 = np.array([[_mutual(first, second, radius) for second in sections] for first in sections])
-    return np.asarray((L0 + L0.T) / 2)
-
-
-def _mutual(first: Bars, second: Bars, radius: float | None) -> float:
-    """Return the mutual inductance per metre of two coils' bars; within a circle where A = 0 if there is one."""
-    logs = mean_log(
-        second.x - first.x[:, None], second.z - first.z[:, None],
-        (np.array(first.width), np.array(first.thickness)), (np.array(second.width), np.array(second.thickness)),
-    )
-    if radius is not None:
-        p, q = first.x + 1j * first.z, second.x + 1j * second.z
-        logs = logs - np.log(np.abs(radius - p[:, None] * q.conj() / radius))
-    return float(-mu_0 / (2 * np.pi) * first.sign @ logs @ second.sign)
-
-
 def _gaps(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
-    """Return the distance of each plate from all else, one a pose, and one independent of it (`stages`) [m]."""
-    if not sensor.conductors:
-        extent = (0.0, 0.0) if sensor.target is None else (sensor.target.extent[0], sensor.target.thickness)
-        sides, up = np.sin(np.asarray(pose.alpha))[:, None] * extent[0] / 2, np.cos(np.asarray(pose.alpha))
-        return [(smooth_height(np.asarray(pose.d_v) + np.minimum(up * extent[1], 0.0), sides), CLEARANCE)]
-    boxes = [coil_box(bars) for bars in bars_of_coils(sensor)]
+    """Return the distance of each plate from all else, one a pose, and one independent of it (`answer`) [m]."""
+    if sensor.conductors:
+        return _gaps_among(sensor, pose)
+    extent = (0.0, 0.0) if sensor.target is None else (sensor.target.extent[0], sensor.target.thickness)
+    sides, up = np.sin(pose.alpha)[:, None] * extent[0] / 2, np.cos(pose.alpha)
+    return [(smooth_height(pose.d_v + np.minimum(up * extent[1], 0.0), sides), CLEARANCE)]
+
+
+def _gaps_among(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
+    """Return `_gaps` of plates beside others; independent of the pose are fixed plates without the target."""
+    boxes, moving = [coil_box(bars) for bars in bars_of_coils(sensor)], int(sensor.target is not None)
     found = []
     for plates in _placed(sensor, pose):
-        moving, fixed = (plates[:1], plates[1:]) if sensor.target is not None else ((), plates)
-        own = [min(distance(plate.corners, other) for other in boxes) for plate in plates]
-        apart = [[distance(plate.corners, other.corners) for other in fixed if other is not plate] for plate in plates]
-        near = [min(each, default=np.inf) for each in apart]
-        anchors = [min(pair) for pair in zip(own, near, strict=True)]
-        to_target = [min((distance(plate.corners, t.corners) for t in moving), default=np.inf) for plate in fixed]
-        found.append([*anchors[: len(moving)], *(min(p) for p in zip(anchors[len(moving) :], to_target, strict=True))])
+        to_coils = np.array([min(distance(plate.corners, other) for other in boxes) for plate in plates])
+        apart = np.array([[np.inf if a is b else distance(a.corners, b.corners) for b in plates] for a in plates])
+        anchors = np.minimum(to_coils, apart[:, moving:].min(axis=1, initial=np.inf))
+        found.append(np.minimum(anchors, np.where(np.arange(len(plates)) < moving, np.inf, apart.min(axis=1))))
     return [
-        (gap, CLEARANCE if k < len(moving) else anchor)
-        for k, (gap, anchor) in enumerate(zip(np.array(found).T, anchors, strict=True))
+        (gap, CLEARANCE if k < moving else anchor)
+        for k, (gap, anchor) in enumerate(zip(np.array(found).T, anchors.tolist(), strict=True))
     ]
 
 
@@ -311,4 +270,4 @@ def _image_reaction(Y: Complex, Yc: Complex, U: Array, omega: float) -> Complex:
     UY = U @ Y
     core = UY @ U.transpose(0, 2, 1) - 1j * omega * (-2 * np.pi / mu_0) * np.eye(U.shape[1])
     gU = Yc @ U.transpose(0, 2, 1)
-    return np.asarray(gU @ np.linalg.solve(core, gU.transpose(0, 2, 1)))
+    return gU @ np.linalg.solve(core, gU.transpose(0, 2, 1))

@@ -1,9 +1,9 @@
 """Planar finite element model: plates of any permeability, any number, over flat or curved coils; fields to look at.
 
 Per metre of depth, ``exp(+j omega t)``. Unknown: the complex vector potential along y [V s/m per A], whole in the
-plates and without the coils' known part in the air (equations, open boundary, source: `air.solve`). Every plate's
-skin is resolved by graded cells (`air.mesh`), from well above its thickness down to 1e-7 of its size; no surface
-impedance is needed.
+plates and without the coils' known part in the air (equations, open boundary: `section.elements`; source:
+`section.coils`). Every plate's skin is resolved by graded cells (`section.mesh`), from well above its thickness down to
+1e-7 of its size; no surface impedance is needed.
 
 Each pose is solved with elements of order 2 and 3 on one mesh. The answer is that of order 3; what it adds to order 2,
 in L and in R, is the error of order 2. Where a plate is permeable its corners are singular, order 3 gains little there,
@@ -29,12 +29,11 @@ from scipy.spatial import cKDTree
 
 from sits_mech.geometry.plates import Plate, not_cut, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import section_refusal
-from sits_mech.magnetics.air.mesh import Division, Fineness, divide_plane, outline_samples
-from sits_mech.magnetics.air.solve import FieldSolution, element_errors, solve_field
-from sits_mech.magnetics.air.source import Track, coil_potentials, free_inductance, tracks
 from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
-from sits_mech.magnetics.coils.alone import section_resistances
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.modes import skin_depth
+from sits_mech.magnetics.section.coils import Track, coil_potentials, free_inductance, section_resistances, tracks
+from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
+from sits_mech.magnetics.section.mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
@@ -43,7 +42,7 @@ from sits_mech.units import SceneError, checked_tolerance
 _KIND = Kind("planar-fem", "H/m", beyond="sheets")
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
 _DEFAULT = Fineness(skin=0.7, edge=0.5, growth=0.6, near=0.6, share=0.12, around=40)
-_MOST_UNKNOWNS = 300_000
+_MOST_UNKNOWNS = 300_000  # of a division: with more, the tolerance is refused
 _DIGITS = 1e-10  # a part of the flux below this share of the whole is not asked to be accurate
 _ROUNDS, _FAR = 3, 10.0  # divisions that an order is measured from, and error over tolerance that no more would mend
 _FINER = 0.7  # cells of a plate from one division to the next
@@ -176,8 +175,7 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
     """Divide, solve at both orders and refine until the tolerance is met."""
     began = time.perf_counter()
     coils, ground = tracks(model.sensor), return_radius(model.sensor)
-    if ground is not None:
-        _check_coils(coils, ground)
+    _check_coils(coils, ground)
     bars = np.concatenate([coil.place for coil in coils])
     hertz = omega / (2 * np.pi)
     depths = np.array([skin_depth(hertz, p.conductivity, p.relative_permeability) for p in plates])
@@ -228,13 +226,13 @@ def _plate_errors(found: PlanarField) -> Array:
     return np.bincount(owner, weights=errors, minlength=len(found.plates)).astype(float)
 
 
-def _check_coils(coils: tuple[Track, ...], ground: float) -> None:
+def _check_coils(coils: tuple[Track, ...], ground: float | None) -> None:
     """Refuse coils beyond the grounded circle."""
     for coil in coils:
         corners = np.array([1 + 1j, 1 - 1j, -1 + 1j, -1 - 1j])
         half = (corners.real * coil.width + 1j * corners.imag * coil.thickness) / 2
         reach = float(np.abs(coil.place[:, None] + half * np.exp(-1j * coil.tilt)[:, None]).max())
-        if reach >= ground:
+        if ground is not None and reach >= ground:
             raise ValueError(
                 f"target.planar_boundary_radius: must enclose the coils (reach {reach:.4g} m), got {ground:.4g} m"
             )

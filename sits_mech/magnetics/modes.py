@@ -34,6 +34,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.constants import mu_0
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from sits_mech.quantities import Array, Complex
@@ -47,6 +48,11 @@ DEPTHS = np.array([1.0, 1.6, 2.6])
 """Skin depths, over the least that is resolved, from which is gone on."""
 _NOTHING = 1e-15  # of the strongest field: weaker ones are of another symmetry
 _SPAN = 1e-10  # of the strongest direction: weaker ones are rounding
+
+
+def skin_depth(frequency: float, conductivity: float, relative_permeability: float = 1.0) -> float:
+    """Return delta = 1 / sqrt(pi f mu sigma) [m]."""
+    return float(1.0 / np.sqrt(np.pi * frequency * mu_0 * relative_permeability * conductivity))
 
 
 @dataclass(frozen=True)
@@ -123,7 +129,7 @@ def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
         tau = np.tile(tau, 2)
-    return Modes(np.maximum(tau, 0.0), np.asarray(seen.real), highest=omega / RESOLVED**2)
+    return Modes(np.maximum(tau, 0.0), (seen.real), highest=omega / RESOLVED**2)
 
 
 def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
@@ -168,4 +174,4 @@ def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:
 def _project(S: Array, q: Array) -> Array:
     """Return (1 - q q^T) S (1 - q q^T) for a unit vector q."""
     Sq = S @ q
-    return np.asarray(S - np.outer(q, Sq) - np.outer(Sq, q) + (q @ Sq) * np.outer(q, q))
+    return S - np.outer(q, Sq) - np.outer(Sq, q) + (q @ Sq) * np.outer(q, q)

@@ -18,7 +18,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import room
 from sits_mech.magnetics.sheets import Sheets
-from sits_mech.maps.differences import CENTRAL, FIRST
+from sits_mech.maps.differences import CENTRAL, FIRST, Stencil
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.scene.sensor import Sensor
 
@@ -33,27 +33,40 @@ def pose_slopes(
     quick: bool = False,
 ) -> tuple[Impedance, Array, Array]:
     """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad]."""
-    rows, stencil = pose.components, FIRST if quick else CENTRAL
-    steps = _steps(sensor, pose) * (_QUICK if quick else 1.0) if components else np.zeros((0, len(rows)))
-    ways = [place for place in stencil.places if place]
-    moves = [(POSE.index(name), place) for name in components for place in ways]
-    stack = np.repeat(rows[None], 1 + len(moves), axis=0)
-    for row, (k, place) in zip(stack[1:], moves, strict=True):
-        row[:, k] += place * steps[k]
-    coarse = _coarse(model) if quick else None
-    near = (coarse or model).impedance(Pose.of(stack), frequency)
-    found = near if coarse is None else model.impedance(Pose.of(rows[None]), frequency)
+    stencil, coarse = (FIRST, _coarse(model)) if quick else (CENTRAL, None)
+    places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
+    near = (coarse or model).impedance(Pose.of(places), frequency)
+    found = near if coarse is None else model.impedance(Pose.of(places[:1]), frequency)
     by_pose = []
     for values, whole, free in ((near.L, found.L[0], found.L0), (near.R, found.R[0], 0.0)):
-        each = values[1:].reshape(len(components), len(ways), *values.shape[1:])
-        slope = np.zeros((*values.shape[1:], len(components)))
-        for k, (name, one) in enumerate(zip(components, each, strict=True)):
-            h = steps[POSE.index(name)][:, None, None]
-            slope[..., k] = stencil.slope({0: values[0]} | dict(zip(ways, one, strict=True)), h)
+        slope = _slopes(values, stencil, steps)
         by_pose.append(slope if coarse is None else slope * _shares(whole - free, values[0] - free)[..., None])
     shared = None if found.shared_L is None else found.shared_L[:, 0]
     parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
     return replace(found, **parts, shared_L=shared), by_pose[0], by_pose[1]
+
+
+def _moved(
+    sensor: Sensor, pose: Pose, components: Sequence[str], stencil: Stencil, factor: float
+) -> tuple[Array, Array]:
+    """Return poses and those beside them, component by component, (m, p, 6), and the steps (k, p)."""
+    index = [POSE.index(name) for name in components]
+    steps = _steps(sensor, pose)[index] * factor if index else np.zeros((0, len(pose.components)))
+    moves = [(k, h, place) for k, h in zip(index, steps, strict=True) for place in stencil.places if place]
+    places = np.repeat(pose.components[None], 1 + len(moves), axis=0)
+    for row, (k, h, place) in zip(places[1:], moves, strict=True):
+        row[:, k] += place * h
+    return places, steps
+
+
+def _slopes(values: Array, stencil: Stencil, steps: Array) -> Array:
+    """Return derivatives (p, n, n, k) from values at the poses of `_moved`."""
+    ways = [place for place in stencil.places if place]
+    each = values[1:].reshape(len(steps), len(ways), *values.shape[1:])
+    slope = np.zeros((*values.shape[1:], len(steps)))
+    for k, (h, one) in enumerate(zip(steps, each, strict=True)):
+        slope[..., k] = stencil.slope({0: values[0]} | dict(zip(ways, one, strict=True)), h[:, None, None])
+    return slope
 
 
 def solver_of(model: Any) -> Any:
@@ -84,7 +97,7 @@ def _shares(whole: Array, coarse: Array) -> Array:
     """Return r_c r_d of the module docstring, shape (p, n, n)."""
     own, other = (np.abs(np.diagonal(part, axis1=-2, axis2=-1)) for part in (whole, coarse))
     r = np.sqrt(own / np.where(other > 0.0, other, 1.0))
-    return np.asarray(r[..., None] * r[..., None, :])
+    return r[..., None] * r[..., None, :]
 
 
 def _steps(sensor: Sensor, pose: Pose) -> Array:

@@ -11,7 +11,7 @@ whichever is more. Both grow with the body, so that any body around K bounds K:
     ball of volume V, part of H of degree n:      q = mu0 V mean H^2 3/(n + 1),  permeable 3/n, the mean on its surface,
 
 with depolarisation factors N_i = (abc/3) R_D(b^2, c^2, a^2). (A thin disc across the field has the moment 8/3 a^3 h, a
-ball 3/2 V h.) What ferrite adds is found by few boxes (`ferrite.core`), and a little more is taken. Elsewhere H is its
+ball 3/2 V h.) What ferrite adds is found by few boxes (`space.ferrite`), and a little more is taken. Elsewhere H is its
 value h at the middle and a rest of degrees n >= 2:
 
     a_c = sqrt(q_c) <= sqrt(mu0 sum_i alpha_i h_i^2) + sqrt(k mu0 V mean (H - h)^2),   k = 1, permeable 3/2.   (1)
@@ -51,51 +51,37 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
-from scipy.special import elliprd
 
 from sits_mech.geometry.plates import cut_width
-from sits_mech.geometry.tracks import coil_bars, standing_rings
-from sits_mech.magnetics.bars import free_space_inductance
-from sits_mech.magnetics.coils.alone import free_inductances
-from sits_mech.magnetics.coils.far_field import coil_field, field_bound, least_inductance
-from sits_mech.magnetics.coils.loops import mutual_loops, series_inductance
-from sits_mech.magnetics.ferrite.core import added_inductance
+from sits_mech.geometry.tracks import coil_bars
+from sits_mech.magnetics.coils.far_field import (
+    ROUND,
+    Body,
+    ball_of,
+    body_around,
+    coil_field,
+    dipole_field,
+    field_bound,
+    least_inductance,
+    sphere,
+)
+from sits_mech.magnetics.coils.loops import free_inductances
+from sits_mech.magnetics.section.coils import free_space_inductance
+from sits_mech.magnetics.space.ferrite import added_inductance
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.rotations import rotation_matrix
-from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
+from sits_mech.scene.sensor import Coil, Conductor, Sensor
 
-_STRETCH = (1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 9.0, 17.0, 33.0)  # (height of an ellipsoid over the plate's)^2
 _NEAR = 1.5  # radii of a conductor from its middle to a coil: a nearer one is not bounded
 _MOST = 0.5  # of lambda
 _FEWER = 1.3  # of what few boxes of ferrite add, and a few percent that they lack
-_ROUND, _UP = 16, 8  # points on a ball
-
-
-@dataclass(frozen=True)
-class _Body:
-    """What stands for a body: alpha of some ellipsoids (e, 3) [m^3], the ball's radius [m], whether it is permeable."""
-
-    alpha: Array
-    radius: float
-    permeable: bool
-
-    @property
-    def volume(self) -> float:
-        """Volume of the ball [m^3]."""
-        return 4.0 / 3.0 * np.pi * self.radius**3
-
-    def strength(self, middle: Array, others: Array, weight: Array) -> Array:
-        """Return formula (1) over sqrt(mu0), from the field at the middle (..., 3) and on the ball (..., n, 3)."""
-        uniform = np.sqrt((middle**2 @ self.alpha.T).min(axis=-1))
-        mean = ((others - middle[..., None, :]) ** 2).sum(axis=-1) @ weight
-        return np.asarray(uniform + np.sqrt((1.5 if self.permeable else 1.0) * self.volume * mean))
 
 
 @dataclass(frozen=True)
 class _Solved:
     """What is solved: body or None, its middle (p, 3) and rotation (p, 3, 3)."""
 
-    body: _Body | None
+    body: Body | None
     middle: Array
     turn: Array
 
@@ -142,7 +128,7 @@ def _together(far: _Far, gain: float) -> Array:
         q = np.where(np.isfinite(kappa), (gain * far.own.max(axis=-1)) ** 2, np.inf)
         each = (kappa[:, :, None] * kappa[:, None] + far.to_others).sum(axis=-1).max(axis=-1, initial=0.0)
     holds = (each < _MOST)[:, None] & np.isfinite(q)
-    return np.asarray(np.where(holds, q / (1.0 - np.where(each < _MOST, each, 0.0))[:, None], np.inf))
+    return np.where(holds, q / (1.0 - np.where(each < _MOST, each, 0.0))[:, None], np.inf)
 
 
 def _solved(sensor: Sensor, pose: Pose) -> _Solved:
@@ -150,13 +136,13 @@ def _solved(sensor: Sensor, pose: Pose) -> _Solved:
     poses, target = Pose.of(pose.components.reshape(-1, len(POSE))), sensor.target
     turn, middle, body = rotation_matrix(poses.rotation), poses.centre, None
     if target is not None:
-        middle, body = middle + turn[:, :, 2] * target.thickness / 2.0, _body(target)
+        middle, body = middle + turn[:, :, 2] * target.thickness / 2.0, body_around(target)
     if sensor.conductors:
-        parts = [_body(part) for part in sensor.conductors]
+        parts = [body_around(part) for part in sensor.conductors]
         away = [float(np.linalg.norm(middle - part.centre, axis=1).max()) for part in sensor.conductors]
         radius = max(gap + part.radius for gap, part in zip(away, parts, strict=True))
         parts += [] if body is None else [body]
-        body = _ball(max(radius, *(part.radius for part in parts)), any(part.permeable for part in parts))
+        body = ball_of(max(radius, *(part.radius for part in parts)), any(part.permeable for part in parts))
     return _Solved(body, middle, turn)
 
 
@@ -173,65 +159,9 @@ def _gain(sensor: Sensor) -> float:
     return 2.0 if all(above) or all(below) else math.inf
 
 
-def _ball(radius: float, permeable: bool) -> _Body:
-    """Return a ball as a body."""
-    return _Body(np.full((1, 3), (4.0 if permeable else 2.0) * np.pi * radius**3), radius, permeable)
-
-
-def _body(plate: Target | Conductor) -> _Body:
-    """Return the ellipsoids and the ball around a plate."""
-    stretch, is_round = np.array(_STRETCH), plate.diameter is not None
-    beside = stretch / (stretch - 1.0) * (1.0 if is_round else 2.0)
-    half = 0.5 * np.array([*plate.extent, plate.thickness])
-    a, b, c = half[:, None] * np.sqrt(np.stack([beside, beside, stretch]))
-    N = a * b * c / 3.0 * np.stack([elliprd(b**2, c**2, a**2), elliprd(c**2, a**2, b**2), elliprd(a**2, b**2, c**2)])
-    permeable = plate.metal.relative_permeability != 1.0
-    share = np.maximum(1.0 / (1.0 - N), 1.0 / N if permeable else 0.0)
-    return _Body((4.0 / 3.0 * np.pi * a * b * c * share).T, math.hypot(*half[1 if is_round else 0 :]), permeable)
-
-
-def _image_share(coil: Coil, gap: float, below: bool) -> float:
-    """Return the share of L_cc that a perfect half-space at a distance above, or below, the coils takes."""
-    rings = standing_rings(coil)
-    down = coil.height + rings.z if below else -rings.z
-    away = 2.0 * gap + down[:, None] + down
-    sign = np.broadcast_to(rings.sign, rings.radius.shape)
-    image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign)
-    return min(float(image) / _standing_inductance(coil), 1.0)
-
-
-@lru_cache(maxsize=32)
-def _standing_inductance(coil: Coil) -> float:
-    """Return L_cc of the rings that stand for a coil [H]."""
-    return float(series_inductance(standing_rings(coil)))
-
-
-def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
-    """Return how much of a self-inductance a conductor alone changes at most, however near: as the half-space it is in.
-
-    A perfect conductor takes the mutual inductance of a coil and its mirror image, unbounded permeability adds as much.
-    1, where the conductor lies beside the coils.
-    """
-    high, low = part.centre[2] + part.thickness / 2.0, part.centre[2] - part.thickness / 2.0
-    gaps = [(low, False) if low > 0.0 else (-coil.height - high, True) for coil in coils]
-    return max(
-        _image_share(coil, gap, below) if gap > 0.0 else 1.0
-        for coil, (gap, below) in zip(coils, gaps, strict=True)
-    )
-
-
-def _sphere() -> tuple[Array, Array]:
-    """Return points on the unit ball, shape (n, 3), and their weights, which add up to 1."""
-    up, weight = np.polynomial.legendre.leggauss(_UP)
-    angle = np.tile(2.0 * np.pi * np.arange(_ROUND) / _ROUND, _UP)
-    z = np.repeat(up, _ROUND)
-    flat = np.sqrt(1.0 - z**2)
-    return np.column_stack([flat * np.cos(angle), flat * np.sin(angle), z]), np.repeat(weight, _ROUND) / (2 * _ROUND)
-
-
 def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Return far conductors as balls in the largest field that they can be in: the closed forms alone."""
-    bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far])
+    bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far])
     L = max(least_inductance(coil) if coil.is_round else float(free_inductances((coil,))[0, 0]) for coil in coils)
     own = np.array([
         [field_bound(coil, math.dist(at, (*coil.centre, 0.0)) - body.radius) for coil in coils]
@@ -246,13 +176,13 @@ def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
 def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Return far conductors as ellipsoids and balls."""
     L = max(float(free_inductances((coil,))[0, 0]) for coil in coils)
-    bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
+    bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
     own = [[_own_strength(coil, part) for coil in coils] for part in far]
     kappa = [_kappa(body, place, solved) for body, place in zip(bodies, middle, strict=True)]
     return _Far(np.array(own) / math.sqrt(L), np.stack(kappa, axis=-1), _pairs(bodies, middle))
 
 
-def _pairs(bodies: Sequence[_Body], middle: Array) -> Array:
+def _pairs(bodies: Sequence[Body], middle: Array) -> Array:
     """Return kappa_ij of bodies' balls, the lower of both ways; infinite where they meet, 0 of one with itself."""
     rho = np.array([body.radius for body in bodies])
     factor = np.array([math.sqrt(2.0) if body.permeable else 1.0 for body in bodies]) * rho**1.5
@@ -267,22 +197,22 @@ def _pairs(bodies: Sequence[_Body], middle: Array) -> Array:
 @lru_cache(maxsize=256)
 def _own_strength(coil: Coil, part: Conductor) -> float:
     """Return a_c of a conductor; infinite where it is near the coil [sqrt(H)]."""
-    body, place = _body(part), np.array(part.centre)
+    body, place = body_around(part), np.array(part.centre)
     across = math.dist(place[:2], coil.centre) - 0.5 * coil.outer_diameter
     if math.hypot(max(across, 0.0), max(place[2], -coil.height - place[2], 0.0)) <= _NEAR * body.radius:
         return math.inf
     if body.permeable:
         return math.sqrt(_FEWER * float(added_inductance(part, (coil,), part.centre)[0]))
-    points, weight = _sphere()
+    points, weight = sphere()
     H = coil_field(coil, np.vstack([place, place + body.radius * points]), 1e-3 * body.radius)
     return math.sqrt(mu_0) * float(body.strength(H[0], H[1:], weight))
 
 
-def _kappa(body: _Body, place: Array, solved: _Solved) -> Array:
+def _kappa(body: Body, place: Array, solved: _Solved) -> Array:
     """Return kappa of a far conductor and what is solved, shape (p,)."""
     if solved.body is None:
         return np.zeros(len(solved.middle))
-    points, weight = _sphere()
+    points, weight = sphere()
     from_it = np.swapaxes(solved.turn, 1, 2) @ (solved.middle - place)[:, :, None]  # in the target's own frame
     ball = from_it[:, None, :, 0] + solved.body.radius * points
     best = body.alpha[np.argmin(body.alpha.max(axis=1))]
@@ -290,8 +220,8 @@ def _kappa(body: _Body, place: Array, solved: _Solved) -> Array:
     square = np.zeros(len(ball))
     for k in range(3):
         m = moments[:, None, :, k]
-        h = _dipole(m, from_it[:, None, :, 0])[:, 0]
-        square += solved.body.strength(h, _dipole(m, ball), weight) ** 2
+        h = dipole_field(m, from_it[:, None, :, 0])[:, 0]
+        square += solved.body.strength(h, dipole_field(m, ball), weight) ** 2
     R, rho = np.linalg.norm(ball, axis=2), body.radius
     apart = np.linalg.norm(from_it[:, :, 0], axis=1) > solved.body.radius + rho
     inside = np.minimum((rho / R) ** 2, 1.0 - 1e-9)
@@ -300,17 +230,11 @@ def _kappa(body: _Body, place: Array, solved: _Solved) -> Array:
     return np.where(apart, np.sqrt(square) + np.sqrt(factors * rest), np.inf)
 
 
-def _dipole(m: Array, r: Array) -> Array:
-    """Return H of a moment at the origin at places r, both shape (..., 3)."""
-    square = (r**2).sum(axis=-1, keepdims=True)
-    return np.asarray((3.0 * (m * r).sum(axis=-1, keepdims=True) * r / square - m) / (4.0 * np.pi * square**1.5))
-
-
 def _in_section(sensor: Sensor, far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Return far conductors as circles in the section y = 0."""
     middle = np.array([complex(part.centre[0], part.centre[2]) for part in far])
     rho = np.array([0.5 * math.hypot(cut_width(part), part.thickness) for part in far])
-    points = middle + rho * np.exp(2j * np.pi * np.arange(_ROUND) / _ROUND)[:, None]
+    points = middle + rho * np.exp(2j * np.pi * np.arange(ROUND) / ROUND)[:, None]
     own, L = [], float(np.diag(free_space_inductance(sensor)).max())
     for coil in sensor.coils:
         bars = coil_bars(coil)

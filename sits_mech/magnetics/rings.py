@@ -2,8 +2,8 @@
 
     (R + j omega L) i = -j omega g(d_v),    Delta Z = omega^2 g^T (R + j omega L)^-1 g,
 
-with the disc's rings, modes and field functions of `axis.disc`, and L0 from `coils.loops`. The disc is prepared for a
-ladder of gaps and frequencies whose steps are blended (`stages`). On each it is divided finer until two successive
+with the disc's rings, modes and field functions of `disc`, and L0 from `coils.loops`. The disc is prepared for a
+ladder of gaps and frequencies whose steps are blended (`answer`). On each it is divided finer until two successive
 extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to the tolerance, or their
 steps fall so fast that what is left does, over all gaps and frequencies that it serves: not those asked for alone.
 
@@ -21,11 +21,11 @@ from itertools import pairwise
 import numpy as np
 
 from sits_mech.geometry.solids import CLEARANCE
-from sits_mech.magnetics.answer import Kind, Reaction, answer, sizes
-from sits_mech.magnetics.axis.disc import Disc, DiscProblem, count_rings, prepare_disc
-from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
-from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.stages import clearances, lowest_served, served, together, tops
+from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, served, serving, sizes
+from sits_mech.magnetics.coils.loops import free_inductances
+from sits_mech.magnetics.coils.resistance import track_resistances
+from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
+from sits_mech.magnetics.modes import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
@@ -73,16 +73,15 @@ class Axisymmetric:
     def _change(self, d_v: Array, frequency: float) -> tuple[Complex, Complex, int, int]:
         """Return Delta Z [ohm] and its errors, blended over the preparations of each gap; most rings and levels."""
         change, error, rings, levels = np.zeros(d_v.size, dtype=complex), np.zeros(d_v.size, dtype=complex), 0, 0
-        for (step,), some, share in together([clearances(d_v, CLEARANCE)]):
-            for top, own in tops(frequency):
-                discs, held = _divided(_problem(self.sensor, served(step, CLEARANCE), top), top, self.tolerance)
-                limit = _limits(discs, d_v[some], frequency)
-                if not (held or _holds(limit, self.tolerance)):
-                    raise self._too_many(discs, limit)
-                found = _error(limit)
-                change[some] += own * share * limit[-1][-1]
-                error[some] += own * share * (found[0] + 1j * found[1])
-                rings, levels = max(rings, discs[-1].rings), max(levels, len(discs))
+        for (clear,), top, some, share in serving([(d_v, CLEARANCE)], frequency):
+            discs, held = _divided(_problem(self.sensor, served(clear), top), top, self.tolerance)
+            limit = _limits(discs, d_v[some], frequency)
+            if not (held or _holds(limit, self.tolerance)):
+                raise self._too_many(discs, limit)
+            found = _error(limit)
+            change[some] += share * limit[-1][-1]
+            error[some] += share * (found[0] + 1j * found[1])
+            rings, levels = max(rings, discs[-1].rings), max(levels, len(discs))
         return change, error, rings, levels
 
     def _too_many(self, discs: Sequence[Disc], limit: _Limits) -> SolveFailed:
@@ -197,7 +196,7 @@ def _error(levels: _Limits) -> Array:
     values, limit = levels
     steps = [sizes(limit[0] - values[1]), *(sizes(fine - coarse) for coarse, fine in pairwise(limit))]
     if len(steps) == 1:
-        return np.asarray(_ALONE * steps[0])
+        return _ALONE * steps[0]
     before, last = steps[-2:]
     measured = np.clip(last / np.where(before > 0.0, before, 1.0), *_RATIO)
     ratio = measured if len(steps) > 2 else np.array(_FIRST_RATIO)

@@ -1,7 +1,7 @@
 """The three-dimensional model: coils as rings or spirals below, a plate of any outline above; absolute henry and ohm.
 
 The plate carries its own eddy-current modes (`space.modes`), found for a ladder of clearances and frequencies whose
-steps are blended (`stages`); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
+steps are blended (`answer`); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
 plate's bounding box and some small products (`space.coupling`),
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),    R = Re Delta Z,   L = L0 + Im Delta Z / omega.
@@ -19,9 +19,9 @@ Small gaps under wide plates (`space.near`): the plate sees the coils' potential
 Other metal (`space.neighbours`): plates parallel to the coils join with their own modes, and see the coils as they
 are, at rest; what they answer together is found once, and a pose costs some tens of milliseconds.
 
-Ferrite (`ferrite.core`): fixed rectangles that are permeable and do not conduct join with their magnetisation.
+Ferrite (`space.ferrite`): fixed rectangles that are permeable and do not conduct join with their magnetisation.
 
-Range: metal that is not magnetic. Neglected: eddies in the coils' own tracks (`coils.track_modes`), displacement
+Range: metal that is not magnetic. Neglected: eddies in the coils' own tracks (`coils.resistance`), displacement
 current.
 Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
 G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
@@ -40,17 +40,15 @@ import numpy as np
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.tracks import path_notes
-from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
-from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
-from sits_mech.magnetics.ferrite.core import prepared_core
-from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.space.coupling import reactions
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
+from sits_mech.magnetics.coils.loops import free_inductances
+from sits_mech.magnetics.coils.resistance import track_resistances
+from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
-from sits_mech.magnetics.space.near import Near, near_reactions
+from sits_mech.magnetics.space.ferrite import prepared_core
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
-from sits_mech.magnetics.space.sources import Sources, reach
-from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
+from sits_mech.magnetics.space.sources import Posed, Sources, reach
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, Target
@@ -61,19 +59,39 @@ _KIND = Kind("sheets", "H")
 _MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each coil's error, in theirs, of R and L
 _NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
-_Asked = tuple[Target, Outline | None, complex, Sources | None, Target | None]
 _RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
 _HIGHEST, _DEEP = 1e7, 3.0  # skin depths of ferrite at that frequency [Hz] over its thickness, at least
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
 
 @dataclass(frozen=True)
+class _Asked:
+    """A plate to be divided: its susceptibility, the coils if it stands still, what is divided like it."""
+
+    plate: Target
+    outline: Outline | None
+    susceptibility: complex
+    sources: Sources | None
+    become: Target | None
+
+    def lengths(self, sensor: Sensor, clear: tuple[float, float], near: bool) -> tuple[float, float]:
+        """Return how far currents of coils call for small cells, and the length on which fields change [m]."""
+        clearance, place, deep = clear[0], (0.0, 0.0), 0.0 if near and not self.sources else self.plate.thickness / 2
+        if self.sources is not None:
+            clearance, place = self.sources.distance, self.sources.place[:2]
+        length = min(field_length(coil, clearance + deep) for coil in sensor.coils)
+        others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
+        return reach(sensor.coils, place) + 2 * clearance, min(length, others)
+
+
+@dataclass(frozen=True)
 class _Divided:
     """A plate's divisions, its skin depths, the field that they miss, what to say."""
 
-    divisions: tuple[Any, ...]  # Sheeted or Near; of a fixed plate of ferrite, Core: as found, and off by its error
+    divisions: tuple[Any, ...]  # `Moving`; of a fixed plate of ferrite, Core: as found, and off by its error
     thickness: float
     unseen: float
+    margin: float  # of the error of L, over what divisions tell
     notes: tuple[str, ...]
 
 
@@ -131,10 +149,10 @@ class Sheets:
         none = np.zeros((2, *shape), dtype=complex)
         found = _Change(none[0], none[1], none, 0)
         drawn = any(part.shape == "outline" for part in self.sensor.conductors)
-        for steps, some, share in together([clearances(part.gap, part.anchor) for part in parts]):
-            for top, own in tops(frequency, lowest=-math.inf if drawn else 0):
-                one = self._change([part.among(some) for part in parts], steps, (frequency, top))
-                found = found.with_share(one, some, own * share)
+        gaps = [(part.gap, part.anchor) for part in parts]
+        for clear, top, some, share in serving(gaps, frequency, lowest=-math.inf if drawn else 0):
+            one = self._change([part.among(some) for part in parts], clear, (frequency, top))
+            found = found.with_share(one, some, share)
         scale = largest(found.value.imag)
         relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         notes = (*found.notes, *self._winding_notes())
@@ -151,12 +169,13 @@ class Sheets:
         return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
 
     def _kind(self, part: PlacedPlate) -> _Asked:
-        """Return a plate, its outline, its susceptibility and coils if it stands still, and what is divided like it."""
+        """Return a plate as it is to be divided."""
         if self.like is not None and self.like.target is not None:
-            return self.like.target, part.outline, part.susceptibility, None, part.plate
+            become = part.plate if part.plate != self.like.target else None
+            return _Asked(self.like.target, part.outline, part.susceptibility, None, become)
         fixed = part.windings > 0.0
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
-        return part.plate, part.outline, part.susceptibility, seen, None
+        return _Asked(part.plate, part.outline, part.susceptibility, seen, None)
 
     def _winding_notes(self) -> tuple[str, ...]:
         """Say how far spiral windings are from rings, and what free tracks are without."""
@@ -167,10 +186,9 @@ class Sheets:
         spirals = f"spiral windings: L0 differs from that of rings by up to {step:.2%}"
         return (spirals, *path_notes(self.sensor.coils))
 
-    def _change(self, parts: Sequence[PlacedPlate], steps: Sequence[int], frequency: tuple[float, float]) -> _Change:
-        """Return the plates' change by one preparation of each, at a frequency, prepared up to another."""
+    def _change(self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]) -> _Change:
+        """Return the plates' change, each prepared for a clearance, at a frequency, prepared up to another."""
         sensor, asked = self.sensor, [(part.plate, part.outline) for part in parts]
-        clear = [clearance_of(step, part.anchor) for part, step in zip(parts, steps, strict=True)]
 
         def divided(rung: Rung) -> list[_Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)
@@ -181,30 +199,21 @@ class Sheets:
         halves = (plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
         plates, rung, large = fitting(self.tolerance, asked, max(halves, default=math.inf), divided)
         notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
-        near = sensor.target is not None and isinstance(plates[0].divisions[0], Near)
+        seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places)
         if sensor.conductors:
-            values = self._together(parts, plates, frequency[0])
+            values = self._together(parts, plates, seen, frequency[0])
         else:
-            poses = parts[0].turns, parts[0].places
-            answers = near_reactions if near else reactions
-            values = answers(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
+            values = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
-        lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if sensor.conductors else (1.0, 1.0))
-        if large and rung.along[0] == rung.along[1]:
-            lost = lost + ROUGH / 2
-        if near:
-            left = left.real + 1j * _NEAR * left.imag
-        if sensor.conductors:
-            left = _BETWEEN * left.real + 1j * left.imag
-        R, X = (
-            _shared(part(left), share) + missed * largest(part(value))
-            for part, share, missed in zip((np.real, np.imag), _MUTUAL, lost, strict=True)
-        )
+        triangles = ROUGH / 2 if large and rung.along[0] == rung.along[1] else 0.0
+        left, error, lost = _told(value, left, plates, triangles, bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        return _Change(value, R + 1j * X, np.stack([left, lost.max() * value]), unknowns, tuple(notes))
+        return _Change(value, error, np.stack([left, lost * value]), unknowns, tuple(notes))
 
-    def _together(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], frequency: float) -> list[Complex]:
+    def _together(
+        self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], seen: Posed, frequency: float
+    ) -> list[Complex]:
         """Return Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
         ferrite, answering = any(len(plate.divisions) < DIVISIONS for plate in plates), []
         for part, plate in zip(parts, plates, strict=True):
@@ -214,8 +223,8 @@ class Sheets:
             elif ferrite:
                 found = (*found, found[0])
             answering.append(SpacePlate(found, part.turns, part.places))
-        target = answering.pop(0) if self.sensor.target is not None else None
-        values = coupled_reactions(self.sensor.coils, self.windings, target, answering, frequency)
+        target: tuple[Any, ...] = answering.pop(0).divisions if self.sensor.target is not None else ()
+        values = coupled_reactions(target, seen, answering, frequency)
         return [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in values]
 
 
@@ -270,28 +279,36 @@ def _divided(
 
     The coils are given if it stands still.
     """
-    alone, (asked, top), (plate, outline, susceptibility, sources, become) = not sensor.conductors, frequency, part
-    clearance, others = clear
-    near = sources is not None or is_near(plate, outline, clearance, rung)
-    apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
-    deep = 0.0 if near and sources is None else plate.thickness / 2
-    length = min(field_length(coil, apart + deep) for coil in sensor.coils)
-    if not alone:
-        length = min(length, _PLATES * (clearance + plate.thickness / 2))
-    if sources is not None and susceptibility != 0.0:
-        cores = prepared_core(plate, susceptibility, rung, clearance, sources)
-        note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
-        return _Divided(cores, 0.0, 0.0, (note,))
-    scale = clearance, top, reach(sensor.coils, place) + 2 * apart, length
-    become = become if become != plate else None
-    divisions: tuple[Any, ...]
+    plate, sources, metal = part.plate, part.sources, part.plate.metal
+    near = sources is not None or is_near(plate, part.outline, clear[0], rung)
+    if sources is not None and part.susceptibility != 0.0:
+        cores = prepared_core(plate, part.susceptibility, rung, clear[0], sources)
+        note = f"ferrite, mu_r = {metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
+        return _Divided(cores, 0.0, 0.0, 1.0, (note,))
+    scale, divisions = (clear[0], frequency[1], *part.lengths(sensor, clear, near)), tuple[Any, ...]()
     if near:
-        divisions = prepared_near(plate, outline, rung, scale, sources or others, become)
+        divisions = prepared_near(plate, part.outline, rung, scale, sources or clear[1], part.become)
     else:
-        divisions = prepared(plate, outline, rung, scale, become)
-    thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)
-    lost = 0.0 if near and sources is None else unseen(divisions[0].box)
-    return _Divided(divisions, thickness, lost, _notes(thickness, divisions[-1].sheets, lost))
+        divisions = prepared(plate, part.outline, rung, scale, part.become)
+    thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
+    lost, margin = (0.0, _NEAR) if near and sources is None else (unseen(divisions[0].box), 1.0)
+    return _Divided(divisions, thickness, lost, margin, _notes(thickness, divisions[-1].sheets, lost))
+
+
+def _told(
+    value: Complex, left: Complex, plates: Sequence[_Divided], triangles: float, among: bool
+) -> tuple[Complex, Complex, float]:
+    """Return errors of divisions that plates are known for, all errors, and what polynomials miss of the change.
+
+    `triangles` are what too coarse ones miss besides; `among` others plates answer each other.
+    """
+    left = (_BETWEEN if among else 1.0) * left.real + 1j * max(plate.margin for plate in plates) * left.imag
+    lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if among else (1.0, 1.0)) + triangles
+    R, X = (
+        _shared(part(left), share) + missed * largest(part(value))
+        for part, share, missed in zip((np.real, np.imag), _MUTUAL, lost, strict=True)
+    )
+    return left, R + 1j * X, float(lost.max())
 
 
 def _shared(error: Array, share: tuple[float, float]) -> Array:

@@ -1,6 +1,6 @@
 """Differentiate L and R by pose, frequency and the scene's lengths, for any model of the magnetics.
 
-A model's answer is a smooth function of pose and frequency down to rounding (`stages`), so that differences of a fourth
+A model's answer is a smooth function of pose and frequency down to rounding (`answer`), so that differences of a fourth
 order (`maps.differences`) over steps h far above rounding and far below the lengths on which the field changes hold to
 some 1e-8; h is a share of the room around the target, for a turn of what moves its rim as far; for the frequency in
 ln f. All poses of all components are one batch of warm poses.
@@ -112,6 +112,11 @@ class _Length:
     size: float
     scenes: dict[int, Sensor]
 
+    def changes(self, solved: Sensor, *parts: str) -> bool:
+        """Tell whether scenes have other parts than what is solved."""
+        one = next(iter(self.scenes.values()))
+        return any(getattr(one, part) != getattr(solved, part) for part in parts)
+
     def reached(self, solved: Sensor, places: Sequence[int]) -> bool:
         """Tell whether scenes at all places are possible; they are then at hand, with the solved conductors."""
         new = [place for place in places if place and place not in self.scenes]
@@ -189,14 +194,13 @@ def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Arra
     coils, plates = dict[int, _Length](), dict[int, _Length]()
     for k, key in enumerate(keys):
         length = _length(sensor, solved, asked.rows, key)
-        one = next(iter(length.scenes.values()))
         aside = _aside(asked.model, solved, length.number)
         if aside:
             _, *slope = pose_slopes(solved, asked.model, Pose.of(asked.rows), asked.frequency, [aside])
             found[:2, ..., k] = -np.stack(slope)[..., 0]
-        elif any(getattr(one, part) != getattr(solved, part) for part in _PLATES):
+        elif length.changes(solved, *_PLATES):
             plates[k] = length
-        elif one.coils != solved.coils:
+        elif length.changes(solved, "coils"):
             (plates if isinstance(asked.model, Axisymmetric) else coils)[k] = length
     if not coils and not plates:
         return list(found)

@@ -4,7 +4,7 @@
 
     laplace A = 0 in air,    (1/mu) laplace A = j omega sigma A in a layer,    A and (1/mu) dA/dz continuous.
 
-For a coil below z = 0, with S of `axis.spectrum`, where the source is named too,
+For a coil below z = 0, with S of `coils.ring_field`, where the source is named too,
 
     A_phi = (mu0/2) int_0^inf S(k) J1(k r) [exp(-k z) + Gamma(k) exp(k (z - 2 gap))] dk    [V s/m per A],
     Delta L_complex = pi mu0 int_0^inf Gamma(k) S(k)^2 exp(-2 k gap) dk = Delta L - j R / omega;
@@ -34,7 +34,7 @@ from scipy.constants import mu_0
 from scipy.integrate import cubature
 
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.axis.spectrum import spectrum
+from sits_mech.magnetics.coils.ring_field import spectrum
 from sits_mech.quantities import Array, Complex
 
 _DIGITS = 40.0  # the integrand is cut where exp(-2 k gap) falls to exp(-40)

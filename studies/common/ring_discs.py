@@ -16,7 +16,7 @@ import numpy as np
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import paired_mutual
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.modes import skin_depth
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 

@@ -1,6 +1,6 @@
 """Resistance of the coils' tracks at one frequency, solved directly, and closed forms beside it.
 
-What `coils.track_modes` finds for many frequencies from its modes. Every turn is a ring, divided into filaments f of
+What `coils.resistance` finds for many frequencies from its modes. Every turn is a ring, divided into filaments f of
 section w_f h_f that share the turn's voltage v_t:
 
     (R_f + j omega L_fg) i_g = v_t(f),    R_f = 2 pi r_f / (sigma w_f h_f),    L_fg by `loops`,
@@ -31,8 +31,8 @@ from scipy.special import ive
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import ring_inductance
-from sits_mech.magnetics.coils.track_modes import divided, filaments_along
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.coils.resistance import divided, filaments_along
+from sits_mech.magnetics.modes import skin_depth
 from sits_mech.quantities import Complex
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Coil

@@ -39,8 +39,8 @@ from scipy.constants import mu_0
 from scipy.optimize import least_squares
 
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.axis.spectrum import spectrum
 from sits_mech.magnetics.coils.loops import series_inductance
+from sits_mech.magnetics.coils.ring_field import spectrum
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.coils import Coil

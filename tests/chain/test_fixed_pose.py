@@ -8,7 +8,7 @@ from scipy.constants import mu_0
 from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.axis.spectrum import spectrum
+from sits_mech.magnetics.coils.ring_field import spectrum
 from sits_mech.quantities import Pose
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Sensor, load_sensor

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from common.strip import strip_reaction
 
-from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
+from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
+from sits_mech.magnetics.section.coils import bars_of_coils, free_space_inductance
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Sensor, load_sensor
 

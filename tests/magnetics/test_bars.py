@@ -6,7 +6,8 @@ from common.strip import strip_reaction
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics import bars
-from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
+from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.section.coils import bars_of_coils, free_space_inductance
 from sits_mech.quantities import Pose, SolveFailed
 from sits_mech.scene.sensor import load_sensor
 

@@ -7,11 +7,11 @@ from scipy.constants import mu_0
 from sits_mech.geometry.plates import Plate
 from sits_mech.geometry.tracks import coil_bars
 from sits_mech.geometry.windings import Bars
-from sits_mech.magnetics.air.mesh import Fineness, divide_plane
-from sits_mech.magnetics.air.solve import element_errors, solve_field
-from sits_mech.magnetics.air.source import tracks
 from sits_mech.magnetics.field import planar_fem
+from sits_mech.magnetics.section.coils import tracks
+from sits_mech.magnetics.section.elements import element_errors, solve_field
 from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.magnetics.section.mesh import Fineness, divide_plane
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Sensor, load_sensor, sensor_from
 

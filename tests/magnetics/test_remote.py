@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.coils.far_field import body_around, half_space_share
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.remote import _body, _kappa, _solved, half_space_share, remote_bounds
+from sits_mech.magnetics.remote import _kappa, _solved, remote_bounds
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
@@ -159,12 +160,12 @@ def test_bodies_by_hand() -> None:
     disc = Conductor(
         name="d", material="copper", shape="disc", centre=(0.0, 0.0, -0.1), diameter=2e-2, thickness=1e-7
     )
-    across = _body(disc).alpha[:, 2].min()
+    across = body_around(disc).alpha[:, 2].min()
     assert 8.0 / 3.0 * 1e-6 < across < 1.1 * 8.0 / 3.0 * 1e-6
-    cube = _body(nut(0.0, -9.0, size=(2.0, 2.0, 2.0)))
+    cube = body_around(nut(0.0, -9.0, size=(2.0, 2.0, 2.0)))
     ball = 2.0 * np.pi * cube.radius**3  # 3/2 of its volume
     assert cube.alpha.max(axis=1).min() == pytest.approx(ball, rel=0.1)
-    core = _body(nut(0.0, -9.0, size=(2.0, 2.0, 2.0), material="ferrite"))
+    core = body_around(nut(0.0, -9.0, size=(2.0, 2.0, 2.0), material="ferrite"))
     assert core.alpha.max(axis=1).min() == pytest.approx(2.0 * ball, rel=0.1)  # 3 of its volume
 
 
@@ -192,5 +193,5 @@ def test_what_the_target_and_a_ring_feel_of_each_other(pose, most):
     found = sheets(sensor, 1e-2).impedance(pose, 5e6)
     true = float((found.L0 - found.L)[0, 0] / found.L0[0, 0])
     part = nut(0.0, -0.2, size=(2.0, 2.0, 0.4))
-    square = float(_kappa(_body(part), np.array(part.centre), _solved(sensor, pose))[0]) ** 2
+    square = float(_kappa(body_around(part), np.array(part.centre), _solved(sensor, pose))[0]) ** 2
     assert true < square < most * true

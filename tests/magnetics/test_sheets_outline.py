@@ -15,9 +15,10 @@ from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.boxes import box_means
 from sits_mech.magnetics.space.classes import stacked
 from sits_mech.magnetics.space.loops import plan_sums
-from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means, prism_potential
+from sits_mech.magnetics.space.prisms import Prisms, gauss_points, prism_means, prism_potential
 from sits_mech.quantities import Pose
 from sits_mech.scene.outlines import signed_area
 from sits_mech.scene.sensor import Sensor, load_sensor

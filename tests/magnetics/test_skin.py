@@ -5,7 +5,7 @@ import pytest
 from common.track_losses import foil_resistance_ratio, round_wire_impedance
 from scipy.constants import mu_0
 
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.modes import skin_depth
 
 COPPER, RADIUS = 5.8e7, 1e-3
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sits_mech.magnetics.answer import clearance_of, clearances, lowest_served, served, together, tops
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.rings import Axisymmetric, axisymmetric
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.stages import clearance_of, clearances, lowest_served, served, together, tops
 from sits_mech.quantities import Impedance, MagneticModel, Pose
 from sits_mech.scene.sensor import load_sensor
 
@@ -52,7 +52,7 @@ def test_steps_serve_what_they_have_a_share_of() -> None:
     gap = np.geomspace(1e-4, 1e-2, 4001)
     for step, share in clearances(gap, 1.8 * MM):
         for k in np.unique(step).tolist():
-            low, high = served(k, 1.8 * MM)
+            low, high = served(clearance_of(k, 1.8 * MM))
             some = gap[(step == k) & (share > 0.0)]
             assert low <= some.min() * (1 + 1e-12) and some.max() <= high * (1 + 1e-12)
     for frequency in np.geomspace(1e3, 1e8, 400).tolist():

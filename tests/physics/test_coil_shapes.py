@@ -9,8 +9,8 @@ from sits_mech.chain.models import magnetic_model
 from sits_mech.geometry.tracks import Tracks, coil_tracks
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.coils.resistance import track_spectrum
 from sits_mech.magnetics.coils.straight import linkage
-from sits_mech.magnetics.coils.track_modes import track_spectrum
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.remote import remote_bounds
 from sits_mech.magnetics.rings import axisymmetric

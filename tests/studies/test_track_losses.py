@@ -12,8 +12,8 @@ from common.track_losses import (
 from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections
-from sits_mech.magnetics.coils.alone import track_resistance
 from sits_mech.magnetics.coils.loops import ring_inductance
+from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.scene.sensor import Coil
 
 MM = 1e-3

@@ -1,1 +1,1 @@
-"""Coils without target: loops, straight tracks, capacitance."""
+"""Coils without target: inductance, resistance, field, terminals."""

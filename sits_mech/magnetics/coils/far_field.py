@@ -1,4 +1,4 @@
-"""A coil's field far away, a bound on it in closed form, and one on the coil's inductance.
+"""Fields of coils and of bodies far away: bounds on these and on inductances, in closed form.
 
 A flat loop of 1 A is a sheet of dipoles over its area. No dipole m has more than m/(2 pi d^3) at a distance d, so that
 at R from the middle of rings of radius a_k, the farthest of which is b away from there,
@@ -8,24 +8,32 @@ at R from the middle of rings of radius a_k, the farthest of which is b away fro
 A ring's self-inductance is mu0 a (ln(8 a/g) - 2) with g = 0.2235 (width + height), that of two rings as of filaments
 in their middles: the sum over all is within some percents of the coil's; nine tenths of it stand for the least.
 
+A body stands in a field as the ellipsoids and the ball around it; their alpha and N_i are those of `remote`.
+
 Sources: Grover, Inductance Calculations, ch. 3 (g); Jackson, Classical Electrodynamics, section 5.6.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
+from scipy.special import elliprd
 
+from sits_mech.geometry.tracks import standing_rings
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.loops import mutual_loops
+from sits_mech.magnetics.coils.loops import mutual_loops, series_inductance
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.quantities import Array
-from sits_mech.scene.sensor import Coil
+from sits_mech.scene.sensor import Coil, Conductor, Target
 
 _SURE = 0.9  # of the inductance by filaments
+_STRETCH = (1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 9.0, 17.0, 33.0)  # (height of an ellipsoid over the plate's)^2
+ROUND, _UP = 16, 8  # points on a ball
 
 
 def coil_field(coil: Coil, points: Array, step: float) -> Array:
@@ -59,3 +67,85 @@ def least_inductance(coil: Coil) -> float:
     mutual = mutual_loops(a[:, None], a, apart)
     alone = mu_0 * a * (np.log(8.0 * a / (0.2235 * (rings.width + rings.height))) - 2.0)
     return _SURE * float(sign @ np.where(own, alone[:, None], mutual) @ sign)
+
+
+def _image_share(coil: Coil, gap: float, below: bool) -> float:
+    """Return the share of L_cc that a perfect half-space at a distance above, or below, the coils takes."""
+    rings = standing_rings(coil)
+    down = coil.height + rings.z if below else -rings.z
+    away = 2.0 * gap + down[:, None] + down
+    sign = np.broadcast_to(rings.sign, rings.radius.shape)
+    image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign)
+    return min(float(image) / _standing_inductance(coil), 1.0)
+
+
+@lru_cache(maxsize=32)
+def _standing_inductance(coil: Coil) -> float:
+    """Return L_cc of the rings that stand for a coil [H]."""
+    return float(series_inductance(standing_rings(coil)))
+
+
+def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
+    """Return how much of a self-inductance a conductor alone changes at most, however near: as the half-space it is in.
+
+    A perfect conductor takes the mutual inductance of a coil and its mirror image, unbounded permeability adds as much.
+    1, where the conductor lies beside the coils.
+    """
+    high, low = part.centre[2] + part.thickness / 2.0, part.centre[2] - part.thickness / 2.0
+    gaps = [(low, False) if low > 0.0 else (-coil.height - high, True) for coil in coils]
+    return max(
+        _image_share(coil, gap, below) if gap > 0.0 else 1.0
+        for coil, (gap, below) in zip(coils, gaps, strict=True)
+    )
+
+
+@dataclass(frozen=True)
+class Body:
+    """What stands for a body: alpha of some ellipsoids (e, 3) [m^3], the ball's radius [m], whether it is permeable."""
+
+    alpha: Array
+    radius: float
+    permeable: bool
+
+    @property
+    def volume(self) -> float:
+        """Volume of the ball [m^3]."""
+        return 4.0 / 3.0 * np.pi * self.radius**3
+
+    def strength(self, middle: Array, others: Array, weight: Array) -> Array:
+        """Return formula (1) of `remote` over sqrt(mu0), from the field at the middle (..., 3), on it (..., n, 3)."""
+        uniform = np.sqrt((middle**2 @ self.alpha.T).min(axis=-1))
+        mean = ((others - middle[..., None, :]) ** 2).sum(axis=-1) @ weight
+        return np.asarray(uniform + np.sqrt((1.5 if self.permeable else 1.0) * self.volume * mean))
+
+
+def ball_of(radius: float, permeable: bool) -> Body:
+    """Return a ball as a body."""
+    return Body(np.full((1, 3), (4.0 if permeable else 2.0) * np.pi * radius**3), radius, permeable)
+
+
+def body_around(plate: Target | Conductor) -> Body:
+    """Return the ellipsoids and the ball around a plate."""
+    stretch, is_round = np.array(_STRETCH), plate.diameter is not None
+    beside = stretch / (stretch - 1.0) * (1.0 if is_round else 2.0)
+    half = 0.5 * np.array([*plate.extent, plate.thickness])
+    a, b, c = half[:, None] * np.sqrt(np.stack([beside, beside, stretch]))
+    N = a * b * c / 3.0 * np.stack([elliprd(b**2, c**2, a**2), elliprd(c**2, a**2, b**2), elliprd(a**2, b**2, c**2)])
+    permeable = plate.metal.relative_permeability != 1.0
+    share = np.maximum(1.0 / (1.0 - N), 1.0 / N if permeable else 0.0)
+    return Body((4.0 / 3.0 * np.pi * a * b * c * share).T, math.hypot(*half[1 if is_round else 0 :]), permeable)
+
+
+def sphere() -> tuple[Array, Array]:
+    """Return points on the unit ball, shape (n, 3), and their weights, which add up to 1."""
+    up, weight = np.polynomial.legendre.leggauss(_UP)
+    angle = np.tile(2.0 * np.pi * np.arange(ROUND) / ROUND, _UP)
+    z = np.repeat(up, ROUND)
+    flat = np.sqrt(1.0 - z**2)
+    return np.column_stack([flat * np.cos(angle), flat * np.sin(angle), z]), np.repeat(weight, ROUND) / (2 * ROUND)
+
+
+def dipole_field(m: Array, r: Array) -> Array:
+    """Return H of a moment at the origin at places r, both shape (..., 3)."""
+    square = (r**2).sum(axis=-1, keepdims=True)
+    return np.asarray((3.0 * (m * r).sum(axis=-1, keepdims=True) * r / square - m) / (4.0 * np.pi * square**1.5))

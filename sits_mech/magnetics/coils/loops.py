@@ -18,7 +18,7 @@ by the trapezium rule, which converges geometrically because the integrand is pe
 filaments of a winding is a polynomial of rho across the other one, to rounding (`_across`).
 
 Coils that are not round: `straight`. Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current
-in the section (`track_modes`).
+in the section (`resistance`).
 Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
 """
 
@@ -34,7 +34,7 @@ from numpy.typing import ArrayLike
 from scipy.constants import mu_0
 from scipy.special import elliprd
 
-from sits_mech.geometry.tracks import Tracks, coil_tracks
+from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs
 from sits_mech.magnetics.coils.straight import linkage
 from sits_mech.magnetics.section.kernels import mean_log
@@ -86,13 +86,13 @@ def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], ot
             r1, r2, distance = a + da, b + db, d + zb - za
             logarithm = 0.5 * np.log((r1 - r2) ** 2 + distance**2)
             total += weight_a * weight_b * (mutual_loops(r1, r2, distance) + mu_0 * scale * logarithm)
-    return np.asarray(total)
+    return total
 
 
 def ring_inductance(rings: Sections, *, points: tuple[int, int] = (3, 3)) -> Array:
     """Return the symmetric inductance matrix of coaxial rings [H], shape (n, n)."""
     L = ring_mutual(rings, rings, points=points)
-    return np.asarray((L + L.T) / 2)
+    return (L + L.T) / 2
 
 
 @lru_cache(maxsize=64)
@@ -120,28 +120,27 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings
     Equal windings, and equal pairs of them at equal places of each other, are computed once.
     """
     kinds, _ = kinds_of(coils)
-    rings = [coil_sections(kind) if kind.is_round and windings == "rings" else None for kind in kinds]
-    tracks = [coil_tracks(kind, windings) if None in rings else None for kind in kinds]
-    pairs, index = placed_pairs(coils, [own is not None for own in rings])
-    own = [_own(each, track) for each, track in zip(rings, tracks, strict=True)]
+    as_rings = [kind.is_round and windings == "rings" for kind in kinds]
+    pairs, index = placed_pairs(coils, as_rings)
+    own = [_own(kind, windings, each) for kind, each in zip(kinds, as_rings, strict=True)]
     found = np.empty(len(pairs))
     for k, (one, other, apart) in enumerate(pairs):
-        first, second = rings[one], rings[other]
         if one == other and apart == (0.0, 0.0):
             found[k] = own[one]
-        elif first is not None and second is not None:
-            error = tolerance * math.sqrt(own[one] * own[other])
-            found[k] = mutual_side_by_side(first, second, apart[0], error=error)
-        elif (near := tracks[one]) is not None and (far := tracks[other]) is not None:
-            found[k] = linkage(near, far.moved(*apart))
-    return np.asarray(found[index])
+        elif as_rings[one] and as_rings[other]:
+            rings = coil_sections(kinds[one]), coil_sections(kinds[other])
+            found[k] = mutual_side_by_side(*rings, apart[0], error=tolerance * math.sqrt(own[one] * own[other]))
+        else:
+            found[k] = linkage(coil_tracks(kinds[one], windings), coil_tracks(kinds[other], windings).moved(*apart))
+    return found[index]
 
 
-def _own(rings: Sections | None, tracks: Tracks | None) -> float:
+def _own(coil: Coil, windings: str, as_rings: bool) -> float:
     """Return the self-inductance of a winding as rings, or as tracks [H]."""
-    if rings is not None:
-        return series_inductance(rings)
-    return linkage(tracks, tracks) if tracks is not None else 0.0
+    if as_rings:
+        return series_inductance(coil_sections(coil))
+    tracks = coil_tracks(coil, windings)
+    return linkage(tracks, tracks)
 
 
 def series_inductance(rings: Sections) -> float:
@@ -222,3 +221,9 @@ def _filaments(rings: Sections) -> tuple[Array, Array, Array]:
     ]
     a, z, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return a, z, weight
+
+
+@lru_cache(maxsize=32)
+def free_inductances(coils: tuple[Coil, ...], windings: str = "rings") -> Array:
+    """Return the coils' inductance matrix, round ones as "rings" or as a "spiral", shape (n, n) [H]; kept for later."""
+    return coil_inductances(coils, windings=windings)

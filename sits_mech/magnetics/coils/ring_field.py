@@ -1,4 +1,4 @@
-"""Vector potential of a coil at points in space: of concentric rings, or of straight tracks (`straight`).
+"""Field of a coil: its vector potential at points in space, of rings or of straight tracks, and its wave numbers.
 
 Ring of radius a at height z_k, 1 A, at distance rho from its axis (M of coaxial loops, `loops`, over 2 pi rho; nothing
 cancels on the axis):
@@ -7,11 +7,15 @@ cancels on the axis):
     r1^2 = (a + rho)^2 + (z - z_k)^2,   r2^2 = (a - rho)^2 + (z - z_k)^2.
 
 P of all the coil's rings together is a smooth function of rho and z: for many points it is tabulated once and
-interpolated (bicubic splines on a grid in asinh(rho / radius), with its mirror image, and in ln z).
+interpolated (bicubic splines on a grid in asinh(rho / radius), with its mirror image, and in ln z). Above rings below
+z = 0, with the section means ``S(k) = sum <a J1(k a) exp(k z)>`` [m],
 
-Rectangles, free tracks and true spirals are summed track by track. Units: V s / (A m). The return lead is left out.
+    A_phi = (mu0/2) int_0^inf S(k) J1(k r) exp(-k z) dk    [V s/m per A].
 
-Source: Carlson, Numer. Algorithms 10 (1995) 13.
+Rectangles, free tracks and true spirals are summed track by track (`straight`). Units: V s / (A m). The return lead is
+left out.
+
+Sources: Carlson, Numer. Algorithms 10 (1995) 13; Dodd and Deeds, J. Appl. Phys. 39 (1968) 2829.
 """
 
 from __future__ import annotations
@@ -24,12 +28,12 @@ from functools import lru_cache
 import numpy as np
 from scipy.constants import mu_0
 from scipy.ndimage import map_coordinates, spline_filter
-from scipy.special import elliprd
+from scipy.special import elliprd, j1
 
 from sits_mech.geometry.tracks import coil_tracks
-from sits_mech.geometry.windings import coil_sections
+from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.straight import Potential, track_potential
-from sits_mech.memory import check_seconds
+from sits_mech.memory import GIB, VARIABLE, check_seconds, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
@@ -37,6 +41,8 @@ _STEP = 0.05  # of the table, in distances to the coil
 _POINT = 1.9e-7  # s of processor time that a ring takes at a point
 _TRACK = 5e-8  # s that a straight filament does
 _PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
+_PANEL = 16  # Gauss points of a panel
+_ARRAYS = 4  # of a number for each ring and wave number, beside those at the Gauss points
 
 
 def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
@@ -58,7 +64,7 @@ def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
             far, near = np.hypot(a + rho, z - height), np.hypot(a - rho, z - height)
             both = far + near
             total += weight / 2 * a * a / both**3 * elliprd(0.0, 4.0 * far * near / both**2, 1.0)
-    return np.asarray(8.0 * mu_0 / (3.0 * np.pi) * total)
+    return 8.0 * mu_0 / (3.0 * np.pi) * total
 
 
 def coil_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
@@ -146,3 +152,33 @@ def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
     check_seconds(_POINT * across * turns * points, f"coils: the field of {turns} turns at {points} points")
     profile = _profile(winding, scale * np.sinh(u)[:, None], z, across)
     return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start)
+
+
+def spectrum(rings: Sections, k: Array, *, points: int = 4) -> Array:
+    """Return S(k), shape (n,) [m]: section means of ``a J1(k a) exp(k z)``, summed over rings of 1 A below z = 0.
+
+    `points` are Gauss points along each ring's width. ValueError where it would take more memory than the process may.
+    """
+    needed, limit = 8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size, memory_limit()
+    if needed > limit:
+        raise ValueError(
+            f"coils: the {rings.radius.size} turns of a coil, times {k.size} wave numbers of its field, must fit into "
+            f"{limit / GIB:.3g} GiB (--memory, or {VARIABLE}); they take {needed / GIB:.3g} GiB"
+        )
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    a = rings.radius[:, None] + rings.width[:, None] / 2 * nodes
+    mean = np.einsum("rg,rgk,g->rk", a, j1(a[:, :, None] * k), weights) / 2
+    thick = k * rings.height[:, None]
+    top = (rings.z + rings.height / 2)[:, None]
+    fall = np.where(thick > 0.0, -np.expm1(-thick) / np.where(thick > 0.0, thick, 1.0), 1.0)
+    sign = np.broadcast_to(rings.sign, rings.radius.shape)
+    return np.asarray(sign @ (mean * fall * np.exp(k * top)))
+
+
+def wave_numbers(largest: float, length: float) -> tuple[Array, Array]:
+    """Return Gauss points and weights on [0, largest] for what turns like ``exp(j k length)``, finer towards 0."""
+    panels = 16 + int(largest * length / _PANEL)
+    edges = largest * np.linspace(0.0, 1.0, panels + 1) ** 1.5
+    nodes, weights = np.polynomial.legendre.leggauss(_PANEL)
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (1.0 + nodes)).ravel(), (half * weights).ravel()

@@ -24,7 +24,7 @@ R1 and R2 from the ends of a track of length l:
 
     A = t mu0 / (4 pi) ln[(R1 + R2 + l) / (R1 + R2 - l)].
 
-Neglected: vias and the way back between the ends; uneven current (`track_modes`); at corners the sections overlap.
+Neglected: vias and the way back between the ends; uneven current (`resistance`); at corners the sections overlap.
 Units: H, V s / (A m). Source: F. W. Grover, Inductance Calculations (1946), ch. 6 and 7; the geometric mean distance in
 place of the sections leaves out some (width / length) / 20 of a track, and (width / radius)^2 / 30 of a curve.
 """
@@ -94,17 +94,17 @@ def _pairs(first: Tracks, second: Tracks, index: tuple[Array, Array], cosine: Ar
         (1.0 if p == q else -1.0) * _corner(ends[0][p], ends[1][q], d2, (c, np.abs(n)))
         for p in (0, 1) for q in (0, 1)
     )
-    return np.asarray(mu_0 / (4.0 * np.pi) * M)
+    return mu_0 / (4.0 * np.pi) * M
 
 
 def _left(place: Array, way: Array) -> Array:
     """Return the distance of places to the left of lines through the origin."""
-    return np.asarray(way[:, 0] * place[:, 1] - way[:, 1] * place[:, 0])
+    return way[:, 0] * place[:, 1] - way[:, 1] * place[:, 0]
 
 
 def _G(x: Array, d: Array) -> Array:
     """Return G of the module docstring."""
-    return np.asarray(x * np.arcsinh(x / d) - np.hypot(x, d))
+    return x * np.arcsinh(x / d) - np.hypot(x, d)
 
 
 def _corner(s: Array, t: Array, d2: Array, angle: tuple[Array, Array]) -> Array:
@@ -117,7 +117,7 @@ def _corner(s: Array, t: Array, d2: Array, angle: tuple[Array, Array]) -> Array:
         turn = np.where(d2 < 0.0, 0.5 * np.log(np.abs((X + d) / (X - d))), np.arctan2(X, d))
     turn = np.where(d > 0.0, turn, 0.0)
     logs = [end * _area(other - end * c, d2 + (end * n) ** 2, least) for end, other in ((s, t), (t, s))]
-    return np.asarray(logs[0] + logs[1] - d / n * turn)
+    return logs[0] + logs[1] - d / n * turn
 
 
 def _area(x: Array, square: Array, least: Array) -> Array:

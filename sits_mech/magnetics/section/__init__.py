@@ -1,1 +1,1 @@
-"""Parts of the model in plane section."""
+"""Parts of the models in the section y = 0: coils, bars of plates, finite elements."""

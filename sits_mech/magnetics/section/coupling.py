@@ -128,7 +128,7 @@ def _potential(source: Filaments, points: Complex, radius: float) -> Array:
     places = source.x + 1j * source.z
     image = radius - points[:, None] * places.conj() / radius
     logs = np.log(np.abs(points[:, None] - places)) - np.log(np.abs(image))
-    return np.asarray(-mu_0 / (2 * np.pi) * logs @ source.current)
+    return -mu_0 / (2 * np.pi) * logs @ source.current
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""Parts of the model in space: divisions, modes, plates near and far."""
+"""Parts of the model in space: divisions, modes, plates near and far, ferrite."""

@@ -17,8 +17,9 @@ import numpy as np
 from scipy.constants import mu_0
 
 from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.magnetics.space.boxes import box_means
 from sits_mech.magnetics.space.loops import Loops, plan_sums
-from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
+from sits_mech.magnetics.space.prisms import Prisms, prism_means
 from sits_mech.quantities import Array, Complex
 
 
@@ -88,7 +89,7 @@ def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
     if plan.tensor is not None:
         boxes = box_means(*plan.tensor, levels)
         n = boxes.shape[-1]
-        return np.asarray(boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n))
+        return boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n)
     images = [_image(prisms, g, s) for g in plan.group for s in (1, -1)]
     if len(images) == 2:  # without symmetry in the plane, both kernels are symmetric
         return np.array([[prism_means(prisms, image, symmetric=True) for image in images]])

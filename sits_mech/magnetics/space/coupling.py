@@ -12,126 +12,142 @@ evaluated together.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import Potential
-from sits_mech.magnetics.space.far import Far, answers_to
-from sits_mech.magnetics.space.fields import Nodes
-from sits_mech.magnetics.space.modes import Sheeted
+from sits_mech.magnetics.modes import Modes
+from sits_mech.magnetics.space.far import Answered, Far, answers_to
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, Nodes
+from sits_mech.magnetics.space.sources import Posed
 from sits_mech.quantities import Array, Complex, Integers
-from sits_mech.scene.sensor import Coil
 
 _POINTS = 100_000  # held at once
 _DRIVES = 4_000_000  # numbers held at once
 _LEVELS = 100  # more than there are
 _BLOCK = 8  # coils of about one level, answered together
 _FEW = 24  # coils in poses, at one frequency, that are answered mode by mode
+_Order = tuple[Nodes, list[tuple[int, Integers, Array]]]
 
 
-def reactions(
-    coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array], frequency: float
-) -> list[Complex]:
-    """Return Delta Z of a plate for n coils, one symmetric array (p, n, n) [ohm] a division.
+@dataclass(frozen=True, eq=False)
+class Sheeted:
+    """A plate prepared for any pose."""
 
-    `plates` are its divisions, as prepared together; poses are rotations (p, 3, 3) and places (p, 3) of the bottom
-    face's centre [m]; frequency [Hz].
-    """
-    results = np.empty((len(plates), len(poses[1]), len(coils), len(coils)), dtype=complex)
-    asked, omega = _asked(plates[0], frequency), 2 * np.pi * frequency
-    asked[0] += len(coils) * len(poses[1])
-    for some, drive, rank, levels in drives(coils, windings, plates[0], poses):
-        pairs = np.arange(len(rank))[:, None, None], rank[:, :, None], rank[:, None, :]
-        if asked[0] <= _FEW:
-            found = np.stack([_by_modes(plate, drive, omega) for plate in plates])
-        else:
-            found = _reaction(tuple(plates), drive, levels, omega)
-        results[:, some] = found[:, *pairs]
-    return list(results)
+    box: Box  # of its fields
+    bases: tuple[Basis, ...]  # combinations of fields, one a symmetry class
+    classes: tuple[Modes, ...]  # one a symmetry class, seen through its combinations
+    unknowns: int  # of the discrete problem
+    sheets: int  # of the discrete problem
+
+    @property
+    def resolved(self) -> Sheeted:
+        """The plate with its own modes at all frequencies."""
+        return replace(self, classes=tuple(replace(part, highest=np.inf) for part in self.classes))
+
+    def admittance(self, omega: float) -> Blocks:
+        """Return Y of all classes' combinations; omega [rad/s]."""
+        ends = np.cumsum([0, *(basis.fields.shape[1] for basis in self.bases)])
+        places = (np.arange(*pair) for pair in pairwise(ends))
+        return Blocks(int(ends[-1]), tuple(
+            (some, part.admittance(omega)) for some, part in zip(places, self.classes, strict=True)
+        ))
+
+    def reactions(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float) -> list[Complex]:
+        """Return Delta Z of a plate for n coils, one symmetric array (p, n, n) [ohm] a division; it is the first.
+
+        All are as prepared together; frequency [Hz].
+        """
+        n, p, omega = len(seen.coils), len(seen.places), 2 * np.pi * frequency
+        results, asked = np.empty((len(divisions), p, n, n), dtype=complex), _asked(self, frequency)
+        asked[0] += n * p
+        for some, drive, rank, levels in _drives(self, seen):
+            pairs = np.arange(len(rank))[:, None, None], rank[:, :, None], rank[:, None, :]
+            if asked[0] <= _FEW:
+                found = np.stack([_by_modes(plate, drive, omega) for plate in divisions])
+            else:
+                found = _reaction(tuple(divisions), drive, levels, omega)
+            results[:, some] = found[:, *pairs]
+        return list(results)
+
+    def answered(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, far: Far) -> list[Answered]:
+        """Return what a plate does to the coils' impedance, and to others' far combinations U; as `reactions`."""
+        own = np.concatenate([np.take_along_axis(drive, rank[..., None], axis=1)
+                              for _, drive, rank, _ in _drives(self, seen)])
+        found, omega = [], 2 * np.pi * frequency
+        for plate in divisions:
+            YU, Y = answers_to(plate, far, omega)
+            answer = (plate.admittance(omega) @ own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
+            found.append((answer @ np.swapaxes(own, 1, 2), YU.T @ np.swapaxes(own, 1, 2), Y))
+        return found
 
 
-def answered(
-    coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array], frequency: float,
-    far: Far,
-) -> list[tuple[Complex, Complex, Complex]]:
-    """Return what a plate does to the coils' impedance, and answers to others' far combinations U; as `reactions`.
-
-    Of each division: a^T Y a (p, n, n), not yet symmetrised, U^T Y a (p, k, n) and U^T Y U (k, k).
-    """
-    own = np.concatenate([np.take_along_axis(drive, rank[..., None], axis=1)
-                          for _, drive, rank, _ in drives(coils, windings, plates[0], poses)])
-    found, omega = [], 2 * np.pi * frequency
-    for plate in plates:
-        YU, Y = answers_to(plate, far, omega)
-        answer = (plate.admittance(omega) @ own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
-        found.append((answer @ np.swapaxes(own, 1, 2), YU.T @ np.swapaxes(own, 1, 2), Y))
-    return found
-
-
-def drives(
-    coils: tuple[Coil, ...], windings: str, plate: Sheeted, poses: tuple[Array, Array]
-) -> Iterator[tuple[slice, Array, Integers, Integers]]:
+def _drives(plate: Sheeted, seen: Posed) -> Iterator[tuple[slice, Array, Integers, Integers]]:
     """Yield, for some poses after others, what a plate sees of each coil's potential; any division sees the same.
 
     Which poses; a_c of all classes side by side (poses, n, sum of r), coils of high level first; the place of each coil
     in that order (poses, n); the highest level at each place (n,).
     """
-    turns, places = poses
-    kinds, which = kinds_of(coils)
+    (kinds, which), box = kinds_of(seen.coils), plate.box
     width = sum(basis.fields.shape[1] for basis in plate.bases)
-    centres = np.array([(*coil.centre, 0.0) for coil in coils])
-    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * plate.box.half + (0.0, 0.0, plate.box.half[2])
-    corners = corners @ np.swapaxes(turns, 1, 2) + places[:, None]
-    highest = float(corners[..., 2].max())
-    reach = np.abs(corners.reshape(-1, 3).max(0) - centres), np.abs(corners.reshape(-1, 3).min(0) - centres)
-    region = plate.box.clearance, highest, float(np.linalg.norm(np.maximum(*reach)[:, :2], axis=1).max())
-    fields = [winding_potential(kind, windings, region) for kind in kinds]
-    step = max(1, _DRIVES // (len(coils) * width))
-    for start in range(0, len(places), step):
+    centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
+    fields = [winding_potential(kind, seen.windings, _region(box, seen, centres)) for kind in kinds]
+    step = max(1, _DRIVES // (len(which) * width))
+    for start in range(0, len(seen.places), step):
         some = slice(start, start + step)
-        needed = plate.box.needed(coils, turns[some], places[some])
+        turns, places = seen.turns[some], seen.places[some]
+        needed = box.needed(seen.coils, turns, places)
         levels = needed.max(axis=-1)
         rank = np.argsort(np.argsort(-levels, axis=1, kind="stable"), axis=1)
         drive = np.zeros((*levels.shape, width))
         alike = needed @ (1, _LEVELS, _LEVELS**2) + _LEVELS**3 * np.array(which)
         for one in np.unique(alike).tolist():
             pose, coil = np.nonzero(alike == one)
-            moved = turns[some][pose], places[some][pose] - centres[coil]
             order = tuple(needed[pose[0], coil[0]].tolist())
-            _drive(drive, (pose, rank[pose, coil]), fields[which[coil[0]]], plate, order, moved)
+            moved = turns[pose], places[pose] - centres[coil]
+            _drive(drive, (pose, rank[pose, coil]), fields[which[coil[0]]], _of_order(plate, order), moved)
         yield some, drive, rank, -np.sort(-levels, axis=1).min(axis=0)
 
 
+def _region(box: Box, seen: Posed, centres: Array) -> tuple[float, float, float]:
+    """Return where a plate is from coils of some centres, in all poses; as of `winding_potential`."""
+    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * box.half + (0.0, 0.0, box.half[2])
+    corners = corners @ np.swapaxes(seen.turns, 1, 2) + seen.places[:, None]
+    reach = np.abs(corners.reshape(-1, 3).max(0) - centres), np.abs(corners.reshape(-1, 3).min(0) - centres)
+    aside = np.linalg.norm(np.maximum(*reach)[:, :2], axis=1)
+    return box.clearance, float(corners[..., 2].max()), float(aside.max())
+
+
 def _drive(
-    drive: Array, index: tuple[Integers, Integers], field: Potential, plate: Sheeted, needed: tuple[int, ...],
-    poses: tuple[Array, Array],
+    drive: Array, index: tuple[Integers, Integers], field: Potential, order: _Order, poses: tuple[Array, Array]
 ) -> None:
     """Fill in a_c of all classes by one winding about z in some poses, with polynomials of one order."""
-    (pose, place), (turns, places), (values, parts) = index, poses, _of_order(plate, needed)
+    (pose, place), (turns, places), (values, parts) = index, poses, order
     step = max(1, _POINTS // len(values.points))
     for first in range(0, len(places), step):
         some = slice(first, first + step)
-        found, start = values.coefficients(field, turns[some], places[some]), 0
-        for basis, (rows, combined) in zip(plate.bases, parts, strict=True):
+        found = values.coefficients(field, turns[some], places[some])
+        for start, rows, combined in parts:
             drive[pose[some], place[some], start : start + combined.shape[1]] = found[:, rows] @ combined
-            start += basis.fields.shape[1]
 
 
 @lru_cache(maxsize=64)
-def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[Nodes, list[tuple[Integers, Array]]]:
-    """Return the nodes of polynomials of an order, each class's coefficients and its combinations of these."""
-    box, found = plate.box, []
+def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> _Order:
+    """Return the nodes of polynomials of an order; where a class's combinations start, its coefficients, and these."""
+    box, found, start = plate.box, [], 0
     order = [size[k] for size, k in zip(box.sizes, needed, strict=True)]
     for basis in plate.bases:
         places = np.unravel_index(basis.rows, (3, *box.order))
         some = np.all([place < n for place, n in zip(places[1:], order, strict=True)], axis=0)
         rows = np.ravel_multi_index([place[some] for place in places], (3, *order))
         fields = basis.fields if some.all() else basis.fields[some, : basis.widths[max(needed)]]
-        found.append((rows, fields))
+        found.append((start, rows, fields))
+        start += basis.fields.shape[1]
     return box.nodes(order), found
 
 

@@ -1,6 +1,6 @@
 """Choose a plate's cells, sheets and polynomials in the three-dimensional model, and prepare it by a rung.
 
-A plate is prepared for all clearances from some on and all frequencies up to some (`stages`). Its coils' field is
+A plate is prepared for all clearances from some on and all frequencies up to some (`answer`). Its coils' field is
 singular a clearance below it, so that polynomials, and cells, grow in number like the plate's width over the clearance,
 squared; below the `carried` clearance they would be too many (`near` goes on from there).
 
@@ -21,6 +21,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import Literal
 
 import numpy as np
 
@@ -28,13 +29,13 @@ from sits_mech.disk_cache import kept
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan, stretched
 from sits_mech.geometry.tracks import standing_rings
-from sits_mech.magnetics.axis.spectrum import spectrum, wave_numbers
-from sits_mech.magnetics.modes import DEPTHS, RESOLVED
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.coils.ring_field import spectrum, wave_numbers
+from sits_mech.magnetics.modes import DEPTHS, RESOLVED, skin_depth
 from sits_mech.magnetics.space.classes import first_alike
+from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.loops import most_unknowns
-from sits_mech.magnetics.space.modes import Sheeted, packed, prepare_sheets, unpacked
+from sits_mech.magnetics.space.modes import packed, prepare_sheets, unpacked
 from sits_mech.magnetics.space.near import Near, prepare_near
 from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, Rung, TooLarge, star
 from sits_mech.magnetics.space.sources import Sources
@@ -58,6 +59,7 @@ _UNSEEN = 1e-3  # share of the field that may be missed
 _APART = 4.0  # digits more (natural logarithm) for coils that need fewer polynomials
 _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
 _Scale = tuple[float, float, float, float]  # as of `prepared`
+_Seen = Literal["by polynomials", "at rest", "in poses"]  # how a plate sees the coils
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ def prepared(
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
     so that differences are free of what other divisions change. TooLarge before the first large array.
     """
-    family, metal = _fitting_family(target, outline, rung, scale, (become, None)), target.metal.conductivity
+    family, metal = _fitting_family(target, outline, rung, scale, ("by polynomials", become)), target.metal.conductivity
     found = kept(
         (family.divisions, metal, family.box, family.highest, family.depth),
         lambda: prepare_sheets(family.divisions, metal, family.box, highest=family.highest, depth=family.depth),
@@ -103,7 +105,8 @@ def prepared_near(
     `beside` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
     away as it is prepared for.
     """
-    family = _fitting_family(target, outline, rung, scale, (become, not isinstance(beside, Sources)))
+    seen: _Seen = "at rest" if isinstance(beside, Sources) else "in poses"
+    family = _fitting_family(target, outline, rung, scale, (seen, become))
     highest = math.inf if family.resolved else family.highest / RESOLVED**2
     others = None if beside == 0.0 else beside
     return prepare_near(
@@ -113,11 +116,11 @@ def prepared_near(
 
 
 def _fitting_family(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[Target | None, bool | None]
+    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[_Seen, Target | None]
 ) -> _Family:
-    """Return a plate's divisions, of what it has become; of a near one `way` says whether it moves; or refuse."""
-    (become, near), limit = way, memory_limit()
-    family = _family(target, outline, rung, scale, near)
+    """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
+    (seen, become), limit = way, memory_limit()
+    family = _family(target, outline, rung, scale, seen)
     family = family if become is None else _carried_to(family, target, become)
     if family.needed > limit:
         x, y = np.ptp(target_outline(target, outline).rim, axis=0) * 1e3
@@ -131,8 +134,8 @@ def _fitting_family(
 
 
 @lru_cache(maxsize=64)
-def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, near: bool | None) -> _Family:
-    """Return a plate's divisions, as in `prepared`; `near` as in `_fitting_family`, None of a plate by polynomials."""
+def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, seen: _Seen) -> _Family:
+    """Return a plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
     half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
@@ -144,11 +147,12 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
-    resolved, seen = half <= _THICK * depth, math.prod(box.order) if near is None else 1
-    needed = max(memory_of(plan, z.size - 1, vertical, seen) for plan, z in divisions)
+    resolved, terms = half <= _THICK * depth, math.prod(box.order) if seen == "by polynomials" else 1
+    needed = max(memory_of(plan, z.size - 1, vertical, terms) for plan, z in divisions)
     seconds = _GIB * needed / GIB
-    if near is not None:
-        held, factored = _near_cost(divisions, vertical, near * (1 if resolved else DEPTHS.size))
+    if seen != "by polynomials":
+        frequencies = 0 if seen == "at rest" else 1 if resolved else DEPTHS.size
+        held, factored = _near_cost(divisions, vertical, frequencies)
         needed, seconds = needed + held, seconds + factored
     return _Family(divisions, box, highest, vertical, resolved, needed, seconds)
 

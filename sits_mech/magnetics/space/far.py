@@ -17,7 +17,7 @@ Source: N. Halko, P. G. Martinsson, J. A. Tropp, SIAM Rev. 53 (2011) 217: random
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -27,10 +27,12 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.space.fields import Box, to_coefficients
-from sits_mech.magnetics.space.modes import Basis, Blocks
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, to_coefficients
+from sits_mech.magnetics.space.sources import Posed
 from sits_mech.quantities import Array, Complex, Integers
 
+Answered = tuple[Complex, Complex, Complex]
+"""a^T Y a of coils (p, n, n), not symmetrised; U^T Y a (p, k, n) and U^T Y U (k, k) of far combinations U."""
 _Weights = list[tuple[Integers, Array]]  # by parts of rows
 _POINT = 2e-4  # of the strongest point, weaker ones are interpolated
 _FAINT = 1e-6  # of the strongest answer, below which combinations count alike
@@ -38,7 +40,7 @@ _SKETCH = 128  # random currents, doubled until they show faint directions
 
 
 class Plate(Hashable, Protocol):
-    """A division of a plate, of metal (`Sheeted`, `Near`) or of ferrite (`ferrite.core`)."""
+    """A division of a plate, of metal (`Sheeted`, `Near`) or of ferrite (`ferrite`)."""
 
     @property
     def box(self) -> Box: ...
@@ -48,6 +50,18 @@ class Plate(Hashable, Protocol):
 
     def admittance(self, omega: float) -> Blocks:
         """Return Y of its combinations and then of the coils that it sees."""
+        ...
+
+
+class Moving(Plate, Protocol):
+    """A division that answers coils in its poses, it and the plate's other ones, which see the same of these."""
+
+    def reactions(self, divisions: Sequence[Any], seen: Posed, frequency: float) -> list[Complex]:
+        """Return Delta Z of each division (p, n, n) [ohm], symmetric; frequency [Hz]."""
+        ...
+
+    def answered(self, divisions: Sequence[Any], seen: Posed, frequency: float, far: Far) -> list[Answered]:
+        """Return what each division does to the coils' impedance, and what it answers to others."""
         ...
 
 
@@ -145,7 +159,7 @@ def _radiated(plate: Plate, moments: Array) -> Array:
         whole[basis.rows] += basis.fields @ moments[start : start + width]
         start += width
     whole = _along_axes(box, whole.reshape(3, *box.order, k), 0)
-    return np.asarray(whole.reshape(3, -1, k).swapaxes(0, 1))
+    return whole.reshape(3, -1, k).swapaxes(0, 1)
 
 
 def _along_axes(box: Box, whole: Array, side: int) -> Array:

@@ -22,7 +22,7 @@ import numpy as np
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.straight import Potential
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.sensor import Coil
 
 _SIZES = (2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 28, 34, 40, 48, 57, 68, 81, 96, 115, 137, 163, 194, 230)
@@ -45,7 +45,7 @@ class Nodes:
         nx, nyz = len(self.first), len(self.others)
         across = A.reshape(-1, nyz) @ self.others.T
         c = (self.first @ across.reshape(-1, nx, nyz)).reshape(*A.shape[:2], -1)
-        return np.asarray(np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)
+        return (np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,8 +142,8 @@ def gradients(box: Box) -> list[tuple[Integers, Array]]:
     Orthonormal are coefficients over their sizes (`decay_scale`). All classes of a plate share them.
     """
     scale = decay_scale(box)
-    slopes = [np.polynomial.chebyshev.chebder(np.eye(n), axis=0) / h for n, h in zip(box.order, box.half, strict=True)]
-    slopes = [np.vstack([D, np.zeros((1, len(D[0])))]) if len(D) < len(D[0]) else D for D in slopes]
+    slopes = [np.polynomial.chebyshev.chebder(np.eye(n + 1)[:, :n], axis=0) / h
+              for n, h in zip(box.order, box.half, strict=True)]
     number = np.arange(3 * np.prod(box.order)).reshape(3, *box.order)
     found = []
     for parity in np.ndindex(2, 2, 2):
@@ -174,3 +174,36 @@ def without_gradients(box: Box, rows: Integers, seen: Array) -> Array:
         if known.all():
             seen[at] -= Q @ (Q.T @ seen[at])
     return seen
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Combinations of fields."""
+
+    rows: Integers  # (n,) which of the three components' coefficients they hold, by level
+    fields: Array  # (n, r) those of a level's rows alone end with its `widths`
+    widths: Integers  # combinations that fields of each level drive
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """A symmetric matrix that is a sum of parts, each of some rows and the same columns."""
+
+    size: int  # rows of the whole
+    parts: tuple[tuple[Integers, Complex], ...]  # which rows, and the part
+
+    @property
+    def diagonal(self) -> Complex:
+        """Diagonal, shape (size,)."""
+        found = np.zeros(self.size, dtype=complex)
+        for rows, part in self.parts:
+            found[rows] += np.diag(part)
+        return found
+
+    def __matmul__(self, columns: Array) -> Complex:
+        """Return its product with real columns, shape (size, k)."""
+        found = np.zeros((self.size, columns.shape[1]), dtype=complex)
+        for rows, part in self.parts:
+            own = columns[rows]
+            found[rows] += part.real @ own + 1j * (part.imag @ own)
+        return found

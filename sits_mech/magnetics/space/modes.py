@@ -25,8 +25,6 @@ size away from them. Neglected: displacement current; cells carry uniform curren
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,69 +33,13 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.modes import Modes, few_modes
 from sits_mech.magnetics.space.classes import Problem, first_alike, kernel, mixed, problems, scaled, stacked
-from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, without_gradients
+from sits_mech.magnetics.space.coupling import Sheeted
+from sits_mech.magnetics.space.fields import Basis, Box, decay_scale, field_means, without_gradients
 from sits_mech.quantities import Array, Complex, Integers
 
 _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
-
-
-@dataclass(frozen=True)
-class Basis:
-    """Combinations of fields."""
-
-    rows: Integers  # (n,) which of the three components' coefficients they hold, by level
-    fields: Array  # (n, r) those of a level's rows alone end with its `widths`
-    widths: Integers  # combinations that fields of each level drive
-
-
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """A symmetric matrix that is a sum of parts, each of some rows and the same columns."""
-
-    size: int  # rows of the whole
-    parts: tuple[tuple[Integers, Complex], ...]  # which rows, and the part
-
-    @property
-    def diagonal(self) -> Complex:
-        """Diagonal, shape (size,)."""
-        found = np.zeros(self.size, dtype=complex)
-        for rows, part in self.parts:
-            found[rows] += np.diag(part)
-        return found
-
-    def __matmul__(self, columns: Array) -> Complex:
-        """Return its product with real columns, shape (size, k)."""
-        found = np.zeros((self.size, columns.shape[1]), dtype=complex)
-        for rows, part in self.parts:
-            own = columns[rows]
-            found[rows] += part.real @ own + 1j * (part.imag @ own)
-        return found
-
-
-@dataclass(frozen=True, eq=False)
-class Sheeted:
-    """A plate prepared for any pose."""
-
-    box: Box  # of its fields
-    bases: tuple[Basis, ...]  # combinations of fields, one a symmetry class
-    classes: tuple[Modes, ...]  # one a symmetry class, seen through its combinations
-    unknowns: int  # of the discrete problem
-    sheets: int  # of the discrete problem
-
-    @property
-    def resolved(self) -> Sheeted:
-        """The plate with its own modes at all frequencies."""
-        return replace(self, classes=tuple(replace(part, highest=np.inf) for part in self.classes))
-
-    def admittance(self, omega: float) -> Blocks:
-        """Return Y of all classes' combinations; omega [rad/s]."""
-        ends = np.cumsum([0, *(basis.fields.shape[1] for basis in self.bases)])
-        places = (np.arange(*pair) for pair in pairwise(ends))
-        return Blocks(int(ends[-1]), tuple(
-            (some, part.admittance(omega)) for some, part in zip(places, self.classes, strict=True)
-        ))
 
 
 def prepare_sheets(
@@ -196,7 +138,7 @@ def _resisted(R: Complex, B: Complex, weight: float) -> Array:
     seen = solve_triangular(cholesky(R, lower=True), B.conj().T, lower=True).conj().T
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
-    return np.asarray(seen.real)
+    return seen.real
 
 
 def _strongest(seen: Array, keep: float) -> Array:
@@ -250,5 +192,3 @@ def _fluxes(problem: Problem, fields: Array, rows: Integers | None) -> tuple[Int
     for (a, b), P in zip(pairs, means, strict=True):
         B[a] += (moments[b].T @ P[:, sees[a]]).T
     return np.flatnonzero(sees), np.vstack(B)
-
-

@@ -6,18 +6,15 @@ pose, drives the currents of every symmetry class (`classes`), whose matrices ar
 
     (R + j omega L) i_c = -j omega g_c,    Delta Z_cd = omega^2 g_c^H (R + j omega L)^-1 g_d.
 
-Through the plate's thickness A is a polynomial, of few terms; along it Gauss points of each cell, two along an axis
-where the windings are further away than a cell is long and one more for each doubling of the cell over that distance. A
-pose costs some tens of milliseconds; at rest the potential is taken once (`sources`). Other plates are further away
+A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`). Other plates are further away
 than the coils: their fields it sees through few polynomials (`modes.combined`).
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -25,22 +22,17 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from sits_mech.geometry.sheet_plan import Plan
-from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import check_straight, winding_potential
+from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
-from sits_mech.magnetics.space.far import Far, answers_to
-from sits_mech.magnetics.space.fields import Box, chebyshev, field_means, to_coefficients
-from sits_mech.magnetics.space.modes import Basis, Blocks, combined
-from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.magnetics.space.sources import Sources
+from sits_mech.magnetics.space.far import Answered, Far, answers_to
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, field_means
+from sits_mech.magnetics.space.modes import combined
+from sits_mech.magnetics.space.sources import Cells, Posed, Sources
 from sits_mech.quantities import Array, Complex, Integers
-from sits_mech.scene.sensor import Coil
 
 _HELD = 3_000_000  # numbers held at once
 _KEEP = 1e-4  # weaker combinations of other plates' fields are left out, a tenth of what `neighbours` leaves out
-_MOST = 5  # Gauss points along an axis
-_WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 
 
 @dataclass(frozen=True)
@@ -59,9 +51,7 @@ class _Class:
 class Near:
     """A plate's division, for any coil and pose."""
 
-    plan: Plan
-    levels: Array  # (l + 1,) z of the sheets' interfaces from the middle plane up [m]
-    coils: Box  # of its clearance from the coils, and the order of polynomials through its thickness
+    cells: Cells
     classes: tuple[_Class, ...]
     highest: float  # angular frequency up to which the cells resolve the skin depth [rad/s]
     box: Box  # of other plates' fields
@@ -71,44 +61,31 @@ class Near:
     @property
     def sheets(self) -> int:
         """Number of sheets."""
-        return 2 * (self.levels.size - 1)
+        return 2 * (self.cells.levels.size - 1)
 
     @property
     def unknowns(self) -> int:
         """Size of the discrete problem."""
         return sum(part.problem.loops.unknowns * int(part.problem.weight) for part in self.classes)
 
-    @cached_property
-    def points(self) -> tuple[Array, Array]:
-        """Return points (g, n, q, k, 3) of the cells' images on the polynomials' heights, and weights (n, q).
-
-        Points are from the bottom face's centre [m]; weights are of those along the plate.
-        """
-        corners = self.plan.nodes[self.plan.cells]
-        flat = np.zeros(len(corners))
-        side = float((corners.max(1) - corners.min(1)).max())
-        count = min(2 + math.ceil(math.log2(max(side / self.coils.clearance, 1.0))), _MOST)
-        points, weights = (part[:, ::2] for part in gauss_points(Prisms(corners, flat, flat), count))
-        order, half = self.coils.order[2], self.coils.half[2]
-        z = half * (1.0 + np.cos(np.pi * (np.arange(order) + 0.5) / order))
-        along = np.stack([points[..., :2] @ g.T for g in self.plan.group])[..., None, :]
-        along = np.broadcast_to(along, (*along.shape[:3], order, 2))
-        heights = np.broadcast_to(z[:, None], (*along.shape[:4], 1))
-        return np.concatenate([along, heights], axis=-1), 2.0 * weights
-
-    @cached_property
-    def through(self) -> Array:
-        """Matrix from values on the heights to means over the sheets of the upper and the lower half, (2, l, k)."""
-        nodes, weights = np.polynomial.legendre.leggauss(_WITHIN)
-        middle, half = (self.levels[1:] + self.levels[:-1]) / 2, np.diff(self.levels) / 2
-        z = (middle[:, None] + half[:, None] * nodes) / self.coils.half[2]
-        order = self.coils.order[2]
-        T = chebyshev(np.stack([z, -z]), order)
-        return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
-
     def admittance(self, omega: float) -> Blocks:
         """Return Y of the combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
         return _admittance(self, omega)
+
+    def reactions(self, divisions: Sequence[Near], seen: Posed, frequency: float) -> list[Complex]:
+        """Return what a plate does to the coils' impedance; as `Sheeted.reactions`."""
+        _check_field(divisions, seen)
+        return [_reaction(plate, seen, 2 * np.pi * frequency)[..., : len(seen.coils)] for plate in divisions]
+
+    def answered(self, divisions: Sequence[Near], seen: Posed, frequency: float, far: Far) -> list[Answered]:
+        """Return what a plate does to the coils' impedance, and what it answers to others; as `Sheeted.answered`."""
+        found, n, omega = [], len(seen.coils), 2 * np.pi * frequency
+        _check_field(divisions, seen)
+        for plate in divisions:
+            answer = _reaction(plate, seen, omega)
+            e = np.swapaxes(answer[..., n:] @ far.fields, 1, 2)
+            found.append((answer[..., :n], e, answers_to(plate, far, omega)[1]))
+        return found
 
     @property
     def seen(self) -> int:
@@ -136,16 +113,22 @@ def prepare_near(
         found.append(found[first] if first < len(found) else _classes(plan, levels, metal, seen, bases))
     if not found[0]:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    ends = np.cumsum([0, *(basis.fields.shape[1] for basis in bases.values())])
-    own = np.arange(0 if sources is None else len(sources.coils)) + ends[-1]
-    columns = {key: np.concatenate([np.arange(a, b), own]) for key, (a, b) in zip(bases, pairwise(ends), strict=True)}
+    number = len(sources.coils) if sources else 0
     return tuple(
-        Near(
-            plan, levels, box, tuple(replace(part, columns=columns.get(key, own)) for key, part in classes.items()),
-            2 * np.pi * highest, others or box, tuple(bases.values()), len(own),
-        )
-        for (plan, levels), classes in zip(divisions, found, strict=True)
+        Near(Cells(*division, box), _numbered(classes, bases, number), 2 * np.pi * highest, others or box,
+             tuple(bases.values()), number)
+        for division, classes in zip(divisions, found, strict=True)
     )
+
+
+def _numbered(
+    classes: Mapping[tuple[int, int], _Class], bases: Mapping[tuple[int, int], Basis], coils: int
+) -> tuple[_Class, ...]:
+    """Return classes with the numbers of what they see: combinations of their own, class by class, and all coils."""
+    ends = np.cumsum([0, *(basis.fields.shape[1] for basis in bases.values())])
+    own = np.arange(coils) + ends[-1]
+    columns = {key: np.concatenate([np.arange(a, b), own]) for key, (a, b) in zip(bases, pairwise(ends), strict=True)}
+    return tuple(replace(part, columns=columns.get(key, own)) for key, part in classes.items())
 
 
 def _classes(
@@ -170,45 +153,20 @@ def _classes(
     return classes
 
 
-def near_reactions(
-    coils: tuple[Coil, ...], windings: str, plates: Sequence[Near], poses: tuple[Array, Array], frequency: float
-) -> list[Complex]:
-    """Return what a plate does to the coils' impedance; as `coupling.reactions`."""
-    n = len(coils)
-    _check_field(coils, windings, plates)
-    return [_reaction(coils, windings, plate, poses, 2 * np.pi * frequency)[..., :n] for plate in plates]
-
-
-def near_answered(
-    coils: tuple[Coil, ...], windings: str, plates: Sequence[Near], poses: tuple[Array, Array], frequency: float,
-    far: Far,
-) -> list[tuple[Complex, Complex, Complex]]:
-    """Return what a plate does to the coils' impedance, and what it answers to others; as `coupling.answered`."""
-    found, n, omega = [], len(coils), 2 * np.pi * frequency
-    _check_field(coils, windings, plates)
-    for plate in plates:
-        answer = _reaction(coils, windings, plate, poses, omega)
-        e = np.swapaxes(answer[..., n:] @ far.fields, 1, 2)
-        found.append((answer[..., :n], e, answers_to(plate, far, omega)[1]))
-    return found
-
-
-def _check_field(coils: tuple[Coil, ...], windings: str, plates: Sequence[Near]) -> None:
+def _check_field(divisions: Sequence[Near], seen: Posed) -> None:
     """Refuse coils of straight tracks whose field on all divisions, in one pose, takes too long."""
-    check_straight(coils, windings, plates[0].coils.clearance, sum(plate.points[0].size // 3 for plate in plates))
+    points = sum(plate.cells.points[0].size // 3 for plate in divisions)
+    check_straight(seen.coils, seen.windings, divisions[0].cells.box.clearance, points)
 
 
-def _reaction(
-    coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array], omega: float
-) -> Complex:
+def _reaction(plate: Near, seen: Posed, omega: float) -> Complex:
     """Return Delta Z of a division and, to its right, Y of coils' fields and combinations, shape (p, n, n + r)."""
-    turns, places = poses
-    n, count = len(coils), plate.points[0].size
-    result = np.empty((len(places), n, n + plate.seen), dtype=complex)
-    step = max(1, _HELD // (count * n))
-    for first in range(0, len(places), step):
+    n = len(seen.coils)
+    result = np.empty((len(seen.places), n, n + plate.seen), dtype=complex)
+    step = max(1, _HELD // (plate.cells.points[0].size * n))
+    for first in range(0, len(result), step):
         some = slice(first, first + step)
-        driving = coil_means(coils, windings, plate, (turns[some], places[some]))
+        driving = plate.cells.means(seen.some(some))
         fluxes = [driven(part.problem, driving) * part.unit for part in plate.classes]
         result[some] = beyond(partial(_answer, plate, fluxes, n), omega, plate.highest)
     return result
@@ -240,12 +198,12 @@ def _seen(plate: Near, k: int, omega: float) -> Complex:
     """Return Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
     part = plate.classes[k]
     currents = _currents(_factor(part, omega), part.fluxes) if plate.sources else _by_others(plate, omega)[k]
-    return np.asarray(omega**2 * _symmetric(part, part.fluxes @ currents.T))
+    return omega**2 * _symmetric(part, part.fluxes @ currents.T)
 
 
 def _currents(factor: Any, B: Complex) -> Complex:
     """Return the currents that fluxes (m, unknowns) drive, without -j omega."""
-    return np.asarray(lu_solve(factor, B.conj().T, check_finite=False).T)
+    return lu_solve(factor, B.conj().T, check_finite=False).T
 
 
 def _weight(part: _Class) -> float:
@@ -255,7 +213,7 @@ def _weight(part: _Class) -> float:
 
 def _symmetric(part: _Class, Z: Complex) -> Complex:
     """Return a class's reaction both ways, from one of them."""
-    return np.asarray(_weight(part) * (Z + np.swapaxes(Z, -1, -2)))
+    return _weight(part) * (Z + np.swapaxes(Z, -1, -2))
 
 
 @lru_cache(maxsize=16)
@@ -274,24 +232,5 @@ def _by_others(plate: Near, omega: float) -> list[Complex]:
     """Return the currents that combinations of other plates' fields drive, class by class."""
     return [_currents(factor, part.fluxes)
             for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]
-
-
-def coil_means(coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array]) -> Array:
-    """Return means of A over each cell's images, coils fastest, shape (g, 2, cells, 3, poses times coils)."""
-    (turns, places), (points, weights) = poses, plate.points
-    kinds, which = kinds_of(coils)
-    g, n, q, k, _ = points.shape
-    world = turns @ points.reshape(-1, 3).T + places[:, :, None]
-    centres = np.array([(*coil.centre, 0.0) for coil in coils])
-    reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
-    region = plate.coils.clearance, float(world[:, 2].max()), reach
-    fields = [winding_potential(kind, windings, region) for kind in kinds]
-    found = np.empty((g, 2, n * plate.through.shape[1], 3, len(places), len(coils)))
-    for c, kind in enumerate(which):
-        A = fields[kind](world - centres[c][:, None])
-        own = np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ A
-        along = np.einsum("pagnqk,nq->pagnk", own.reshape(len(places), 3, g, n, q, k), weights)
-        found[..., c] = np.einsum("pagnk,slk->gsnlap", along, plate.through).reshape(found.shape[:-1])
-    return found.reshape(*found.shape[:4], -1)
 
 

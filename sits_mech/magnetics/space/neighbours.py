@@ -32,11 +32,9 @@ from scipy.constants import mu_0
 from scipy.linalg import block_diag, lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.space.coupling import answered
-from sits_mech.magnetics.space.far import Far, Plate, responses, seen_from
-from sits_mech.magnetics.space.near import Near, near_answered
+from sits_mech.magnetics.space.far import Far, Moving, Plate, responses, seen_from
+from sits_mech.magnetics.space.sources import Posed
 from sits_mech.quantities import Array, Complex
-from sits_mech.scene.sensor import Coil
 
 _MOVING, _FIXED = 1e-3, 5e-3  # directions that are left out, to the strongest: tests/magnetics/space/test_far.py
 _LEFT, _STEPS = 1e-5, 12  # of what is refined, and steps until it is solved anew
@@ -44,11 +42,11 @@ _LEFT, _STEPS = 1e-5, 12  # of what is refined, and steps until it is solved ane
 
 @dataclass(frozen=True)
 class SpacePlate:
-    """A plate in its p places, ready to answer; p = 1 if it does not move."""
+    """A fixed plate in its place, ready to answer."""
 
     divisions: tuple[Plate, ...]  # in one or several ways, all with the same box
-    turns: Array  # (p, 3, 3) rotations
-    places: Array  # (p, 3) of the bottom face's centre [m]
+    turns: Array  # (1, 3, 3) rotation
+    places: Array  # (1, 3) of the bottom face's centre [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +66,7 @@ class _Placed:
         K = mu_0 / (4 * np.pi) / cdist(self.points, other.points)
         field = K @ other.moments.reshape(len(other.points), -1)
         k = self.moments.shape[2]
-        return np.asarray(self.moments.reshape(-1, k).T @ field.reshape(self.moments.shape[0] * 3, -1))
+        return self.moments.reshape(-1, k).T @ field.reshape(self.moments.shape[0] * 3, -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,24 +78,22 @@ class _Fixed:
 
 
 def coupled_reactions(
-    coils: tuple[Coil, ...], windings: str, target: SpacePlate | None, others: Sequence[SpacePlate], frequency: float
+    target: Sequence[Moving], seen: Posed, others: Sequence[SpacePlate], frequency: float
 ) -> list[Complex]:
     """Return Delta Z of plates together, one (p, n, n) [ohm] a division, not yet symmetrised; p = 1 without target.
 
-    `target` is what moves, `others` at least one fixed plate, with as many divisions.
+    `target` are the divisions of what moves, if anything does, `others` at least one fixed plate, with as many.
     """
-    omega, n = 2 * np.pi * frequency, len(coils)
+    omega, n = 2 * np.pi * frequency, len(seen.coils)
     where = tuple((tuple(part.turns[0].ravel().tolist()), tuple(part.places[0].tolist())) for part in others)
     fixed = _fixed(tuple(part.divisions for part in others), where, omega, n)
-    if target is None:
+    if not target:
         return [Z[None] for Z, _, _ in fixed.answers]
     clearance = min(part.divisions[0].box.clearance for part in others)
-    far = seen_from(target.divisions[0], clearance, omega, _MOVING)
-    poses, plates = (target.turns, target.places), target.divisions
-    answers: Any = near_answered if isinstance(plates[0], Near) else answered
-    found = answers(coils, windings, plates, poses, frequency, far)
-    results = [np.empty((len(target.places), n, n), dtype=complex) for _ in found]
-    for pose, place in enumerate(zip(*poses, strict=True)):
+    far = seen_from(target[0], clearance, omega, _MOVING)
+    found = target[0].answered(target, seen, frequency, far)
+    results = [np.empty((len(seen.places), n, n), dtype=complex) for _ in found]
+    for pose, place in enumerate(zip(seen.turns, seen.places, strict=True)):
         moved = _Placed.of(far, *place)
         P = np.hstack([moved.linked(other) for other in fixed.placed])
         factor: Any = None
@@ -144,7 +140,7 @@ def _fixed(
 
 def _times(P: Array, X: Complex) -> Complex:
     """Return P X for a real P, which is not made complex."""
-    return np.asarray((P @ np.ascontiguousarray(X).view(np.float64)).view(np.complex128))
+    return (P @ np.ascontiguousarray(X).view(np.float64)).view(np.complex128)
 
 
 def _shielded(factor: Any, Y: Complex, P: Array, S: Complex, h: Complex) -> tuple[Any, Complex]:

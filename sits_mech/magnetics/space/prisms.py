@@ -1,26 +1,18 @@
-"""Mean of 1/r between right prisms: the inductance kernel of the target in three dimensions.
+"""Mean of 1/r between right prisms of any polygon: the inductance kernel of the target in three dimensions.
 
 Two bodies that carry uniform currents J, J' have the mutual energy
 
     mu0 / (4 pi)  (integral J) . (integral J')  G,      G = < 1 / |r - r'| >   [1/m],
 
-the mean over both volumes. Three ways to G:
+the mean over both volumes (of boxes: `boxes`): near, the potential of a homogeneous polyhedron in closed form, over the
+other's Gauss points; far apart the second moments, ``1/R + (1/2) M : grad grad (1/R)``; between, Gauss points in both.
 
-- boxes on one tensor mesh (`box_means`): sixth difference of Hoer and Love's antiderivative F with
-  ``d6 F / dx2 dy2 dz2 = 1/r``; a tensor mesh has few different distances, so that F is evaluated once for each;
-- prisms of any polygon (`prism_means`): the potential of a homogeneous polyhedron in closed form, over the other's
-  Gauss points;
-- far apart, either: the second moments, ``1/R + (1/2) M : grad grad (1/R)``, where the differences lose their digits;
-  prisms in between: Gauss points in both.
-
-Sources: C. Hoer and C. Love, J. Res. NBS 69C (1965) 127; R. A. Werner and D. J. Scheeres, Celest. Mech. Dyn. Astron.
-65 (1997) 313. Errors: rounding for near boxes; 2e-3 in the mean and 2e-2 at worst where thin prisms touch; 1e-3
-at the change to far pairs.
+Source: R. A. Werner and D. J. Scheeres, Celest. Mech. Dyn. Astron. 65 (1997) 313. Errors: 2e-3 in the mean and 2e-2 at
+worst where thin prisms touch; 1e-3 at the change to far pairs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,10 +22,8 @@ from numpy.typing import NDArray
 from sits_mech.quantities import Array
 from sits_mech.scene.outlines import signed_area
 
-FAR = 6.0  # boxes: centres this many largest sides apart are far
 _NEAR_PRISMS, _FAR_PRISMS = 1.2, 2.5  # where prisms stop being near, and start being far, in largest diameters
 _PAIRS = 1_000_000  # held at once
-_LOST = 1e10  # r^6 over the product of both volumes from which on differences in double precision lose 1e-6
 
 
 @dataclass(frozen=True)
@@ -47,131 +37,6 @@ class Prisms:
     def some(self, index: Any) -> Prisms:
         """Return some of them."""
         return Prisms(self.corners[index], self.low[index], self.high[index])
-
-
-def box_means(x: Array, y: Array, z: Array) -> Array:
-    """Return G [1/m] between the boxes of one octant and all of the mirrored tensor mesh, shape (2, 2, 2, n, n).
-
-    The first axes tell whether the second box is mirrored in x, y, z. Boxes run z fastest; x, y, z are nodes of the
-    positive half axes, from 0 [m].
-    """
-    axes = (x, y, z)
-    scale = max(axis[-1] for axis in axes)
-    tables = [_distances(axis / scale) for axis in axes]
-    pairs = [_Pairs.of(axis) for axis in axes]
-    whole_F = _near_table(tables, [pair.scaled(1.0 / scale) for pair in pairs])
-    F = _differences(whole_F, 0, tables[0][1])
-    n = [axis.size - 1 for axis in axes]
-    result = np.empty((2, 2, 2, *n, *n))
-    for i, slab in enumerate(F):  # the whole in quadruple storage would rule the memory
-        whole = _differences(_differences(slab, 1, tables[1][1]), 3, tables[2][1]).astype(float)
-        G = _mean_inverse(whole / scale, [pair.row(i) if k == 0 else pair for k, pair in enumerate(pairs)], scale)
-        for octant in np.ndindex(2, 2, 2):
-            X, Y, Z = (slice(m, None) if p == 0 else slice(m - 1, None, -1) for m, p in zip(n, octant, strict=True))
-            result[octant][i] = G[X, :, Y, :, Z].transpose(1, 3, 0, 2, 4)
-    total = int(np.prod(n))
-    return result.reshape(2, 2, 2, total, total)
-
-
-@dataclass(frozen=True)
-class _Pairs:
-    """Cells of a half axis by all cells: sides of the first, of the second, distances of the centres [m]."""
-
-    first: Array
-    second: Array
-    distance: Array
-
-    @classmethod
-    def of(cls, axis: Array) -> _Pairs:
-        """Return the pairs of the cells between the nodes of a half axis."""
-        side, centre = np.diff(axis), (axis[1:] + axis[:-1]) / 2
-        every = np.concatenate([side[::-1], side])
-        first, second = np.broadcast_arrays(side[:, None], every)
-        return cls(first, second, centre[:, None] - np.concatenate([-centre[::-1], centre]))
-
-    def row(self, i: int) -> _Pairs:
-        """Return the pairs of one first cell."""
-        return _Pairs(self.first[i], self.second[i], self.distance[i])
-
-    def scaled(self, factor: float) -> _Pairs:
-        """Return all lengths times a factor."""
-        return _Pairs(self.first * factor, self.second * factor, self.distance * factor)
-
-    def least(self, index: Any, count: int) -> tuple[Array, Array, Array]:
-        """Return, for each distance of nodes, the least d^2, d^2 - (FAR side)^2 and s s' of its pairs."""
-        square = self.distance**2
-        near = square - (FAR * np.maximum(self.first, self.second)) ** 2
-        found = np.full((3, count), np.inf)
-        for nodes in (index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]):
-            for row, values in zip(found, (square, near, self.first * self.second), strict=True):
-                np.minimum.at(row, nodes, values)
-        return found[0], found[1], found[2]
-
-
-def _near_table(tables: Sequence[tuple[Any, Any]], pairs: Sequence[_Pairs]) -> Any:
-    """Return F at all distances of near boxes, zero elsewhere; quadruple where the differences lose too much."""
-    values = [table[0] for table in tables]
-    squares, nears, sides = zip(
-        *(pair.least(index, value.size) for pair, (value, index) in zip(pairs, tables, strict=True)), strict=True
-    )
-    x, y, z = np.ix_(*squares)
-    a, b, c = np.ix_(*nears)
-    near = (a + y + z <= 0.0) | (x + b + z <= 0.0) | (x + y + c <= 0.0)
-    x, y, z = np.ix_(*(value.astype(float) for value in values))
-    a, b, c = np.ix_(*sides)
-    fine = near & ((x**2 + y**2 + z**2) ** 3 > _LOST * a * b * c)
-    F = np.zeros(near.shape, dtype=np.longdouble)
-    for some, kind in ((near & ~fine, float), (fine, np.longdouble)):
-        at = np.nonzero(some)
-        F[some] = _hoer_love(*(value.astype(kind)[i] for value, i in zip(values, at, strict=True)))
-    return F
-
-
-def _differences(F: Any, axis: int, index: Any) -> Any:
-    """Return minus the second difference of F at the distances along an axis, first and second cell in its place."""
-    whole = np.moveaxis(np.moveaxis(F, axis, 0)[index], (0, 1), (axis, axis + 1))
-    return -np.diff(np.diff(whole, axis=axis), axis=axis + 1)
-
-
-def _mean_inverse(F: Array, pairs: Sequence[_Pairs], scale: float) -> Array:
-    """Return G of differences of F, by multipoles of far boxes; axes x second, y first, second, z likewise."""
-    shapes = ((-1, 1, 1, 1, 1), (1, *pairs[1].first.shape, 1, 1), (1, 1, 1, *pairs[2].first.shape))
-    largest, square, volume = np.zeros(1), np.zeros(1), np.ones(1)
-    parts = []
-    for pair, shape in zip(pairs, shapes, strict=True):
-        largest = np.maximum(largest, np.maximum(pair.first, pair.second).reshape(shape))
-        square = square + (pair.distance**2).reshape(shape)
-        volume = volume * (pair.first * pair.second / scale**2).reshape(shape)
-        parts.append(((pair.first**2 + pair.second**2) / 12, pair.distance**2, shape))
-    far = square > (FAR * largest) ** 2
-    square = np.where(far, square, 1.0)
-    bend = sum(m.reshape(shape) * (3.0 * d.reshape(shape) / square - 1.0) for m, d, shape in parts) / (2.0 * square)
-    return np.where(far, (1.0 + bend) / np.sqrt(square), F / volume)
-
-
-def _distances(nodes: Array) -> tuple[Any, Any]:
-    """Return the different distances between the half axis' nodes and all nodes, and which pair has which."""
-    full = np.concatenate([-nodes[:0:-1], nodes])
-    values, index = np.unique(np.round(np.abs(nodes[:, None] - full), 15), return_inverse=True)
-    return values.astype(np.longdouble), index.reshape(nodes.size, full.size)
-
-
-def _hoer_love(x: Any, y: Any, z: Any) -> Any:
-    """Return the antiderivative F for x, y, z >= 0."""
-    xx, yy, zz = x * x, y * y, z * z
-    r = np.sqrt(xx + yy + zz)
-
-    def log(a: Any, b2: Any, c2: Any) -> Any:
-        square = b2 + c2
-        inverse = np.arcsinh(a / np.sqrt(np.where(square > 0.0, square, 1.0)))
-        return (b2 * c2 / 4 - (b2 * b2 + c2 * c2) / 24) * a * inverse
-
-    def angle(a: Any, b: Any, c: Any) -> Any:
-        return a * b * c**3 / 6 * np.arctan2(a * b, c * r)
-
-    even = (xx * xx + yy * yy + zz * zz - 3.0 * (xx * yy + yy * zz + zz * xx)) * r / 60
-    logs = log(x, yy, zz) + log(y, zz, xx) + log(z, xx, yy)
-    return logs + even - angle(x, y, z) - angle(y, z, x) - angle(z, x, y)
 
 
 def prism_means(first: Prisms, second: Prisms, *, symmetric: bool = False) -> Array:
@@ -207,7 +72,7 @@ def _near(first: Prisms, second: Prisms) -> Array:
     value = np.zeros(swap.size)
     for point, weight in zip(np.moveaxis(points, 1, 0), np.moveaxis(weights, 1, 0), strict=True):
         value += weight * prism_potential(point, inner.corners, inner.low, inner.high)
-    return np.asarray(value / np.maximum(*size))
+    return value / np.maximum(*size)
 
 
 def _chosen(yes: NDArray[np.bool_], first: Prisms, second: Prisms) -> Prisms:
@@ -257,13 +122,13 @@ def prism_potential(point: Array, corners: Array, low: Array, high: Array) -> Ar
 
 def _arctan(numerator: Array, d: Array, r: Array) -> Array:
     """Return arctan(numerator / (d r)), of d's sign where d vanishes."""
-    return np.asarray(np.sign(d) * np.arctan2(numerator, np.abs(d) * r))
+    return np.sign(d) * np.arctan2(numerator, np.abs(d) * r)
 
 
 def _edge_log(length: Array, sum_of_distances: Array) -> Array:
     """Return the integral of 1/r along an edge, bounded on the edge itself (where its factor vanishes)."""
     ratio = length / np.maximum(sum_of_distances, 1e-300)
-    return np.asarray(2.0 * np.arctanh(np.minimum(ratio, 1.0 - 1e-15)))
+    return 2.0 * np.arctanh(np.minimum(ratio, 1.0 - 1e-15))
 
 
 def gauss_points(prisms: Prisms, n: int) -> tuple[Array, Array]:

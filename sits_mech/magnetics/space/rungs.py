@@ -1,8 +1,18 @@
 """Choose how finely a plate is divided for the three-dimensional model, and extrapolate its divisions.
 
-A rung of the ladder has three levels along the plate and three across; one of each is shared (`star`). Errors are of
-second order in the cells, but of R along a plate where current crowds at the rim (`limit`). A division that takes more
-than the limit of memory gives way to a coarser one (`fitting`).
+A rung of the ladder has three levels along the plate and three across; one of each is shared (`star`). A division that
+takes more than the limit of memory gives way to a coarser one (`fitting`).
+
+On levels with cells divided into m_1 < m_2 < m_3 parts along each axis a result behaves like ``y_m = y + a m^-p``, with
+differences d_1 and d_2 and the limit (`added`)
+
+    q = d_1 / d_2 = (m_1^-p - m_2^-p) / (m_2^-p - m_3^-p),    Y = y_3 + d_2 / ((m_3/m_2)^p - 1),
+
+of second order p in the cells, but of R along a plate where current crowds at the rim (`limit`). The limit is linear in
+the levels, so that it is as smooth over poses and frequencies as they are. How far the differences are from showing the
+order is in its error.
+
+Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
 
 from __future__ import annotations
@@ -15,9 +25,24 @@ from typing import TypeVar
 import numpy as np
 
 from sits_mech.geometry.outline import Outline
-from sits_mech.magnetics.space.extrapolation import added
-from sits_mech.quantities import Complex
+from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Target
+
+_MISSED, _NEXT = 0.5, 0.15  # error over what the last difference is off the order, and over what is added
+
+
+def added(values: Sequence[Array], sizes: Sequence[float], order: float) -> tuple[Array, Array]:
+    """Return the extrapolated rest ``Y - y_3`` of three levels, coarsest first, and its error, entry by entry.
+
+    Where the first two of the m in `sizes` are equal, no order is shown, and the error is all of the rest.
+    """
+    d1, d2 = (after - before for before, after in zip(values[:-1], values[1:], strict=True))
+    more = d2 / ((sizes[2] / sizes[1]) ** order - 1.0)
+    if sizes[0] == sizes[1]:
+        return more, np.abs(more)
+    a, b, c = np.asarray(sizes, dtype=float) ** np.full(3, -order)
+    missed = d2 - d1 / ((a - b) / (b - c))
+    return more, (_MISSED * np.abs(missed) + _NEXT * np.abs(more))
 
 
 @dataclass(frozen=True)
@@ -48,7 +73,7 @@ _TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth m
 ROUGH = 3e-2
 """The asked error from which on the first of them will do; where memory has no room for the second, twice what is told.
 """
-_TRUST = 1.0, 0.4  # errors of R and of Delta L over what `extrapolation` says, as measured
+_TRUST = 1.0, 0.4  # errors of R and of Delta L over what `added` says, as measured
 _EVEN = 0.1  # of R where current fills the plate, and from there with the thickness over the skin depth
 # Of R and of omega Delta L, what no division shows: everywhere, where current crowds at the faces, in plates of more
 # skin depths than `_DEEP` (from, to); 120 answers by chance of studies/benchmark_sheets.py, 9 and 2 % of them beyond

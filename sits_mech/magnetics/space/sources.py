@@ -1,32 +1,36 @@
-"""Take the coils' potential itself, cell by cell, without polynomials, over a plate that stands still.
+"""Coils as a plate sees them without polynomials along itself: their potential cell by cell, in poses or at rest.
 
-A plate that does not move against a coil c needs one number a mode from it,
+A plate needs the mean of each coil's A over each cell; of a coil c, with the divergence-free currents w of a mode,
 
-    g_c = integral over the plate of w . A_c dV,
+    g_c = integral over the plate of w . A_c dV.
 
-with the divergence-free currents w of its mode. A_c is taken at Gauss points of each cell: two along an axis where the
-windings are further away than a cell is long, and one more for each doubling of the cell over that distance (error of
-the mean some 2e-4 of the field there, and less elsewhere). Rings have the profile P(rho) on each sheet's heights (see
-`coils.ring_field`), found once and interpolated by cubic splines; spirals are summed at every point.
+A_c is taken at Gauss points of each cell: two along an axis where the windings are further away than a cell is long,
+and one more for each doubling of the cell over that distance (error of the mean some 2e-4 of the field there, and less
+elsewhere). Through the thickness of a plate in its poses A is a polynomial, of few terms. Over a plate that stands
+still rings have the profile P(rho) on each sheet's heights (see `coils.ring_field`), found once and interpolated by
+cubic splines; spirals are summed at every point.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potential
+from sits_mech.magnetics.space.fields import Box, chebyshev, to_coefficients
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
 _STEP = 0.05  # of the profile's nodes in asinh(rho / radius), over the distance to the radius
 _MOST = 5  # Gauss points along an axis
+_WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 _LEVEL = 1e-9  # heights nearer than this are one [m]
 
 
@@ -80,6 +84,75 @@ class Sources:
             placed = points + self.place - np.array((*coil.centre, 0.0))
             A[..., k] = _around(kinds[kind], self.windings, placed, self.distance)
         return A
+
+
+@dataclass(frozen=True)
+class Posed:
+    """Coils as a plate sees them in p poses."""
+
+    coils: tuple[Coil, ...]
+    windings: str  # "rings" or "spiral"
+    turns: Array  # (p, 3, 3) rotations
+    places: Array  # (p, 3) of the bottom face's centre [m]
+
+    def some(self, poses: slice) -> Posed:
+        """Return it in some of the poses."""
+        return replace(self, turns=self.turns[poses], places=self.places[poses])
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """A plate's cells, for the potential of coils in its poses."""
+
+    plan: Plan
+    levels: Array  # (l + 1,) z of the sheets' interfaces from the middle plane up [m]
+    box: Box  # of its clearance from the coils, and the order of polynomials through its thickness
+
+    @cached_property
+    def points(self) -> tuple[Array, Array]:
+        """Return points (g, n, q, k, 3) of the cells' images on the polynomials' heights, and weights (n, q).
+
+        Points are from the bottom face's centre [m]; weights are of those along the plate.
+        """
+        corners = self.plan.nodes[self.plan.cells]
+        flat = np.zeros(len(corners))
+        side = float((corners.max(1) - corners.min(1)).max())
+        count = min(2 + math.ceil(math.log2(max(side / self.box.clearance, 1.0))), _MOST)
+        points, weights = (part[:, ::2] for part in gauss_points(Prisms(corners, flat, flat), count))
+        order, half = self.box.order[2], self.box.half[2]
+        z = half * (1.0 + np.cos(np.pi * (np.arange(order) + 0.5) / order))
+        along = np.stack([points[..., :2] @ g.T for g in self.plan.group])[..., None, :]
+        along = np.broadcast_to(along, (*along.shape[:3], order, 2))
+        heights = np.broadcast_to(z[:, None], (*along.shape[:4], 1))
+        return np.concatenate([along, heights], axis=-1), 2.0 * weights
+
+    @cached_property
+    def through(self) -> Array:
+        """Matrix from values on the heights to means over the sheets of the upper and the lower half, (2, l, k)."""
+        nodes, weights = np.polynomial.legendre.leggauss(_WITHIN)
+        middle, half = (self.levels[1:] + self.levels[:-1]) / 2, np.diff(self.levels) / 2
+        z = (middle[:, None] + half[:, None] * nodes) / self.box.half[2]
+        order = self.box.order[2]
+        T = chebyshev(np.stack([z, -z]), order)
+        return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
+
+    def means(self, seen: Posed) -> Array:
+        """Return means of A over each cell's images, coils fastest, shape (g, 2, cells, 3, poses times coils)."""
+        (points, weights), places = self.points, seen.places
+        kinds, which = kinds_of(seen.coils)
+        g, n, q, k, _ = points.shape
+        world = seen.turns @ points.reshape(-1, 3).T + places[:, :, None]
+        centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
+        reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
+        region = self.box.clearance, float(world[:, 2].max()), reach
+        fields = [winding_potential(kind, seen.windings, region) for kind in kinds]
+        found = np.empty((g, 2, n * self.through.shape[1], 3, len(places), len(which)))
+        for c, kind in enumerate(which):
+            A = fields[kind](world - centres[c][:, None])
+            own = np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ A
+            along = np.einsum("pagnqk,nq->pagnk", own.reshape(len(places), 3, g, n, q, k), weights)
+            found[..., c] = np.einsum("pagnk,slk->gsnlap", along, self.through).reshape(found.shape[:-1])
+        return found.reshape(*found.shape[:4], -1)
 
 
 def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:

@@ -71,7 +71,7 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
 
 def placed(points: Array, pose: Pose) -> Array:
     """Return points of the target's own axes, from its bottom face's centre, in the scene; shape (n, 3) [m]."""
-    return np.asarray(points @ rotation_matrix(pose.rotation).T + pose.centre)
+    return points @ rotation_matrix(pose.rotation).T + pose.centre
 
 
 def _plan(target: Target, cells: int) -> Plan:
@@ -92,7 +92,7 @@ def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array
     for coil, current in zip(sensor.coils, currents, strict=True):
         if current != 0.0:
             A += current * coil_potential(coil, points, across=2)
-    return np.asarray(A @ rotation_matrix(pose.rotation))
+    return A @ rotation_matrix(pose.rotation)
 
 
 def _at_nodes(plan: Plan, found: Complex) -> Complex:

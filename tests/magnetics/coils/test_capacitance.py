@@ -7,7 +7,7 @@ import pytest
 from scipy.constants import epsilon_0
 
 from sits_mech.geometry.tracks import track_length
-from sits_mech.magnetics.coils.capacitance import own_capacitance, self_resonance
+from sits_mech.magnetics.coils.terminals import own_capacitance, self_resonance
 from sits_mech.scene.coils import Coil
 
 MM = 1e-3

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.alone import free_inductances
 from sits_mech.magnetics.coils.far_field import coil_field, field_bound, least_inductance
+from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.scene.sensor import load_sensor
 
 MM = 1e-3

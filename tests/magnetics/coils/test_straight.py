@@ -10,8 +10,8 @@ from scipy.integrate import dblquad
 
 from sits_mech.geometry.tracks import Tracks, coil_tracks
 from sits_mech.geometry.windings import coil_sections, turn_radii
-from sits_mech.magnetics.coils.alone import track_resistance
 from sits_mech.magnetics.coils.loops import coil_inductances, ring_inductance
+from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import linkage, track_potential
 from sits_mech.scene.coils import Coil
@@ -244,7 +244,7 @@ def test_layers_wound_against_each_other() -> None:
 
 def test_long_coil_by_the_metre() -> None:
     """What a longer rectangle adds is the inductance per metre of its section: 1e-5 of 1 and 2 m."""
-    from sits_mech.magnetics.bars import free_space_inductance
+    from sits_mech.magnetics.section.coils import free_space_inductance
     from sits_mech.scene.sensor import Sensor
 
     short, long = (square(4, 6.0, 0.1, 0.1, inner_length=length) for length in (1.0, 2.0))

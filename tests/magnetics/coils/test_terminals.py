@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.coils.alone import track_resistance
+from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.coils.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.scene.sensor import Coil, Readout
 

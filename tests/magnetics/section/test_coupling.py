@@ -5,8 +5,9 @@ import pytest
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.plates import distance, section_plates
-from sits_mech.magnetics.bars import LADDER, _answering, bars_of_coils, planar_bars
+from sits_mech.magnetics.bars import LADDER, _answering, planar_bars
 from sits_mech.magnetics.field import planar_fem
+from sits_mech.magnetics.section.coils import bars_of_coils
 from sits_mech.magnetics.section.coupling import coupled_reaction, filaments
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, load_sensor

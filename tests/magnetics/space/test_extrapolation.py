@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.space.extrapolation import added
+from sits_mech.magnetics.space.rungs import added
 
 SIZES = (3.0, 4.0, 5.0)
 EXACT = np.array([[-3.0, 0.4], [0.4, -2.0]])

@@ -7,7 +7,7 @@ from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import neighbours
 from sits_mech.magnetics.space.far import _weights
-from sits_mech.magnetics.space.modes import Blocks
+from sits_mech.magnetics.space.fields import Blocks
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
 

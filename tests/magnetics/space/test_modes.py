@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.space.coupling import reactions
 from sits_mech.magnetics.space.divisions import prepared
 from sits_mech.magnetics.space.rungs import LADDER, Rung, limit
+from sits_mech.magnetics.space.sources import Posed
 from sits_mech.scene.sensor import load_sensor
 
 SCALE = (1.5e-3, 2.5e7, 12e-3, 2e-3)
@@ -27,8 +27,8 @@ def test_a_division_answers_alike_on_fields_of_its_own_and_of_a_finer_one() -> N
     assert sensor.target is not None
     shared = prepared(sensor.target, None, Rung((3, 4, 5), (2, 2, 2), 8.0), SCALE)[1]
     own = prepared(sensor.target, None, Rung((4, 4, 4), (2, 2, 2), 8.0), SCALE)[0]
-    pose = np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]])
-    one, two = (reactions(sensor.coils, "rings", [plate], pose, 5e6)[0] for plate in (shared, own))
+    seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]]))
+    one, two = (plate.reactions([plate], seen, 5e6)[0] for plate in (shared, own))
     assert shared.unknowns == own.unknowns
     np.testing.assert_allclose(one.imag, two.imag, rtol=0.0, atol=3e-5 * np.abs(two.imag).max())
     np.testing.assert_allclose(one.real, two.real, rtol=0.0, atol=1e-3 * np.abs(two.real).max())
@@ -39,10 +39,10 @@ def test_one_preparation_answers_all_frequencies() -> None:
     """Prepared up to 25 MHz or up to 4 MHz: what few modes and other cells leave, at 1 MHz and at 10 kHz."""
     sensor, rung = load_sensor("biorob2018"), LADDER[2][1]
     assert sensor.target is not None
-    pose = np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]])
+    seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]]))
     wide, narrow = (prepared(sensor.target, None, rung, (1.5e-3, top, 12e-3, 2e-3)) for top in (2.5e7, 4e6))
     for f, thick in ((1e6, 3.0), (1e4, 0.3)):
-        found = [reactions(sensor.coils, "rings", plates, pose, f) for plates in (wide, narrow)]
+        found = [plates[0].reactions(plates, seen, f) for plates in (wide, narrow)]
         one, two = (limit(values, rung, thick, 0.1)[0] for values in found)
         assert abs(one - two).max() < 5e-3 * abs(two).max()
         assert abs(one.real - two.real).max() < 1e-2 * abs(two.real).max()

@@ -7,10 +7,9 @@ import pytest
 from common.infinite_plate import Layer, coil_change
 
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics import sheets as sheets_module
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space.near import near_reactions
+from sits_mech.magnetics.space.near import Near
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -35,12 +34,14 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How many divisions answered cell by cell."""
     counts: list[int] = []
 
+    answer = Near.reactions
+
     def counted(*given):  # type: ignore[no-untyped-def]
-        found = near_reactions(*given)
+        found = answer(*given)
         counts.append(len(found))
         return found
 
-    monkeypatch.setattr(sheets_module, "near_reactions", counted)
+    monkeypatch.setattr(Near, "reactions", counted)
     return counts
 
 

@@ -12,7 +12,7 @@ from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.divisions import prepared, prepared_near
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER
-from sits_mech.magnetics.space.sources import Sources
+from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.quantities import Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.materials import metals
@@ -119,12 +119,13 @@ def test_reciprocal_before_it_is_made_so_and_passive():
         prepared_near(p.plate, None, LADDER[0][1], scale, Sources(sensor.coils, "rings", p.middle, p.windings))
         for p in plates[1:]
     ]
-    ready = [SpacePlate(found[2:3], p.turns, p.places) for p, found in zip(plates, (target, *fixed), strict=True)]
-    (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)
+    ready = [SpacePlate(found[2:3], p.turns, p.places) for p, found in zip(plates[1:], fixed, strict=True)]
+    seen = Posed(sensor.coils, "rings", plates[0].turns, plates[0].places)
+    (Z,) = coupled_reactions(target[2:3], seen, ready, 5e6)
     np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())
     assert np.linalg.eigvalsh(Z[0].real).min() > 0.0
-    orders = ready[1:], ready[:0:-1]
-    (one, other) = (coupled_reactions(sensor.coils, "rings", None, parts, 5e6)[0] for parts in orders)
+    orders = ready, ready[::-1]
+    (one, other) = (coupled_reactions((), seen, parts, 5e6)[0] for parts in orders)
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-9 * np.abs(Z).max())
 
 

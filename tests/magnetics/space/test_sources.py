@@ -10,12 +10,11 @@ from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.classes import stacked
-from sits_mech.magnetics.space.coupling import reactions
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import prepare_near
 from sits_mech.magnetics.space.prisms import gauss_points
-from sits_mech.magnetics.space.sources import Sources
+from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.memory import TIME
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
@@ -76,7 +75,7 @@ def test_a_plate_at_rest_answers_as_one_that_could_move():
     (plate,) = prepare_near([(PLAN, LEVELS)], COPPER, box, highest=2.5e7, beside=far)
     (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, highest=2.5e7)
     place = np.array([[*far.place[:2], 2 * MM]])
-    (exact,) = reactions(COILS, "rings", [moving], (np.eye(3)[None], place), 1e6)
+    (exact,) = moving.reactions([moving], Posed(COILS, "rings", np.eye(3)[None], place), 1e6)
     Y = plate.admittance(2e6 * np.pi)
     found = (Y @ np.eye(Y.size))[-2:, -2:]
     np.testing.assert_allclose(found, exact[0], rtol=0, atol=3e-3 * np.abs(exact).max())

@@ -1,4 +1,4 @@
-"""The coils' own field in the plane, closed form: what drives the planar FEM, and the coils' free-space inductance.
+"""The coils in the section y = 0 without metal: bars, their potential, inductance and resistance, per metre of depth.
 
 A bar of width a and thickness b carries 1 A along y, uniformly. With p = x + j z from its centre in its own axes, its
 potential is
@@ -7,9 +7,9 @@ potential is
     G = 1/2 [x z ln(x^2 + z^2) + x^2 atan(z/x) + z^2 atan(x/z)],
 
 the double difference of G; beyond twenty of its longest sides, where that loses digits, nine Gauss filaments stand
-for it.
-A coil is the sum of its bars with their signs. On a curved substrate (a cylinder of radius r_s below, axis along y)
-a flat place (x, z) goes to
+for it. Bars and bars of flat coils: `kernels`, in closed form.
+A coil is the sum of its bars with their signs, there and back. On a curved substrate (a cylinder of radius r_s below,
+axis along y) a flat place (x, z) goes to
 
     x -> (r_s + z) sin(x / r_s),    z -> (r_s + z) cos(x / r_s) - r_s,
 
@@ -22,11 +22,16 @@ Neglected: skin and proximity effect in the tracks (uniform current), the ends a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
 
+from sits_mech.geometry.plates import return_radius
 from sits_mech.geometry.tracks import coil_bars
+from sits_mech.geometry.windings import Bars
+from sits_mech.magnetics.coils.resistance import track_conductivity
+from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil, Sensor
 
@@ -67,7 +72,7 @@ def coil_potentials(coils: tuple[Track, ...], points: Complex, radius: float | N
     `radius` is R_b of a circle about the origin where A = 0; None for free space [m].
     """
     columns = [sum(_bar_logs(coil, k, points, radius) * coil.sign[k] for k in range(coil.sign.size)) for coil in coils]
-    return np.asarray(-mu_0 / (2 * np.pi) * np.column_stack(columns))
+    return -mu_0 / (2 * np.pi) * np.column_stack(columns)
 
 
 def _bar_logs(coil: Track, k: int, points: Complex, radius: float | None) -> Array:
@@ -130,3 +135,43 @@ def _linkage(coil: Track, driven: tuple[Track, ...], radius: float | None) -> fl
     inside = (s + 1j * q).ravel() * np.exp(-1j * coil.tilt)[:, None]
     A = coil_potentials(driven, (coil.place[:, None] + inside).ravel(), radius).reshape(coil.place.size, -1)
     return float(coil.sign @ (A @ np.outer(weights, weights).ravel() / 4))
+
+
+def section_resistances(coils: tuple[Coil, ...]) -> Array:
+    """Return the direct-current resistance of each coil's tracks in the section, shape (n,) [ohm/m]."""
+    bars = [coil_bars(coil) for coil in coils]
+    sections = [track_conductivity(coil) * own.width * own.thickness for coil, own in zip(coils, bars, strict=True)]
+    return np.array([own.x.size / section for own, section in zip(bars, sections, strict=True)])
+
+
+def bars_of_coils(sensor: Sensor) -> tuple[Bars, ...]:
+    """Return every coil's bars in the section y = 0."""
+    return tuple(coil_bars(coil) for coil in sensor.coils)
+
+
+def coil_box(bars: Bars) -> Complex:
+    """Return corners x + j z of the rectangle around a coil's bars, counter-clockwise [m]."""
+    low = complex(bars.x.min() - bars.width / 2, bars.z.min() - bars.thickness / 2)
+    high = complex(bars.x.max() + bars.width / 2, bars.z.max() + bars.thickness / 2)
+    return np.array([low, complex(high.real, low.imag), high, complex(low.real, high.imag)])
+
+
+@lru_cache(maxsize=64)
+def free_space_inductance(sensor: Sensor) -> Array:
+    """Return the coils' inductance matrix without target, closed form, shape (n, n) [H/m]."""
+    sections = bars_of_coils(sensor)
+    radius = return_radius(sensor)
+    L0 = np.array([[_mutual(first, second, radius) for second in sections] for first in sections])
+    return np.asarray((L0 + L0.T) / 2)
+
+
+def _mutual(first: Bars, second: Bars, radius: float | None) -> float:
+    """Return the mutual inductance per metre of two coils' bars; within a circle where A = 0 if there is one."""
+    logs = mean_log(
+        second.x - first.x[:, None], second.z - first.z[:, None],
+        (np.array(first.width), np.array(first.thickness)), (np.array(second.width), np.array(second.thickness)),
+    )
+    if radius is not None:
+        p, q = first.x + 1j * first.z, second.x + 1j * second.z
+        logs = logs - np.log(np.abs(radius - p[:, None] * q.conj() / radius))
+    return float(-mu_0 / (2 * np.pi) * first.sign @ logs @ second.sign)

@@ -6,8 +6,7 @@ from common.track_losses import coil_losses
 from scipy.constants import mu_0
 
 from sits_mech.geometry.tracks import coil_bars
-from sits_mech.magnetics.coils.alone import track_resistance
-from sits_mech.magnetics.coils.track_modes import track_spectrum
+from sits_mech.magnetics.coils.resistance import track_resistance, track_spectrum
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.scene.sensor import Coil
 

@@ -8,10 +8,10 @@ from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.loops import mutual_loops
 from sits_mech.magnetics.coils.ring_field import ring_potential
-from sits_mech.magnetics.ferrite.core import Core, prepare_core, prepared_core
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.far import seen
+from sits_mech.magnetics.space.ferrite import Core, prepare_core, prepared_core
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.rungs import LADDER
 from sits_mech.magnetics.space.sources import Sources

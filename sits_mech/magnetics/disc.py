@@ -35,8 +35,8 @@ from scipy.constants import mu_0
 from scipy.special import j1
 
 from sits_mech.geometry.windings import Sections, coil_sections
-from sits_mech.magnetics.axis.spectrum import spectrum
 from sits_mech.magnetics.coils.loops import paired_mutual
+from sits_mech.magnetics.coils.ring_field import spectrum
 from sits_mech.magnetics.modes import Modes, eddy_modes
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil

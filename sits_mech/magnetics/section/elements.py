@@ -47,8 +47,8 @@ from skfem import Basis, BilinearForm, ElementTriP2, ElementTriP3, FacetBasis, L
 from skfem.helpers import dot, grad
 
 from sits_mech.geometry.plates import Plate
-from sits_mech.magnetics.air.mesh import Division
-from sits_mech.magnetics.air.source import Track, coil_potentials
+from sits_mech.magnetics.section.coils import Track, coil_potentials
+from sits_mech.magnetics.section.mesh import Division
 from sits_mech.quantities import Array, Complex, Integers
 
 _ELEMENTS = {2: ElementTriP2, 3: ElementTriP3}
@@ -124,7 +124,7 @@ def solve_field(
 
 def _dofs(part: Basis) -> Integers:
     """Return unknowns of a part, its rim included."""
-    return np.asarray(np.unique(part.element_dofs))
+    return np.unique(part.element_dofs)
 
 
 def _source(basis: Basis, parts: list[Basis], coils: tuple[Track, ...], ground: float | None) -> Array:

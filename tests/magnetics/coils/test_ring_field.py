@@ -6,8 +6,8 @@ from common.infinite_plate import Layer, coil_change, pair_change, reflection
 from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections
-from sits_mech.magnetics.axis.spectrum import spectrum
 from sits_mech.magnetics.coils.loops import mutual_loops, ring_mutual
+from sits_mech.magnetics.coils.ring_field import spectrum
 from sits_mech.scene.sensor import Coil
 
 MM = 1e-3

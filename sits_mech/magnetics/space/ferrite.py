@@ -2,7 +2,7 @@
 
 Magnetisation M [A/m], uniform in each box of a tensor mesh, with the susceptibility chi = mu_r (1 - j tan delta) - 1:
 
-    (V/chi + K) M = integral of H_applied over the boxes,      K from the charges on their faces (`charges`).
+    (V/chi + K) M = integral of H_applied over the boxes,      K from the charges on their faces (`boxes`).
 
 A is what plates see (`space.neighbours`), H = curl A / mu0, so that for field functions T with coefficients a
 
@@ -35,10 +35,9 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import eigh, solve
 
-from sits_mech.magnetics.ferrite.charges import PAIRS, box_charges
+from sits_mech.magnetics.space.boxes import PAIRS, box_charges
 from sits_mech.magnetics.space.divisions import field_box, field_length
-from sits_mech.magnetics.space.fields import Box, decay_scale
-from sits_mech.magnetics.space.modes import Basis, Blocks
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, decay_scale
 from sits_mech.magnetics.space.rungs import Rung
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
@@ -151,7 +150,7 @@ def halved(nodes: Array, parts: int) -> Array:
 def _volumes(axes: Sequence[Array]) -> Array:
     """Return the volumes of the octant's boxes, z fastest [m^3]."""
     x, y, z = (np.diff(axis) for axis in axes)
-    return np.asarray((x[:, None, None] * y[:, None] * z).ravel())
+    return (x[:, None, None] * y[:, None] * z).ravel()
 
 
 def _class_matrix(K: Array, inverse: Any, parity: tuple[int, ...]) -> Complex:
@@ -180,10 +179,9 @@ def _polynomial_curls(axes: Sequence[Array], box: Box, parity: tuple[int, ...]) 
         factors = [steps[k] if k == d else means[k] * box.half[k] for k in range(3)]
         whole[a, :, :, :, b] += 8.0 * sign * np.einsum("ix,jy,kz->ijkxyz", *factors)
     fits = np.ones((3, *box.order), dtype=bool)
-    for a in range(3):
-        for e in range(3):
-            even = np.arange(box.order[e]) % 2 == (0 if parity[e] * (1 if e == a else -1) > 0 else 1)
-            fits[a] &= even.reshape([-1 if k == e else 1 for k in range(3)])
+    for a, e in np.ndindex(3, 3):
+        odd = parity[e] * (1 if e == a else -1) < 0
+        fits[a] &= np.expand_dims(np.arange(box.order[e]) % 2 == odd, [k for k in range(3) if k != e])
     rows = np.flatnonzero(fits)
     return rows, whole.reshape(fits.size, -1)[rows]
 
@@ -231,7 +229,7 @@ def _folded(curls: Array, parity: tuple[int, ...]) -> Array:
         upper, lower = np.split(total, [n], axis=e + 1)[::-1]
         turn = np.array([-1.0 if b == e else 1.0 for b in range(3)]).reshape(3, 1, 1, 1, 1)
         total = upper + sign * turn * np.flip(lower, axis=e + 1)
-    return np.asarray(np.moveaxis(total, -1, 0).reshape(total.shape[-1], -1))
+    return np.moveaxis(total, -1, 0).reshape(total.shape[-1], -1)
 
 
 def _strongest(A: Complex, G: Array, rows: Integers, size: Array) -> Basis:
@@ -245,7 +243,7 @@ def _strongest(A: Complex, G: Array, rows: Integers, size: Array) -> Basis:
 def _combined(basis: Basis, box: Box, rows: Integers, G: Array) -> Array:
     """Return G of a class's combinations, from that of the coefficients in ascending `rows`."""
     size = decay_scale(box)[basis.rows, None]
-    return np.asarray((basis.fields * size).T @ (G[np.searchsorted(rows, basis.rows)] * size))
+    return (basis.fields * size).T @ (G[np.searchsorted(rows, basis.rows)] * size)
 
 
 def _joined(blocks: Sequence[Complex], count: int) -> Complex:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.air.source import coil_potentials, mean_log_at, tracks
+from sits_mech.magnetics.section.coils import coil_potentials, mean_log_at, tracks
 from sits_mech.scene.sensor import load_sensor
 
 

@@ -1,4 +1,4 @@
-"""Resistance of the coils' tracks with skin and proximity effect, at many frequencies from one division.
+"""Resistance of the coils' tracks, direct and with skin and proximity effect, at many frequencies from one division.
 
 Every turn is a ring, divided into filaments f of section w_f h_f that share the turn's voltage v_t:
 
@@ -32,14 +32,28 @@ import numpy as np
 
 from sits_mech.geometry.tracks import standing_rings, track_squares
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.coils.alone import track_conductivity
 from sits_mech.magnetics.coils.loops import ring_inductance
-from sits_mech.magnetics.modes import Modes, eddy_modes
-from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.modes import Modes, eddy_modes, skin_depth
 from sits_mech.quantities import Array
+from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Coil
 
 _MOST = 4000  # filaments: an eigenproblem of ten seconds
+
+
+def track_conductivity(coil: Coil) -> float:
+    """Return the conductivity of a coil's tracks, copper's unless the scene gives another [S/m]."""
+    return coil.conductivity or metals()["copper"].conductivity
+
+
+def track_resistance(coil: Coil) -> float:
+    """Return the direct-current resistance of a coil's tracks, uniform current density [ohm]."""
+    return track_squares(coil) / (track_conductivity(coil) * coil.track_thickness)
+
+
+def track_resistances(coils: tuple[Coil, ...]) -> Array:
+    """Return the direct-current resistance of each coil, shape (n,) [ohm]."""
+    return np.array([track_resistance(coil) for coil in coils])
 
 
 @dataclass(frozen=True)

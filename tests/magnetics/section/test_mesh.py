@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.air.mesh import graded_nodes
+from sits_mech.magnetics.section.mesh import graded_nodes
 
 
 def test_graded_nodes_follow_the_wanted_size() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.ferrite.charges import PAIRS, box_charges
+from sits_mech.magnetics.space.boxes import PAIRS, box_charges
 from sits_mech.quantities import Array
 
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.section.division import Lengths, Resolution, bars_of, divisions
 from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.magnetics.section.plate import prepare_plate
+from sits_mech.magnetics.section.plate import Lengths, Resolution, bars_of, divisions, prepare_plate
 
 SIZE, LENGTHS = (8.0, 0.5), Lengths(1.0, 1.0, 0.1)
 RESOLUTION = Resolution(skin=0.5, growth=1.4, along=0.3, near=0.5, terms=10.0)

@@ -1,1 +1,0 @@
-"""The finite element model of the field: mesh, source, solution."""

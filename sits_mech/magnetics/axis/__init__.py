@@ -1,1 +1,0 @@
-"""Discs over coils on one axis."""

@@ -1,1 +1,0 @@
-"""Ferrite cores beside the coils."""
