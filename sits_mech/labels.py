@@ -95,6 +95,15 @@ def unit_of(name: str, unit_L: str, unit_F: str = "") -> str:
     return unit
 
 
+def described(name: str) -> str:
+    """Return long name and unit of a variable for a reader, "" where none is known."""
+    bare = next((name.removeprefix(before) for before in _BEFORE if name.startswith(before)), name)
+    if _found(bare)[1] == bare.replace("_", " "):
+        return ""
+    unit, words = unit_of(name, "H", "N"), _found(name)[1]
+    return f"{words[:1].upper()}{words[1:]}{f' [{unit}]' if unit not in ('', '1') else ''}."
+
+
 def _found(name: str) -> tuple[str, str]:
     """Return unit and long name by the table, or by what stands before and after a name of it."""
     name = (LOAD_ARGUMENTS | POSE_ARGUMENTS).get(name, name)

@@ -13,7 +13,7 @@ import sits_mech as sm
 from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
 from sits_mech.cases import read_table, save_table
-from sits_mech.labels import labelled, unit_of
+from sits_mech.labels import described, labelled, unit_of
 
 _MODELS = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
 
@@ -100,3 +100,9 @@ def test_units_of_columns_and_of_what_is_mixed() -> None:
     mixed = xr.Dataset({"L": ("case", np.ones(2)), "unit_L": ("case", ["H", "H/m"])})
     assert "units" not in labelled(mixed)["L"].attrs and "units" not in mixed["L"].attrs
     assert labelled(mixed.isel(case=[0]))["L"].attrs["units"] == "H"
+
+
+def test_the_page_of_keys_reads_here_what_a_table_holds_too() -> None:
+    assert described("error_dL_x").startswith("Estimated error of the first moment of the inductances along x over L0")
+    assert described("min_J") == "Smallest volume ratio in the layer." and described("R_dc").endswith("[ohm].")
+    assert described("foo") == described("error_foo") == ""

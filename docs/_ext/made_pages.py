@@ -15,6 +15,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from sits_mech.labels import described
+
 _QUICK = ("force_calibration", "hysteresis", "mechanics_accuracy", "paper_outlook", "work_precision")
 _WORDS = {"N*m": "N m"}
 _PLURALS = {"quantity": "quantities", "table": "tables", "whole number": "whole numbers", "list of": "lists of"}
@@ -190,12 +192,13 @@ def answer_keys(here: Path, made: Path) -> None:
         for key in dict.fromkeys(_short(key, asked["short"]) for key in answer):
             parts = key.split(".")
             tails = (".".join(parts[k:]) for k in range(len(parts)))
-            own = next((tail for tail in tails if tail in meanings), None)
-            if own is None:
+            own = next((tail for tail in tails if tail in meanings), "")
+            said = meanings[own] if own else described(parts[-1])
+            used |= {own} - {""}
+            if said:
+                lines.append(f"| `{key}` | {said} |")
+            else:
                 missing.append(f"{name}: {key}")
-                continue
-            used.add(own)
-            lines.append(f"| `{key}` | {meanings[own]} |")
     if missing or set(meanings) - used:
         idle = sorted(set(meanings) - used)
         raise ValueError(f"docs/reference/json_keys.toml: must explain {missing}; explains {idle}, which no answer has")
