@@ -30,6 +30,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sits_mech.disk_cache import kept
 from sits_mech.geometry.tracks import standing_rings, track_squares
 from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.alone import track_conductivity
@@ -91,11 +92,17 @@ def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity:
 
 
 def _modes(rings: Sections, cells: tuple[int, int], conductivity: float) -> Modes:
-    """Return modes of the filaments, seen by turns."""
-    parts = divided(rings, cells)
-    R = 2.0 * np.pi * parts.radius / (conductivity * parts.width * parts.height)
-    share = np.repeat(np.eye(rings.radius.size), cells[0] * cells[1], axis=1)
-    return eddy_modes(ring_inductance(parts, points=(1, 1)), R, share)
+    """Return modes of the filaments, seen by turns, kept from command to command."""
+
+    def made() -> Modes:
+        parts = divided(rings, cells)
+        R = 2.0 * np.pi * parts.radius / (conductivity * parts.width * parts.height)
+        share = np.repeat(np.eye(rings.radius.size), cells[0] * cells[1], axis=1)
+        return eddy_modes(ring_inductance(parts, points=(1, 1)), R, share)
+
+    asked = "tracks", rings, cells, conductivity
+    return kept(asked, made, lambda own: {"tau": own.tau, "coupling": own.coupling},
+                lambda arrays: Modes(arrays["tau"], arrays["coupling"]))
 
 
 def divided(rings: Sections, cells: tuple[int, int]) -> Sections:
