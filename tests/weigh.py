@@ -23,7 +23,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 47_082, "tokens": 406_736, "named numbers": 524, "branching functions": 126, "long signatures": 33,
+    "lines": 47_078, "tokens": 406_735, "named numbers": 524, "branching functions": 126, "long signatures": 33,
     "skipped formats": 0, "large files": 6, "entered in space": 127, "entered in the plane": 120,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
