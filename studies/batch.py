@@ -42,7 +42,7 @@ fx = {{ from = "0.1 N", to = "1 N", count = {0} }}
 fz = {{ from = "1 N", to = "4 N", count = {1} }}
 [fixed]
 model = "planar"
-tolerance = 3e-3
+tolerance = {2}
 """
 
 
@@ -66,7 +66,7 @@ def overhead(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
     ]
 
 
-def two_processes(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
+def two_processes(folder: Path, counts: tuple[int, int, float]) -> list[tuple[str, float]]:
     """Return how much sooner two processes are done with loads of the layer."""
     path = folder / "loads.toml"
     path.write_text(LOADS.format(*counts))
@@ -85,7 +85,7 @@ def two_processes(folder: Path, counts: tuple[int, int]) -> list[tuple[str, floa
     ]
 
 
-def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
+def killed(folder: Path, counts: tuple[int, int, float]) -> list[tuple[str, float]]:
     """Return what is kept of a killed run, what of it is computed again, and whether the resumed table is the same."""
     path, out = folder / "killed.toml", folder / "killed"
     path.write_text(LOADS.format(*counts))
@@ -114,11 +114,11 @@ def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
 def main() -> None:
     """Run the batches and write what they cost."""
     coarse, folder = study_arguments(__doc__ or "")
-    loads = (3, 2) if coarse else (8, 6)
+    loads = (3, 2, 3e-2) if coarse else (8, 6, 3e-3)
     for name in ("magnetic", "one", "two", "killed"):  # of an earlier run, which would leave nothing to time
         shutil.rmtree(folder / name, ignore_errors=True)
     found = [
-        *overhead(folder, (5, 10) if coarse else (25, 40)), *two_processes(folder, loads), *killed(folder, loads),
+        *overhead(folder, (4, 5) if coarse else (25, 40)), *two_processes(folder, loads), *killed(folder, loads),
     ]
     print(write_rows([{"what": what, "value": value} for what, value in found], folder / "batch.csv"))
 

@@ -54,7 +54,7 @@ FILES = {
     "strip": CHEAP, "low_profile": CHEAP, "button_any": CHEAP, "strip_exact": CHEAP, "button": CHEAP,
     "foot_sole": DEAR, "three_axes": DEAR, "fingertip": DEAR, "target_width": DEAR, "gripper_pad": DEAR,
 }
-QUICK, QUICK_FILES, FEW = Effort(2, 1, 1, 2, 5e-2), ("strip_exact",), 2
+QUICK, QUICK_FILES, FEW = Effort(2, 1, 1, 1, 5e-2), ("strip_exact",), 1
 
 
 def goal_of(found: DesignAnswer) -> tuple[float, float]:

@@ -52,7 +52,7 @@ from sits_mech.status import exit_code
 SECONDS, MEMORY = 20.0, 2.0  # processor time, GiB
 LIMITS = {"SITS_MECH_SECONDS": "10", "SITS_MECH_MEMORY": "1", "SITS_MECH_CACHE": "off"}
 """What is asked of the program; the seconds are of a step, of which an answer has some."""
-COARSE = 12  # of each
+COARSE = 6  # of each
 OPEN = {(0, "input-21"), (0, "input-87"), (0, "input-99")}
 """Faults that are known and not mended, by seed and case: they are told and do not end it with code 1.
 

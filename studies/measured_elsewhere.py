@@ -23,7 +23,7 @@ from threadpoolctl import threadpool_limits
 def coils(coarse: bool, folder: Path) -> list[Row]:
     """Return the rows of coils alone."""
     forms = coils_alone.spirals(coarse)
-    rows = [*coils_alone.bundles(), *coils_alone.probe(), *coils_alone.mohan(forms)]
+    rows = [*coils_alone.bundles(), *coils_alone.probe(coarse), *coils_alone.mohan(forms)]
     coils_alone.draw(forms, rows, folder)
     return rows
 

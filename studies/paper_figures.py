@@ -283,7 +283,7 @@ def optimum_width(count: int, tolerance: float, coarse: bool) -> list[dict[str, 
 def main() -> None:
     """Make every table and picture."""
     coarse, folder = study_arguments(__doc__ or "")
-    count, tolerance = (3, 5e-2) if coarse else (21, 5e-3)
+    count, tolerance = (3, 1e-1) if coarse else (21, 5e-3)
     figure_4(coarse, folder)
     for name, rows in (
         ("switches", switches(tolerance)),

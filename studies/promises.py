@@ -14,6 +14,7 @@ Run ``python studies/promises.py [--coarse] --output DIR``: `promises.csv`, `tab
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -34,8 +35,9 @@ SCENES = ("biorob2018", "biorob2018-w15", "triaxial-4")
 SILICONES = (
     "ecoflex-00-10", "ecoflex-00-30", "ecoflex-00-50", "ecoflex-00-30-neo-hookean", "ecoflex-00-10-neo-hookean",
 )
-COUNT, COARSE = 60, 2
-TABLES: tuple[tuple[str, tuple[str, ...], dict[str, tuple[float, float, int]]], ...] = (
+COUNT, COARSE, SMALL = 60, 1, 4  # scenes; of coarse runs, and the number of their table
+Table = tuple[str, tuple[str, ...], dict[str, tuple[float, float, int]]]
+TABLES: tuple[Table, ...] = (
     ("biorob2018-w15", (), {"F_x": (-1.0, 1.0, 9), "F_z": (0.0, 4.0, 9)}),
     ("biorob2018", (), {"F_x": (-1.0, 1.0, 9), "F_z": (0.0, 4.0, 9)}),
     ("biorob2018", (), {"F_x": (-0.4, 0.4, 5), "F_z": (0.0, 1.5, 5)}),
@@ -104,10 +106,10 @@ def loads(count: int) -> list[Row]:
     return rows
 
 
-def tables(count: int) -> list[Row]:
+def tables(asked: Sequence[Table]) -> list[Row]:
     """Return a row for each table."""
     rows = list[Row]()
-    for scene, more, axes in TABLES[:count]:
+    for scene, more, axes in asked:
         sensor = load_sensor(scene, list(more))
         forget()
         began = time.process_time()
@@ -131,10 +133,10 @@ def shares(name: str, rows: list[Row]) -> str:
 
 
 def main() -> None:
-    """Measure all, or with --coarse two scenes and one table."""
+    """Measure all, or with --coarse a scene and a small table."""
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(limits=1):
-        single, many = loads(COARSE if coarse else COUNT), tables(1 if coarse else len(TABLES))
+        single, many = loads(COARSE if coarse else COUNT), tables(TABLES[SMALL : SMALL + 1] if coarse else TABLES)
     print(write_rows(single, folder / "promises.csv"))
     print(write_rows(many, folder / "tables.csv"))
     print(shares("loads", single), shares("tables", many), sep="\n")

@@ -35,7 +35,7 @@ from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import ABOVE, ANSWERED, FAILED, OK, WORDS
 
 TOLERANCE, FINER = 1e-2, 3.0  # the default, and over that of the finer answer
-COUNT, COARSE = 500, (6, 9, 15, 19, 25)
+COUNT, COARSE = 500, (0, 25)
 SECONDS, MEMORY = 60.0, 6.0  # of a solve: processor time, GiB
 LATE = "no answer in time"
 ROUNDING = 1e-9  # of a figure

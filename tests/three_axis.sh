@@ -43,9 +43,9 @@ parallel_capacitance = "330 pF"
 REST
 } >scene.toml
 
-sits-mech calibrate scene.toml --fx "-0.4 N:0.4 N:5" --fy "-0.4 N:0.4 N:5" --fz "0 N:1.5 N:5" -o calibration --accept >loads.txt
+loads=(--fx "-0.4 N:0.4 N:5" --fy "-0.4 N:0.4 N:5" --fz "0 N:1.5 N:5")
+sits-mech calibrate scene.toml "${loads[@]}" --tolerance 0.1 -o calibration --accept >loads.txt
 sits-mech quality calibration --json >quality.json
-sits-mech report calibration -o report.html
 sits-mech export calibration --to c -o sensor.h
 
 python - <<'MADE'

@@ -27,6 +27,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from warm import started
+
 _FENCE = re.compile(
     r"^(?P<fence>`{3,})\{(?P<kind>file|run)\} ?(?P<argument>[^\n]*)\n(?P<text>.*?)^(?P=fence)$", re.M | re.S
 )
@@ -153,10 +155,9 @@ def run_page(page: Path, folder: Path, update: bool = False) -> float:
 
 def _run(step: Step, folder: Path, where: str) -> str:
     """Return what a command prints."""
-    own = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}", "MPLBACKEND": "Agg"}
     done = subprocess.run(
-        ["bash", "-c", step.command], cwd=folder, env=os.environ | own, capture_output=True, text=True, timeout=_LIMIT,
-        stdin=subprocess.DEVNULL,
+        ["bash", "-c", step.command], cwd=folder, env=os.environ | {"MPLBACKEND": "Agg"}, capture_output=True,
+        text=True, timeout=_LIMIT, stdin=subprocess.DEVNULL,
     )
     if done.returncode != step.code:
         said = f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
@@ -181,10 +182,11 @@ def package_stamp(text: str, package: Path) -> str:
 
 def main(pages: list[str]) -> int:
     """Run pages and put what they print in them."""
-    for name in pages:
-        page = Path(name)
-        folder = Path(__file__).parents[1] / "_made" / page.stem
-        sys.stdout.write(f"{run_page(page, folder, update=True):6.1f} s  {page}\n")
+    with started():
+        for name in pages:
+            page = Path(name)
+            folder = Path(__file__).parents[1] / "_made" / page.stem
+            sys.stdout.write(f"{run_page(page, folder, update=True):6.1f} s  {page}\n")
     return 0
 
 

@@ -219,9 +219,7 @@ def _answer(command: str, made: Path) -> list[str]:
     stamp = package_stamp(command, Path(__file__).parents[2] / "sits_mech")
     kept = made / "answers" / f"{stamp}.json"
     if not kept.exists():
-        path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-        words, own = ["bash", "-c", command], os.environ | {"PATH": path}
-        done = subprocess.run(words, cwd=made, env=own, capture_output=True, text=True)
+        done = subprocess.run(["bash", "-c", command], cwd=made, capture_output=True, text=True)
         if done.returncode not in (0, 3, 4):
             raise ValueError(f"{command}: ended with {done.returncode}: {done.stderr}")
         write(kept, done.stdout)

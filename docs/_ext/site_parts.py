@@ -20,6 +20,7 @@ from made_pages import answer_keys, modules, schemas, studies
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.util import logging
+from warm import started
 
 LOG = logging.getLogger(__name__)
 HERE = Path(__file__).parents[1]
@@ -106,11 +107,12 @@ def block_math(self: Any, node: nodes.math_block) -> None:
 def made(app: Sphinx) -> None:
     """Make what other files say into pages."""
     (MADE / "extra").mkdir(parents=True, exist_ok=True)
-    run_pages(app)
+    with started():
+        run_pages(app)
+        answer_keys(HERE, MADE)
     studies(HERE, MADE)
     schemas(HERE, MADE)
     modules(HERE)
-    answer_keys(HERE, MADE)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

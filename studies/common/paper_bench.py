@@ -35,7 +35,7 @@ KNOWN = {
 }
 SHIFTS = tuple(KNOWN)[:-1]  # without the conductivity, which the points do not resolve: profiles
 STILL = ("capacitance", "lead", "gap", "d_h", "alpha", "target.conductivity")  # nothing turns
-FEW = ("capacitance", "gap", "axis_z")  # coarse
+FEW = ("gap", "capacitance")  # coarse
 HALF = 0.5  # [% of L0]
 ONE = "one set-up"
 TESTS = {ONE: (1, 2, 5), "vertical test": (1, 5), "rotation test": (2,)}

@@ -172,7 +172,7 @@ def mohan(found: dict[str, list[tuple[float, float]]]) -> Iterator[Row]:
                   remark="stated 8 % at most for s up to 3 w, of the current sheet; taken for all")
 
 
-def probe() -> Iterator[Row]:
+def probe(coarse: bool) -> Iterator[Row]:
     """Yield the rows of the square spiral of 18 turns over aluminium."""
     one = spiral("square", 18, 10e-3, 0.127e-3, 0.127e-3, 35e-6)
     alone = float(coil_inductances((one,))[0, 0]) * 1e6
@@ -183,12 +183,12 @@ def probe() -> Iterator[Row]:
     yield Row("ECAS-8 spiral", "L measured over intact aluminium", "uH", 3.57, alone, 0.1, ECAS,
               remark="metal can only lower L, so one layer of 18 turns in a tank of 1 nF does not read this. Layers "
               "and lift-off are not stated: two layers of 18 turns, 1.4 mm apart as the outer ones of its board, would "
-              f"read it {lift_off(3.57e-6) * 1e3:.1f} mm above the metal")
+              f"read it {lift_off(3.57e-6, 0.1 if coarse else 0.05) * 1e3:.1f} mm above the metal")
     yield Row("ECAS-8 spiral", "rise over the slot of 1.5 mm, of L", "%", 6.3, np.nan, 0.9, ECAS,
               remark="not computed: neither lift-off nor winding is stated, and the base above is not met")
 
 
-def lift_off(L: float) -> float:
+def lift_off(L: float, tolerance: float) -> float:
     """Return how far above aluminium the spiral would read L, if it had two layers 1.4 mm apart [m]."""
     pitch, hertz = 0.254e-3, 2.66e6
     inner = 10e-3 - 35 * pitch
@@ -196,7 +196,7 @@ def lift_off(L: float) -> float:
                 inner_width=inner, inner_length=inner, track_width=pitch / 2, track_gap=pitch / 2,
                 track_thickness=35e-6)
     plate = Target(material="aluminium", shape="rectangle", width=24e-3, length=24e-3, thickness=1e-3, load_height=0.0)
-    model = sheets(Sensor(name="ECAS-8", frequency=hertz, coils=(coil,), target=plate), 0.05)
+    model = sheets(Sensor(name="ECAS-8", frequency=hertz, coils=(coil,), target=plate), tolerance)
     gaps = np.array([0.5e-3, 0.8e-3, 1.1e-3, 1.5e-3, 2e-3])
     read = [model.impedance(Pose(0.0, float(gap), 0.0), hertz).L[0, 0] for gap in gaps]
     return float(np.interp(L, read, gaps))

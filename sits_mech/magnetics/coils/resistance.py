@@ -30,6 +30,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sits_mech.disk_cache import kept
 from sits_mech.geometry.tracks import standing_rings, track_squares
 from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import ring_inductance
@@ -76,32 +77,28 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     delta = skin_depth(float(hertz.max()), track_conductivity(coil))
     cells = [filaments_along(side, delta) for side in (coil.track_width, coil.track_thickness)]
     rings = standing_rings(coil)
-    turns = rings.radius.size
-    if 4 * cells[0] * cells[1] * turns > _MOST:
-        raise ValueError(
-            f"frequency: {hertz.max():g} Hz with {turns} turns asks for more than {_MOST} filaments of track; "
-            "lower the frequency"
-        )
+    if 4 * cells[0] * cells[1] * rings.radius.size > _MOST:
+        words = f"{hertz.max():g} Hz with {rings.radius.size} turns asks for more than {_MOST} filaments of track"
+        raise ValueError(f"frequency: {words}; lower the frequency")
     coarse, fine = (_series(rings, (n * cells[0], n * cells[1]), hertz, track_conductivity(coil)) for n in (1, 2))
     step = (fine - coarse) / 3
-    value = fine + step
-    if not coil.is_round:  # as much more resistance as the coil's tracks have squares
-        scale = np.array([[track_squares(coil) / float((2.0 * np.pi * rings.radius / rings.width).sum())], [1.0]])
-        value, step = scale * value, scale * step
-    return TrackSpectrum(value[0], value[1], np.abs(step[0]))
+    R, shift = fine + step
+    more = 1.0 if coil.is_round else track_squares(coil) / (2.0 * np.pi * rings.radius / rings.width).sum()
+    return TrackSpectrum(more * R, shift, np.abs(more * step[0]))  # as much more as the coil's tracks have squares
 
 
 def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity: float) -> Array:
     """Return R and L(f) - L(0) of all turns in series with one division, shape (2, f)."""
-    modes = _modes(rings, cells, conductivity)
+    asked = rings, cells, conductivity
+    modes = kept(
+        ("tracks", asked), lambda: _modes(*asked), lambda own: {"tau": own.tau, "coupling": own.coupling},
+        lambda arrays: Modes(**arrays),
+    )
     C, ones = modes.coupling, np.broadcast_to(rings.sign, rings.radius.shape)  # the current in each turn
     rest = C.T @ np.linalg.solve(C @ C.T, ones)
-    L_rest = float(rest**2 @ modes.tau)
-    found = np.empty((2, hertz.size))
-    for k, omega in enumerate(2.0 * np.pi * hertz):
-        Z = complex(ones @ np.linalg.solve(modes.admittance(omega) / omega**2, ones))
-        found[:, k] = Z.real, Z.imag / omega - L_rest
-    return found
+    omega = 2.0 * np.pi * hertz
+    Z = np.array([ones @ np.linalg.solve(modes.admittance(each) / each**2, ones) for each in omega])
+    return np.array([Z.real, Z.imag / omega - rest**2 @ modes.tau])
 
 
 def _modes(rings: Sections, cells: tuple[int, int], conductivity: float) -> Modes:

@@ -1,11 +1,15 @@
 """One division for many frequencies: equal to the direct solution, direct current below, skin depth above."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from common.track_losses import coil_losses
 from scipy.constants import mu_0
 
+from sits_mech.disk_cache import VARIABLE
 from sits_mech.geometry.tracks import coil_bars
+from sits_mech.magnetics.coils import resistance
 from sits_mech.magnetics.coils.resistance import track_resistance, track_spectrum
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.scene.sensor import Coil
@@ -22,6 +26,19 @@ def test_equals_the_direct_solution() -> None:
     found, high, low = track_spectrum(COIL, [1e6, 5e6]), coil_losses(COIL, 5e6), coil_losses(COIL, 1e6)
     assert found.R[1] == pytest.approx(high.R, rel=1e-10)
     assert abs(found.R[0] - low.R) < found.error_R[0] + low.error_R
+
+
+def test_the_second_command_finds_no_modes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are kept, and say the same to the bit; those of another coil are others."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    wider = COIL.model_copy(update={"inner_diameter": 3e-3})
+    first = [track_spectrum(coil, [1e6, 5e6]) for coil in (COIL, wider)]
+    monkeypatch.setattr(resistance, "eddy_modes", None)
+    for coil, before in zip((COIL, wider), first, strict=True):
+        after = track_spectrum(coil, [1e6, 5e6])
+        for name in ("R", "shift", "error_R"):
+            np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
+    assert np.all(first[0].R < first[1].R)
 
 
 def test_limits() -> None:
