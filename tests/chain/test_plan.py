@@ -227,6 +227,7 @@ def _lopsided(sensor: Sensor) -> Sensor:
     return load_sensor("biorob2018", [f'target={{material="copper", shape="outline", {points}, thickness=2e-4}}'])
 
 
+@pytest.mark.slow
 def test_a_pose_among_conductors_costs_more() -> None:
     """Those that matter; a far one costs nothing."""
     nut = 'conductors=[{name="nut", material="copper", shape="rectangle", centre=["0 mm", "-3 mm"], width="2 mm", '

@@ -36,6 +36,7 @@ def test_a_load_in_the_plane_is_that_of_the_plane_chain(sensor, sheared):
     assert abs(plane.signals.L_h - sheared.signals.L_h) < plane.signals.error_L_h + sheared.signals.error_L_h
 
 
+@pytest.mark.slow
 def test_shear_along_y_over_turned_coils_is_shear_along_x(sheared):
     """Pad, target and mesh are their own image under a quarter turn, and so are the coils' rings."""
     turned = load_sensor("biorob2018", ["coils.C1.centre=[0, -0.004]", "coils.C2.centre=[0, 0.004]"])
