@@ -34,7 +34,7 @@ def sensor() -> Sensor:
 @pytest.fixture(scope="module")
 def data(sensor: Sensor) -> xr.Dataset:
     """Its calibration."""
-    return calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 5), F_z=np.linspace(0.0, 4.0, 5), mechanics="planar")
+    return calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 5), F_z=np.linspace(0.0, 4.0, 5), mechanics="linear")
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def bench(sensor: Sensor) -> Measured:
     written = ", ".join(f"{key} = {value!r}" for key, value in soft.items())
     other = changed(sensor, [f'elastomer.material={{law = "yeoh", {written}}}', f"elastomer.standoff={GAP}"])
     F_x, F_z = [-0.7, -0.2, 0.3, 0.8], [0.2, 1.2, 2.2, 3.2]
-    shown = calibrate(other, F_x=F_x, F_z=F_z, mechanics="planar")
+    shown = calibrate(other, F_x=F_x, F_z=F_z, mechanics="linear")
     L = terminals(other, shown)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
     loads = np.stack(np.meshgrid(F_x, F_z, indexing="ij"), -1).reshape(-1, 2)
     noise = NOISE * np.random.default_rng(5).standard_normal((16, 2))

@@ -32,13 +32,13 @@ CASES = [pytest.param(ALL, id="all"), *(pytest.param(v, marks=pytest.mark.slow, 
 
 @pytest.fixture(scope="module", params=CASES)
 def named(request: pytest.FixtureRequest, calibrated: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the small calibration with other names of scene and coils, without pictures."""
+    """The folder of the small calibration with other names of scene and coils."""
     coils = request.param
     sets = [f"coils.{k}.name={json.dumps(name)}" for k, name in enumerate(coils)]
     sensor = load_sensor(str(calibrated / "scene.toml"), [*sets, f"name={json.dumps(' '.join(coils))}"])
     _, data = read_calibration(calibrated)
     folder = tmp_path_factory.mktemp("named") / "made"
-    shutil.copytree(calibrated / "cases", folder / "cases")
+    shutil.copytree(calibrated, folder)
     renamed = data.assign_coords(coil=list(coils), coil_2=list(coils)).assign_attrs(scene=scene_text(sensor))
     save_sensor(sensor, folder / "scene.toml")
     save_table(renamed, folder / "result.nc")

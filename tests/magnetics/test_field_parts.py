@@ -36,7 +36,7 @@ def _mirrored(first: Bars, second: Bars, plane: float) -> float:
     return float(-mu_0 / (2 * np.pi) * first.sign @ logs @ second.sign)
 
 
-@pytest.mark.parametrize("mu_r", [2.0, 1e3])
+@pytest.mark.parametrize("mu_r", [2.0, pytest.param(1e3, marks=pytest.mark.slow)])
 def test_permeable_half_space_by_images(mu_r: float) -> None:
     """Currents at a permeable half-space: images times (mu_r - 1) / (mu_r + 1). A block of 0.4 x 0.2 m is it."""
     block = _block("ferrite", 1e-3, 0.4, 0.2, conductivity=1e-6, relative_permeability=mu_r)
@@ -92,6 +92,7 @@ def test_ferrite_behind_raises_and_ground_plane_lowers() -> None:
     assert np.all(changes[0] > 0) and np.all(changes[1] < 0)
 
 
+@pytest.mark.slow
 def test_rates() -> None:
     """The flux converges twice as fast as the field: towards order 4 with elements of order 2, faster with order 3."""
     coils = tracks(load_sensor("biorob2018"))
