@@ -89,7 +89,12 @@ def test_a_pad_without_any_limit_bears_the_default(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(
-    ("name", "most"), [("biorob2018-w15", (0.7, 2.8)), pytest.param("biorob2018", (0.4, 1.6), marks=pytest.mark.slow), pytest.param("square-4", (None, 1.6), marks=pytest.mark.slow)]
+    ("name", "most"),
+    [
+        ("biorob2018-w15", (0.7, 2.8)),
+        pytest.param("biorob2018", (0.4, 1.6), marks=pytest.mark.slow),
+        pytest.param("square-4", (None, 1.6), marks=pytest.mark.slow),
+    ],
 )
 def test_default_ranges_of_the_catalogue(name: str, most: tuple[float | None, float]) -> None:
     """One digit of what is borne by the stretch of two meshes, which is too large; one coil resolves F_z alone."""

@@ -85,7 +85,13 @@ def test_estimated_error_brackets_the_true_one(sensor, tolerance):
         assert true_R / 2 < z.error_R.max() < max(5 * true_R, 2 * tolerance * max(R1, R2))
 
 
-@pytest.mark.parametrize("pose", [Pose(0.0, 1 * MM, 0.0), Pose(1.5 * MM, 2 * MM, 0.3), pytest.param(Pose(-2 * MM, 1 * MM, -0.15), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "pose",
+    [
+        Pose(0.0, 1 * MM, 0.0), Pose(1.5 * MM, 2 * MM, 0.3),
+        pytest.param(Pose(-2 * MM, 1 * MM, -0.15), marks=pytest.mark.slow),
+    ],
+)
 def test_thin_perfect_conductor_is_the_exact_strip(pose):
     thin = load_sensor("biorob2018", ['target.thickness="0.2 um"', "target.conductivity=1.3e12"])  # skin depth 0.2 um
     _, dL = change(thin, 1e-4, pose, 5e6)

@@ -20,7 +20,14 @@ def of_pose(found: Equilibrium) -> float:
     return found.report.estimated_error
 
 
-@pytest.mark.parametrize(("load", "tolerance"), [pytest.param((0.5, 1.0), 1e-2, marks=pytest.mark.slow), pytest.param((0.5, 2.0), 1e-2, marks=pytest.mark.slow), ((0.3, 0.6), 5e-2)])
+@pytest.mark.parametrize(
+    ("load", "tolerance"),
+    [
+        pytest.param((0.5, 1.0), 1e-2, marks=pytest.mark.slow),
+        pytest.param((0.5, 2.0), 1e-2, marks=pytest.mark.slow),
+        ((0.3, 0.6), 5e-2),
+    ],
+)
 def test_the_error_to_expect_is_the_answers_within_three(load: tuple[float, float], tolerance: float) -> None:
     sensor = load_sensor("biorob2018", ['elastomer.contact="never"'])
     pad, wrench = block_pad(sensor, tolerance), Wrench(*load)

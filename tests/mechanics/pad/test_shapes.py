@@ -164,7 +164,8 @@ def test_pillars_that_touch_are_held_against_each_other():
 SHAPES = (((8, 8), (20, 20)), ((10, 6), (8, 8)), (8, 10), (10, (8, 8)), ((7, 7), 8), ((4.5, 2), pillars()))
 
 
-@pytest.mark.parametrize("whole", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("whole", [False, True])
 def test_places_are_carried_along_every_family(whole):
     """From two parts a base cell to three, that do not nest: curved sides are off by h^3, straight ones by nothing."""
     for target, pad in SHAPES:
