@@ -104,6 +104,7 @@ def flat():
     return layer, layer.controlled(Control(d_h=0.0, sink=0.9 * MM, alpha=0.0))
 
 
+@pytest.mark.slow
 def test_faces_of_a_flush_layer_lie_on_both_planes(flat):
     layer, found = flat
     assert found.report.min_J > 0.0 and found.pose.d_v == pytest.approx(2.1 * MM, rel=1e-9)
@@ -128,6 +129,7 @@ def test_contact_answer_does_not_hang_on_its_depth(flat):
     assert max(abs(force / forces[1] - 1.0) for force in forces) < found.report.estimated_error / 2
 
 
+@pytest.mark.slow
 def test_work_is_the_energy_stored_with_contact(flat):
     """Of the mesh whose state is kept; forces are extrapolated from it and others."""
     layer, end = flat
