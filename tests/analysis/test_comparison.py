@@ -34,7 +34,7 @@ def sensor() -> Sensor:
 @pytest.fixture(scope="module")
 def data(sensor: Sensor) -> xr.Dataset:
     """Its calibration."""
-    return calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 5), F_z=np.linspace(0.0, 4.0, 5), mechanics="planar")
+    return calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 5), F_z=np.linspace(0.0, 4.0, 5), mechanics="linear")
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def bench(sensor: Sensor) -> Measured:
     written = ", ".join(f"{key} = {value!r}" for key, value in soft.items())
     other = changed(sensor, [f'elastomer.material={{law = "yeoh", {written}}}', f"elastomer.standoff={GAP}"])
     F_x, F_z = [-0.7, -0.2, 0.3, 0.8], [0.2, 1.2, 2.2, 3.2]
-    shown = calibrate(other, F_x=F_x, F_z=F_z, mechanics="planar")
+    shown = calibrate(other, F_x=F_x, F_z=F_z, mechanics="linear")
     L = terminals(other, shown)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
     loads = np.stack(np.meshgrid(F_x, F_z, indexing="ij"), -1).reshape(-1, 2)
     noise = NOISE * np.random.default_rng(5).standard_normal((16, 2))
@@ -69,6 +69,7 @@ def test_modulus_gap_and_lead_come_back(sensor: Sensor, data: xr.Dataset, bench:
     assert found.shear_modulus == pytest.approx(FACTOR * sensor.elastomer.silicone.shear_modulus, rel=0.01)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_compared_is_refused(sensor: Sensor, data: xr.Dataset, bench: Measured) -> None:
     """Unknown parameters; forces beyond the table."""
     with pytest.raises(ValueError, match="fit: must be modulus, gap, .* or a key of the scene, .* got \"colour\""):
@@ -146,6 +147,7 @@ def test_three_axes_by_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         read_measured(tmp_path / "bench.csv", several(table), list(known.coils))
 
 
+@pytest.mark.slow
 def test_compare_command(
     sensor: Sensor, data: xr.Dataset, bench: Measured, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -23,6 +23,7 @@ from sits_mech.scene.sensor import load_sensor
 Capture = pytest.CaptureFixture[str]
 
 
+@pytest.mark.slow
 def test_axes_of_an_envelope_are_capacities(capsys: Capture, tmp_path: Path) -> None:
     """In plane strain, whose meshes agree: each force alone ends where the layer does; shear both ways is one ray."""
     words = ["envelope", "biorob2018", "--mechanics", "planar", "--rays", "4", "-o", str(tmp_path), "--json"]
@@ -39,6 +40,7 @@ def test_axes_of_an_envelope_are_capacities(capsys: Capture, tmp_path: Path) -> 
     assert found["known_stretch"] == 2.0 and found["model"] == "planar"
 
 
+@pytest.mark.slow
 def test_an_error_beyond_the_tolerance_is_a_limit() -> None:
     """No force is borne to a tolerance that two meshes do not reach."""
     found = envelope(load_sensor("biorob2018"), mechanics="planar", rays=4, tolerance=1e-5)
@@ -69,6 +71,7 @@ def test_record_table_and_picture_of_two_planes() -> None:
     assert [each.get_xlabel() for each in axes] == ["shear force $F_x$ [N]", "shear force $F_y$ [N]"]
 
 
+@pytest.mark.slow
 def test_default_ranges_are_borne() -> None:
     """Round numbers below what two meshes bear; a model without stretch says nothing; written ranges stay."""
     sensor = load_sensor("biorob2018")
@@ -87,7 +90,12 @@ def test_a_pad_without_any_limit_bears_the_default(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(
-    ("name", "most"), [("biorob2018-w15", (0.7, 2.8)), ("biorob2018", (0.4, 1.6)), ("square-4", (None, 1.6))]
+    ("name", "most"),
+    [
+        ("biorob2018-w15", (0.7, 2.8)),
+        pytest.param("biorob2018", (0.4, 1.6), marks=pytest.mark.slow),
+        pytest.param("square-4", (None, 1.6), marks=pytest.mark.slow),
+    ],
 )
 def test_default_ranges_of_the_catalogue(name: str, most: tuple[float | None, float]) -> None:
     """One digit of what is borne by the stretch of two meshes, which is too large; one coil resolves F_z alone."""

@@ -39,15 +39,16 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_magnetic_cases_stand_at_their_place(tmp_path: Path) -> None:
     """As the model itself gives them, a section, which the status tells; a target may be wider than the layer."""
-    text = HEAD + "[vary]\n" + '"target.width" = ["8 mm", "22 mm"]\n' + GAPS + COARSE
+    text = HEAD + "[vary]\n" + '"target.width" = ["8 mm", "22 mm"]\n' + GAPS + COARSE.replace("1e-2", "0.1")
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
     assert data["L"].dims == ("target.width", "dv", "coil", "coil_2") and np.all(data["status"] == "above tolerance")
     np.testing.assert_allclose(data["target.width"], [0.008, 0.022])
     np.testing.assert_allclose(data["dv"], [1e-3, 2e-3, 3e-3, 4e-3, 5e-3])
     sensor = load_sensor("biorob2018")
-    model, _ = magnetic_model(sensor, tolerance=1e-2)
+    model, _ = magnetic_model(sensor, tolerance=0.1)
     alone = model.impedance(Pose(0.0, 3e-3), sensor.frequency)
     np.testing.assert_allclose(data["L"].sel({"target.width": 8e-3, "dv": 3e-3}, method="nearest"), alone.L, rtol=1e-12)
     assert read_table(tmp_path / "out" / "result.nc").identical(data)
@@ -67,11 +68,11 @@ def test_whole_calibrations_are_cases(tmp_path: Path) -> None:
     """Loads are inner dimensions with their forces; the numbers are those of the chain."""
     text = 'scene = "biorob2018"\nrequest = "calibrate"\n[vary]\n"elastomer.thickness" = ["2 mm", "3 mm"]\n'
     text += '[fixed]\nfx = "-0.2 N:0.2 N:2"\nfz = "0 N:1 N:2"\ntolerance = 0.1\n'
-    text += '"target.width" = "10 mm"\nmechanics = "planar"\nmagnetics = "planar"\n'
+    text += '"target.width" = "10 mm"\nmechanics = "linear"\nmagnetics = "planar"\n'
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
     assert data["L_v_percent"].dims == ("elastomer.thickness", "F_x", "F_z") and not data["failed_loads"].any()
     sensor = load_sensor("biorob2018", ['target.width="10 mm"', 'elastomer.thickness="3 mm"'])
-    alone = calibrate(sensor, F_x=[-0.2, 0.2], F_z=[0.0, 1.0], tolerance=0.1, mechanics="planar", magnetics="planar")
+    alone = calibrate(sensor, F_x=[-0.2, 0.2], F_z=[0.0, 1.0], tolerance=0.1, mechanics="linear", magnetics="planar")
     np.testing.assert_allclose(data["L_v_percent"][1], alone["L_v_percent"], rtol=1e-12)
     np.testing.assert_allclose(data["F_z"], [0.0, 1.0])
 
@@ -97,10 +98,11 @@ def test_a_case_may_be_a_grid_of_any_components(tmp_path: Path, monkeypatch: pyt
 
 def test_forces_and_poses_are_requests(tmp_path: Path) -> None:
     """A load's pose, and the whole chain at a load."""
-    text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0 N", "1 N"]\n[fixed]\nmodel = "linear"\n'
+    text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0 N", "1 N"]\n'
+    text += '[fixed]\ntolerance = 0.1\nmodel = "linear"\n'
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "pose")
     assert float(data["d_v"][1]) < float(data["d_v"][0]) == pytest.approx(2e-3)
-    text = text.replace('"pose"', '"simulate"').replace("model", "mechanics")
+    text = text.replace('"pose"', '"simulate"').replace("model", "mechanics") + 'magnetics = "planar"\n'
     assert float(run_study(read_study(written(tmp_path, text)), tmp_path / "chain")["L_v_percent"].diff("fz")[0]) < 0.0
 
 
@@ -214,7 +216,7 @@ def read_seconds(folder: Path) -> xr.DataArray:
 )
 def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
     """kill -9 in the middle: no case is lost or torn, the resumed result is that of a run without a stop."""
-    text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm", "10 mm"]\n' + GAPS.replace("5 }", "80 }") + COARSE
+    text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm", "10 mm"]\n' + GAPS.replace("5 }", "50 }") + COARSE
     text += 'model = "planar"\n'
     path, cases = written(tmp_path, text), tmp_path / "out" / "cases"
     begin = [sys.executable, "-c", "from sits_mech.cli.main import main; main()", "sweep", str(path), "-o"]
@@ -225,7 +227,7 @@ def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
     process.send_signal(signal.SIGKILL)
     process.wait()
     kept = {path.name: path.stat().st_mtime_ns for path in cases.glob("[!.]*.json")}
-    assert 20 <= len(kept) < 240
+    assert 20 <= len(kept) < 150
     assert run(["sweep", str(path), "-o", str(cases.parent)]) == 0
     assert all((cases / name).stat().st_mtime_ns == when for name, when in kept.items())
     whole = run_study(read_study(path), tmp_path / "whole")

@@ -29,6 +29,7 @@ def test_what_is_planned_is_reached() -> None:
     assert reached[0] < reached[1] and seconds[0] > seconds[1]
 
 
+@pytest.mark.slow
 def test_a_tolerance_that_is_not_to_be_had_is_refused_or_answered() -> None:
     layer = planar_layer(SENSOR, 1e-7)
     with pytest.raises(SceneError, match=r"must be one that can be reached at F_x = 0.3 N, F_z = 2 N, .*--best"):

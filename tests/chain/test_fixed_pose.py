@@ -45,6 +45,7 @@ def test_what_metal_conducts_against_differences(name: str, hertz: float, within
     np.testing.assert_allclose(own, expected, rtol=within)
 
 
+@pytest.mark.slow
 def test_the_copper_part_is_that_of_a_coil_over_a_half_space() -> None:
     """A disc of copper, far wider than its coil and some twenty skin depths thick: Dodd and Deeds, differenced."""
     plain = load_sensor("biorob2018")

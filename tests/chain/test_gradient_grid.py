@@ -17,6 +17,7 @@ PLANE = {"mechanics": "planar", "magnetics": "planar", "tolerance": 1e-2}
 LEVER = np.array([1.0, 1.0, 7e-3, 1.0, 7e-3, 7e-3])[:, None]
 
 
+@pytest.mark.slow
 def test_loads_of_a_grid_have_the_derivatives_that_they_have_alone() -> None:
     """On two meshes instead of three: to 3e-3 of the largest, images and loads between the solved ones as well."""
     sensor = load_sensor("biorob2018-w15", ['elastomer.standoff="0.1 mm"', 'target.width="14 mm"'])
@@ -34,6 +35,7 @@ def test_loads_of_a_grid_have_the_derivatives_that_they_have_alone() -> None:
         assert np.all(np.abs(here.by_dL_v.values - own.signals["dL_v"]) < 3e-3 * signals)
 
 
+@pytest.mark.slow
 def test_coils_aside_are_the_target_moved_back_at_every_load() -> None:
     """All of them by a star: minus the derivative by d_h, at the poses of the table, L and R of all loads at once."""
     sensor = load_sensor("biorob2018-w15")

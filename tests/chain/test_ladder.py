@@ -33,6 +33,7 @@ def test_the_sentence_counts_what_an_estimate_holds(rows: list[list[tuple[float,
     assert sentence([[Asked(*one) for one in row] for row in rows]) == said
 
 
+@pytest.mark.slow
 def test_rungs_are_the_answers_of_simulate() -> None:
     """Each is what `simulate` says, beside the finest; an estimate never rises, and holds the differences."""
     sensor, wrench, seen = load_sensor("biorob2018"), Wrench(0.2, 1.0), []

@@ -96,7 +96,13 @@ def test_a_sheet_of_ferrite_is_magnetised_in_space() -> None:
         assert plan(load_sensor("biorob2018", [*SHEET, *keys]), []).magnetics.name == "planar-fem"
 
 
-@pytest.mark.parametrize("keys", [[], ["target.width=0.015"], ["elastomer.thickness=0.006"]], ids=["8", "15", "tall"])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        pytest.param([], id="8"), pytest.param(["target.width=0.015"], id="15", marks=pytest.mark.slow),
+        pytest.param(["elastomer.thickness=0.006"], id="tall", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize("wrench", [(0.0, 1.0), (1.0, 0.0), (0.5, 1.0)], ids=["press", "shear", "both"])
 def test_one_compliance_misses_less_than_its_bound(keys: list[str], wrench: tuple[float, float]) -> None:
     """The nonlinear layer against the linear one, at a load whose bound is 1 %."""
@@ -157,7 +163,7 @@ def test_a_symmetric_load_needs_no_places_beside(monkeypatch: pytest.MonkeyPatch
     assert few.signals.error_L_v_percent == pytest.approx(all_.signals.error_L_v_percent, rel=1e-6)
 
 
-@pytest.mark.parametrize("depths", [3.0, 4.5])
+@pytest.mark.parametrize("depths", [3.0, pytest.param(4.5, marks=pytest.mark.slow)])
 def test_the_inside_of_a_thick_target_is_worth_what_passes_through(depths: float) -> None:
     """Surface impedance in finite elements against the bars that divide the whole thickness."""
     sensor = load_sensor("biorob2018")
@@ -227,6 +233,7 @@ def _lopsided(sensor: Sensor) -> Sensor:
     return load_sensor("biorob2018", [f'target={{material="copper", shape="outline", {points}, thickness=2e-4}}'])
 
 
+@pytest.mark.slow
 def test_a_pose_among_conductors_costs_more() -> None:
     """Those that matter; a far one costs nothing."""
     nut = 'conductors=[{name="nut", material="copper", shape="rectangle", centre=["0 mm", "-3 mm"], width="2 mm", '

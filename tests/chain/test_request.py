@@ -41,6 +41,7 @@ def test_what_has_no_size_is_named() -> None:
     assert found.magnetics.name == "planar-fem" and bare.not_estimated == ("ends along y",)  # no pose is known
 
 
+@pytest.mark.slow
 def test_a_target_wider_than_its_elastomer_says_what_reaches_over() -> None:
     """Of the layer's answer it is no part, of the coils' it is; a target within its elastomer says nothing."""
     flush, wide = (load_sensor("biorob2018", [f'target.width="{width} mm"']) for width in (20, 26))

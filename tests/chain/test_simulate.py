@@ -206,7 +206,7 @@ def test_what_cannot_be_asked_is_refused(sensor: Sensor) -> None:
 
 def test_error_of_the_pose_reaches_the_inductance(sensor: Sensor) -> None:
     """Real magnetics: the reported error covers what a pose off by its error changes, without being ten times it."""
-    model, _ = magnetic_model(sensor, "planar", 1e-4)
+    model, _ = magnetic_model(sensor, "planar", 1e-3)
     pose, error = Pose(3e-4, 1.7e-3, 4e-3), Pose(2e-6, 2e-6, 2e-6)
     found = read_poses(sensor, model, Bounded.of(pose.components[None], error.components[None]))
     worst: Array = np.zeros((2, 2))

@@ -32,7 +32,7 @@ def data() -> xr.Dataset:
     return calibrate(sensor(*COEFFICIENTS), F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], drift=True, **QUICK)
 
 
-@pytest.mark.parametrize("celsius", [20, 50])
+@pytest.mark.parametrize("celsius", [pytest.param(20, marks=pytest.mark.slow), 50])
 def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
     """Sum of the causes against answers made anew 10 and 20 K around, differences of fourth order: to 1e-4 of the most.
 
@@ -127,7 +127,7 @@ def test_readings_of_the_chain_come_back_within_their_errors(
     assert np.all(off <= left + 1e-9) and np.all(left < [5e-4, 1.5e-2])  # of two meshes
 
 
-def test_where_the_sensor_has_no_answer_nothing_is_read(planar: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_the_sensor_has_no_answer_nothing_is_read(data: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     """One line, with temperature and load; at the calibration's own temperature nothing is solved."""
     scene = sensor(*COEFFICIENTS)
 
@@ -139,10 +139,10 @@ def test_where_the_sensor_has_no_answer_nothing_is_read(planar: xr.Dataset, monk
         raise SolveFailed("no equilibrium", SolveReport("", 0, 0, 0.0, 0.0, 0.0))
 
     monkeypatch.setattr(temperature_module, "simulate", failing)
-    table, left = read_at(scene, planar, scene.temperature, inverse)
-    assert table is planar and not left.any()
+    table, left = read_at(scene, data, scene.temperature, inverse)
+    assert table is data and not left.any()
     with pytest.raises(SceneError, match="got 40 degC with F_x = 0.1 N, F_z = 0.8 N: no equilibrium"):
-        read_at(scene, planar, scene.temperature + 20.0, lambda _: inverse(planar))
+        read_at(scene, data, scene.temperature + 20.0, lambda _: inverse(data))
 
 
 def test_relative_slopes_have_a_row_for_each_cause(data: xr.Dataset) -> None:
@@ -167,6 +167,7 @@ def test_what_has_no_slopes_is_refused(data: xr.Dataset) -> None:
         calibrate(flush, F_z=[0.0, 0.1], drift=True, **(QUICK | {"mechanics": "closed-form"}))
 
 
+@pytest.mark.slow
 def test_the_bench_sees_the_sensor_at_its_temperature(data: xr.Dataset) -> None:
     """Codes of a calibration at 20 K more: those of its inductances with its capacitor and its clock; warmer tracks."""
     cold = sensor(*COEFFICIENTS)

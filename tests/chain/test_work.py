@@ -22,7 +22,10 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize(("name", "load", "most"), [("biorob2018-w15", (0.5, 2.0), 16), ("biorob2018", (1.0, 2.0), 50)])
+@pytest.mark.parametrize(
+    ("name", "load", "most"),
+    [("biorob2018-w15", (0.5, 2.0), 16), pytest.param("biorob2018", (1.0, 2.0), 50, marks=pytest.mark.slow)],
+)
 def test_factorisations_of_a_load(name: str, load: tuple[float, float], most: int, counted: list[int]) -> None:
     """From rest, three meshes and all checks: 14 of a moderate load, 44 of one beyond stretch two."""
     block_pad(load_sensor(name), 1e-2).equilibrium(Wrench(*load))

@@ -114,6 +114,7 @@ def test_terminals_in_henry_and_ohm(capsys: Capture) -> None:
     np.testing.assert_allclose(seen["R"], np.diagonal(found["R"]) + seen["R_ac"] + 2.0, rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_pose_against_independent_numbers(capsys: Capture) -> None:
     """Neo-Hookean 30 kPa, K = 30 MPa, 20/15/2 mm, 267 N/m and 4050 N/m at the target's bottom face.
 
@@ -153,11 +154,9 @@ def test_explain_solves_the_ladder_of_a_load(capsys: Capture) -> None:
 
 
 def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) -> None:
-    """A load that is refused, a scene and a file in the wrong unit: one line each; the answer comes all the same."""
-    found = answer(capsys, "explain", "biorob2018", "--fz", "400 N")
-    assert "a large load for this pad" in found["notes"][0] and "asked_error" in found
+    """A scene and a file in the wrong unit: one line each; the answer comes all the same."""
     words = ("--set", 'elastomer.material={law="neo-hookean", shear_modulus="30 GPa", bulk_modulus="30 TPa"}')
-    assert run(["explain", "biorob2018", "--fz", "1 N", *words]) == 0
+    assert run(["explain", "biorob2018", "--fz", "1 N", *PLANAR, "--magnetics", "planar", *words]) == 0
     out, err = capsys.readouterr()
     assert "implausible" in out and err.count("\n") == 1 and "implausible: a shear modulus" in err
     path, strain = tmp_path / "tensile.csv", np.linspace(0.0, 1.0, 21)
@@ -165,6 +164,13 @@ def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) ->
     rows = "".join(f"{e},{s}\n" for e, s in zip(strain, stress, strict=True))
     path.write_text(f"Engineering Strain,Engineering Stress (Pa)\n{rows}")
     assert "implausible" in answer(capsys, "fit", str(path), "--law", "neo-hookean")["notes"][-1]
+
+
+@pytest.mark.slow
+def test_explain_names_a_load_that_is_refused(capsys: Capture) -> None:
+    """In a note; the plan comes all the same."""
+    found = answer(capsys, "explain", "biorob2018", "--fz", "400 N")
+    assert "a large load for this pad" in found["notes"][0] and "asked_error" in found
 
 
 @pytest.mark.slow
@@ -177,7 +183,7 @@ def test_loads_that_are_passed_on_the_way_are_read(capsys: Capture) -> None:
 
 def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
     """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without error."""
-    found = answer(capsys, "pose", "biorob2018", "--fz", "2 N")
+    found = answer(capsys, "pose", "biorob2018", "--fz", "2 N", "--model", "planar")
     for part in (found["pose"], found["error"]):
         assert part["d_h"] == part["alpha"] == 0.0 < part["d_v"]
 
@@ -194,7 +200,8 @@ def test_simulate_joins_both(capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize("tokens", [
-    ("catalog",), ("explain", "biorob2018", "--fz", "1 N"), ("simulate", "biorob2018", "--fz", "1 N"),
+    ("catalog",), ("explain", "biorob2018", "--fz", "1 N"),
+    ("simulate", "biorob2018", "--fz", "1 N", *PLANAR, "--magnetics", "planar"),
     ("inductance", "biorob2018", "--dv", "2 mm", "--accept"),
     ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 Hz:9 Hz:3", "--accept"),
     ("pose", "biorob2018", "--fx", "-0.2 N"),
@@ -259,6 +266,7 @@ def test_folder_that_cannot_be_written(capsys: Capture, tmp_path: Path) -> None:
     assert "must be a folder" in refused(capsys, "calibrate", "biorob2018", "-o", str(tmp_path / "file" / "below"))
 
 
+@pytest.mark.slow
 def test_a_load_too_large(capsys: Capture) -> None:
     """Exit 3; the last state that converged is what is printed, and it is said not to be the answer."""
     asked = ["biorob2018", "--fz", "5000 N", "--tolerance", "0.2", "--set", 'elastomer.contact="never"', "--json"]
@@ -291,7 +299,7 @@ def test_all_six_components_reach_a_calibration(tmp_path: Path, monkeypatch: pyt
 
 def test_a_pose_beside_the_plane_is_answered_in_space(capsys: Capture) -> None:
     """All six keys; a plane model refuses by name, and a pose without height is none."""
-    place = ("inductance", "biorob2018", "--dv", "2 mm", "--dy", "0.5 mm", "--alphax", "1 deg", "--tolerance", "0.01")
+    place = ("inductance", "biorob2018", "--dv", "2 mm", "--dy", "0.5 mm", "--alphax", "1 deg", "--tolerance", "0.1")
     found = answer(capsys, *place)
     assert found["pose"] == pytest.approx(dict.fromkeys(POSE, 0.0) | {"d_v": 2e-3, "d_y": 5e-4, "alpha_x": np.pi / 180})
     assert found["unit_L"] == "H" and found["report"]["model"] == "sheets"
@@ -337,7 +345,7 @@ def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
     """Table, CSV, scene, pictures; a table on stdout whose every figure has an error; no torn or stray file."""
     folder = tmp_path / "out"
     loads = ("--fx", "-0.5 N:0.5 N:3", "--fz", "0 N:2 N:2")
-    assert run(["calibrate", "biorob2018", *loads, *PLANAR, "-o", str(folder)]) == 0
+    assert run(["calibrate", "biorob2018", *loads, *PLANAR, "--magnetics", "planar", "-o", str(folder)]) == 0
     out, _ = capsys.readouterr()
     figures = out.count("+-") + out.count("below its error") + len(re.findall(r"│ +0 ", out[out.index("━") :]))
     assert figures >= 6 * 5 + 8 and "nan" not in out
@@ -368,7 +376,7 @@ def test_view_draws(capsys: Capture, tmp_path: Path, tokens: tuple[str, ...]) ->
 def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     """Ctrl-C: exit 130, one line, finished loads on disk, none torn; the same command then goes on from them."""
     command = (sys.executable, "-m", "sits_mech", "calibrate")
-    words = [*command, "biorob2018", *PLANAR, "--magnetics", "planar", "--tolerance", "1e-3", "-o"]
+    words = [*command, "biorob2018", *PLANAR, "--magnetics", "planar", "-o"]
     folder = tmp_path / "out"
     started = subprocess.Popen(
         [*words, str(folder)], env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -408,7 +416,7 @@ def test_linear_algebra_of_a_command_keeps_to_one_thread() -> None:
         assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("tokens", [
+REFUSED_AT_ONCE = (
     ("report", "nowhere"), ("invert", "{made}", "--l1", "1:2", "--l2", "92 %"), ("invert", "{made}", "--l1", "92 %"),
     ("report", "{made}", "--case", "3"), ("converter", "{made}", "--rcount", "1"),
     ("quality", "{made}", "--samples", "3"), ("pose", "biorob2018", "--fx", "1e308 N"), ("pose", "nowhere"),
@@ -419,15 +427,22 @@ def test_linear_algebra_of_a_command_keeps_to_one_thread() -> None:
     ("view", "biorob2018", "--driven", "C9"), ("view", "biorob2018", "--frequency", "soon"),
     ("view", "biorob2018", "--fz", "1 N", "--kind", "scene"), ("export", "{made}", "--to", "c", "-o", "table.cir"),
     ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 kHz:0 Hz:3"),
-])
-def test_a_refusal_comes_before_what_is_heavy(calibrated: Path, tokens: tuple[str, ...]) -> None:
-    """One line, before solvers, tables and pictures are imported; in 0.5 s of processor time and 60 MB (measured);
+)
+
+
+def test_a_refusal_comes_before_what_is_heavy(calibrated: Path) -> None:
+    """One line each, before solvers, tables and pictures are imported; in 0.5 s of processor time and 60 MB (measured);
     a unit of another dimension takes pint besides, 0.3 s."""
-    code = "import sys; from sits_mech.cli.main import run\ncode = run(sys.argv[1:])\nassert code == 2, code\n"
-    code += "heavy = {'scipy', 'xarray', 'pandas', 'skfem', 'matplotlib'} & set(sys.modules)\nassert not heavy, heavy"
-    words = [sys.executable, "-c", code, *(token.format(made=calibrated) for token in tokens)]
+    code = "import json, sys; from sits_mech.cli.main import run\nfor tokens in json.loads(sys.argv[1]):\n"
+    code += "    code = run(tokens)\n    assert code == 2, (tokens, code)\n"
+    code += "    heavy = {'scipy', 'xarray', 'pandas', 'skfem', 'matplotlib'} & set(sys.modules)\n"
+    code += "    assert not heavy, (tokens, heavy)"
+    asked = [[token.format(made=calibrated) for token in tokens] for tokens in REFUSED_AT_ONCE]
+    words = [sys.executable, "-c", code, json.dumps(asked)]
     done = subprocess.run(words, env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0 and done.stderr.count("\n") == 1, done.stderr
+    lines = done.stderr.splitlines()
+    assert done.returncode == 0 and len(lines) == len(asked), done.stderr
+    assert all(line.startswith("error: ") for line in lines), done.stderr
     assert not Path("unused").exists()
 
 
@@ -439,6 +454,7 @@ def test_loads_beyond_any_sense_are_told_with_what_could_be(capsys: Capture) -> 
         mechanical_model(load_sensor("biorob2018"), loads=[Wrench(F_z=-1e9)])
 
 
+@pytest.mark.slow
 def test_a_calibration_without_any_answer_is_told(capsys: Capture, tmp_path: Path) -> None:
     """Each load with its reason, exit 3, and the table that says so; no pictures."""
     words = ["--fx", "0 N", "--fz=-60 N:-50 N:2", *PLANAR, "--magnetics", "planar", "--tolerance", "0.2"]
@@ -532,6 +548,7 @@ def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path
     assert found["loop_L_v_percent"] == pytest.approx([0.0, 0.0], abs=1e-9) and "neither prony" in found["notes"][0]
 
 
+@pytest.mark.slow
 def test_over_temperature(capsys: Capture, tmp_path: Path) -> None:
     """A range is a row each, the pad rises; calibrate --drift, quality and invert by the temperature that is measured.
 

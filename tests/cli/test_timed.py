@@ -39,6 +39,7 @@ def test_a_history_leaves_a_folder(press: Path, tmp_path: Path, capsys: Said) ->
     assert {"history.nc", "history.csv", "codes.csv", "scene.toml"} <= names
 
 
+@pytest.mark.slow
 def test_a_history_beyond_the_data_says_so(tmp_path: Path, capsys: Said) -> None:
     """Of each row its own status; code 4, and 0 for who accepts it; of a cycle one."""
     path = tmp_path / "press.csv"
@@ -86,6 +87,7 @@ def test_a_load_that_is_not_carried(tmp_path: Path, capsys: Said) -> None:
     assert "history ended" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_full_cycle_tells_the_difference(capsys: Said) -> None:
     words = ["cycle", "biorob2018", "--fz", "0.5 N", "--full", "--cycles", "1", "--set", MATERIAL, "--json"]
     assert run([*words, *QUICK]) == 2

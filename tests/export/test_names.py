@@ -14,10 +14,11 @@ import pytest
 import xarray as xr
 
 from sits_mech.boards.sexpr import read_expression
+from sits_mech.cases import save_table
 from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.written import write_calibration
-from sits_mech.scene.sensor import load_sensor, scene_text
+from sits_mech.scene.sensor import load_sensor, save_sensor, scene_text
 
 NAMES = {
     "html, c": ("<!--<script>", "*/ #error /*??/"), "kicad, sheet": ('") (pad "\\', '=HYPERLINK("a";"b"),-1+1'),
@@ -25,8 +26,8 @@ NAMES = {
 }
 
 
-LATER = ("spice, xml", "mathtext, format")
-CASES = [pytest.param(pair, marks=[pytest.mark.slow] * (name in LATER), id=name) for name, pair in NAMES.items()]
+ALL = ('<!--<script>") (pad "\\', '=HYPERLINK("a";"b")*/ #error /*??/')  # of the first two, in one pair
+CASES = [pytest.param(ALL, id="all"), *(pytest.param(v, marks=pytest.mark.slow, id=k) for k, v in NAMES.items())]
 
 
 @pytest.fixture(scope="module", params=CASES)
@@ -37,10 +38,18 @@ def named(request: pytest.FixtureRequest, calibrated: Path, tmp_path_factory: py
     sensor = load_sensor(str(calibrated / "scene.toml"), [*sets, f"name={json.dumps(' '.join(coils))}"])
     _, data = read_calibration(calibrated)
     folder = tmp_path_factory.mktemp("named") / "made"
-    shutil.copytree(calibrated / "cases", folder / "cases")
+    shutil.copytree(calibrated, folder)
     renamed = data.assign_coords(coil=list(coils), coil_2=list(coils)).assign_attrs(scene=scene_text(sensor))
-    assert write_calibration(sensor, renamed, folder) == []  # all pictures are drawn
+    save_sensor(sensor, folder / "scene.toml")
+    save_table(renamed, folder / "result.nc")
     return folder
+
+
+@pytest.mark.slow
+def test_pictures_of_a_calibration(named: Path, tmp_path: Path) -> None:
+    """All are drawn."""
+    (tmp_path / "cases").mkdir()
+    assert write_calibration(*read_calibration(named), tmp_path) == []
 
 
 def exported(folder: Path, to: str, path: Path) -> Path:
@@ -98,6 +107,7 @@ def test_footprint(named: Path, tmp_path: Path) -> None:
     assert kept[0] == "footprint" and [each[0] for each in kept[2:5]] == ["version", "generator", "layer"]
 
 
+@pytest.mark.slow
 def test_pictures_and_models(named: Path, tmp_path: Path) -> None:
     """Drawings are XML, and say the names; so is the pad for MuJoCo."""
     exported(named, "svg", tmp_path / "drawn")

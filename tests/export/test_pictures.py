@@ -7,7 +7,7 @@ import pytest
 from sits_mech.cli.main import run
 
 
-@pytest.mark.parametrize(("form", "start"), [("pdf", b"%PDF"), ("svg", b"<?xml")])
+@pytest.mark.parametrize(("form", "start"), [pytest.param("pdf", b"%PDF", marks=pytest.mark.slow), ("svg", b"<?xml")])
 def test_curves_and_crosstalk(
     calibrated: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], form: str, start: bytes
 ) -> None:
@@ -22,6 +22,7 @@ def test_curves_and_crosstalk(
     assert f"must name a folder for --to {form}" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_what_a_table_has_no_loads_for_is_said(
     three_forces: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -65,6 +65,7 @@ def test_units(name: str, unit: str) -> None:
     assert unit_of(name, "H/m") == unit
 
 
+@pytest.mark.slow
 def test_tables_of_three_forces(three_forces: Path, tmp_path: Path) -> None:
     """Every component of the loads has its column and unit, in every format; a load's numbers stand in its own row."""
     source = Source(*read_calibration(three_forces))

@@ -104,6 +104,7 @@ def test_a_pad_in_space(calibrated: Path, tmp_path: Path) -> None:
     assert reach == pytest.approx([4e-3 + outer, outer], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_loads_beside_the_plane(calibrated: Path, tmp_path: Path) -> None:
     """A shear along y: the target moves there and so does the bonded face, one rigid motion of both."""
     sensor, data = by_block(calibrated, {"F_x": [2], "F_z": [1]})

@@ -75,7 +75,7 @@ def test_returning_current_against_independent_fem(tolerance, error_L, error_R):
         assert z.R[0, 0] == pytest.approx(R1, rel=error_R)
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, pytest.param(1e-4, marks=pytest.mark.slow)])
 def test_estimated_error_brackets_the_true_one(sensor, tolerance):
     """Never less than half the true error; at most five times it, where it is not far below what was asked for."""
     for d_v, d_h, f, L1, L2, M, R1, R2 in ISOLATED:
@@ -86,7 +86,13 @@ def test_estimated_error_brackets_the_true_one(sensor, tolerance):
         assert true_R / 2 < z.error_R.max() < max(5 * true_R, 2 * tolerance * max(R1, R2))
 
 
-@pytest.mark.parametrize("pose", [Pose(0.0, 1 * MM, 0.0), Pose(1.5 * MM, 2 * MM, 0.3), Pose(-2 * MM, 1 * MM, -0.15)])
+@pytest.mark.parametrize(
+    "pose",
+    [
+        Pose(0.0, 1 * MM, 0.0), Pose(1.5 * MM, 2 * MM, 0.3),
+        pytest.param(Pose(-2 * MM, 1 * MM, -0.15), marks=pytest.mark.slow),
+    ],
+)
 def test_thin_perfect_conductor_is_the_exact_strip(pose):
     thin = load_sensor("biorob2018", ['target.thickness="0.2 um"', "target.conductivity=1.3e12"])  # skin depth 0.2 um
     _, dL = change(thin, 1e-4, pose, 5e6)
@@ -112,7 +118,7 @@ def test_mirrored_pose_swaps_the_coils(sensor):
     np.testing.assert_allclose(there.R[:, ::-1, ::-1], here.R, rtol=1e-9)
 
 
-@pytest.mark.parametrize("free", [False, True])
+@pytest.mark.parametrize("free", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_invariants_over_all_regimes(free):
     changes = ['target.net_current="free"', 'target.planar_boundary_radius="60 mm"'] if free else []
     sensor = load_sensor("biorob2018", changes)

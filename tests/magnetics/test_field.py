@@ -61,6 +61,7 @@ def test_free_net_current_reference(sensor: Sensor, radius: float, L1: float, M:
     assert error <= estimate <= 1e-3
 
 
+@pytest.mark.slow
 def test_refined_to_the_reference(sensor: Sensor) -> None:
     d_h, d_v, frequency, L1, L2, M, R1, R2 = ISOLATED[1]
     found = planar_fem(sensor, 1e-4).impedance(Pose(d_h * 1e-3, d_v * 1e-3), frequency)
@@ -95,6 +96,7 @@ def test_mirror_swaps_the_coils(sensor: Sensor) -> None:
     assert np.abs(found.R[0] - found.R[1][::-1, ::-1]).max() < found.error_R.max()
 
 
+@pytest.mark.slow
 def test_monotone_in_frequency_between_both_limits(sensor: Sensor) -> None:
     """R grows like f^2 where resistance rules; Delta L falls towards the perfect conductor; no sign is wrong."""
     model, pose = planar_fem(sensor, 1e-2), Pose(1e-3, 2e-3, 0.1)
@@ -128,7 +130,7 @@ def test_reciprocity_to_rounding(sensor: Sensor) -> None:
         (['target.conductivity="1e3 S/m"'], 2e-3, 1e8),
         (['target.conductivity="1e9 S/m"'], 2e-3, 1e8),
         (["target.relative_permeability=1e4"], 2e-3, 1.0),
-        (["target.relative_permeability=1e4"], 2e-3, 5e6),
+        pytest.param(["target.relative_permeability=1e4"], 2e-3, 5e6, marks=pytest.mark.slow),
     ],
 )
 def test_extreme_regimes(sensor: Sensor, overrides: list[str], d_v: float, frequency: float) -> None:
@@ -140,6 +142,7 @@ def test_extreme_regimes(sensor: Sensor, overrides: list[str], d_v: float, frequ
         assert np.all(change < 0)
 
 
+@pytest.mark.slow
 def test_curved_substrate(sensor: Sensor) -> None:
     """A very round substrate is flat; turning coil and target together about its axis changes nothing."""
     pose = Pose(1e-3, 2e-3, 0.1)

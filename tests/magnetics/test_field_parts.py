@@ -36,7 +36,7 @@ def _mirrored(first: Bars, second: Bars, plane: float) -> float:
     return float(-mu_0 / (2 * np.pi) * first.sign @ logs @ second.sign)
 
 
-@pytest.mark.parametrize("mu_r", [2.0, 1e3])
+@pytest.mark.parametrize("mu_r", [2.0, pytest.param(1e3, marks=pytest.mark.slow)])
 def test_permeable_half_space_by_images(mu_r: float) -> None:
     """Currents at a permeable half-space: images times (mu_r - 1) / (mu_r + 1). A block of 0.4 x 0.2 m is it."""
     block = _block("ferrite", 1e-3, 0.4, 0.2, conductivity=1e-6, relative_permeability=mu_r)
@@ -71,6 +71,7 @@ def test_a_fixed_plate_is_a_target_at_rest() -> None:
     assert np.array_equal(fixed.L, moved.L) and np.array_equal(fixed.R, moved.R)
 
 
+@pytest.mark.slow
 def test_a_far_plate_adds_nothing_and_a_missed_one_is_left_out() -> None:
     alone = planar_fem(_scene(), 1e-2).impedance(Pose(1e-3, 2e-3, 0.1), 5e6)
     far = _block("far", 0.3, 8e-3, 0.2e-3, conductivity=5.8e7)
@@ -92,6 +93,7 @@ def test_ferrite_behind_raises_and_ground_plane_lowers() -> None:
     assert np.all(changes[0] > 0) and np.all(changes[1] < 0)
 
 
+@pytest.mark.slow
 def test_rates() -> None:
     """The flux converges twice as fast as the field: towards order 4 with elements of order 2, faster with order 3."""
     coils = tracks(load_sensor("biorob2018"))

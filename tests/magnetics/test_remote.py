@@ -49,9 +49,8 @@ def bound(sensor, parts, pose=REST, **asked):
 FAR_NUTS = ((14.0, -1.0), (20.0, 0.3), (0.0, -15.0), (60.0, 40.0))
 
 
-@pytest.mark.parametrize(("x", "z"), [
-    (0.0, -5.0), *(pytest.param(*place, marks=pytest.mark.slow) for place in FAR_NUTS)
-])
+@pytest.mark.slow
+@pytest.mark.parametrize(("x", "z"), [(0.0, -5.0), *FAR_NUTS])
 def test_bound_on_a_nut_beside_coils(x, z):
     """2.5 to 10 times what sheets say: it is a box in an ellipsoid, a perfect conductor, and near ones in a ball."""
     true = effect(sheets, COILS, [nut(x, z)])

@@ -144,6 +144,7 @@ def test_outlines_of_the_example_meshes(name: str) -> None:
     assert np.linalg.eigvalsh(z.R).min() > 0.0
 
 
+@pytest.mark.slow
 def test_spiral_beside_rings() -> None:
     sensor = load_sensor("biorob2018")
     points = np.array([[-4e-3, 1e-3, 20e-3], [0.0, 5e-3, 15e-3]])

@@ -89,6 +89,7 @@ def by_all(found: Slopes, sensor: Sensor, pose: Pose, name: str) -> Array:
     return np.asarray(getattr(found, f"{name}_lengths") @ sizes + getattr(found, name) @ place)
 
 
+@pytest.mark.slow
 def test_scaling_of_coils_alone(sensor: Sensor) -> None:
     """Euler: L0 is homogeneous of degree one in all lengths, per metre of depth of degree none."""
     bare = sensor.model_copy(update={"target": None, "elastomer": None})

@@ -82,6 +82,7 @@ def test_a_pose_alone_and_among_others(model: MagneticModel) -> None:
     np.testing.assert_allclose(among.error_L[0], alone.error_L, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_no_steps_over_gap_and_tilt() -> None:
     for model in (sheets(load_sensor("biorob2018"), 1e-2), planar_bars(load_sensor("biorob2018"), 1e-2)):
         gap = np.linspace(1.4, 2.4, 1601) * MM
@@ -90,6 +91,7 @@ def test_no_steps_over_gap_and_tilt() -> None:
         assert max(steps(model.impedance(Pose(0 * tilt, 3.3 * MM + 0 * tilt, tilt), 5e6))) < 1e-7
 
 
+@pytest.mark.slow
 def test_no_steps_over_frequency() -> None:
     model, frequencies = sheets(load_sensor("biorob2018"), 1e-2), np.geomspace(1.6e6, 3e6, 251)
     found = [model.impedance(Pose(0.0, 3 * MM), f) for f in frequencies]

@@ -17,6 +17,7 @@ def line(P: Array) -> Array:
     return P[:, :1, None] + P[:, 1:, None] * X
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [None, 0.02])
 def test_intervals_hold_the_truth_as_often_as_they_say(noise: float | None) -> None:
     """300 noisy lines: the 95 % interval of the slope holds the true one in 92 to 98 of 100 cases.

@@ -58,6 +58,7 @@ def test_pressed_pose_and_its_error(pad):
     assert strict.report.notes[-1] == "the estimated error is above the tolerance 0.0001"
 
 
+@pytest.mark.slow
 def test_sheared_pose_and_its_error():
     found = block_pad(box(), 3e-3).equilibrium(Wrench(F_x=1.8))
     assert found.pose.d_h / MM == pytest.approx(D_H, abs=1.22e-3)  # the references' own bars
@@ -66,6 +67,7 @@ def test_sheared_pose_and_its_error():
     assert abs(found.pose.alpha - ALPHA) < found.error.alpha + 4.6e-5
 
 
+@pytest.mark.slow
 def test_meshes_follow_what_a_goal_takes_of_them(pad):
     """The first two where nothing is seen of the pose; more for d_h alone; from the first two's rest, the same."""
     load = Wrench(F_x=1.8)
@@ -214,6 +216,7 @@ def test_section_for_pictures(pad):
         assert np.min(np.hypot(*(points - [found.pose.d_h, found.pose.d_v]).T)) < 0.01 * MM
 
 
+@pytest.mark.slow
 def test_a_slanted_section_fills_the_pad(pad):
     """Of a whole pad at 30 degrees: as long as the pad is there, hanging on the ground; along x as the faces there."""
     found = pad.equilibrium(Wrench(0.2, 1.0, F_y=1e-6))

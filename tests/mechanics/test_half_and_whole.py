@@ -114,6 +114,7 @@ def fallen():
     return pad, found
 
 
+@pytest.mark.slow
 def test_half_a_pad_sees_that_it_falls_sideways(fallen):
     """It does so at 0.875 N, found to the smallest increment of the path, 1 % of it or up to four."""
     _, ended = fallen
@@ -154,6 +155,7 @@ def test_the_components_in_the_plane_come_first(fallen):
     assert np.all(away <= last.error.components + again.error.components)
 
 
+@pytest.mark.slow
 def test_a_path_that_failed_carries_all_six_components():
     """Sheared aside and twisted, more than a law that softens carries: the wrench and the pose there."""
     softens = 'elastomer.material={law="yeoh", c10=1.5e4, c20=-3e3, c30=0.0, bulk_modulus=3e7}'

@@ -61,6 +61,7 @@ def test_pose_against_independent_codes(row):
     assert found.report.status == "converged" and found.report.min_J > 0.0
 
 
+@pytest.mark.slow
 def test_combined_load_at_default_tolerance():
     sensor = pad(20, 15, 2, NO_CONTACT)
     d_h, sink, alpha = pose_of(sensor, planar_layer(sensor).equilibrium(Wrench(267.0, 4050.0)))
@@ -172,6 +173,7 @@ def best():
     return [getattr(layer.equilibrium(wrench).pose, component) for wrench, component in DRIVEN]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [2e-2, 1e-2])
 def test_estimated_error_brackets_the_true_one(tolerance, best):
     layer = planar_layer(pad(20, 15, 2), tolerance)

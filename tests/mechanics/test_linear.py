@@ -49,6 +49,7 @@ def test_stiffness_of_a_box():
     assert abs(away[3]) < 1.5e-3
 
 
+@pytest.mark.slow
 def test_stiffness_of_a_cylinder():
     """At 1e-3 within that; the coupling is exact on every mesh, as the cylinder's ends are alike."""
     pad = linear_pad(cylinder(), 1e-3)

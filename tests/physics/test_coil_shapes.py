@@ -137,6 +137,7 @@ def test_free_space_of_any_coils_without_a_target() -> None:
     assert found.L[0, 0] == found.L0[0, 0] > 0.0
 
 
+@pytest.mark.slow
 def test_far_metal_is_bounded_for_a_rectangle() -> None:
     """More than a solved plate takes, less than fifty times that."""
     far = Conductor(name="far", material="copper", shape="rectangle", centre=(12 * MM, 0.0, 3 * MM), width=2 * MM,

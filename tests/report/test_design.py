@@ -105,6 +105,7 @@ def test_the_page_stands_alone(folder: Path) -> None:
         assert (folder / f"{name}.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_nothing_is_written_over_another(
     collisions: Callable[[Figure], list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -123,6 +124,7 @@ def test_the_largest_load_is_a_corner() -> None:
     assert (load.F_x, load.F_z) == (-1.0, 4.0)
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """From a file to JSON and a folder; height alone is asked, no inductance is solved."""
     path = tmp_path / "flat.toml"

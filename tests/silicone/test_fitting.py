@@ -103,6 +103,7 @@ def test_falling_data_give_stable_ogden_and_gent() -> None:
     assert fit_law(test, "gent").stable
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "runs"), [("neo-hookean", 200), ("mooney-rivlin", 200), ("gent", 100), ("ogden", 30)])
 def test_intervals_hold_the_truth(law: str, runs: int) -> None:
     """White noise: the 95 % intervals hold every constant in 95 of 100 pulls, less three deviations of the count."""
@@ -117,6 +118,7 @@ def test_intervals_hold_the_truth(law: str, runs: int) -> None:
     assert min(hits.values()) >= 0.95 * runs - 3 * np.sqrt(0.95 * 0.05 * runs)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_when_the_noise_is_slow() -> None:
     """Noise that stays for eight points at a time, 20 independent values: nine in ten, less three deviations."""
     rng, strain, hits = np.random.default_rng(4), np.linspace(0.0, 1.0, 161), 0

@@ -55,6 +55,7 @@ def test_a_turn_moves_the_point_of_the_load():
         assert loop_of(held, turned).area == pytest.approx(work)
 
 
+@pytest.mark.slow
 def test_the_first_press_of_a_softened_layer(tmp_path):
     """Half of a history, loaded and let go: within its error and the reference's of NGSolve, and drawn."""
     one = HISTORIES["layer 10 x 5, Yeoh, softened: two triangles"].first(21)

@@ -31,6 +31,7 @@ def program(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     sys.modules.pop("twin", None)
 
 
+@pytest.mark.slow
 def test_a_finger_presses_and_shears(program: Any, folder: Path, tmp_path: Path) -> None:
     """The target feels what the motors do, once they rest; the codes tell it; both sheared sides mirror each other."""
     pytest.importorskip("mujoco")

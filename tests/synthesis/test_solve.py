@@ -94,6 +94,7 @@ def loop_of_one_branch(weight: float, tau: float) -> float:
     return float(np.max(np.abs(down - up)) / (1.0 + c))
 
 
+@pytest.mark.slow
 def test_hysteresis_is_required_of_silicones_whose_constants_are_given() -> None:
     """Of two in a list the one that holds is taken, the other says what it has; by a standard linear solid, 1 %."""
     lazy, quick = silicone(prony=[{"weight": 0.3, "time": "0.2 s"}]), silicone(prony=[{"weight": 0.1, "time": "0.2 s"}])

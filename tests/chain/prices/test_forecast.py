@@ -20,7 +20,14 @@ def of_pose(found: Equilibrium) -> float:
     return found.report.estimated_error
 
 
-@pytest.mark.parametrize(("load", "tolerance"), [((0.5, 1.0), 1e-2), ((0.5, 2.0), 1e-2), ((0.3, 0.6), 5e-2)])
+@pytest.mark.parametrize(
+    ("load", "tolerance"),
+    [
+        pytest.param((0.5, 1.0), 1e-2, marks=pytest.mark.slow),
+        pytest.param((0.5, 2.0), 1e-2, marks=pytest.mark.slow),
+        ((0.3, 0.6), 5e-2),
+    ],
+)
 def test_the_error_to_expect_is_the_answers_within_three(load: tuple[float, float], tolerance: float) -> None:
     sensor = load_sensor("biorob2018", ['elastomer.contact="never"'])
     pad, wrench = block_pad(sensor, tolerance), Wrench(*load)
@@ -29,6 +36,7 @@ def test_the_error_to_expect_is_the_answers_within_three(load: tuple[float, floa
     assert 1 / 3 < seen.error / found.report.estimated_error < 3 and 0.1 < seen.seconds < 5.0
 
 
+@pytest.mark.slow
 def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> None:
     found = plan(load_sensor("biorob2018"), [Wrench(1.0, 2.0)], tolerance=2e-3)
     assert "end at stretch 2" in found.notes[0] and "cannot be reached at this load" in found.notes[1]
@@ -37,6 +45,7 @@ def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> Non
     assert found.error == pytest.approx(again.error, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_load_that_is_not_carried_has_no_error() -> None:
     seen = look(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0), 1e-2, of_pose)
     assert seen is not None and math.isinf(seen.error) and seen.notes[0].startswith("a large load for this pad: wrench")

@@ -180,6 +180,7 @@ def test_time_is_that_of_python(ask: Ask, twin: Twin) -> None:
         assert load == pytest.approx(estimate.wrench[0], abs=1e-10)
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_left_out(twin: Twin, folder: Path, tmp_path: Path) -> None:
     """No converter, no map of poses, no inverse, no branches, a domain with a hole: it compiles, by what is there."""
     numbers = {name: value for name, value in twin.numbers.items() if not name.startswith(("pose", "guess"))}

@@ -110,7 +110,8 @@ def peak(run: Callable[[], object]) -> int:
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("mesh, tolerance", [pytest.param("cross", 1e-1, marks=pytest.mark.slow), (None, 1e-3)])
+@pytest.mark.slow
+@pytest.mark.parametrize("mesh, tolerance", [("cross", 1e-1), (None, 1e-3)])
 def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) -> None:
     """Of triangles over all of an outline, and of a quarter of a rectangle."""
     found = family(None if mesh is None else read_outline(MESHES / f"{mesh}.msh"), tolerance)

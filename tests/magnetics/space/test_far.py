@@ -45,6 +45,7 @@ def test_few_combinations_tell_what_more_do(monkeypatch: pytest.MonkeyPatch, pla
         assert np.abs(few - all_).max() > 0.0
 
 
+@pytest.mark.slow
 def test_a_target_seen_cell_by_cell_is_that_of_polynomials(monkeypatch: pytest.MonkeyPatch) -> None:
     """In company too: 1e-3 of the largest."""
     sensor = over('"1 mm","0 mm","-1.2 mm"')

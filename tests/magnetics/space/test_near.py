@@ -47,8 +47,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 # Foil, a wide disc, a thick one close to the coil, a block: diameter, thickness, gap, frequency; tolerance.
 DISCS = (
-    (10 * MM, 35e-6, 0.8 * MM, 25e6, 1e-2),
-    (40 * MM, 0.2 * MM, 2 * MM, 5e6, 1e-2),
+    (10 * MM, 35e-6, 0.8 * MM, 25e6, 5e-2),
+    pytest.param(10 * MM, 35e-6, 0.8 * MM, 25e6, 1e-2, marks=pytest.mark.slow),
+    pytest.param(40 * MM, 0.2 * MM, 2 * MM, 5e6, 1e-2, marks=pytest.mark.slow),
     pytest.param(10 * MM, 35e-6, 0.8 * MM, 25e6, 1e-3, marks=pytest.mark.slow),
     pytest.param(40 * MM, 0.2 * MM, 2 * MM, 5e6, 1e-3, marks=pytest.mark.slow),
     pytest.param(8 * MM, 0.5 * MM, 0.2 * MM, 1e6, 1e-3, marks=pytest.mark.slow),
@@ -83,6 +84,7 @@ def test_wide_plate_as_infinite(sensor: Sensor) -> None:
     assert z.R[0, 0] == pytest.approx(float(exact.R), rel=1e-1)
 
 
+@pytest.mark.slow
 def test_a_pose_does_not_depend_on_its_batch(sensor: Sensor) -> None:
     """Tilted, turned over and level alike; reciprocal and passive."""
     model = sheets(sensor, 5e-2)

@@ -100,6 +100,7 @@ def test_plates_exchange_their_roles():
     np.testing.assert_allclose(R2, R, rtol=0, atol=(z.error_R + z2.error_R).max())
 
 
+@pytest.mark.slow
 def test_target_turned_onto_itself():
     model = sheets(scene(BESIDE), 1e-2)
     bottom = 2.1 * MM - 0.1 * MM * rotation_matrix(SIDES)[:, 2, 2]

@@ -105,7 +105,7 @@ def test_ground_disc_behind_the_coil(frequency):
     assert z.report.estimated_error < 1e-2
 
 
-@pytest.mark.parametrize("backed", [False, True])
+@pytest.mark.parametrize("backed", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_straight_tracks_that_take_too_long_are_refused_before_they_are_summed(
     backed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -67,6 +67,7 @@ def test_tilt_is_given_and_the_moment_found():
     assert held.error.alpha == 0.0 and held.report.estimated_error > 0.0
 
 
+@pytest.mark.slow
 def test_a_held_path_that_ends_gives_back_the_last_state():
     layer = planar_layer(pad(15, 15, 3, 'elastomer.contact="always"'), 2e-2)
     with pytest.raises(SolveFailed, match="sink = 0.00294") as caught:

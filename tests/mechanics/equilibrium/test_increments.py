@@ -54,6 +54,7 @@ def test_a_block_that_slides_is_held_by_the_coefficient_times_its_normal_force(s
     assert F_z > 0.5 and F_x == pytest.approx(F * F_z, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_block_that_sticks_is_sheared():
     """Little sideways: less than Coulomb's force, and nearly the block that is bonded below, whose edges do not slip.
 
@@ -70,6 +71,7 @@ def test_a_block_that_sticks_is_sheared():
     assert 0.75 * stuck < forces[0] < forces[1] < 1.02 * stuck
 
 
+@pytest.mark.slow
 def test_there_and_back_again_loses_the_area_of_the_loop():
     """First order in the increments: 1.2 % at 8, half of that at 16; no increment gains anything."""
     there, gaps = [PRESSED, (0.3, -0.05, 0.0)], []

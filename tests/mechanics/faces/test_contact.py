@@ -104,6 +104,7 @@ def flat():
     return layer, layer.controlled(Control(d_h=0.0, sink=0.9 * MM, alpha=0.0))
 
 
+@pytest.mark.slow
 def test_faces_of_a_flush_layer_lie_on_both_planes(flat):
     layer, found = flat
     assert found.report.min_J > 0.0 and found.pose.d_v == pytest.approx(2.1 * MM, rel=1e-9)
@@ -115,6 +116,7 @@ def test_faces_of_a_flush_layer_lie_on_both_planes(flat):
         assert ends.min() > -1e-3 and ends.max() < 0.701  # within a thousandth of a thickness of the planes
 
 
+@pytest.mark.slow
 def test_contact_answer_does_not_hang_on_its_depth(flat):
     """Half and twice the contact depth move the force by less than the reported error."""
     layer, found = flat
@@ -127,6 +129,7 @@ def test_contact_answer_does_not_hang_on_its_depth(flat):
     assert max(abs(force / forces[1] - 1.0) for force in forces) < found.report.estimated_error / 2
 
 
+@pytest.mark.slow
 def test_work_is_the_energy_stored_with_contact(flat):
     """Of the mesh whose state is kept; forces are extrapolated from it and others."""
     layer, end = flat
@@ -154,7 +157,7 @@ def test_moment_identity_holds_with_contact():
 FAR = [
     ((15, 15, 3), 1.0, 0.0, (12, 0.0)),
     pytest.param((20, 15, 2), 0.5, 0.15, (16, 0.5), marks=pytest.mark.slow),
-    ((15, 15, 3), 0.0, 0.3, (12, 0.5)),
+    pytest.param((15, 15, 3), 0.0, 0.3, (12, 0.5), marks=pytest.mark.slow),
 ]
 
 
@@ -180,6 +183,7 @@ def test_far_states_are_reached_and_one_refinement_stays_within_the_tolerance(si
     assert np.max(np.abs(off)) / size < min(3.0 * found.report.estimated_error, layer.tolerance)
 
 
+@pytest.mark.slow
 def test_contact_is_the_answer_where_a_face_touches():
     """Worth a percent of d_h: that with contact, whatever is asked, and said."""
     free, auto, always = (

@@ -165,6 +165,7 @@ def uniaxial(sink, depth, gap=0.1, K=50.0):
     return brentq(left, 1e-6, 100.0)
 
 
+@pytest.mark.slow
 def test_two_blocks_become_one_where_the_gap_has_closed():
     """Pressed without room to the sides, by 0.7 and 1.6 shear moduli: uniaxial strain."""
     assert abs(confined((3, 3), 1, 1e-2, 0.09)) < 1e-9
@@ -202,6 +203,7 @@ def test_an_even_pressure_is_even_on_the_nodes_of_a_section_that_does_not_match(
     np.testing.assert_allclose(forces[:, 1], 0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", [pressed_cubes, slotted])
 def test_contact_turns_with_the_pad(state):
     """Energy stays and forces turn in any rigid motion."""

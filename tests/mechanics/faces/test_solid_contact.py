@@ -132,7 +132,11 @@ def test_moment_identity_holds_with_contact(pad, target, t, place):
 
 @pytest.mark.parametrize(
     ("pad", "target", "place"),
-    [((15, 15), (15, 15), (0.2, -0.3, 0.02)), ((12, 12), (8, 8), (0.6, -0.2, 0.1)), ((20,), (8,), (0.5, -0.2, 0.0))],
+    [
+        pytest.param((15, 15), (15, 15), (0.2, -0.3, 0.02), marks=pytest.mark.slow),
+        ((12, 12), (8, 8), (0.6, -0.2, 0.1)),
+        pytest.param((20,), (8,), (0.5, -0.2, 0.0), marks=pytest.mark.slow),
+    ],
 )
 def test_forces_are_the_slope_of_the_energy_with_contact(pad, target, place):
     t, h = (3.0 if pad == target else 2.0), 1e-4

@@ -84,7 +84,7 @@ YEOH = 'elastomer.material={law="yeoh", c10=1.5e4, c20=1500.0, c30=100.0, bulk_m
 @pytest.mark.parametrize(
     ("sizes", "law", "load"),
     [
-        ((15, 15, 3), NEO_HOOKEAN, (100.0, 1000.0)),
+        pytest.param((15, 15, 3), NEO_HOOKEAN, (100.0, 1000.0), marks=pytest.mark.slow),
         ((10, 10, 2), YEOH, (30.0, 660.0)),
         pytest.param((20, 20, 2), NEO_HOOKEAN, (60.0, 4800.0), marks=pytest.mark.slow),
     ],

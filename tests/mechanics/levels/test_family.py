@@ -184,6 +184,7 @@ def test_a_state_goes_on_where_the_cells_at_edges_stay_as_they_are():
     assert prolonged(levels, 2, state) is None
 
 
+@pytest.mark.slow
 def test_levels_beyond_the_second_give_the_places_that_rest_gives():
     """Steps end when the target stays, well before the corners do."""
     levels, load, held = family("box"), np.array([0.5, 3.0, 0.1]), np.zeros(3, dtype=bool)

@@ -34,6 +34,7 @@ def test_friction_of_faces_that_touch_nothing_changes_no_digit():
         assert not any("friction" in note for note in found.report.notes)
 
 
+@pytest.mark.slow
 def test_a_coefficient_of_zero_changes_no_digit():
     load = Wrench(40.0, 900.0)
     never_written, zero = (planar_layer(pad(9, 9, 3, *more)).rough for more in ((), ("elastomer.friction=0",)))

@@ -32,11 +32,11 @@ def test_pose_is_within_its_error_of_a_finer_one():
     """Press, shear while pressed, let go of the pressure: no load is a share of another."""
     way = history([0, 1, 2, 3, 5], F_z=[0, 1.5, 1.5, 0.5, 0.0], F_x=[0, 0, 0.4, 0.4, 0.4])
     own = sensor(prony=PRONY, mullins={"r": 2.0})
-    rough, fine = planar_layer(own, 3e-2).in_time(way), planar_layer(own, 1e-3).in_time(way)
+    rough, fine = planar_layer(own, 5e-2).in_time(way), planar_layer(own, 1e-2).in_time(way)
     off = np.abs(rough.pose.components[rough.given] - fine.pose.components[fine.given])
     bound = rough.error.components[rough.given] + fine.error.components[fine.given]
     assert np.all(off[1:, :3] <= bound[1:, :3])
-    assert fine.report.estimated_error < rough.report.estimated_error < 3e-2
+    assert fine.report.estimated_error < rough.report.estimated_error < 5e-2
 
 
 def test_small_loads_creep_by_the_pads_own_law():

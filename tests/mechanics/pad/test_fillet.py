@@ -66,6 +66,7 @@ def test_pose_moves_as_the_note_says(r):
     assert not any(note.startswith("edge radius") for note in sharp.report.notes)
 
 
+@pytest.mark.slow
 def test_edge_of_a_narrower_target_stays_sharp_and_other_models_leave_the_radius_out():
     scene = pad(20, 15, 3, radius(0.5))
     for layer in (planar_layer(scene, 2e-2), linear_layer(scene)):

@@ -72,6 +72,7 @@ def test_a_disc_over_a_box_lies_between_its_limits():
     np.testing.assert_allclose(k[-2, :2], k[-1, :2], rtol=0.025)  # the coarsest meshes, of other kinds
 
 
+@pytest.mark.slow
 def test_a_rectangle_over_a_cylinder_lies_between_its_limits():
     k = np.array([np.diag(small(scene((size, size), 8), 1)) for size in (5.5, 6.0, 6.5, 7.0, 7.5, 7.8, 8.0)])
     assert np.all(np.diff(k[:-1, 1:], axis=0) > 0.0)
@@ -141,6 +142,7 @@ def test_pillars_bear_loads_beside_the_plane_as_a_square_does(four):
     assert -across.alpha_x == pytest.approx(along.alpha, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_slanted_section_is_empty_between_pillars(four):
     """Along the diagonal of two by two pillars, 3.5 mm apart: two of 1.5 mm, to a piece of the grid."""
     points, quads, *_ = deformed_section(*four, np.pi / 4)
@@ -163,7 +165,8 @@ def test_pillars_that_touch_are_held_against_each_other():
 SHAPES = (((8, 8), (20, 20)), ((10, 6), (8, 8)), (8, 10), (10, (8, 8)), ((7, 7), 8), ((4.5, 2), pillars()))
 
 
-@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("whole", [False, True])
 def test_places_are_carried_along_every_family(whole):
     """From two parts a base cell to three, that do not nest: curved sides are off by h^3, straight ones by nothing."""
     for target, pad in SHAPES:

@@ -66,6 +66,7 @@ def test_warnings_are_in_plain_words(calibrated: Path) -> None:
     assert "too lossy" not in words_part(sensor, data, readings(sensor, data))
 
 
+@pytest.mark.slow
 def test_any_loads_have_every_section(three_forces: Path, triaxial: tuple[Sensor, xr.Dataset], tmp_path: Path) -> None:
     """Under a moment that is the same throughout, and of four coils: explorer, readout, forces back."""
     text = page(*read_calibration(three_forces), three_forces)

@@ -206,6 +206,7 @@ def test_curves_are_apart_in_grey() -> None:
     assert all(a < b for a, b in pairwise(grey))
 
 
+@pytest.mark.slow
 def test_vector_files(data: xr.Dataset, tmp_path: Path) -> None:
     """Text is text, axes are vectors, and the same picture is the same file."""
     for form in ("svg", "pdf"):

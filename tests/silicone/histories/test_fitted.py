@@ -43,6 +43,7 @@ def test_a_sudden_pull_comes_down_to_the_constants_of_slow_load(files, rubber, p
     assert vars(table.mullins) == pytest.approx(vars(exact.mullins), rel=1e-2)
 
 
+@pytest.mark.slow
 def test_what_relaxes_during_a_pull_does_not_bend_the_law(files, tmp_path, rubber, prony, measured):
     """A pull of 8 s, as slow as a branch: the constants of slow load come out, from it or from the cycles' envelope."""
     time = np.linspace(0.0, 8.0, 201)

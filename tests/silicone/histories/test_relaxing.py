@@ -77,6 +77,7 @@ def test_a_hold_in_which_stress_rises_shows_no_slow_load(rubber, prony, measured
         assert 0.5 * rise < told <= rise  # from the least on, which comes late where the specimen relaxes first
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth(rubber, prony, measured):
     """White noise: of 40 tests, the 95 % interval of each constant of two branches holds it in 33 or more."""
     silicone = rubber(prony=prony[1:])
