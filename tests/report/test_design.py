@@ -3,6 +3,7 @@
 import csv
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     record = design_record(found)
     assert set(record) >= {"feasible", "recommended", "figures", "binding", "yield", "front", "solves"}
     assert figure_table(found).row_count == len(found.figures)
+    assert "front" in design_pictures(asked, found) and "front" not in design_pictures(asked, replace(found, front=()))
+    bare = replace(found, task=replace(found.task, goal={}, limits={STRAIN: 1.0}))
+    assert "front" not in design_pictures(asked, bare), "nothing that can be drawn is asked for"
     return place
 
 

@@ -31,7 +31,9 @@ _SHORT = 15  # letters of a label: three of longer ones do not stand beside each
 
 def design_pictures(asked: Requirements, found: DesignAnswer) -> dict[str, Callable[[], Figure]]:
     """Return what draws each picture of an answer, by name."""
-    pictures: dict[str, Callable[[], Figure]] = {"front": lambda: front_picture(asked, found)}
+    pictures: dict[str, Callable[[], Figure]] = {}
+    if found.front and _drawn(found):
+        pictures["front"] = lambda: front_picture(asked, found)
     if found.landscape is not None:
         land = found.landscape
         pictures["landscape"] = lambda: landscape_picture(found, land)
@@ -42,9 +44,7 @@ def design_pictures(asked: Requirements, found: DesignAnswer) -> dict[str, Calla
 
 def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
     """Return what is minimised, or the first figure, against each other figure that is asked for."""
-    task = found.task
-    names = [name for name in {**task.goal, **task.limits} if name not in (STRAIN, INVERSE)]
-    names = [name for name in names if name in task.own_figures(found.best)]
+    names = _drawn(found)
     pairs = [(name, names[0]) for name in names[1 : 1 + _MOST]] or [(names[0], names[0])]
     columns = min(len(pairs), 2)
     rows = -(-len(pairs) // columns)
@@ -58,6 +58,13 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
         figure.suptitle("designs that were solved; numbers: of the front\nhollow: breaks a limit; dashed: limit")
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), columns))
     return figure
+
+
+def _drawn(found: DesignAnswer) -> list[str]:
+    """Return the figures that are asked for and known of the best design, the goal's first."""
+    task = found.task
+    known = set(task.own_figures(found.best)) - {STRAIN, INVERSE}
+    return [name for name in {**task.goal, **task.limits} if name in known]
 
 
 def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
