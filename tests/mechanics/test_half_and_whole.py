@@ -35,7 +35,9 @@ WIDE = ('target.width="15 mm"', 'target.length="15 mm"', NEO_HOOKEAN)
 LOADS = {False: np.array([10.0, 50.0, 4.0]), True: np.array([1.0, 60.0, 0.3])}  # on the whole pad, scaled
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["free", "contact"])
+@pytest.fixture(
+    scope="module", params=[pytest.param(False, id="free"), pytest.param(True, id="contact", marks=pytest.mark.slow)]
+)
 def both(request):
     """Half a pad and the whole on its mirrored mesh, sheared, pressed and turned, each with its state at rest."""
     touching = request.param
@@ -154,6 +156,7 @@ def test_the_components_in_the_plane_come_first(fallen):
     assert np.all(away <= last.error.components + again.error.components)
 
 
+@pytest.mark.slow
 def test_a_path_that_failed_carries_all_six_components():
     """Sheared aside and twisted, more than a law that softens carries: the wrench and the pose there."""
     softens = 'elastomer.material={law="yeoh", c10=1.5e4, c20=-3e3, c30=0.0, bulk_modulus=3e7}'

@@ -101,6 +101,7 @@ def test_a_rise_by_finite_strain_keeps_the_volume() -> None:
     assert planar_layer(sensor).equilibrium(Wrench()).pose.d_v / 2e-3 == pytest.approx(1.01**3, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_slender_pillar_rises_as_if_nothing_held_it() -> None:
     """Its ends, of the size of its width, rise threefold, in space: what is left tends to the free stretch."""
     rises = []

@@ -156,6 +156,7 @@ def test_track_losses_of_a_square() -> None:
     assert R[0] == pytest.approx(R_dc, rel=1e-3) and 1.05 < R[1] / R_dc < 1.6
 
 
+@pytest.mark.slow
 def test_round_coils_answer_as_before_beside_a_square() -> None:
     """A mixture of shapes: the round one's own numbers do not know of the other."""
     biorob = load_sensor("biorob2018")

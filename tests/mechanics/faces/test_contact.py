@@ -104,6 +104,7 @@ def flat():
     return layer, layer.controlled(Control(d_h=0.0, sink=0.9 * MM, alpha=0.0))
 
 
+@pytest.mark.slow
 def test_faces_of_a_flush_layer_lie_on_both_planes(flat):
     layer, found = flat
     assert found.report.min_J > 0.0 and found.pose.d_v == pytest.approx(2.1 * MM, rel=1e-9)

@@ -165,6 +165,7 @@ def uniaxial(sink, depth, gap=0.1, K=50.0):
     return brentq(left, 1e-6, 100.0)
 
 
+@pytest.mark.slow
 def test_two_blocks_become_one_where_the_gap_has_closed():
     """Pressed without room to the sides, by 0.7 and 1.6 shear moduli: uniaxial strain."""
     assert abs(confined((3, 3), 1, 1e-2, 0.09)) < 1e-9
@@ -172,7 +173,7 @@ def test_two_blocks_become_one_where_the_gap_has_closed():
         assert confined((3, 3), 1, 1e-2, 0.09, 0.11, sink) == pytest.approx(uniaxial(sink, 1e-2), rel=0.015)
 
 
-@pytest.mark.parametrize("depth", [1e-2, 1e-4])
+@pytest.mark.parametrize("depth", [pytest.param(1e-2, marks=pytest.mark.slow), 1e-4])
 def test_blocks_of_meshes_that_do_not_match_become_one(depth):
     """Of 2 and of 3 cells across: an even pressure stays one, whatever the depth of contact."""
     assert confined((2, 3), 1, depth, 0.09, 0.11, 0.12) == pytest.approx(uniaxial(0.12, depth), rel=3e-3)

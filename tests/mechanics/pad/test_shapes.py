@@ -142,6 +142,7 @@ def test_pillars_bear_loads_beside_the_plane_as_a_square_does(four):
     assert -across.alpha_x == pytest.approx(along.alpha, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_slanted_section_is_empty_between_pillars(four):
     """Along the diagonal of two by two pillars, 3.5 mm apart: two of 1.5 mm, to a piece of the grid."""
     points, quads, *_ = deformed_section(*four, np.pi / 4)

@@ -352,6 +352,7 @@ def test_quadratic_tetrahedra_are_welded_as_well(tmp_path):
     np.testing.assert_allclose(welded, whole, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_faces_in_no_group_are_told(tmp_path, box):
     """They are free, as those that are named so; the answer says it."""
     given = meshio.read(box)
