@@ -69,6 +69,7 @@ def test_modulus_gap_and_lead_come_back(sensor: Sensor, data: xr.Dataset, bench:
     assert found.shear_modulus == pytest.approx(FACTOR * sensor.elastomer.silicone.shear_modulus, rel=0.01)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_compared_is_refused(sensor: Sensor, data: xr.Dataset, bench: Measured) -> None:
     """Unknown parameters; forces beyond the table."""
     with pytest.raises(ValueError, match="fit: must be modulus, gap, .* or a key of the scene, .* got \"colour\""):
@@ -146,6 +147,7 @@ def test_three_axes_by_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         read_measured(tmp_path / "bench.csv", several(table), list(known.coils))
 
 
+@pytest.mark.slow
 def test_compare_command(
     sensor: Sensor, data: xr.Dataset, bench: Measured, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -57,6 +57,7 @@ def test_width_of_a_viscous_loop_of_a_nearly_linear_sensor() -> None:
     assert data.attrs["loop_L_h_percent"] == [pytest.approx(100.0 * np.max(np.abs(back - shown)) / span, rel=0.01)]
 
 
+@pytest.mark.slow
 def test_softening_opens_the_first_loop_alone() -> None:
     """Later cycles to the same peak run along its unloading branch."""
     data = cycled(sensor(", mullins={r=2.5}"), PEAK, triangle(1.0, 3, samples=40))

@@ -121,12 +121,15 @@ def test_loads_around_the_middle() -> None:
         np.testing.assert_allclose(usual_loads(cal), loads)
 
 
-def test_what_has_no_tolerance_is_refused(sensor: Sensor, data: xr.Dataset) -> None:
+def test_what_has_no_tolerance_is_refused(
+    sensor: Sensor, data: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Unknown names, deviations of none, more than there is."""
     with pytest.raises(ValueError, match="must be some of thickness, modulus, gap, offset; got colour"):
         force_spread(sensor, data, {"colour": 1.0}, [[0.0, 1.0]])
     with pytest.raises(ValueError, match="deviations: must be positive"):
         force_spread(sensor, data, {"gap": 0.0}, [[0.0, 1.0]])
+    monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (Spring(), None))
     with pytest.raises(ValueError, match="must leave three deviations of modulus and thickness positive"):
         force_spread(sensor, data, {"modulus": 0.5}, [[0.0, 1.0]], samples=16)
 

@@ -39,6 +39,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_magnetic_cases_stand_at_their_place(tmp_path: Path) -> None:
     """As the model itself gives them, a section, which the status tells; a target may be wider than the layer."""
     text = HEAD + "[vary]\n" + '"target.width" = ["8 mm", "22 mm"]\n' + GAPS + COARSE.replace("1e-2", "0.1")
@@ -97,7 +98,8 @@ def test_a_case_may_be_a_grid_of_any_components(tmp_path: Path, monkeypatch: pyt
 
 def test_forces_and_poses_are_requests(tmp_path: Path) -> None:
     """A load's pose, and the whole chain at a load."""
-    text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0 N", "1 N"]\n[fixed]\nmodel = "linear"\n'
+    text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0 N", "1 N"]\n'
+    text += '[fixed]\ntolerance = 0.1\nmodel = "linear"\n'
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "pose")
     assert float(data["d_v"][1]) < float(data["d_v"][0]) == pytest.approx(2e-3)
     text = text.replace('"pose"', '"simulate"').replace("model", "mechanics") + 'magnetics = "planar"\n'
