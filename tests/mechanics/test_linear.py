@@ -102,6 +102,7 @@ def test_loads_that_are_not_small_are_refused():
         pad.equilibrium(Wrench(F_y=1e-3))
 
 
+@pytest.mark.slow
 def test_a_long_pad_is_in_plane_strain_and_a_short_one_in_space():
     long = box('elastomer.length="1 m"', 'target.length="1 m"')
     assert len(small_strain(long).levels.coarse.mesh.axes) == 2

@@ -149,6 +149,7 @@ def test_far_metal_is_bounded_for_a_rectangle() -> None:
     assert taken < bound < 50 * taken
 
 
+@pytest.mark.slow
 def test_track_losses_of_a_square() -> None:
     """As rings of its length: little more than the direct current's at 10 kHz, some 5 to 60 % more at 5 MHz."""
     R = track_spectrum(rectangle(2.0, 2.0), [1e4, F]).R

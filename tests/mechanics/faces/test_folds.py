@@ -73,7 +73,7 @@ def pressed_cubes():
     return section, skin, u.ravel()
 
 
-@pytest.mark.parametrize("state", [pressed_cubes, slotted, folded])
+@pytest.mark.parametrize("state", [pressed_cubes, pytest.param(slotted, marks=pytest.mark.slow), folded])
 def test_contact_is_exact_and_in_balance(state):
     """Two derivatives; no force and no moment on the whole; nothing on other faces than the pairs'."""
     section, skin, u = state()
@@ -203,7 +203,7 @@ def test_an_even_pressure_is_even_on_the_nodes_of_a_section_that_does_not_match(
     np.testing.assert_allclose(forces[:, 1], 0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("state", [pressed_cubes, slotted])
+@pytest.mark.parametrize("state", [pressed_cubes, pytest.param(slotted, marks=pytest.mark.slow)])
 def test_contact_turns_with_the_pad(state):
     """Energy stays and forces turn in any rigid motion."""
     section, skin, u = state()

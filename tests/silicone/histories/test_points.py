@@ -190,7 +190,10 @@ def _stress_of_steps(one, parts):
     return np.array(found)
 
 
-@pytest.mark.parametrize("one", STORED[::3], ids=lambda one: one["name"])
+@pytest.mark.parametrize(
+    "one",
+    [pytest.param(one, marks=pytest.mark.slow if k % 3 else (), id=one["name"]) for k, one in enumerate(STORED[::3])],
+)
 def test_steps_against_quadrature_of_an_independent_code(one):
     exact = np.array(one["P"]).reshape(-1, 3, 3)
     off = [float(np.abs(_stress_of_steps(one, parts) - exact).max() / np.abs(exact).max()) for parts in (4, 16)]
