@@ -40,6 +40,7 @@ def test_axes_of_an_envelope_are_capacities(capsys: Capture, tmp_path: Path) -> 
     assert found["known_stretch"] == 2.0 and found["model"] == "planar"
 
 
+@pytest.mark.slow
 def test_an_error_beyond_the_tolerance_is_a_limit() -> None:
     """No force is borne to a tolerance that two meshes do not reach."""
     found = envelope(load_sensor("biorob2018"), mechanics="planar", rays=4, tolerance=1e-5)

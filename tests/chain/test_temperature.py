@@ -167,6 +167,7 @@ def test_what_has_no_slopes_is_refused(data: xr.Dataset) -> None:
         calibrate(flush, F_z=[0.0, 0.1], drift=True, **(QUICK | {"mechanics": "closed-form"}))
 
 
+@pytest.mark.slow
 def test_the_bench_sees_the_sensor_at_its_temperature(data: xr.Dataset) -> None:
     """Codes of a calibration at 20 K more: those of its inductances with its capacitor and its clock; warmer tracks."""
     cold = sensor(*COEFFICIENTS)

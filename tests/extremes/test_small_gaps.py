@@ -59,7 +59,8 @@ def test_close_and_thick_plates_agree_with_fine_finite_elements(row: tuple[float
     compare(row, 1e-2 if narrow_gap else 1e-3, 1e-4)
 
 
-@pytest.mark.parametrize("alpha", [pytest.param(0.0, marks=pytest.mark.slow), 0.02])
+@pytest.mark.slow
+@pytest.mark.parametrize("alpha", [0.0, 0.02])
 def test_perfect_strip_almost_touching_is_the_exact_one(alpha: float) -> None:
     """A strip of 0.2 um with a skin depth of 0.2 um, its edge 0.05 mm above the tracks: closed form to 1e-3."""
     sensor = scene(8, 0.0002, "target.conductivity=1.3e12")

@@ -71,6 +71,7 @@ def test_a_fixed_plate_is_a_target_at_rest() -> None:
     assert np.array_equal(fixed.L, moved.L) and np.array_equal(fixed.R, moved.R)
 
 
+@pytest.mark.slow
 def test_a_far_plate_adds_nothing_and_a_missed_one_is_left_out() -> None:
     alone = planar_fem(_scene(), 1e-2).impedance(Pose(1e-3, 2e-3, 0.1), 5e6)
     far = _block("far", 0.3, 8e-3, 0.2e-3, conductivity=5.8e7)

@@ -216,6 +216,7 @@ def test_section_for_pictures(pad):
         assert np.min(np.hypot(*(points - [found.pose.d_h, found.pose.d_v]).T)) < 0.01 * MM
 
 
+@pytest.mark.slow
 def test_a_slanted_section_fills_the_pad(pad):
     """Of a whole pad at 30 degrees: as long as the pad is there, hanging on the ground; along x as the faces there."""
     found = pad.equilibrium(Wrench(0.2, 1.0, F_y=1e-6))

@@ -177,6 +177,7 @@ def test_a_law_beyond_its_stability_is_named():
     assert any("unstable from stretch 1.193" in note for note in notes)
 
 
+@pytest.mark.slow
 def test_refusals(sensor):
     with pytest.raises(ValueError, match="finite"):
         block_pad(sensor, 1e-2).equilibrium(Wrench(1.0, F_y=np.nan))

@@ -15,6 +15,7 @@ def scene(length, *more, width=15):
     return load_sensor("biorob2018", [*sizes, NEO_HOOKEAN, *more])
 
 
+@pytest.mark.slow
 def test_stiffness_of_a_box_in_si():
     """NGSolve 6.2 and FElupe 11.3: 20 x 20 x 2 mm under 15 x 15 mm; on the diagonal within the references' errors."""
     found, error = linear_pad(scene(20, 'target.length="15 mm"'), 1e-3).stiffness
@@ -35,6 +36,7 @@ def test_a_long_pad_is_plane_strain_but_for_its_ends():
         assert loss[0] == pytest.approx(loss[1], rel=0.05, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_short_target_is_far_softer_than_plane_strain_says():
     found = finite_length_factor(load_sensor("biorob2018", [NEO_HOOKEAN]))
     assert 2.0 < found.shear < 2.5 < found.compression  # the 8 mm target stands on 20 mm: 2.5 by length alone

@@ -116,6 +116,7 @@ def fallen():
     return pad, found
 
 
+@pytest.mark.slow
 def test_half_a_pad_sees_that_it_falls_sideways(fallen):
     """It does so at 0.875 N, found to the smallest increment of the path, 1 % of it or up to four."""
     _, ended = fallen

@@ -40,6 +40,7 @@ def test_loads_are_divided_by_their_range():
     np.testing.assert_allclose(np.diff(found.wrench[:9, 1]), 0.25)
 
 
+@pytest.mark.slow
 def test_a_linear_model_creeps_component_by_component():
     own, time = soft(prony=[{"weight": 0.3, "time": 2.0}]), np.array([0.0, 1.0, 3.0])
     layer = small_strain(own, 1e-2)

@@ -62,6 +62,7 @@ def test_pose_against_independent_codes(row):
     assert found.report.status == "converged" and found.report.min_J > 0.0
 
 
+@pytest.mark.slow
 def test_combined_load_at_default_tolerance():
     sensor = pad(20, 15, 2, NO_CONTACT)
     d_h, sink, alpha = pose_of(sensor, planar_layer(sensor).equilibrium(Wrench(267.0, 4050.0)))

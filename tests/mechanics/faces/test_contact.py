@@ -129,6 +129,7 @@ def test_contact_answer_does_not_hang_on_its_depth(flat):
     assert max(abs(force / forces[1] - 1.0) for force in forces) < found.report.estimated_error / 2
 
 
+@pytest.mark.slow
 def test_work_is_the_energy_stored_with_contact(flat):
     """Of the mesh whose state is kept; forces are extrapolated from it and others."""
     layer, end = flat

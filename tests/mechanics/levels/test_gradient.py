@@ -120,6 +120,7 @@ def test_a_load_that_leaves_the_plane_turns_the_target_in_space() -> None:
         assert apart(slopes.pose[:, k], (one - other) / (2.0 * h)) < 1e-5, name
 
 
+@pytest.mark.slow
 def test_half_a_pad_knows_what_its_symmetry_hides() -> None:
     """The compliance sideways of half a pad is that of the whole one near by."""
     layer, found = at_rest("block", LOAD)
