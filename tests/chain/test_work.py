@@ -32,6 +32,7 @@ def test_factorisations_of_a_load(name: str, load: tuple[float, float], most: in
     assert 0 < len(counted) <= most and max(counted) < 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "most"), [("biorob2018-w15", 145), pytest.param("biorob2018", 270, marks=pytest.mark.slow)]
 )
