@@ -82,7 +82,11 @@ def test_a_plot_has_axes_with_units(table: xr.Dataset) -> None:
 
 @pytest.mark.parametrize(("request_", "asked"), [
     ("simulate", 'mechanics = "linear"\nmagnetics = "planar"\ntolerance = 0.1\nfz = "1 N"'),
-    ("quality", 'mechanics = "linear"\nmagnetics = "planar"\ntolerance = 0.1\nfx = "-0.2 N:0.2 N:3"\nfz = "0 N:1 N:3"'),
+    pytest.param(
+        "quality",
+        'mechanics = "linear"\nmagnetics = "planar"\ntolerance = 0.1\nfx = "-0.2 N:0.2 N:3"\nfz = "0 N:1 N:3"',
+        marks=pytest.mark.slow,
+    ),
 ])
 def test_every_variable_of_a_study_has_them(request_: str, asked: str, tmp_path: Path) -> None:
     """What varies as well, in the unit of its values."""

@@ -211,9 +211,8 @@ def read_seconds(folder: Path) -> xr.DataArray:
     return read_table(folder / "result.nc")["seconds"]
 
 
-@pytest.mark.parametrize(
-    "words", [pytest.param([], marks=pytest.mark.slow), ["-j", "2"]], ids=["alone", "two processes"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [[], ["-j", "2"]], ids=["alone", "two processes"])
 def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
     """kill -9 in the middle: no case is lost or torn, the resumed result is that of a run without a stop."""
     text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm", "10 mm"]\n' + GAPS.replace("5 }", "50 }") + COARSE

@@ -61,6 +61,7 @@ def test_a_load_that_is_not_carried_leaves_a_gap() -> None:
     assert np.all(np.isfinite(found.by_L.values[0])) and np.all(np.isnan(found.by_L.values[1]))
 
 
+@pytest.mark.slow
 def test_errors_are_those_of_a_calibration() -> None:
     """L with all errors, their signed parts too, at the same loads by the same models."""
     sensor, loads = load_sensor("biorob2018-w15"), {"F_x": [-0.3, 0.0, 0.3], "F_z": [0.5, 1.0]}

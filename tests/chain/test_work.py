@@ -32,9 +32,8 @@ def test_factorisations_of_a_load(name: str, load: tuple[float, float], most: in
     assert 0 < len(counted) <= most and max(counted) < 10_000
 
 
-@pytest.mark.parametrize(
-    ("name", "most"), [("biorob2018-w15", 145), pytest.param("biorob2018", 270, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "most"), [("biorob2018-w15", 145), ("biorob2018", 270)])
 def test_factorisations_of_a_table(name: str, most: int, counted: list[int]) -> None:
     """The default two forces, 9 x 9 loads: some 140 and 255, none of a mesh beyond the third."""
     forces = {"F_x": [0.25 * k for k in range(-4, 5)], "F_z": [0.5 * k for k in range(9)]}

@@ -183,7 +183,7 @@ def test_loads_that_are_passed_on_the_way_are_read(capsys: Capture) -> None:
 
 def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
     """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without error."""
-    found = answer(capsys, "pose", "biorob2018", "--fz", "2 N", "--model", "planar")
+    found = answer(capsys, "pose", "biorob2018", "--fz", "2 N", "--model", "planar", "--tolerance", "0.1")
     for part in (found["pose"], found["error"]):
         assert part["d_h"] == part["alpha"] == 0.0 < part["d_v"]
 
@@ -297,6 +297,7 @@ def test_all_six_components_reach_a_calibration(tmp_path: Path, monkeypatch: pyt
     assert {name: len(values) for name, values in asked[1].items()} == {"F_x": 9, "F_z": 9}
 
 
+@pytest.mark.slow
 def test_a_pose_beside_the_plane_is_answered_in_space(capsys: Capture) -> None:
     """All six keys; a plane model refuses by name, and a pose without height is none."""
     place = ("inductance", "biorob2018", "--dv", "2 mm", "--dy", "0.5 mm", "--alphax", "1 deg", "--tolerance", "0.1")

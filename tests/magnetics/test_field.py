@@ -79,6 +79,7 @@ def test_free_space_inductance(sensor: Sensor) -> None:
     assert np.array_equal(found.L, found.L0) and not found.R.any()
 
 
+@pytest.mark.slow
 def test_equals_the_integral_model(sensor: Sensor) -> None:
     """Two models that share no discretisation, at tilted poses: each promises 1e-3 of Delta L, 1e-2 of R."""
     poses = Pose(np.array([1e-3, -3e-3]), np.array([1.5e-3, 3e-3]), np.array([0.2, -0.35]))

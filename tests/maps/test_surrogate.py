@@ -44,7 +44,10 @@ def test_error_falls_geometrically_and_is_predicted() -> None:
     assert last < 1e-4
 
 
-@pytest.mark.parametrize("sizes", [(5, 5, 5), (6, 6, 6), (7, 5, 6), (9, 9, 9), (5, 5, 5, 5)])
+@pytest.mark.parametrize(
+    "sizes",
+    [(5, 5, 5), (6, 6, 6), (7, 5, 6), *(pytest.param(n, marks=pytest.mark.slow) for n in ((9, 9, 9), (5, 5, 5, 5)))],
+)
 def test_the_error_of_many_variables_holds(sizes: tuple[int, ...]) -> None:
     """Each variable's share adds up: random points of smooth functions, odd, even and mixed, are within `error`."""
     points, rng = grid(*sizes), np.random.default_rng(8)

@@ -181,6 +181,10 @@ def test_a_law_beyond_its_stability_is_named():
 def test_refusals(sensor):
     with pytest.raises(ValueError, match="finite"):
         block_pad(sensor, 1e-2).equilibrium(Wrench(1.0, F_y=np.nan))
+
+
+@pytest.mark.slow
+def test_half_a_mesh_of_the_users_is_refused_beside_the_plane(sensor):
     with pytest.raises(ValueError, match="must be of the whole pad"):
         own = sensor.elastomer.model_copy(update={"mesh": str(MESHES / "box.msh")})
         block_pad(sensor.model_copy(update={"elastomer": own}), 1e-2).equilibrium(Wrench(F_y=1.0))

@@ -43,6 +43,7 @@ def test_a_short_target_is_far_softer_than_plane_strain_says():
     assert found.error < 0.03
 
 
+@pytest.mark.slow
 def test_the_modulus_scales_out():
     stiffer = NEO_HOOKEAN.replace("3e4", "3e5").replace("3e7", "3e8")
     one, two = (finite_length_factor(scene(20, law, width=8)) for law in (NEO_HOOKEAN, stiffer))

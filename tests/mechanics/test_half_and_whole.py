@@ -35,7 +35,9 @@ WIDE = ('target.width="15 mm"', 'target.length="15 mm"', NEO_HOOKEAN)
 LOADS = {False: np.array([10.0, 50.0, 4.0]), True: np.array([1.0, 60.0, 0.3])}  # on the whole pad, scaled
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["free", "contact"])
+@pytest.fixture(
+    scope="module", params=[pytest.param(False, id="free"), pytest.param(True, id="contact", marks=pytest.mark.slow)]
+)
 def both(request):
     """Half a pad and the whole on its mirrored mesh, sheared, pressed and turned, each with its state at rest."""
     touching = request.param

@@ -149,6 +149,7 @@ def test_far_metal_is_bounded_for_a_rectangle() -> None:
     assert taken < bound < 50 * taken
 
 
+@pytest.mark.slow
 def test_track_losses_of_a_square() -> None:
     """As rings of its length: little more than the direct current's at 10 kHz, some 5 to 60 % more at 5 MHz."""
     R = track_spectrum(rectangle(2.0, 2.0), [1e4, F]).R
@@ -156,6 +157,7 @@ def test_track_losses_of_a_square() -> None:
     assert R[0] == pytest.approx(R_dc, rel=1e-3) and 1.05 < R[1] / R_dc < 1.6
 
 
+@pytest.mark.slow
 def test_round_coils_answer_as_before_beside_a_square() -> None:
     """A mixture of shapes: the round one's own numbers do not know of the other."""
     biorob = load_sensor("biorob2018")

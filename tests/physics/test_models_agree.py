@@ -26,7 +26,7 @@ slow = pytest.mark.slow
 TABLE = (
     ("planar", "planar-fem", "plate", AXIS, 5e3, 1e-3, 1e-2),  # t = 0.2 delta
     ("planar", "planar-fem", "plate", OFF, 1e6, 1e-3, 1e-2),  # t = 3 delta
-    ("planar", "planar-fem", "plate", TILTED, 5e6, 1e-3, 1e-2),  # t = 7 delta
+    pytest.param("planar", "planar-fem", "plate", TILTED, 5e6, 1e-3, 1e-2, marks=slow),  # t = 7 delta
     pytest.param("axisymmetric", "sheets", "disc", AXIS, 5e3, 2e-3, 2e-2, marks=slow),  # thin: test_sheets has FEM
     ("axisymmetric", "sheets", "disc", AXIS, 1e5, 2e-3, 2e-2),  # t = delta, where the regimes meet
     pytest.param("axisymmetric", "sheets", "disc", AXIS, 1e6, 2e-3, 3e-2, marks=slow),  # t = 3 delta

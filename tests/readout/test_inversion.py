@@ -112,6 +112,7 @@ def wound(F: np.ndarray, coils: np.ndarray) -> np.ndarray:
     return 2e-6 + 1e-8 * np.stack(shown[: len(coils)], -1)
 
 
+@pytest.mark.slow
 def test_an_edge_that_crosses_itself_in_three_dimensions() -> None:
     """One sign is not enough; ends of a spiral that lie on each other are refused, and a fourth coil parts them."""
     axes = [np.linspace(-0.5, 0.5, 5)] * 2 + [np.linspace(0.0, 2.0, 13)]

@@ -87,6 +87,7 @@ def test_what_holds_any_loads(three_forces: Path, tmp_path: Path, form: str) -> 
         assert {name: data[name].attrs["units"] for name in ("d_y", "F_y", "M")} == {"d_y": "m", "F_y": "N", "M": "N m"}
 
 
+@pytest.mark.slow
 def test_the_layer_is_drawn_as_it_was_solved(
     calibrated: Path, copied: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,7 +26,8 @@ def test_ratios_are_at_equal_error_and_of_single_solves():
     assert "with an estimate: at least 2;" in list(ratios([*mine, line(1.0, 1e-2)]))[2]
 
 
-@pytest.mark.parametrize("load", ["plane", pytest.param("space", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("load", ["plane", "space"])
 def test_this_package_is_below_one_percent_by_both_ways(load):
     """As it is asked, and by one solve on a mesh of 2 cells; in the plane the one with corners whole."""
     asked = asked_of(load)

@@ -27,6 +27,7 @@ def table(slope_x: float = 1.0, slope_z: float = -2.0, leak: float = 0.0) -> xr.
     return data.assign_attrs(unit_L="H", frequency=5e6)
 
 
+@pytest.mark.slow
 def test_figures_of_a_linear_sensor() -> None:
     """Ranges and crosstalk by hand; resolution is the noise over the slope, alike in all loads."""
     row = table_row(load_sensor("biorob2018"), table(leak=0.4))

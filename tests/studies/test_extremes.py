@@ -110,7 +110,8 @@ def test_a_column_falls_over_under_eulers_load() -> None:
     assert walls.Column(2.0, 20.0, 10.0).carried == walls.Column(20.0, 2.0, 10.0).carried
 
 
-@pytest.mark.parametrize("rows", [pytest.param(films.films, marks=pytest.mark.slow), walls.walls])
+@pytest.mark.slow
+@pytest.mark.parametrize("rows", [films.films, walls.walls])
 def test_rows_of_films_and_walls_hold_and_see_what_is_wrong(rows, monkeypatch: pytest.MonkeyPatch) -> None:  # type: ignore[no-untyped-def]
     assert all(row.holds for row in rows(True))
     monkeypatch.setattr(films, "stiffness_down", lambda sensor, own=films.stiffness_down: 1.1 * own(sensor))

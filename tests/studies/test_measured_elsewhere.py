@@ -58,6 +58,7 @@ def test_closed_forms_of_a_usual_spiral() -> None:
             assert value == pytest.approx(L, rel=0.03)
 
 
+@pytest.mark.slow
 def test_swept_coil_over_blocks() -> None:
     """One gap fitted at contact; the predictions for three distances and for another metal are within the scatter."""
     found = sweep(coarse=True)

@@ -16,7 +16,7 @@ def test_scenes_are_drawn_alike() -> None:
 
 
 @pytest.mark.parametrize(
-    "number", [0, 53, *(pytest.param(number, marks=pytest.mark.slow) for number in (1, 2, 3, 4, 37, 56, 63, 71))]
+    "number", [53, *(pytest.param(number, marks=pytest.mark.slow) for number in (0, 1, 2, 3, 4, 37, 56, 63, 71))]
 )
 def test_bars_hold_what_the_richest_models_change(number: int) -> None:
     """Of sections, whose ends are most of the error, discs and loads; against sheets and block.

@@ -97,6 +97,7 @@ def test_resistance_rises_and_inductance_falls_with_frequency():
     assert all(run.error_R < 0.02 * run.R and run.error_L < 1e-3 * run.L for run in runs)
 
 
+@pytest.mark.slow
 def test_error_estimate_covers_a_finer_division():
     rings, f = coil_sections(coil(turns=3, layers=1)), 5e6
     run = coil_losses(coil(turns=3, layers=1), f)

@@ -90,6 +90,7 @@ def best_of_grid(wanted: Requirements, found: DesignAnswer, count: int = 13) -> 
     return float(least)
 
 
+@pytest.mark.slow
 def test_the_answer_is_round_feasible_and_as_good_as_a_grid(found: DesignAnswer) -> None:
     """Within a tenth of 507 designs; round to a fiftieth of the bounds; limits hold, and so does the yield."""
     assert found.feasible and found.share.value >= 0.9 and found.solves < 40

@@ -73,7 +73,7 @@ def pressed_cubes():
     return section, skin, u.ravel()
 
 
-@pytest.mark.parametrize("state", [pressed_cubes, slotted, folded])
+@pytest.mark.parametrize("state", [pressed_cubes, pytest.param(slotted, marks=pytest.mark.slow), folded])
 def test_contact_is_exact_and_in_balance(state):
     """Two derivatives; no force and no moment on the whole; nothing on other faces than the pairs'."""
     section, skin, u = state()
@@ -173,7 +173,7 @@ def test_two_blocks_become_one_where_the_gap_has_closed():
         assert confined((3, 3), 1, 1e-2, 0.09, 0.11, sink) == pytest.approx(uniaxial(sink, 1e-2), rel=0.015)
 
 
-@pytest.mark.parametrize("depth", [1e-2, 1e-4])
+@pytest.mark.parametrize("depth", [pytest.param(1e-2, marks=pytest.mark.slow), 1e-4])
 def test_blocks_of_meshes_that_do_not_match_become_one(depth):
     """Of 2 and of 3 cells across: an even pressure stays one, whatever the depth of contact."""
     assert confined((2, 3), 1, depth, 0.09, 0.11, 0.12) == pytest.approx(uniaxial(0.12, depth), rel=3e-3)
@@ -203,8 +203,7 @@ def test_an_even_pressure_is_even_on_the_nodes_of_a_section_that_does_not_match(
     np.testing.assert_allclose(forces[:, 1], 0.0, atol=1e-12)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("state", [pressed_cubes, slotted])
+@pytest.mark.parametrize("state", [pressed_cubes, pytest.param(slotted, marks=pytest.mark.slow)])
 def test_contact_turns_with_the_pad(state):
     """Energy stays and forces turn in any rigid motion."""
     section, skin, u = state()

@@ -81,6 +81,7 @@ def test_poses_at_two_tolerances_are_within_both_errors(answers):
 YEOH = 'elastomer.material={law="yeoh", c10=1.5e4, c20=1500.0, c30=100.0, bulk_modulus=3e7}'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sizes", "law", "load"),
     [

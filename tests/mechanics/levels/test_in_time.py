@@ -28,6 +28,7 @@ def history(time, **loads):
     return LoadHistory(np.array(time, dtype=float), wrench)
 
 
+@pytest.mark.slow
 def test_pose_is_within_its_error_of_a_finer_one():
     """Press, shear while pressed, let go of the pressure: no load is a share of another."""
     way = history([0, 1, 2, 3, 5], F_z=[0, 1.5, 1.5, 0.5, 0.0], F_x=[0, 0, 0.4, 0.4, 0.4])

@@ -208,7 +208,7 @@ EXAMPLES = {
     "pillars": ({"width": 15 * MM, "length": 15 * MM, "thickness": 3 * MM}, {"width": 12 * MM, "length": 12 * MM}),
 }
 
-MARKS = {"dome": pytest.mark.slow, "slotted": pytest.mark.slow}
+MARKS = dict.fromkeys(("dome", "slotted", "pillars"), pytest.mark.slow)
 
 
 def example(name):

@@ -64,6 +64,7 @@ def fitted(nodes: np.ndarray, values: np.ndarray, x: float) -> float:
     return float(np.polynomial.Polynomial.fit(nodes[:4], values[:4], min(3, len(nodes) - 1))(x))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 1000, 390])
 @pytest.mark.parametrize("name", ["pair", "three"])
 def test_nothing_cut_off(browser: Any, request: pytest.FixtureRequest, name: str, width: int) -> None:
@@ -108,6 +109,7 @@ def test_a_moved_slider_shows_the_table(browser: Any, pair: Path, calibrated: Pa
     assert browser.complaints() == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 390])
 def test_each_of_three_sliders_shows_the_table(browser: Any, three: Path, triaxial: Case, width: int) -> None:
     """Four inductances and codes, three signals, six components of the pose, at loads of the table."""
@@ -130,6 +132,7 @@ def test_each_of_three_sliders_shows_the_table(browser: Any, three: Path, triaxi
     assert browser.complaints() == []
 
 
+@pytest.mark.slow
 def test_between_loads_a_cubic_goes_through_four(browser: Any, pair: Path, three: Path, calibrated: Path) -> None:
     """The page's own function against numpy's polynomials through the nearest loads, of two and of three forces."""
     data = read_calibration(calibrated)[1]
@@ -142,6 +145,7 @@ def test_between_loads_a_cubic_goes_through_four(browser: Any, pair: Path, three
     assert found == pytest.approx([-0.3 * 8e-4, 1e-2 * -0.3 * 0.1], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_the_map(browser: Any, three: Path, triaxial: Case) -> None:
     """Of any readout over any two forces: its scale ends at the table's numbers, a click moves the sliders."""
     data = triaxial[1]
@@ -167,6 +171,7 @@ def corners(path: str) -> np.ndarray:
     return np.array(re.findall(r"[ML](-?[\d.e-]+) (-?[\d.e-]+)", path), dtype=float)
 
 
+@pytest.mark.slow
 def test_the_target_moves_and_turns(browser: Any, three: Path, triaxial: Case) -> None:
     """From above to scale: shifted by d_h, d_y and turned by alpha_z; in section along the shear tilted."""
     row = triaxial[1].isel(F_x=4, F_z=3, F_y=2)
@@ -190,6 +195,7 @@ def test_the_target_moves_and_turns(browser: Any, three: Path, triaxial: Case) -
     assert browser.complaints() == []
 
 
+@pytest.mark.slow
 def test_by_keyboard_alone(browser: Any, three: Path) -> None:
     """Tab reaches each slider, list and button of the explorer, and shows where it is."""
     browser.open(three)
@@ -202,6 +208,7 @@ def test_by_keyboard_alone(browser: Any, three: Path) -> None:
     assert reached == ["s-F_x", "s-F_z", "s-F_y", "grow", "cut", "snap", "rest", "map-item", "map-x"]
 
 
+@pytest.mark.slow
 def test_a_load_without_result_says_so(browser: Any, calibrated: Path, tmp_path: Path) -> None:
     """The explorer shows a dash and the reason; its neighbours fall back to the loads that are there."""
     sensor, data = read_calibration(calibrated)
@@ -227,6 +234,7 @@ def test_a_load_without_result_says_so(browser: Any, calibrated: Path, tmp_path:
     assert browser.complaints() == []
 
 
+@pytest.mark.slow
 def test_one_shear_force_leaves_one_slider(browser: Any, calibrated: Path, tmp_path: Path) -> None:
     """A table of normal forces alone: no map, no curve over shear, no complaint; F_z still moves."""
     sensor, data = read_calibration(calibrated)
@@ -242,6 +250,7 @@ def test_one_shear_force_leaves_one_slider(browser: Any, calibrated: Path, tmp_p
     assert browser.complaints() == []
 
 
+@pytest.mark.slow
 def test_a_single_load(browser: Any, triaxial: Case, tmp_path: Path) -> None:
     """Sliders that stand still, no curve and no map; forces and moments that are the same throughout are drawn."""
     sensor, data = triaxial

@@ -113,7 +113,7 @@ def turning_path(d):
 
 
 @pytest.mark.parametrize(("made", "d", "c"), SPACES)
-@pytest.mark.parametrize("mullins", [None, {"r": 1.8}])
+@pytest.mark.parametrize("mullins", [pytest.param(None, marks=pytest.mark.slow), {"r": 1.8}])
 def test_stress_is_the_convolution_it_stands_for(made, d, c, mullins):
     own = silicone(prony=PRONY) if mullins is None else silicone(prony=PRONY, mullins=mullins)
     path, t = turning_path(d), 2.0
@@ -190,7 +190,10 @@ def _stress_of_steps(one, parts):
     return np.array(found)
 
 
-@pytest.mark.parametrize("one", STORED[::3], ids=lambda one: one["name"])
+@pytest.mark.parametrize(
+    "one",
+    [pytest.param(one, marks=pytest.mark.slow if k % 3 else (), id=one["name"]) for k, one in enumerate(STORED[::3])],
+)
 def test_steps_against_quadrature_of_an_independent_code(one):
     exact = np.array(one["P"]).reshape(-1, 3, 3)
     off = [float(np.abs(_stress_of_steps(one, parts) - exact).max() / np.abs(exact).max()) for parts in (4, 16)]

@@ -11,7 +11,7 @@ PEAKS = (0.3, 0.6, 1.0)
 
 
 @pytest.mark.parametrize(("r", "m", "beta"), [(2.5, 800.0, 0.2), (3.0, 0.0, 1.0), (2.0, 2000.0, 0.0), (1.3, 50.0, 0.1)])
-@pytest.mark.parametrize("viscous", [False, True])
+@pytest.mark.parametrize("viscous", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_constants_are_found(rubber, prony, measured, cycles, r, m, beta, viscous):
     """Of a specimen 1.2 times as stiff; with the branches in the law, what relaxes is not counted as softened."""
     silicone = rubber(mullins={"r": r, "m": m, "beta": beta}, prony=prony if viscous else [])
