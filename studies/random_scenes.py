@@ -40,7 +40,7 @@ from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
 
 MM, ASKED = 1e-3, 1e-2
-COUNT, COARSE = 200, (0, 3, 6)
+COUNT, COARSE = 200, (0, 3, 6, 56)
 FINER = {"sheets": 5e-3}  # of sheets; where auto took another model ASKED is enough
 STIFF, LONG = 2e-3, 0.3  # of block; of a long pad, whose section leaves out tenths and whose cells are many
 NAMES = ("d_h", "d_v", "alpha")
