@@ -59,6 +59,24 @@ def test_contact_has_an_exact_tangent(pad, target, plane, q, lift):
     np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
 
 
+@pytest.mark.parametrize(("plane", "axis"), [("ground", 2), ("mirror", 1)])
+def test_a_plane_that_stands_pushes_by_the_depth_of_each_point(plane, axis):
+    """Ground and plane of symmetry: p = d^2/2 up to the contact depth, d - 1/2 beyond, d in depths below the plane."""
+    body = bonded_block(scene((8, 8), (8, 8)), 2, 1.5, 0.0, 0.05).body
+    sides = next(part for part in body.parts if isinstance(part, Contact) and part.plane == "ground")
+    u, q, along = np.zeros(body.mesh.nodes.size), np.zeros(3), np.zeros(body.mesh.nodes.size)
+    along[axis::3] = 1.0
+    places = sides.surface.places(u)[..., axis]
+    level = 0.0 if plane == "ground" else float(places.min())
+    contact = replace(sides, plane=plane, level=level)
+    for shift in (0.02, 0.3):
+        d = np.maximum((level - places + shift) / contact.depth, 0.0)
+        pressure = np.where(d < 1.0, d**2 / 2.0, d - 0.5)
+        assert (pressure > 0.0).any()
+        found = contact(u - shift * along, q).forces[: u.size] @ along
+        assert -found == pytest.approx(float((contact.surface.weight * pressure).sum()), rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("pad", "target", "plane", "lift"),
     [((8, 8), (8, 8), "ground", -0.3), ((8, 8), (8, 8), "plane", 0.1), ((8, 6), (5, 3), "wall", 0.008)],
