@@ -90,11 +90,7 @@ class FieldSolution:
 
 
 def solve_field(
-    division: Division,
-    plates: tuple[Plate, ...],
-    coils: tuple[Track, ...],
-    omega: float,
-    order: int,
+    division: Division, plates: tuple[Plate, ...], coils: tuple[Track, ...], omega: float, order: int,
     ground: float | None = None,
 ) -> FieldSolution:
     """Solve for every coil, one ampere each, with elements of order 2 or 3; omega [rad/s], `ground` R_b [m]."""
