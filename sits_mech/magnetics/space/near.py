@@ -126,7 +126,7 @@ def _numbered(
     """Return classes with the numbers of what they see: combinations of their own, class by class, and all coils."""
     *each, last = side_by_side([*(basis.size for basis in bases.values()), coils])
     columns = {key: np.r_[own, last] for key, own in zip(bases, each, strict=True)}
-    return tuple(replace(part, columns=columns.get(key, np.r_[last])) for key, part in classes.items())
+    return tuple(replace(one, columns=columns.get(key, last.start + np.arange(coils))) for key, one in classes.items())
 
 
 def _classes(
