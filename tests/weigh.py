@@ -24,7 +24,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 47_031, "core lines": 31_819, "tokens": 405_818, "named numbers": 523, "branching functions": 116,
+    "lines": 47_031, "core lines": 31_819, "tokens": 405_690, "named numbers": 523, "branching functions": 115,
     "long signatures": 33, "skipped formats": 0, "large files": 3, "entered in space": 121,
     "entered in the plane": 119,
 }

@@ -90,11 +90,7 @@ class FieldSolution:
 
 
 def solve_field(
-    division: Division,
-    plates: tuple[Plate, ...],
-    coils: tuple[Track, ...],
-    omega: float,
-    order: int,
+    division: Division, plates: tuple[Plate, ...], coils: tuple[Track, ...], omega: float, order: int,
     ground: float | None = None,
 ) -> FieldSolution:
     """Solve for every coil, one ampere each, with elements of order 2 or 3; omega [rad/s], `ground` R_b [m]."""
@@ -109,11 +105,9 @@ def solve_field(
         D = D + (1.0 / plate.relative_permeability - 1.0) * K + s * M
     K0 = sum(stiffness[1:], stiffness[0])
     g = _source(basis, parts[1:], coils, ground)
-    shift = np.zeros((len(plates), g.shape[1]))
-    for k, (plate, part, m) in enumerate(zip(plates, parts[1:], weights, strict=True)):
+    for plate, part, m in zip(plates, parts[1:], weights, strict=True):
         if plate.isolated:  # a constant in the plate changes e_k alone, and would cost digits
-            shift[k] = m @ g / m.sum()
-            g[_dofs(part)] -= shift[k]
+            g[_dofs(part)] -= m @ g / m.sum()
     open_boundary = _open_boundary(basis, division, ground)
     isolated = [plate.isolated for plate in plates]
     u, e, residual = _solve(K0 + D + open_boundary, K0 @ g, weights, k2, isolated)

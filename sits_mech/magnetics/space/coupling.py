@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from itertools import pairwise, product
+from functools import cached_property, lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import Potential
 from sits_mech.magnetics.modes import Modes
 from sits_mech.magnetics.space.far import Answered, Far, answers_to
-from sits_mech.magnetics.space.fields import Basis, Blocks, Box, Nodes
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, Nodes, side_by_side
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.quantities import Array, Complex, Integers
 
@@ -50,13 +50,15 @@ class Sheeted:
         """The plate with its own modes at all frequencies."""
         return replace(self, classes=tuple(replace(part, highest=np.inf) for part in self.classes))
 
+    @cached_property
+    def columns(self) -> list[slice]:
+        """Where each class's combinations are among all."""
+        return side_by_side(basis.size for basis in self.bases)
+
     def admittance(self, omega: float) -> Blocks:
         """Return Y of all classes' combinations; omega [rad/s]."""
-        ends = np.cumsum([0, *(basis.fields.shape[1] for basis in self.bases)])
-        places = (np.arange(*pair) for pair in pairwise(ends))
-        return Blocks(int(ends[-1]), tuple(
-            (some, part.admittance(omega)) for some, part in zip(places, self.classes, strict=True)
-        ))
+        parts = zip(self.columns, self.classes, strict=True)
+        return Blocks(self.columns[-1].stop, tuple((np.r_[own], part.admittance(omega)) for own, part in parts))
 
     def reactions(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float) -> list[Complex]:
         """Return Delta Z of a plate for n coils, one symmetric array (p, n, n) [ohm] a division; it is the first.
@@ -94,7 +96,7 @@ def _drives(plate: Sheeted, seen: Posed) -> Iterator[tuple[slice, Array, Integer
     in that order (poses, n); the highest level at each place (n,).
     """
     (kinds, which), box = kinds_of(seen.coils), plate.box
-    width = sum(basis.fields.shape[1] for basis in plate.bases)
+    width = plate.columns[-1].stop
     centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
     fields = [winding_potential(kind, seen.windings, _region(box, seen, centres)) for kind in kinds]
     step = max(1, _DRIVES // (len(which) * width))
@@ -139,15 +141,14 @@ def _drive(
 @lru_cache(maxsize=64)
 def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> _Order:
     """Return the nodes of polynomials of an order; where a class's combinations start, its coefficients, and these."""
-    box, found, start = plate.box, [], 0
+    box, found = plate.box, []
     order = [size[k] for size, k in zip(box.sizes, needed, strict=True)]
-    for basis in plate.bases:
+    for basis, own in zip(plate.bases, plate.columns, strict=True):
         places = np.unravel_index(basis.rows, (3, *box.order))
         some = np.all([place < n for place, n in zip(places[1:], order, strict=True)], axis=0)
         rows = np.ravel_multi_index([place[some] for place in places], (3, *order))
         fields = basis.fields if some.all() else basis.fields[some, : basis.widths[max(needed)]]
-        found.append((start, rows, fields))
-        start += basis.fields.shape[1]
+        found.append((own.start, rows, fields))
     return box.nodes(order), found
 
 
@@ -166,12 +167,8 @@ def _asked(plate: Sheeted, frequency: float) -> list[int]:
 
 def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
     """Return the sum of the classes' reactions for drives (p, n, all classes' r), without Y."""
-    start, total = 0, np.zeros((*drive.shape[:2], drive.shape[1]), dtype=complex)
-    for basis, part in zip(plate.bases, plate.classes, strict=True):
-        r = basis.fields.shape[1]
-        total += part.reaction(drive[..., start : start + r] @ part.coupling[:r], omega)
-        start += r
-    return total
+    parts = zip(plate.columns, plate.classes, strict=True)
+    return np.asarray(sum(part.reaction(drive[..., own] @ part.coupling, omega) for own, part in parts))
 
 
 def _reaction(plates: tuple[Sheeted, ...], drive: Array, levels: Integers, omega: float) -> Complex:
@@ -180,14 +177,13 @@ def _reaction(plates: tuple[Sheeted, ...], drive: Array, levels: Integers, omega
     total = np.zeros((p, n, 2, d, n))
     firsts = _blocks(levels)
     for first, end in zip(firsts, (*firsts[1:], n), strict=True):
-        start, found = 0, np.zeros((p, 2 * d * (end - first), n - first))
-        for basis, Y in zip(plates[0].bases, _responses(plates, omega), strict=True):
+        found = np.zeros((p, 2 * d * (end - first), n - first))
+        for basis, own, Y in zip(plates[0].bases, plates[0].columns, _responses(plates, omega), strict=True):
             r = basis.widths[levels[first]]
             if r > 0:
-                part = drive[:, first:, start : start + r]
+                part = drive[:, first:, own.start : own.start + r]
                 answer = part[:, : end - first].reshape(-1, r) @ Y[:r, ..., :r].reshape(r, -1)
                 found += answer.reshape(p, -1, r) @ np.swapaxes(part, 1, 2)
-            start += len(Y)
         total[:, first:end, ..., first:] = found.reshape(p, end - first, 2, d, n - first)
     block = np.searchsorted(firsts, np.arange(n), "right")
     Z = np.moveaxis(total[:, :, 0] + 1j * total[:, :, 1], 2, 0) * (np.sign(block - block[:, None]) / 2 + 0.5)

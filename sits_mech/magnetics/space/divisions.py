@@ -239,5 +239,3 @@ def field_length(coil: Coil, distance: float) -> float:
 def unseen(box: Box) -> float:
     """Return the share of the coils' field energy that the box's polynomials miss: rho^-2n."""
     return float(max(rho ** (-2.0 * n) for rho, n in zip(box.decay[:2], box.order[:2], strict=True)))
-
-

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.space.fields import Basis, Blocks, Box, to_coefficients
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, chebyshev_points, side_by_side, to_coefficients
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.quantities import Array, Complex, Integers
 
@@ -152,12 +152,10 @@ def seen(plate: Plate, field: Array, r: int) -> Array:
 
 def _radiated(plate: Plate, moments: Array) -> Array:
     """Return D of moments (r, k) at the box's points, shape (q, 3, k)."""
-    box, k, start = plate.box, moments.shape[1], 0
+    box, k = plate.box, moments.shape[1]
     whole = np.zeros((3 * int(np.prod(box.order)), k))
-    for basis in plate.bases:
-        width = basis.fields.shape[1]
-        whole[basis.rows] += basis.fields @ moments[start : start + width]
-        start += width
+    for basis, own in zip(plate.bases, side_by_side(basis.size for basis in plate.bases), strict=True):
+        whole[basis.rows] += basis.fields @ moments[own]
     whole = _along_axes(box, whole.reshape(3, *box.order, k), 0)
     return whole.reshape(3, -1, k).swapaxes(0, 1)
 
@@ -172,7 +170,7 @@ def _along_axes(box: Box, whole: Array, side: int) -> Array:
 def _around(box: Box, clearance: float) -> Array:
     """Return points on the surface of a box grown by a clearance, as dense as its own, from the bottom's centre."""
     axes = [
-        np.concatenate([[1.0], np.cos(np.pi * (np.arange(n) + 0.5) / n), [-1.0]]) * (half + clearance)
+        np.concatenate([[1.0], chebyshev_points(n), [-1.0]]) * (half + clearance)
         for n, half in zip(box.order, box.half, strict=True)
     ]
     ends = [np.arange(axis.size) % (axis.size - 1) == 0 for axis in axes]

@@ -37,7 +37,7 @@ from scipy.linalg import eigh, solve
 
 from sits_mech.magnetics.space.boxes import PAIRS, box_charges
 from sits_mech.magnetics.space.divisions import field_box, field_length
-from sits_mech.magnetics.space.fields import Basis, Blocks, Box, decay_scale
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, decay_scale, side_by_side
 from sits_mech.magnetics.space.rungs import Rung
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
@@ -248,11 +248,9 @@ def _combined(basis: Basis, box: Box, rows: Integers, G: Array) -> Array:
 
 def _joined(blocks: Sequence[Complex], count: int) -> Complex:
     """Return all classes' responses, each with the coils last, as one with the coils last."""
-    sizes = [len(block) - count for block in blocks]
-    ends = np.cumsum([0, *sizes])
-    S = np.zeros((int(ends[-1]) + count,) * 2, dtype=blocks[0].dtype)
-    own = np.arange(int(ends[-1]), len(S))
-    for block, start, end in zip(blocks, ends[:-1], ends[1:], strict=True):
-        some = np.concatenate([np.arange(start, end), own])
+    *each, last = side_by_side([*(len(block) - count for block in blocks), count])
+    S = np.zeros((last.stop, last.stop), dtype=blocks[0].dtype)
+    for block, own in zip(blocks, each, strict=True):
+        some = np.r_[own, last]
         S[np.ix_(some, some)] += block
     return S

@@ -13,9 +13,10 @@ levels are nested.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -66,7 +67,7 @@ class Box:
     def points(self, order: Sequence[int] | None = None) -> Array:
         """Return the Chebyshev points of some orders (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
         counts = self.order if order is None else order
-        axes = [h * np.cos(np.pi * (np.arange(n) + 0.5) / n) for h, n in zip(self.half, counts, strict=True)]
+        axes = [h * chebyshev_points(n) for h, n in zip(self.half, counts, strict=True)]
         nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(nodes + (0.0, 0.0, self.half[2]))
 
@@ -98,6 +99,11 @@ class Box:
             rate = np.arccosh(np.maximum((np.hypot(a - 1.0, b) + np.hypot(a + 1.0, b)) / 2, 1.0))
             found[..., k] = np.searchsorted(size[:-1], self.digits / np.maximum(rate, 1e-9))
         return found
+
+
+def chebyshev_points(order: int) -> Array:
+    """Return the zeros of T_order, from the largest."""
+    return np.cos(np.pi * (np.arange(order) + 0.5) / order)
 
 
 def to_coefficients(order: int) -> Array:
@@ -183,6 +189,16 @@ class Basis:
     rows: Integers  # (n,) which of the three components' coefficients they hold, by level
     fields: Array  # (n, r) those of a level's rows alone end with its `widths`
     widths: Integers  # combinations that fields of each level drive
+
+    @property
+    def size(self) -> int:
+        """Number of combinations."""
+        return int(self.fields.shape[1])
+
+
+def side_by_side(sizes: Iterable[int]) -> list[slice]:
+    """Return where parts of some sizes are in a row of all."""
+    return [slice(*ends) for ends in pairwise(accumulate(sizes, initial=0))]
 
 
 @dataclass(frozen=True, eq=False)

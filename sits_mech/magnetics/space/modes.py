@@ -59,7 +59,7 @@ def prepare_sheets(
         found.append((*once, 2 * (levels.size - 1)))
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    none = {key: Modes(np.zeros(0), np.zeros((basis.fields.shape[1], 0))) for key, basis in bases.items()}
+    none = {key: Modes(np.zeros(0), np.zeros((basis.size, 0))) for key, basis in bases.items()}
     seen = tuple(bases.values())
     return tuple(
         Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
 from sits_mech.magnetics.space.far import Answered, Far, answers_to
-from sits_mech.magnetics.space.fields import Basis, Blocks, Box, field_means
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, field_means, side_by_side
 from sits_mech.magnetics.space.modes import combined
 from sits_mech.magnetics.space.sources import Cells, Posed, Sources
 from sits_mech.quantities import Array, Complex, Integers
@@ -90,7 +89,7 @@ class Near:
     @property
     def seen(self) -> int:
         """Combinations of other plates' fields, and coils at rest."""
-        return self.sources + sum(int(basis.fields.shape[1]) for basis in self.bases)
+        return self.sources + sum(basis.size for basis in self.bases)
 
 
 def prepare_near(
@@ -125,10 +124,9 @@ def _numbered(
     classes: Mapping[tuple[int, int], _Class], bases: Mapping[tuple[int, int], Basis], coils: int
 ) -> tuple[_Class, ...]:
     """Return classes with the numbers of what they see: combinations of their own, class by class, and all coils."""
-    ends = np.cumsum([0, *(basis.fields.shape[1] for basis in bases.values())])
-    own = np.arange(coils) + ends[-1]
-    columns = {key: np.concatenate([np.arange(a, b), own]) for key, (a, b) in zip(bases, pairwise(ends), strict=True)}
-    return tuple(replace(part, columns=columns.get(key, own)) for key, part in classes.items())
+    *each, last = side_by_side([*(basis.size for basis in bases.values()), coils])
+    columns = {key: np.r_[own, last] for key, own in zip(bases, each, strict=True)}
+    return tuple(replace(one, columns=columns.get(key, last.start + np.arange(coils))) for key, one in classes.items())
 
 
 def _classes(
@@ -232,5 +230,3 @@ def _by_others(plate: Near, omega: float) -> list[Complex]:
     """Return the currents that combinations of other plates' fields drive, class by class."""
     return [_currents(factor, part.fluxes)
             for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]
-
-

@@ -25,6 +25,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from scipy.linalg import block_diag, lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.far import Far, Moving, Plate, responses, seen_from
+from sits_mech.magnetics.space.fields import side_by_side
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.quantities import Array, Complex
 
@@ -117,12 +119,10 @@ def _fixed(
         _Placed.of(far, np.reshape(turn, (3, 3)), np.array(place))
         for far, (turn, place) in zip(fars, where, strict=True)
     )
-    sizes = [far.fields.shape[1] for far in fars]
-    ends = np.cumsum([0, *sizes])
-    L = np.zeros((ends[-1], ends[-1]))
-    for a, one in enumerate(placed):
-        for b, other in enumerate(placed[:a]):
-            L[ends[a] : ends[a + 1], ends[b] : ends[b + 1]] = one.linked(other)
+    columns = side_by_side(far.fields.shape[1] for far in fars)
+    L = np.zeros((columns[-1].stop, columns[-1].stop))
+    for (other, own), (one, rows) in combinations(zip(placed, columns, strict=True), 2):
+        L[rows, own] = one.linked(other)
     L += L.T
     answers = []
     for divisions in zip(*plates, strict=True):

@@ -23,7 +23,7 @@ import numpy as np
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potential
-from sits_mech.magnetics.space.fields import Box, chebyshev, to_coefficients
+from sits_mech.magnetics.space.fields import Box, chebyshev, chebyshev_points, to_coefficients
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
@@ -68,7 +68,7 @@ class Sources:
         """Gauss points along an axis of each cell."""
         sides = (prisms.corners.max(1) - prisms.corners.min(1)).max(axis=1)
         away = np.maximum(self._away(plan, prisms) - sides, self.distance)
-        return np.asarray(np.minimum(2 + np.ceil(np.log2(np.maximum(sides / away, 1.0))).astype(int), _MOST))
+        return _count(sides, away)
 
     def _away(self, plan: Plan, prisms: Prisms) -> Array:
         """Return each cell's distance, or its images', from the nearest circle around a coil, in the plan [m]."""
@@ -116,11 +116,10 @@ class Cells:
         """
         corners = self.plan.nodes[self.plan.cells]
         flat = np.zeros(len(corners))
-        side = float((corners.max(1) - corners.min(1)).max())
-        count = min(2 + math.ceil(math.log2(max(side / self.box.clearance, 1.0))), _MOST)
+        count = int(_count((corners.max(1) - corners.min(1)).max(), self.box.clearance))
         points, weights = (part[:, ::2] for part in gauss_points(Prisms(corners, flat, flat), count))
         order, half = self.box.order[2], self.box.half[2]
-        z = half * (1.0 + np.cos(np.pi * (np.arange(order) + 0.5) / order))
+        z = half * (1.0 + chebyshev_points(order))
         along = np.stack([points[..., :2] @ g.T for g in self.plan.group])[..., None, :]
         along = np.broadcast_to(along, (*along.shape[:3], order, 2))
         heights = np.broadcast_to(z[:, None], (*along.shape[:4], 1))
@@ -153,6 +152,11 @@ class Cells:
             along = np.einsum("pagnqk,nq->pagnk", own.reshape(len(places), 3, g, n, q, k), weights)
             found[..., c] = np.einsum("pagnk,slk->gsnlap", along, self.through).reshape(found.shape[:-1])
         return found.reshape(*found.shape[:4], -1)
+
+
+def _count(sides: Array, away: Array | float) -> Integers:
+    """Return how many Gauss points along an axis cells of some sides take, a way off the windings."""
+    return np.asarray(np.minimum(2 + np.ceil(np.log2(np.maximum(sides / away, 1.0))).astype(int), _MOST))
 
 
 def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
