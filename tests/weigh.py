@@ -24,9 +24,9 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 47_031, "core lines": 31_819, "tokens": 405_690, "named numbers": 523, "branching functions": 115,
-    "long signatures": 33, "skipped formats": 0, "large files": 3, "entered in space": 121,
-    "entered in the plane": 119,
+    "lines": 47_044, "core lines": 31_832, "tokens": 405_794, "named numbers": 523, "branching functions": 115,
+    "long signatures": 31, "skipped formats": 0, "large files": 3, "entered in space": 122,
+    "entered in the plane": 120,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

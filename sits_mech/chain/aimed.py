@@ -8,24 +8,20 @@ solved on the first meshes, finer ones are taken until the worst of them is good
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.cases import Progress
 from sits_mech.chain.goal import Goal, goal_at
-from sits_mech.chain.interpolate import loads_of, poses_on_grid, solved_likely, worst
+from sits_mech.chain.interpolate import LoadGrid, poses_on_grid, solved_likely, worst
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.prices.forecast import Look
 from sits_mech.chain.promise import Aim, aim_at
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.maps.grid import Axes
 from sits_mech.mechanics.levels.answer import load_words
 from sits_mech.mechanics.levels.history import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle
-from sits_mech.mechanics.symmetry import Symmetry
-from sits_mech.quantities import Equilibrium, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import FAILED, OK
 
@@ -41,16 +37,14 @@ class AimedLoads(NamedTuple):
     goal: Goal | None = None  # None where no signal changes
 
 
-def aimed_loads(
-    sensor: Sensor, layer: MechanicalModel, grid: Axes, magnetics: str, tolerance: float, *,
-    symmetry: Symmetry, keep: tuple[Path | None, str] = (None, ""), progress: Progress | None = None, best: bool = True,
-) -> AimedLoads:
+def aimed_loads(grid: LoadGrid, magnetics: str, *, best: bool = True) -> AimedLoads:
     """Solve a grid of loads to a tolerance of the signals' full scale.
 
     `magnetics` is the magnetic model's name as asked for. A tolerance that cannot be reached is answered with what is;
     without `best` it raises SceneError.
     """
-    loads, begun = loads_of(grid), dict[Wrench, Settled]()
+    sensor, layer, symmetry, keep = grid.sensor, grid.layer, grid.symmetry, grid.keep
+    loads, begun = grid.loads, dict[Wrench, Settled]()
     aim: Aim | None = None
     first: Equilibrium | None = None  # under the largest load
     planned: Look | None = None
@@ -58,7 +52,7 @@ def aimed_loads(
     def aimed(some: Iterable[Settled]) -> Aim | None:
         """Return the aim of the table from some of its loads; None where they tell nothing."""
         poses = clear(sensor, some)
-        return aim_at(sensor, magnetics, tolerance, loads, poses) if poses else None
+        return aim_at(sensor, magnetics, grid.tolerance, loads, poses) if poses else None
 
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):
         far = symmetry.standard(_largest(loads))[0]
@@ -78,14 +72,11 @@ def aimed_loads(
         aim = aim or aimed(solved)
         return None if aim is None else aim.goal
 
-    found = poses_on_grid(
-        sensor, layer, grid, symmetry=symmetry, tolerance=tolerance, keep=keep, progress=progress,
-        after=after, begun=begun,
-    )
+    found = poses_on_grid(grid, after=after, begun=begun)
     if aim is None:
-        field = loaded_model(sensor, magnetics, tolerance, loads)[0]
+        field = loaded_model(sensor, magnetics, grid.tolerance, loads)[0]
         goal = goal_at(sensor, field, clear(sensor, found.values()))
-        return AimedLoads(found, field, tolerance, goal=goal)
+        return AimedLoads(found, field, grid.tolerance, goal=goal)
     reached = np.nan if planned is None else worst(found.values(), aim.goal) + aim.goal.magnetics
     return AimedLoads(found, aim.field, aim.asked, planned, float(reached), aim.goal)
 

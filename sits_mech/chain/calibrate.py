@@ -18,7 +18,7 @@ from sits_mech.chain.columns import Columns, of_readings, of_rests, spread
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.gradient import SlopedModel, numbers_of
 from sits_mech.chain.gradient_grid import WithSlopes
-from sits_mech.chain.interpolate import INTERPOLATED, loads_of
+from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import leaving
@@ -125,10 +125,8 @@ def calibrate(
     numbers = _by_temperature(sensor, by_layer.name, layer) if drift else ([], [])
     layer = WithSlopes(layer, tuple(numbers[1])) if drift else layer
     keep = (folder, kept_key(sensor, by_layer.name, tolerance, drift=drift))
-    symmetry = symmetry_of(sensor)
-    found = aimed_loads(
-        sensor, layer, axes, magnetics, tolerance, symmetry=symmetry, keep=keep, progress=progress, best=best
-    )
+    asked = LoadGrid(sensor, layer, axes, symmetry_of(sensor), tolerance, keep, progress)
+    found = aimed_loads(asked, magnetics, best=best)
     by_name = found.field, by_field.name, found.asked
     slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if drift else None
     columns, read, shown = _read(sensor, found, grid, loads, tolerance, slopes)

@@ -26,7 +26,7 @@ from sits_mech.chain.gradient import (
     shown_change,
     sloped_model,
 )
-from sits_mech.chain.interpolate import loads_of
+from sits_mech.chain.interpolate import LoadGrid, loads_of
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.pose_errors import poses_of, read_poses
 from sits_mech.mechanics.loads import RefinedModel
@@ -82,7 +82,7 @@ def gradient_on_grid(
     _, by_field = loaded_model(sensor, magnetics, tolerance, every)
     layer, choice = sloped_model(sensor, mechanics, tolerance, every)
     sloped = WithSlopes(layer, tuple(moving))
-    solved = aimed_loads(sensor, sloped, grid, magnetics, tolerance, symmetry=mirrors)
+    solved = aimed_loads(LoadGrid(sensor, sloped, grid, mirrors, tolerance), magnetics)
     field, settled = solved.field, [solved.settled[load] for load in every]
     status = [status_of(sensor, one) for one in settled]
     good = np.array([each == OK for each, _ in status])

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -36,70 +37,93 @@ _FEW = 3  # loads that are solved on all meshes each: one more than are compared
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
 
 
+@dataclass(frozen=True)
+class LoadGrid:
+    """Loads of a grid on a layer."""
+
+    sensor: Sensor
+    layer: MechanicalModel
+    axes: Axes  # values of components by name [N, N m]; others are zero
+    symmetry: Symmetry
+    tolerance: float
+    keep: tuple[Path | None, str] = (None, "")  # as of `settle`
+    progress: Progress | None = None
+
+    @cached_property
+    def loads(self) -> list[Wrench]:
+        """The loads, the last component running fastest."""
+        return loads_of(self.axes)
+
+    @property
+    def few(self) -> bool:
+        """Whether so few are solved that each of them is on all meshes."""
+        return len(self.symmetry.without_images(self.loads)) <= _FEW
+
+
 def poses_on_grid(
-    sensor: Sensor,
-    layer: MechanicalModel,
-    grid: Axes,
-    *,
-    symmetry: Symmetry,
-    tolerance: float,
-    keep: tuple[Path | None, str] = (None, ""),
-    progress: Progress | None = None,
-    after: Callable[[Iterable[Settled]], Goal | None] | None = None,
+    grid: LoadGrid, *, after: Callable[[Iterable[Settled]], Goal | None] | None = None,
     begun: Mapping[Wrench, Settled] | None = None,
 ) -> dict[Wrench, Settled]:
     """Return what comes of every load of a grid, solved or interpolated.
 
-    `grid` holds values of components by name [N, N m], others are zero; `tolerance` is of the poses, or of the goal
-    that `after` returns for solved loads and that finer meshes are taken for; `begun` holds loads solved before on the
-    first meshes; other arguments as `settle`. Interpolated rests have the note `INTERPOLATED`, no state, no seconds.
+    The tolerance is of the poses, or of the goal that `after` returns for solved loads and that finer meshes are taken
+    for; `begun` holds loads solved before on the first meshes. Interpolated rests have the note `INTERPOLATED`, no
+    state, no seconds.
     """
-    found: dict[Wrench, Settled] = {}
-    asked: list[Wrench] = []
-    few = len(symmetry.without_images(loads_of(grid))) <= _FEW
-    first = layer.rough if isinstance(layer, RefinedModel) and (after is not None or not few) else layer
-    folder, key = keep
+    goal_of = (lambda _: None) if after is None else after
+    layer, (folder, key) = grid.layer, grid.keep
+    refined = layer if isinstance(layer, RefinedModel) and (after is not None or not grid.few) else None
+    first = layer if refined is None else refined.rough
     own = (folder, key if first is layer else first_key(key))
+    solved = partial(settle, first, symmetry=grid.symmetry, keep=own, progress=grid.progress, begun=begun)
+    found, asked = dict[Wrench, Settled](), list[Wrench]()
 
     def poses(points: Sequence[tuple[float, ...]]) -> Array:
         """Return the poses at points of the grid; NaN where there is none, or nothing is known of its error."""
-        loads = [Wrench(**dict(zip(grid, point, strict=True))) for point in points]
+        loads = [Wrench(**dict(zip(grid.axes, point, strict=True))) for point in points]
         asked.extend(loads)
-        found.update(settle(first, asked, symmetry=symmetry, keep=own, known=found, progress=progress, begun=begun))
-        rests = [found[load].rest for load in loads]
-        none = np.full(len(POSE), np.nan)
-        return np.array([
-            rest.pose.components if rest and np.isfinite(rest.report.estimated_error) else none for rest in rests
-        ])
+        found.update(solved(asked, known=found))
+        return np.array([_known_pose(found[load]) for load in loads])
 
-    sizes = levers(sensor)
-    aim = after(begun.values()) if after and begun else None
+    sizes, aim = levers(grid.sensor), goal_of(begun.values()) if begun else None
     weighed = None if aim is None else aim.weights / _SIGNALS
-    part = solve_part(poses, grid, tolerance=_BETWEEN * tolerance, weights=sizes, goal=weighed)
-    loads = loads_of(grid)
-    if part is None:
-        found.update(settle(first, loads, symmetry=symmetry, keep=own, known=found, progress=progress, begun=begun))
-    if isinstance(layer, RefinedModel) and first is not layer:
-        rough, goal = found, None if after is None else after(found.values())
-        wanted, most = 0.0 if goal is None else goal.left(tolerance), worst(found.values(), goal)
-
-        def again(load: Wrench) -> Settled:
-            """Solve a load again on as many finer meshes as the worst load's error requires."""
-            share = wanted if few or goal is None else wanted / most * worst([rough[load]], goal)
-            deepest = 99 if few or tolerance < MANY_ON_THREE else 3
-            model = layer if goal is None else layer.towards(goal.weights, share, deepest)
-            own = (folder, key if few else f"{key} {share:.3g}")
-            return upright(settled_again(model, rough, load, own), symmetry, load)
-
-        if most > wanted:
-            rest = unloaded(sensor).components
-            found = _each(first, rough, again, symmetry) if few else corrected(rough, again, sizes, rest)
+    part = solve_part(poses, grid.axes, tolerance=_BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
+    whole = found if part is not None else solved(grid.loads, known=found)
+    if refined is not None and first is not layer:
+        whole = _finer(grid, refined, whole, goal_of(whole.values()))
     if part is not None:
         error = np.maximum(part.error, _UNSEEN * np.max(part.error * sizes) / sizes)
-        found |= _between(replace(part, error=error), found, symmetry)
-        if progress is not None:
-            progress(len(loads), len(loads))
-    return {load: found[load] for load in loads}
+        whole = whole | _between(replace(part, error=error), whole, grid.symmetry)
+        if grid.progress is not None:
+            grid.progress(len(grid.loads), len(grid.loads))
+    return {load: whole[load] for load in grid.loads}
+
+
+def _known_pose(settled: Settled) -> Array:
+    """Return a pose of which an error is known, shape (6,), else NaN."""
+    rest = settled.rest
+    return rest.pose.components if rest and np.isfinite(rest.report.estimated_error) else np.full(len(POSE), np.nan)
+
+
+def _finer(
+    grid: LoadGrid, layer: RefinedModel, rough: dict[Wrench, Settled], goal: Goal | None
+) -> dict[Wrench, Settled]:
+    """Return what comes of loads with what finer meshes change; unchanged where the first are good enough."""
+    wanted, most = 0.0 if goal is None else goal.left(grid.tolerance), worst(rough.values(), goal)
+    if most <= wanted:
+        return rough
+
+    def again(load: Wrench) -> Settled:
+        """Solve a load again on as many finer meshes as the worst load's error requires."""
+        share = wanted if grid.few or goal is None else wanted / most * worst([rough[load]], goal)
+        deepest = 99 if grid.few or grid.tolerance < MANY_ON_THREE else 3
+        model = grid.layer if goal is None else layer.towards(goal.weights, share, deepest)
+        own = (grid.keep[0], grid.keep[1] if grid.few else f"{grid.keep[1]} {share:.3g}")
+        return upright(settled_again(model, rough, load, own), grid.symmetry, load)
+
+    if grid.few:
+        return _each(layer.rough, rough, again, grid.symmetry)
+    return corrected(rough, again, levers(grid.sensor), unloaded(grid.sensor).components)
 
 
 def _each(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.aimed import aimed_loads, clear, status_of
+from sits_mech.chain.interpolate import LoadGrid
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled
@@ -13,14 +14,14 @@ from sits_mech.scene.sensor import SceneError, load_sensor
 
 SENSOR = load_sensor("biorob2018-w15")
 GRID = {"F_x": [-0.3, 0.0, 0.3], "F_z": [0.5, 2.0]}
-BY = {"symmetry": symmetry_of(SENSOR)}
+BY = symmetry_of(SENSOR)
 
 
 def test_what_is_planned_is_reached() -> None:
     """Within a factor of two; of a coarse tolerance the first meshes are enough, and a finer one is better for more."""
     reached, seconds = [], []
     for tolerance in (3e-3, 1e-1):
-        found = aimed_loads(SENSOR, planar_layer(SENSOR, tolerance), GRID, "planar", tolerance, **BY)
+        found = aimed_loads(LoadGrid(SENSOR, planar_layer(SENSOR, tolerance), GRID, BY, tolerance), "planar")
         assert found.planned is not None and found.planned.seconds > 0.0
         assert 0.5 < found.reached / found.planned.error < 2.0
         assert set(found.settled) >= {Wrench(F_x, F_z) for F_x in GRID["F_x"] for F_z in GRID["F_z"]}
@@ -33,11 +34,11 @@ def test_what_is_planned_is_reached() -> None:
 def test_a_tolerance_that_is_not_to_be_had_is_refused_or_answered() -> None:
     layer = planar_layer(SENSOR, 1e-7)
     with pytest.raises(SceneError, match=r"must be one that can be reached at F_x = 0.3 N, F_z = 2 N, .*--best"):
-        aimed_loads(SENSOR, layer, GRID, "planar", 1e-7, **BY, best=False)
+        aimed_loads(LoadGrid(SENSOR, layer, GRID, BY, 1e-7), "planar", best=False)
 
 
 def test_models_of_one_mesh_plan_nothing() -> None:
-    found = aimed_loads(SENSOR, linear_layer(SENSOR), GRID, "planar", 0.1, **BY)
+    found = aimed_loads(LoadGrid(SENSOR, linear_layer(SENSOR), GRID, BY, 0.1), "planar")
     assert found.planned is None and np.isnan(found.reached) and found.asked <= 0.1
 
 
