@@ -7,7 +7,7 @@
     long signatures         more than six arguments
     skipped formats         lines that ask a formatter to pass by
     large files             those that `test_architecture.py` lists
-    entered in space        files of which a function runs in `simulate biorob2018`, by default
+    entered in space        files of which a function runs, no class body, in `simulate biorob2018`, by default
     entered in the plane    the same, by the models planar and planar
 
 Ceilings only go down: who lowers a count lowers its ceiling. Run ``python tests/weigh.py``.
@@ -25,17 +25,16 @@ from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
     "lines": 47_044, "core lines": 31_832, "tokens": 405_794, "named numbers": 523, "branching functions": 115,
-    "long signatures": 31, "skipped formats": 0, "large files": 3, "entered in space": 122,
-    "entered in the plane": 120,
+    "long signatures": 31, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)
 _ENTERED = """
-import sys
+import inspect, sys
 entered = set()
 def note(frame, event, _):
     code = frame.f_code
-    if event == "call" and code.co_name != "<module>" and code.co_filename.startswith(sys.argv[1]):
+    if event == "call" and code.co_flags & inspect.CO_OPTIMIZED and code.co_filename.startswith(sys.argv[1]):
         entered.add(code.co_filename)
 import sits_mech as sm
 models = dict(zip(("mechanics", "magnetics"), sys.argv[2:]))
