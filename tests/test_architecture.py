@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import tokenize
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -176,13 +177,19 @@ def imported(tree: ast.AST, package: str) -> list[tuple[int, str]]:
     return [(line, name) for line, name in found if name.split(".")[0] == "sits_mech"]
 
 
-def violations(source: str, module: str) -> list[str]:
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """Return what a file says, parsed once."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def violations(source: str | ast.Module, module: str) -> list[str]:
     """Return the imports of a module that do not point downwards or sideways."""
     package = module.rsplit(".", 1)[0]
     own, rank = room(module), RANKS[room(module)]
     top_level = module.count(".") <= 1
     wrong = []
-    for line, name in imported(ast.parse(source), package):
+    for line, name in imported(source if isinstance(source, ast.Module) else ast.parse(source), package):
         other = room(name)
         if other not in RANKS:
             wrong.append(f"line {line}: {name} has no rank in this test")
@@ -201,7 +208,7 @@ def dotted(path: Path) -> str:
 @pytest.mark.parametrize("path", FILES, ids=dotted)
 def test_imports_point_downwards(path: Path) -> None:
     """By the order of rooms in the design: nouns, meshes and maps, geometry, physics, chain, readers, the top."""
-    assert violations(path.read_text(), dotted(path)) == []
+    assert violations(tree_of(path), dotted(path)) == []
 
 
 def test_folders_of_mechanics_stand_in_order() -> None:
@@ -210,7 +217,7 @@ def test_folders_of_mechanics_stand_in_order() -> None:
     for rank, folder in enumerate(order):
         above = tuple(f"sits_mech.mechanics.{other}." for other in order[rank + 1 :])
         for path in sorted((PACKAGE / "mechanics" / folder).glob("*.py")):
-            names = [name for _, name in imported(ast.parse(path.read_text()), dotted(path).rsplit(".", 1)[0])]
+            names = [name for _, name in imported(tree_of(path), dotted(path).rsplit(".", 1)[0])]
             assert [name for name in names if name.startswith(above)] == [], path
 
 
@@ -233,7 +240,7 @@ def test_the_import_rule_sees_every_kind_of_import() -> None:
 def test_package_neither_prints_nor_asserts(path: Path) -> None:
     """Results are returned and errors raised; `cli` alone writes, by its console; a bare except hides everything."""
     wrong = []
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in TALK:
             wrong.append(f"line {node.lineno}: {node.func.id}")
         if isinstance(node, ast.Assert):
@@ -248,10 +255,9 @@ def test_package_neither_prints_nor_asserts(path: Path) -> None:
 @pytest.mark.parametrize("path", FILES, ids=dotted)
 def test_files_stay_readable(path: Path) -> None:
     """A file answers one question: said in its docstring, in at most 3000 tokens but for those that are listed."""
-    text = path.read_text()
-    tokens = tokens_of(text)
+    tokens = tokens_of(path.read_text(encoding="utf-8"))
     assert (tokens > MOST_TOKENS) == (path.relative_to(PACKAGE).as_posix() in LARGE), f"{tokens} tokens"
-    assert not text.strip() or ast.get_docstring(ast.parse(text))
+    assert not tree_of(path).body or ast.get_docstring(tree_of(path))
 
 
 def test_files_have_their_tests() -> None:
@@ -311,15 +317,15 @@ def test_the_core_stands_alone() -> None:
 def test_nothing_reads_outside_the_project() -> None:
     """The package knows no absolute path."""
     for path in FILES:
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 assert not node.value.startswith(("/work", "/home", "/root", "/tmp", "../shared")), path
 
 
-def posix_only(source: str) -> list[str]:
+def posix_only(source: str | ast.Module) -> list[str]:
     """Return what of a module's source is not on every system: modules, functions, signals, paths."""
     names = []
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(source if isinstance(source, ast.Module) else ast.parse(source)):
         match node:
             case ast.Import():
                 names += [alias.name for alias in node.names]
@@ -334,7 +340,7 @@ def posix_only(source: str) -> list[str]:
 
 def test_one_file_knows_the_system() -> None:
     """Descriptors as paths, such as /dev/stdout, are known where files are written; nothing else is of one system."""
-    assert [dotted(path) for path in FILES if posix_only(path.read_text())] == ["sits_mech.scene.files"]
+    assert [dotted(path) for path in FILES if posix_only(tree_of(path))] == ["sits_mech.scene.files"]
     bad = "import fcntl", "from os import fork", "os.killpg(1, 9)", "signal.SIGALRM", "Path('/proc/cpuinfo')"
     assert [source for source in bad if not posix_only(source)] == []
     assert posix_only("import os, signal\nos.replace(a, b)\nsignal.signal(signal.SIGINT, signal.SIG_IGN)") == []

@@ -138,6 +138,7 @@ class Falling:
         return Impedance(frequency, L, one, 2.5e-6 * one, np.ones(2), 0 * one, 0 * one, "H", report)
 
 
+@pytest.mark.slow
 def test_inductance_and_frequency_are_solved_together(sensor: Sensor) -> None:
     """f^2 L(f) C = 1 / (2 pi)^2 holds at the answer, not at the scene's frequency."""
     points = bench.operating_points(sensor, Falling(), Pose(0.0, 2e-3))
@@ -157,6 +158,7 @@ def folder(sensor: Sensor, tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_invert_command(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Henry, per metre, per cent and plain numbers lead to the same forces."""
     ratio = relative(np.array(0.4), np.array(1.5))

@@ -89,6 +89,7 @@ def test_a_pad_without_any_limit_bears_the_default(monkeypatch: pytest.MonkeyPat
     assert borne_share(load_sensor("biorob2018"), Wrench(F_z=4.0), "planar") == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "most"),
     [

@@ -85,6 +85,7 @@ def test_a_stiffer_layer_reads_less_force(sensor: Sensor, data: xr.Dataset) -> N
     np.testing.assert_allclose(table["first"].sel(load=0, force="F_z"), 1.0, atol=0.02)
 
 
+@pytest.mark.slow
 def test_an_offset_of_the_coils_is_shear(sensor: Sensor, data: xr.Dataset) -> None:
     """Without shear an offset is tared away for F_z; a gap never feigns shear there; shares add up."""
     found = force_spread(sensor, data, {"gap": 1e-5, "offset": 3e-5}, [[0.0, 2.0], [0.5, 2.0]], samples=16).table()

@@ -77,6 +77,7 @@ def test_slopes_by_hand(four: Sensor) -> None:
     np.testing.assert_allclose(found, np.array(expected).T / 2.0, rtol=1e-6, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pad", ["spring", pytest.param("block", marks=pytest.mark.slow)])
 def test_mirror_symmetry_hides_what_leaves_the_plane(pad: str) -> None:
     """Pad, target and two coils on x are their own image in y = 0: F_y, M_x and M_z turn their sign there, L does not.

@@ -100,6 +100,7 @@ def test_both_mirrors_hold(table: xr.Dataset) -> None:
     assert np.all(table["d_y"].sel(F_y=0.2) > 0.0) and np.all(table["error_d_y"].sel(F_y=0.0) == 0.0)
 
 
+@pytest.mark.slow
 def test_a_table_beside_the_plane_comes_back_from_its_file(table: xr.Dataset, tmp_path: Path) -> None:
     """netCDF holds every dimension and variable."""
     save_table(table, tmp_path / "result.nc")

@@ -24,6 +24,7 @@ def slope(sensor: Sensor, name: str, pose: Pose, tolerance: float = 1e-3) -> np.
     return np.array([found.L[0, 0, 0, 0], found.R[0, 0, 0, 0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "hertz", "within", "tolerance"),
     [

@@ -79,6 +79,7 @@ def test_what_is_no_load_is_refused() -> None:
         gradient_on_grid(load_sensor("biorob2018-w15"), ["modulus"], {"F_q": [1.0]}, **PLANE)
 
 
+@pytest.mark.slow
 def test_few_loads_on_finer_meshes_keep_their_derivatives() -> None:
     """Two loads, each solved as far as the signals take: slopes of the pose by the modulus go with the pose."""
     sensor = load_sensor("biorob2018-w15")

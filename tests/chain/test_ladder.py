@@ -54,6 +54,7 @@ def test_rungs_are_the_answers_of_simulate() -> None:
     assert all(one.difference <= 2.0 * (one.estimated + found[-1].estimated) for one in found)
 
 
+@pytest.mark.slow
 def test_a_rung_without_answer_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     """The others stand beside the finest of those that have one."""
 

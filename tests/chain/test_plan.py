@@ -65,6 +65,7 @@ def test_pillars_are_solved_in_space_alone() -> None:
         choose_mechanics(sensor, "linear", known)
 
 
+@pytest.mark.slow
 def test_five_scenes_have_five_plans() -> None:
     """No target, one coil under a disc, a symmetric load, ferrite behind the coils, thin and thick skin."""
     sensor = load_sensor("biorob2018")
@@ -96,6 +97,7 @@ def test_a_sheet_of_ferrite_is_magnetised_in_space() -> None:
         assert plan(load_sensor("biorob2018", [*SHEET, *keys]), []).magnetics.name == "planar-fem"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "keys",
     [
@@ -127,6 +129,7 @@ def test_slender_layers_have_no_small_strain() -> None:
     assert math.isinf(strain_bound(load_sensor("biorob2018", ['elastomer.thickness="10 mm"']), [Wrench(0.0, 0.01)]))
 
 
+@pytest.mark.slow
 def test_a_long_pad_under_a_short_target_is_told_with_its_price() -> None:
     """Plane strain spreads the force over a length twenty times the target's, as whoever makes a pad long asks for."""
     short = load_sensor("biorob2018", LONG[:1])
@@ -163,6 +166,7 @@ def test_a_symmetric_load_needs_no_places_beside(monkeypatch: pytest.MonkeyPatch
     assert few.signals.error_L_v_percent == pytest.approx(all_.signals.error_L_v_percent, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depths", [3.0, pytest.param(4.5, marks=pytest.mark.slow)])
 def test_the_inside_of_a_thick_target_is_worth_what_passes_through(depths: float) -> None:
     """Surface impedance in finite elements against the bars that divide the whole thickness."""

@@ -15,6 +15,7 @@ SENSOR, LOAD = load_sensor("biorob2018-w15"), Wrench(1.0, 3.0)
 POSE = Pose(3.7e-4, 1.982e-3, -1.7e-3)
 
 
+@pytest.mark.slow
 def test_magnetics_that_leave_too_much_in_doubt_are_made_finer() -> None:
     """A gentle load changes half a percent of L0: a thousandth of the target's change leaves 1.8 % of that in doubt."""
     found = aim_at(SENSOR, "planar", 1e-2, [LOAD], [POSE])

@@ -24,6 +24,7 @@ def test_a_section_has_its_ends_in_the_asked_error() -> None:
     assert found.seconds > sum(step.seconds for step in found.steps)  # what the ends cost to be priced
 
 
+@pytest.mark.slow
 def test_plane_strain_of_a_pad_is_priced_by_its_stiffness() -> None:
     """4.4 times too stiff in compression, as the factors say: 3.4 displacements are left out."""
     found = plan(load_sensor("biorob2018"), [Wrench(F_z=0.3)], mechanics="planar")

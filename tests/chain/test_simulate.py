@@ -223,6 +223,7 @@ def calibration(sensor: Sensor) -> xr.Dataset:
     return calibrate(sensor, F_x=[-0.5, 0.0, 0.5], F_z=[0.0, 2.0], **SECTION)
 
 
+@pytest.mark.slow
 def test_mirrored_shear_swaps_the_coils(sensor: Sensor, calibration: xr.Dataset) -> None:
     """F_x -> -F_x swaps L1 and L2 to rounding, in a calibration and with both loads solved on their own."""
     L = calibration["L"].to_numpy()
@@ -316,6 +317,7 @@ def test_a_frequency_of_waves_is_refused_before_the_layer_is_solved(monkeypatch:
         simulate(load_sensor("biorob2018", ['frequency="10 GHz"']), Wrench(F_z=0.1))
 
 
+@pytest.mark.slow
 def test_a_promise_is_planned_kept_and_told() -> None:
     """Of a layer with meshes, over the signals' full scale; it holds the magnetics as well."""
     found = simulate(load_sensor("biorob2018-w15"), Wrench(0.5, 2.0), **SECTION)

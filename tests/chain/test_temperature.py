@@ -54,6 +54,7 @@ def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
     np.testing.assert_allclose(found.pose.sum(axis=1)[:3], pose[:3], rtol=1e-4, atol=1e-4 * abs(pose[1]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mechanics", ["linear", pytest.param("block", marks=pytest.mark.slow)])
 def test_the_pose_goes_as_answers_made_anew(mechanics: str) -> None:
     """Other mechanics, by all causes at 40 degC, over 10 and 20 K to both sides: to 1e-3 of the largest component."""
@@ -69,6 +70,7 @@ def test_the_pose_goes_as_answers_made_anew(mechanics: str) -> None:
     np.testing.assert_allclose(lever * found, lever * expected, rtol=0.0, atol=1e-3 * np.abs(lever * expected).max())
 
 
+@pytest.mark.slow
 def test_causes_of_a_table_sum_to_the_whole(data: xr.Dataset) -> None:
     """What is read is the inductance's own slope, and the capacitor's and twice the clock's share of L."""
     L = np.diagonal(data["L"].transpose("F_x", "F_z", "coil", "coil_2").to_numpy(), axis1=2, axis2=3)
@@ -127,6 +129,7 @@ def test_readings_of_the_chain_come_back_within_their_errors(
     assert np.all(off <= left + 1e-9) and np.all(left < [5e-4, 1.5e-2])  # of two meshes
 
 
+@pytest.mark.slow
 def test_where_the_sensor_has_no_answer_nothing_is_read(data: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     """One line, with temperature and load; at the calibration's own temperature nothing is solved."""
     scene = sensor(*COEFFICIENTS)

@@ -103,6 +103,7 @@ def test_inductance_over_a_range(capsys: Capture) -> None:
     assert "terminals" not in alone and any("terminals" in text for text in alone["report"]["left_out"])
 
 
+@pytest.mark.slow
 def test_terminals_in_henry_and_ohm(capsys: Capture) -> None:
     """The lead adds to L and R; the record has what each coil shows."""
     words = ("inductance", "biorob2018", "--dv", "5 mm", "--model", "sheets", "--tolerance", "1e-2", "--frequency")
@@ -281,6 +282,7 @@ def test_a_load_too_large(capsys: Capture) -> None:
     assert report["mechanics"]["status"] != "converged" and report["magnetics"] is None
 
 
+@pytest.mark.slow
 def test_all_six_components_reach_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ranges become lists, single quantities numbers; what is zero is not passed on; the default is in the plane."""
     asked = []
@@ -360,6 +362,7 @@ def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
     assert load_sensor(folder / "scene.toml") == load_sensor("biorob2018")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "tokens",
     [
@@ -431,6 +434,7 @@ REFUSED_AT_ONCE = (
 )
 
 
+@pytest.mark.slow
 def test_a_refusal_comes_before_what_is_heavy(calibrated: Path) -> None:
     """One line each, before solvers, tables and pictures are imported; in 0.5 s of processor time and 60 MB (measured);
     a unit of another dimension takes pint besides, 0.3 s."""
@@ -480,6 +484,7 @@ def test_a_default_grid_has_the_forces_that_the_coils_resolve() -> None:
     assert list(LoadGrid(fx="0 N:1 N:2").components(one)) == ["F_x", "F_z"]
 
 
+@pytest.mark.slow
 def test_what_has_more_forces_than_coils_is_not_exported(capsys: Capture, calibrated: Path, tmp_path: Path) -> None:
     """Neither header nor twin: at once, before a map is fitted."""
     copied = shutil.copytree(calibrated, tmp_path / "made")
@@ -531,6 +536,7 @@ def test_schemas_are_printed_and_written(capsys: Capture, tmp_path: Path, file: 
     assert run(["schema", "novel"]) == 2
 
 
+@pytest.mark.slow
 def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """A viscous silicone opens a loop, narrower once it has settled; the table is kept; another silicone has none."""
     law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7'

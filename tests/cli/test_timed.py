@@ -79,6 +79,7 @@ def test_what_needs_a_history(capsys: Said) -> None:
     assert "-o: must come with --history" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_load_that_is_not_carried(tmp_path: Path, capsys: Said) -> None:
     path = tmp_path / "pull.csv"
     path.write_text("t,F_z\n0,0\n1,-400\n", encoding="utf-8")

@@ -82,11 +82,13 @@ def sweep(model: MagneticModel, pose: Pose) -> None:
         before = z
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width, thickness, gap, sigma", CORNERS)
 def test_planar(width: float, thickness: float, gap: float, sigma: float) -> None:
     sweep(planar_bars(plate_scene(width, thickness, sigma), 1e-2), Pose(0.3 * MM, gap * MM))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width, thickness, gap, sigma", CORNERS)
 def test_axisymmetric(width: float, thickness: float, gap: float, sigma: float) -> None:
     sweep(axisymmetric(disc_scene(width, thickness, sigma), 1e-2), Pose(0.0, gap * MM))

@@ -77,6 +77,7 @@ def test_perfect_strip_almost_touching_is_the_exact_one(alpha: float) -> None:
     np.testing.assert_allclose(found.L - found.L0, exact, rtol=0, atol=1e-3 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "thickness, gap",
     [(5, 50), (0.005, 50), *(pytest.param(t, 0.05, marks=pytest.mark.slow) for t in (0.005, 0.2, 5))],

@@ -86,6 +86,7 @@ def test_estimated_error_brackets_the_true_one(sensor, tolerance):
         assert true_R / 2 < z.error_R.max() < max(5 * true_R, 2 * tolerance * max(R1, R2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "pose",
     [

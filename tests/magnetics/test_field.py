@@ -90,6 +90,7 @@ def test_equals_the_integral_model(sensor: Sensor) -> None:
         assert np.allclose(fem.R_dc, bars.R_dc, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_mirror_swaps_the_coils(sensor: Sensor) -> None:
     found = planar_fem(sensor).impedance(Pose(np.array([1e-3, -1e-3]), 2e-3, np.array([0.1, -0.1])), 5e6)
     change = found.L - found.L0
@@ -190,6 +191,7 @@ def test_refusals(sensor: Sensor) -> None:
         planar_fem(sensor_from(off_axis))
 
 
+@pytest.mark.slow
 def test_unreached_tolerance_is_an_error(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sits_mech.magnetics.field._MOST_UNKNOWNS", 10)
     with pytest.raises(SolveFailed, match="estimated error") as failed:

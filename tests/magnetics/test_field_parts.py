@@ -64,6 +64,7 @@ def test_pair_over_conducting_half_space(frequency: float, delta_L: float, R: fl
     assert found.R[0, 0] == pytest.approx(R, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_fixed_plate_is_a_target_at_rest() -> None:
     plate = _block("plate", 2e-3, 8e-3, 0.2e-3, conductivity=load_sensor("biorob2018").target.metal.conductivity)
     fixed = planar_fem(_scene(target=None, conductors=[plate])).impedance(Pose(0.0, 1.0), 5e6)
@@ -82,6 +83,7 @@ def test_a_far_plate_adds_nothing_and_a_missed_one_is_left_out() -> None:
     assert np.array_equal(missed.L, alone.L) and "beside" in missed.report.left_out[0]
 
 
+@pytest.mark.slow
 def test_ferrite_behind_raises_and_ground_plane_lowers() -> None:
     """A backing concentrates the flux on the target, a ground plane behind takes it away; both stay passive."""
     changes = []

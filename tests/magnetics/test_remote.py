@@ -181,6 +181,7 @@ def test_closed_forms_alone_lie_above_what_is_integrated(parts, section):
     np.testing.assert_array_equal(remote_bounds(BARE, parts, poses, section=section, enough=1e-30), full)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pose", "most"), [(Pose(0.0, 15 * MM), 120.0), (Pose(0.0, 60 * MM, 0.3), 30.0)])
 def test_what_the_target_and_a_ring_feel_of_each_other(pose, most):
     """A ring of 2 mm is one current that a plate of 2 mm can carry: Delta L/L of it is below kappa squared."""

@@ -59,6 +59,7 @@ def test_disc_equals_finite_elements_closely(row):
     check_row(row, 1e-4, (1e-4, 1e-3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frequency", [5e3, 5e6])
 def test_large_disc_tends_to_the_infinite_plate(frequency):
     plate = coil_change(coil_sections(coil()), 2 * MM, frequency, [Layer(COPPER, 0.2 * MM)])

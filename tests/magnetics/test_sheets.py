@@ -66,6 +66,7 @@ def test_plate_as_volume_fem(model: Sheets, f: float, d_v: float, delta_L: float
     assert abs(z.R[0, 0] - R) < z.error_R[0, 0] + 1e-3 * R
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius, f, delta_L, R", DISC[:2])
 def test_coaxial_disc_as_axisymmetric_fem(radius: float, f: float, delta_L: float, R: float) -> None:
     disc = f'target={{material="copper", shape="disc", diameter={2 * radius}, thickness="0.2 mm"}}'

@@ -33,6 +33,7 @@ def test_a_product_acts_together() -> None:
     assert found.deviation[0] == pytest.approx(1e-6 * S[0] * S[1], rel=0.05)
 
 
+@pytest.mark.slow
 def test_plain_drawing_agrees() -> None:
     """200,000 random draws of the function itself."""
 

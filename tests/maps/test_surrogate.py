@@ -129,6 +129,7 @@ def test_few_lines() -> None:
     assert np.all(np.isinf(fit_map(("x", "y"), grid(2, 4), bent(grid(2, 4))).error))
 
 
+@pytest.mark.slow
 def test_scattered_points_and_many_variables() -> None:
     """Four variables, 120 scattered points: the simplex of terms."""
     p = np.random.default_rng(4).uniform(-1.0, 1.0, (120, 4))

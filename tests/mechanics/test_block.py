@@ -103,6 +103,7 @@ def test_work_is_the_energy_stored():
     assert found.energy == pytest.approx(work, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_length_scales_out():
     small, large = box(size=8), box(
         'elastomer.width="40 mm"', 'elastomer.length="40 mm"', 'elastomer.thickness="4 mm"', size=16
@@ -160,6 +161,7 @@ def test_a_rest_beyond_the_locking_stretch_is_none():
         assert float(np.max(J ** (-2 / 3) * (F**2).sum(axis=-1))) < 5.0
 
 
+@pytest.mark.slow
 def test_a_tower_that_buckles_is_refused_by_name():
     square = [f'elastomer.{side}="8 mm"' for side in ("width", "length")]
     tower = block_pad(box('elastomer.thickness="20 mm"', *square, size=8))

@@ -78,6 +78,7 @@ def test_hidden_stiffness_is_that_of_the_whole_pad(both):
     np.testing.assert_allclose(every[3:, :3], 0.0, atol=1e-6 * size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sensor", "load"),
     [
@@ -128,6 +129,7 @@ def test_half_a_pad_sees_that_it_falls_sideways(fallen):
         assert abs(each.last.pose.d_h) < 1e-5 * MM and each.last.report.min_J > 0.9
 
 
+@pytest.mark.slow
 def test_it_is_only_what_the_symmetry_hides_that_gives_way(fallen):
     """Along x the pad is 30 mm long: half of it, without a look aside, carries the load."""
     sensor = fallen[0].sensor

@@ -57,6 +57,7 @@ def test_a_linear_model_creeps_component_by_component():
     assert any("as a whole" in note for note in found.report.notes)
 
 
+@pytest.mark.slow
 def test_a_linear_model_refuses_softening():
     own = soft(mullins={"r": 2.0})
     with pytest.raises(SceneError, match="softening"):

@@ -235,6 +235,7 @@ def test_layer_that_buckles_is_refused_by_name():
     assert caught.value.last.wrench.F_z == pytest.approx(critical, rel=0.1)
 
 
+@pytest.mark.slow
 def test_fold_is_named():
     sensor = pad(15, 15, 3)
     found = planar_layer(sensor, 2e-2).equilibrium(Wrench(0.0, 1800.0))

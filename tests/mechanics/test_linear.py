@@ -66,6 +66,7 @@ def test_stiffness_of_a_cylinder_as_exact_as_the_reference():
     assert np.all(np.abs(away) < 1e-4) and error <= 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "wrench",
     [*(pytest.param(load, marks=pytest.mark.slow) for load in (Wrench(1e-3, 5e-3, 1e-6), Wrench(0.02, 0.1))),
@@ -82,6 +83,7 @@ def test_small_loads_are_those_of_finite_strain(wrench):
     assert small.report.model == "linear" and small.report.estimated_error < 0.03
 
 
+@pytest.mark.slow
 def test_answers_are_proportional_and_errors_grow_with_the_load():
     pad = linear_pad(box(), 1e-2)
     one, two = (pad.equilibrium(Wrench(F, 5.0 * F)) for F in (1e-3, 0.1))
@@ -91,6 +93,7 @@ def test_answers_are_proportional_and_errors_grow_with_the_load():
     assert pad.equilibrium(Wrench()).pose.d_v == 2 * MM
 
 
+@pytest.mark.slow
 def test_loads_that_are_not_small_are_refused():
     pad = linear_pad(box(), 1e-2)
     with pytest.raises(SolveFailed, match="too large for one compliance.*ask for block") as caught:

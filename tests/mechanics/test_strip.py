@@ -40,6 +40,7 @@ def test_a_target_wider_than_its_layer_is_as_a_flush_one() -> None:
     assert strip_layer(wide).stiffness == strip_layer(own).stiffness
 
 
+@pytest.mark.slow
 def test_small_strain_is_part_of_the_error() -> None:
     """At some percent of strain the nonlinear layer is still within it."""
     sensor = flush(3.75)

@@ -139,6 +139,7 @@ def test_a_reading_of_no_load() -> None:
         np.testing.assert_allclose(found.residual, times * 1e-9 / cal.full_scale.max(), rtol=0.2)
 
 
+@pytest.mark.slow
 def test_noise_weighs_the_coils() -> None:
     """A coil of ten times the noise is hardly asked: forces of a disturbed reading follow the others."""
     F = loads(100)
@@ -198,6 +199,7 @@ def test_an_answer_does_not_depend_on_the_start(count: int, function: Callable[.
     np.testing.assert_allclose(every.forces, some.forces, rtol=0.0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_beyond_every_load_is_outside() -> None:
     """As many coils: what no load shows. More: what leads further than any load's reading; no other has a solution."""
     pressed = np.array([[0.1, 0.0, 4.0]])

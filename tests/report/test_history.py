@@ -32,6 +32,7 @@ def data(sensor):
     return in_time(sensor, loads, mechanics="linear", magnetics="planar", tolerance=0.1)
 
 
+@pytest.mark.slow
 def test_record_has_the_historys_own_times(data):
     found = history_record(data)
     assert found["time"].tolist() == [0.0, 1.0, 2.0]
@@ -53,6 +54,7 @@ def test_table_and_picture(data, collisions):
     assert not collisions(figure)
 
 
+@pytest.mark.slow
 def test_folder(sensor, data, tmp_path):
     write_history(sensor, data, tmp_path)
     assert {"history.nc", "history.csv", "scene.toml"} <= {path.name for path in tmp_path.iterdir()}

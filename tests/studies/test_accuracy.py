@@ -43,6 +43,7 @@ def test_only_judged_points_are_counted() -> None:
     assert said(rungs) == words + "Estimates within a factor of 5: 1 of 1 judged points, of 2."
 
 
+@pytest.mark.slow
 def test_tables_and_pictures(tmp_path: Path) -> None:
     """One row a rung with its question; an error of zero and a missing answer can be drawn; the machine is named."""
     panels = {

@@ -40,6 +40,7 @@ def test_work_that_is_not_the_stored_energy_is_seen() -> None:
     assert not checks.energy_row(layer, way._replace(path=[*way.path[:-1], broken])).holds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["d_h", pytest.param("sink", marks=pytest.mark.slow), "alpha"])
 def test_work_of_the_force_that_is_found_is_the_stored_energy(place: str) -> None:
     layer = planar_layer(layers.pad(20, 15, 2), 2e-2)
@@ -58,6 +59,7 @@ def test_work_on_a_solid_pad_is_its_stored_energy() -> None:
     assert row.status == DONE and row.violation < row.allowed < 2e-4
 
 
+@pytest.mark.slow
 def test_a_way_that_ends_says_where_and_why() -> None:
     """A block as high as wide, pressed by force alone, gives way sideways; its work is looked at as far as it went."""
     layer = planar_layer(layers.pad(6, 6, 6), 5e-2)
@@ -155,6 +157,7 @@ def test_what_is_refused_by_name_and_what_only_broke(error: Exception, status: s
         assert any_answer.refusal(caught).status == status
 
 
+@pytest.mark.slow
 def test_a_question_that_does_not_end_and_one_that_takes_too_much_are_seen() -> None:
     def endless() -> None:
         while True:

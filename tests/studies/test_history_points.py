@@ -24,6 +24,7 @@ def neo(**more):
     return Point("neo-hookean", {"shear_modulus": MU}, K, **more)
 
 
+@pytest.mark.slow
 def test_stored_rows_are_those_of_the_code():
     """Every fifth row again, coarser: path, material and stresses; the quadrature is converged in all."""
     assert len(STORED) == 36 and all(one["error"] < 1e-12 for one in STORED)
@@ -63,6 +64,7 @@ def test_shear_of_neo_hooke_at_even_rate():
     assert P[2, 2] == pytest.approx(S_zz, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_slow_and_sudden_loads_are_elastic():
     """After a very long time the law, at once 1/(1 - sum w) times its deviator."""
     (rest,), _ = stresses(neo(), shear((0.0, 1.0), (0.0, 0.3)), [1.0])
@@ -85,6 +87,7 @@ def test_a_point_below_its_peak_is_softer():
     assert found[3] == pytest.approx(virgin[0])
 
 
+@pytest.mark.slow
 def test_branches_follow_their_equation():
     """``Q' = g dS'_0/dt - Q/tau`` by Runge-Kutta, stress as the file has it: pulled, back, with softening."""
     one = next(row for row in STORED if row["name"].startswith("yeoh, softened, viscous: space, pulled twice"))

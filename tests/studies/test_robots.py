@@ -47,6 +47,7 @@ def test_a_finger_presses_and_shears(program: Any, folder: Path, tmp_path: Path)
     assert (tmp_path / "finger.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_pads_of_gymnasium(program: Any, folder: Path) -> None:
     """Spaces hold what comes; the estimate's policy ends at the goals; an episode is cut at its length."""
     pytest.importorskip("gymnasium")
@@ -63,6 +64,7 @@ def test_pads_of_gymnasium(program: Any, folder: Path) -> None:
     assert not more["flags"].any() and seen.dtype == np.float32
 
 
+@pytest.mark.slow
 def test_messages_of_ros_2(program: Any, folder: Path) -> None:
     """Pressing is along -z; seconds and nanoseconds; counts one a coil; all of it is JSON."""
     made, twin_of = program("ros2_message"), sys.modules["twin"].Twin

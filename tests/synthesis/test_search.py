@@ -73,6 +73,7 @@ def _sizes() -> dict[str, float]:
     return TASK.figures(first.table, first.plain)
 
 
+@pytest.mark.slow
 def test_where_nothing_holds_the_nearest_design_is_found() -> None:
     """The limit that is exceeded least, at the edge of the box."""
     limits = TASK.limits | {"height": 0.9}

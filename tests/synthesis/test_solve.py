@@ -42,6 +42,7 @@ def test_a_table_is_that_of_a_calibration_and_its_slopes_are_differences(tmp_pat
     assert again.plain == found.plain and 0.0 < found.plain[STRAIN] < 1.0
 
 
+@pytest.mark.slow
 def test_what_is_not_asked_is_not_solved() -> None:
     """Height alone: no table; the overload is carried in any case."""
     table = ASKED | {"require": {"height": "4 mm"}, "tolerance": {}, "goal": {}}

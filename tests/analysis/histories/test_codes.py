@@ -23,6 +23,7 @@ def data(sensor):
     return in_time(sensor, loads, mechanics="linear", magnetics="planar", tolerance=0.1)
 
 
+@pytest.mark.slow
 def test_codes_follow_the_load(sensor, data):
     found = with_codes(sensor, data, seed=None)
     code, at = found["code"].to_numpy(), found["code_time"].to_numpy()

@@ -1,6 +1,7 @@
 """What a sensor shows under a history: against single loads, the models that are taken, values between times."""
 
 import numpy as np
+import pytest
 
 from sits_mech.analysis.histories.response import between, in_time, taken_layer
 from sits_mech.chain.simulate import simulate
@@ -25,6 +26,7 @@ def loads(time, *rows):
     return LoadHistory(np.array(time, dtype=float), wrench)
 
 
+@pytest.mark.slow
 def test_long_after_the_last_load_it_shows_what_slow_load_does():
     own = soft(prony=[{"weight": 0.3, "time": 0.5}])
     data = in_time(own, loads([0.0, 1.0, 40.0], (0.0, 0.0), (0.3, 1.0), (0.3, 1.0)), **MODELS)
@@ -38,6 +40,7 @@ def test_long_after_the_last_load_it_shows_what_slow_load_does():
     assert data["given"].sum() == 3
 
 
+@pytest.mark.slow
 def test_no_shear_by_symmetry():
     data = in_time(soft(prony=[{"weight": 0.3, "time": 0.5}]), loads([0.0, 1.0], (0.0, 0.0), (0.0, 1.0)), **MODELS)
     assert np.all(data["d_h"] == 0.0)

@@ -66,6 +66,7 @@ def test_the_published_sensor_in_section_is_half_off(sensor: Sensor) -> None:
     assert wide.shared_L is not None and wide.shared_L[-1, 0, 0] > 0.0  # endless plates take more
 
 
+@pytest.mark.slow
 def test_a_long_target_ends_where_no_coil_sees_it(sensor: Sensor) -> None:
     """The same size from 40 mm as from 200 mm of plate."""
     pose, found = Pose(0.0, 2 * MM), []
@@ -115,6 +116,7 @@ def test_an_answer_and_its_table_price_the_ends_once(sensor: Sensor, monkeypatch
     assert len(asked) == 1 and f"{size:.2g} of the change" in found.report.notes[-1]
 
 
+@pytest.mark.slow
 def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
     """Permeable targets: named as not estimated, in the answer and beside it."""
     shape = 'shape="rectangle", width=8e-3, length=8e-3, thickness=2e-4'

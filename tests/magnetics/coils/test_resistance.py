@@ -74,6 +74,7 @@ def _section_ratio(coil: Coil, frequency: float, cells: tuple[int, int]) -> floa
     return float(Z.real * sigma * bars.width * bars.thickness / bars.x.size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "length", "layers"), [(2, 100, 1), (6, 6, 1), (6, 6, 2)])
 def test_straight_tracks_as_rings(width: float, length: float, layers: int) -> None:
     """What uneven current adds to the resistance of rectangles at 5 MHz, by their section: within a third of it."""

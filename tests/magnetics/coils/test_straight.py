@@ -252,6 +252,7 @@ def test_long_coil_by_the_metre() -> None:
     assert own(long) - own(short) == pytest.approx(section, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_many_layers_and_many_coils_share_their_distances() -> None:
     """A thousand layers by their thousand distances; two hundred squares by those of a grid."""
     keys = {"name": "C", "centre": (0.0, 0.0), "turns": 2, "inner_diameter": 3 * MM, "track_width": 1e-4}

@@ -30,6 +30,7 @@ def scene(*parts, **changes):
 SIDE, GROUND = plate(12.0, 1.0, 6.0, 0.5), plate(0.0, -1.5, 8.0, 0.2, "copper")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("part", "frequency"),
     [(SIDE, 5e3), *(pytest.param(part, 5e6, marks=pytest.mark.slow) for part in (SIDE, GROUND))],

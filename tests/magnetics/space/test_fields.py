@@ -72,6 +72,7 @@ def test_needed_polynomials_carry_the_field(x: float, y: float) -> None:
     assert x == 0.0 or np.prod(order) < np.prod(BOX.order) / 2
 
 
+@pytest.mark.slow
 def test_few_polynomials_answer_as_all(nine: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
     """Far below the stated errors: coils beside the plate with few terms, and with all of its box."""
     few = solved(nine)

@@ -13,6 +13,7 @@ from sits_mech.scene.sensor import load_sensor
 SCALE = (1.5e-3, 2.5e7, 12e-3, 2e-3)
 
 
+@pytest.mark.slow
 def test_divisions_share_their_fields() -> None:
     target = load_sensor("biorob2018").target
     assert target is not None
@@ -21,6 +22,7 @@ def test_divisions_share_their_fields() -> None:
     assert [part.coupling.shape[0] for part in fine.classes] == [part.coupling.shape[0] for part in coarse.classes]
 
 
+@pytest.mark.slow
 def test_a_division_answers_alike_on_fields_of_its_own_and_of_a_finer_one() -> None:
     """Fields are kept to 1e-5; with their gradients they would answer 1e-3 of Delta L apart."""
     sensor = load_sensor("biorob2018")

@@ -59,6 +59,7 @@ DISCS = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("diameter, thickness, gap, frequency, tolerance", DISCS)
 def test_discs_as_rings(
     diameter: float, thickness: float, gap: float, frequency: float, tolerance: float, asked: list[int]

@@ -55,6 +55,7 @@ def test_a_rectangle_is_seen_by_its_tracks():
     np.testing.assert_allclose(seen[:, :2], exact, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_means_over_cells_and_their_images():
     """Five Gauss points an axis tell them too; of cells no longer than twice the distance to 1e-3 of the largest."""
     prisms = stacked(PLAN, LEVELS)

@@ -33,6 +33,7 @@ def test_gives_back_what_volume_finite_elements_say(sensor: Sensor, stream: Stre
     assert thick.change.imag / (1e3 * omega) == pytest.approx(-59.0134e-9, rel=0.12)
 
 
+@pytest.mark.slow
 def test_a_scene_turned_by_a_quarter_gives_back_the_same(sensor: Sensor) -> None:
     """Coils on y, target moved along y and turned about x: as along x and about y, but for the triangles."""
     across = load_sensor("biorob2018", ["coils.C1.centre=[0, -0.004]", "coils.C2.centre=[0, 0.004]"])

@@ -117,6 +117,7 @@ def test_without_a_coefficient_there_is_none_and_the_way_is_the_one_without_fric
     assert abs(went(body, [PRESSED, (0.4, -0.05, 0.0)], 2).state.load[0]) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_way_that_ends_says_where_and_why():
     """More than the layer's height: no rest is found there, and the last one is still one."""
     found = followed(standing(), rest(standing()), [REST, np.array([0.0, -1.2, 0.0])], 2, held=HELD)

@@ -161,6 +161,7 @@ FAR = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sizes", "shear", "sink", "finer"), FAR)
 def test_far_states_are_reached_and_one_refinement_stays_within_the_tolerance(sizes, shear, sink, finer):
     """Forces of a finer mesh than that of the default tolerance, with contact; no more than three times the error off.
@@ -195,6 +196,7 @@ def test_contact_is_the_answer_where_a_face_touches():
     assert any("frictionless contact" in note for note in auto.report.notes)
 
 
+@pytest.mark.slow
 def test_contact_that_is_asked_for_is_in_the_answer():
     """A flush layer pressed by 5 %, worth 0.4 % of the sink: against twice the cells, graded otherwise."""
     found = planar_layer(pad(15, 15, 3, 'elastomer.contact="always"'), 1e-3).equilibrium(Wrench(0.0, 709.0))

@@ -95,6 +95,7 @@ def test_contact_is_exact_and_in_balance(state):
             assert abs((places[:, a] * forces[:, b] - places[:, b] * forces[:, a]).sum()) < 1e-12 * size
 
 
+@pytest.mark.slow
 def test_faces_at_rest_hold_nothing():
     for state in (pressed_cubes, slotted, folded):
         _, skin, u = state()
@@ -173,6 +174,7 @@ def test_two_blocks_become_one_where_the_gap_has_closed():
         assert confined((3, 3), 1, 1e-2, 0.09, 0.11, sink) == pytest.approx(uniaxial(sink, 1e-2), rel=0.015)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [pytest.param(1e-2, marks=pytest.mark.slow), 1e-4])
 def test_blocks_of_meshes_that_do_not_match_become_one(depth):
     """Of 2 and of 3 cells across: an even pressure stays one, whatever the depth of contact."""
@@ -215,6 +217,7 @@ def test_contact_turns_with_the_pad(state):
     np.testing.assert_allclose(there.forces[:-6].reshape(-1, 3), forces, atol=1e-8 * np.abs(forces).max())
 
 
+@pytest.mark.slow
 def test_what_passes_through_without_contact_is_seen_and_named():
     """As in "never", and by what decides that "auto" solves it again."""
     gap, sensor = 0.05, scene(1.0, 1.7)

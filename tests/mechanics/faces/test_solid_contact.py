@@ -137,6 +137,7 @@ def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain(shear):
 PRESSED = [((15, 15), (15, 15), 3.0, (0.2, -0.2, 0.0)), ((15,), (15,), 3.0, (0.2, -0.2, 0.0))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pad", "target", "t", "place"), PRESSED)
 def test_moment_identity_holds_with_contact(pad, target, t, place):
     """Exact for a pad that is its own image under a half turn: |M| = (F_x (t - sink) + F_z d_h)/2."""

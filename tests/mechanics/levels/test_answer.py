@@ -63,6 +63,7 @@ def answers():
     return [planar_layer(pad(20, 15, 2), each).equilibrium(Wrench(100.0, 1500.0, 0.2)) for each in (5e-2, 2e-3, 4e-4)]
 
 
+@pytest.mark.slow
 def test_the_error_never_rises_when_the_tolerance_falls(answers):
     errors = [found.report.estimated_error for found in answers]
     assert errors == sorted(errors, reverse=True) and errors[-1] < 0.7 * errors[0]

@@ -174,6 +174,7 @@ def test_a_level_whose_corners_fold_is_left_out() -> None:
     assert np.max(own.error[:2]) < 0.03 * np.max(np.abs(own.pose[:2]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["planar", pytest.param("block", marks=pytest.mark.slow)])
 def test_faces_in_contact_move_with_the_cells(model: str) -> None:
     """A flush layer that folds onto its plates, under a load that contact carries: by differences, to 1e-3."""
@@ -202,6 +203,7 @@ def test_one_side_is_enough_where_the_cells_change_on_the_other() -> None:
     assert apart(found.pose[:, 0], (4.0 * poses[1] - 3.0 * poses[0] - poses[2]) / (2.0 * h)) < 1e-4
 
 
+@pytest.mark.slow
 def test_what_has_no_derivative_is_refused_by_name() -> None:
     """Friction where faces touch: the answer depends on its way."""
     sides = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]

@@ -43,6 +43,7 @@ def test_a_coefficient_of_zero_changes_no_digit():
     assert found.pose == expected.pose and found.error == expected.error
 
 
+@pytest.mark.slow
 def test_the_pad_in_space_takes_friction_alike():
     """The same digits where nothing touches, in half a pad and in a whole one."""
     smooth, rough = (block_pad(load_sensor("biorob2018-w15", more)) for more in ((), (ROUGH,)))

@@ -40,6 +40,7 @@ def test_pose_is_within_its_error_of_a_finer_one():
     assert fine.report.estimated_error < rough.report.estimated_error < 5e-2
 
 
+@pytest.mark.slow
 def test_small_loads_creep_by_the_pads_own_law():
     """A sudden small load moves the target by C(t) of the slow answer, in shear exactly."""
     own, times = sensor(prony=PRONY), np.array([0.0, 0.5, 2.0, 20.0, 400.0])
@@ -71,6 +72,7 @@ def test_a_load_that_leaves_the_plane_later_moves_the_whole_pad():
     assert abs(across.pose.d_h[-1]) < 1e-9
 
 
+@pytest.mark.slow
 def test_without_rate_or_softening_it_is_the_elastic_answer():
     own = sensor()
     found = planar_layer(own, 1e-2).in_time(history([0.0, 1.0, 1.1], F_z=[0.0, 2.0, 1.0]))
@@ -99,6 +101,7 @@ def test_friction_without_rate_is_the_path_of_loads():
     assert np.all(off <= found.error.components[-1] + path.error.components)
 
 
+@pytest.mark.slow
 def test_a_load_that_is_not_carried_ends_the_history():
     with pytest.raises(SolveFailed, match=r"at .* s of 2 s") as caught:
         planar_layer(sensor(prony=PRONY), 5e-2).in_time(history([0.0, 2.0], F_z=[0.0, -400.0]))

@@ -65,6 +65,7 @@ def test_in_the_plane_as_well():
     np.testing.assert_allclose(wide.components, flush.components, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_disc_over_a_box_lies_between_its_limits():
     """From the disc within the box to the one that covers it the pad grows stiffer, and nothing jumps at either end."""
     k = np.array([np.diag(small(scene(size, (8, 8)), 1)) for size in (7.9, 8.3, 9.0, 10.0, 11.0, 11.4)])
@@ -177,6 +178,7 @@ def test_places_are_carried_along_every_family(whole):
         assert np.abs(there - fine.body.mesh.nodes).max() < (1e-12 if straight else 4e-3)
 
 
+@pytest.mark.slow
 def test_as_many_cells_are_counted_as_there_are():
     """Or a few more, of which memory is asked."""
     for target, pad in SHAPES:
@@ -212,6 +214,7 @@ def test_bulging_sides_lie_on_the_target_and_on_the_ground_beyond_the_pad():
     assert np.abs(place[:, :2]).max() > 2.1  # thicknesses: beyond the pad's own half width of 2
 
 
+@pytest.mark.slow
 def test_a_wide_target_that_tilts_onto_the_ground_says_so_and_owns_to_it():
     layer = planar_layer(scene((30, 80), (8, 80)))
     gently, hard = (layer.equilibrium(Wrench(F_z=2.0, M=M)) for M in (0.02, 0.06))

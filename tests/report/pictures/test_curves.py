@@ -177,6 +177,7 @@ def test_a_layer_that_shrinks_is_said_to(J: float, said: str) -> None:
     assert layer_view(sensor, found, mesh).axes[1].get_xlabel().partition("\n")[2] == said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", ["data", pytest.param("triple", marks=pytest.mark.slow)])
 def test_a_calibration_is_ready_for_print(
     table: str, collisions: Collisions, request: pytest.FixtureRequest

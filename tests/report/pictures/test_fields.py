@@ -21,6 +21,7 @@ def field() -> PlanarField:
     return found
 
 
+@pytest.mark.slow
 def test_flux_lines(field: PlanarField, tmp_path: Path, collisions: Callable[[Figure], list[str]]) -> None:
     with new_figure(potential_height(field)) as (figure, (axes,)):
         draw_potential(axes, field, np.array([0.0, 1e-3]))

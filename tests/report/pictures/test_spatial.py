@@ -23,6 +23,7 @@ def untried() -> object:
     spatial.renders.cache_clear()
 
 
+@pytest.mark.slow
 def test_spatial_view(monkeypatch: pytest.MonkeyPatch) -> None:
     """Red winding, copper plate and grey winding are in the pixels; the scale has a unit."""
     try:

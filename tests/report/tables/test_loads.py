@@ -100,6 +100,7 @@ def test_csv_keeps_every_digit() -> None:
     assert float(rows[4]["L[C2][C1]"]) == 4 * 4 + 2 and rows[8]["reason"] == "too much"
 
 
+@pytest.mark.slow
 def test_a_table_of_three_forces(three_forces: Path) -> None:
     """One line per load with all that moves; sensitivities by each force, what is not available by name."""
     _, data = read_calibration(three_forces)

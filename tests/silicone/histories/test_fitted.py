@@ -32,6 +32,7 @@ def files(tmp_path, rubber, prony, measured, cycles):
     }
 
 
+@pytest.mark.slow
 def test_a_sudden_pull_comes_down_to_the_constants_of_slow_load(files, rubber, prony):
     """Each test shows its own part; together they give the silicone that was tested."""
     found = fit_tests(files["tensile"], files["relaxation"], files["cyclic"])
@@ -71,6 +72,7 @@ def test_each_test_alone(files):
         fit_tests(None, None, None)
 
 
+@pytest.mark.slow
 def test_the_command_line_prints_lines_for_a_scene(files, capsys):
     """They are TOML that a material is made of; --json has the same numbers."""
     words = ["fit", str(files["tensile"]), "--relaxation", str(files["relaxation"]), "--cyclic", str(files["cyclic"])]

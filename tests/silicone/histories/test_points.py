@@ -190,6 +190,7 @@ def _stress_of_steps(one, parts):
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "one",
     [pytest.param(one, marks=pytest.mark.slow if k % 3 else (), id=one["name"]) for k, one in enumerate(STORED[::3])],
