@@ -4,7 +4,7 @@ The pad is bonded to the rigid ground over its whole lower face and carries an e
 disc, bonded centred on its upper face. A wrench (F_x, F_z, M) leaves the plane y = 0 a plane of symmetry: half the pad
 is meshed, the target moves by (d_h, d_z) and turns by alpha about y; what that symmetry hides is held against falling
 sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirror image. Equations: element/kernel.py
-(pad), element/target.py (rigid target), rest/ (solution). Pose: ``d_v = standoff + t - sink``.
+(pad), element/target.py (rigid target), equilibrium/ (solution). Pose: ``d_v = standoff + t - sink``.
 
 Meshes: one nested sequence, a base whose cells are divided, with further layers at the bonded edges (pad/shapes.py).
 Where it does not carry a load, it is tried once more with a guard on J (levels/settle.py).
