@@ -24,7 +24,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 47_044, "core lines": 31_832, "tokens": 405_794, "named numbers": 523, "branching functions": 115,
+    "lines": 47_045, "core lines": 31_833, "tokens": 405_794, "named numbers": 523, "branching functions": 115,
     "long signatures": 31, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

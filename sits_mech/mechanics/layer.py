@@ -3,7 +3,8 @@
 The layer of width W and thickness t, bonded to the rigid ground over its whole width, carries an exactly rigid target
 bonded over the middle of its top face; the wrench is a dead load in newtons, spread over the elastomer's length in y.
 Equations: element/kernel.py (layer), element/target.py (rigid target), faces/contact.py (free faces); solution:
-equilibrium/. Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given (equilibrium/control.py).
+equilibrium/. Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given
+(equilibrium/control.py).
 
 Meshes. One family (pad/planar.py), and a tougher, less accurate one for loads that it does not carry; J is positive at
 every quadrature point and node. Pose and error are extrapolated from the levels of a family (levels/family.py).
