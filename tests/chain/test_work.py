@@ -29,13 +29,16 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def test_factorisations_of_a_load(name: str, load: tuple[float, float], most: int, counted: list[int]) -> None:
     """From rest, three meshes and all checks: 14 of a moderate load, 44 of one beyond stretch two."""
     block_pad(load_sensor(name), 1e-2).equilibrium(Wrench(*load))
+    print("COUNT", len(counted), max(counted))
     assert 0 < len(counted) <= most and max(counted) < 10_000
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "most"), [("biorob2018-w15", 145), ("biorob2018", 270)])
-def test_factorisations_of_a_table(name: str, most: int, counted: list[int]) -> None:
-    """The default two forces, 9 x 9 loads: some 140 and 255, none of a mesh beyond the third."""
-    forces = {"F_x": [0.25 * k for k in range(-4, 5)], "F_z": [0.5 * k for k in range(9)]}
+@pytest.mark.parametrize(
+    ("name", "F_x", "F_z", "most"),
+    [("biorob2018-w15", 0.7, 2.8, 120), pytest.param("biorob2018", 0.4, 1.6, 135, marks=pytest.mark.slow)],
+)
+def test_factorisations_of_a_table(name: str, F_x: float, F_z: float, most: int, counted: list[int]) -> None:
+    """Loads and tolerance by default: 114 and 127, none of a mesh beyond the third."""
+    forces = {"F_x": [F_x * k / 4 for k in range(-4, 5)], "F_z": [F_z * k / 8 for k in range(9)]}
     calibrate(load_sensor(name), **forces)
     assert 0 < len(counted) <= most and max(counted) < 10_000
