@@ -91,7 +91,7 @@ def load_cycle(
     reading = read_poses(sensor, field if aim is None else aim.field, poses)
     elastic = _elastic_share(sensor, programme, curve)
     columns: dict[str, Any] = {"share": ("time", programme.share), "elastic_share": ("time", elastic)}
-    columns |= _carried(curve, reading, elastic)
+    columns |= _carried(curve, poses, reading, elastic)
     pose, error = (np.stack([columns[f"{kind}{name}"][1] for name in POSE], axis=-1) for kind in ("", "error_"))
     stretch = np.interp(elastic, curve.share, np.array([each.report.stretch for each in curve.found], dtype=float))
     goal = None if aim is None else aim.goal
@@ -148,9 +148,9 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
     return softened_share(silicone.mullins, curve.energy, np.clip(relaxed, 0.0, 1.0), volume=volume)
 
 
-def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str, Any]:
+def _carried(curve: ElasticCurve, poses: Bounded, reading: Reading, elastic: Array) -> dict[str, Any]:
     """Return pose, inductance and signals over time, each with its error, as columns of a table."""
-    poses, found, shown = _poses(curve), reading.impedance, reading.signals
+    found, shown = reading.impedance, reading.signals
     values: dict[str, tuple[Any, Any]] = {
         name: (poses.value[:, k], poses.error[:, k]) for k, name in enumerate(POSE)
     }

@@ -54,7 +54,7 @@ class LoadGrid:
         """The loads, the last component running fastest."""
         return loads_of(self.axes)
 
-    @property
+    @cached_property
     def few(self) -> bool:
         """Whether so few are solved that each of them is on all meshes."""
         return len(self.symmetry.without_images(self.loads)) <= _FEW
