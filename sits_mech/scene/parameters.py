@@ -8,7 +8,8 @@ for every entry of a list, or what a catalogued silicone is made of:
     temperature.pad  what one of the causes of scene/thermal.py changes with temperature, the others held at the scene's
                      own [K]; beside it a scene's numbers are those at its temperature,
     modulus          a common factor of all constants of the silicone that are stresses, 1 as it is; the bulk modulus
-                     stays.
+                     stays,
+    stiffening       what the silicone stiffens by besides, zero as it is: the share k of w + k mu/2 (I1 - 3)^2.
 
 Derivatives by it are differences of second order (maps/differences.py) over a step h far below the lengths of the
 scene, on both sides, or on one where the other is no scene (a stand-off below zero) or one of another kind (a target
@@ -31,11 +32,14 @@ from sits_mech.units import shown
 
 MODULUS = "modulus"
 """The parameter that stands for all stresses among a silicone's constants."""
+STIFFENING = "stiffening"
+"""The parameter that stands for a silicone that stiffens more with strain than the scene's."""
 TEMPERATURE = "temperature."
 """What the parameters begin with that stand for a cause of change with temperature."""
 STEP = 1e-6
 """Of the value: what is held nearly incompressible answers a step s with K s besides, K in shear moduli."""
 _MATERIAL = "elastomer.material."
+_STIFFER = 1e-4  # step of the stiffening: rounding of the forces is some 1e-12 of the layer's
 _KELVIN = 3e-3  # step of a temperature: some 1e-6 of what it changes
 _REACHES = dict.fromkeys(CAUSES, 6e4) | {"conductivity": 300.0, "modulus": 300.0, "pad": 3e3}  # 1 over coefficients [K]
 
@@ -119,6 +123,9 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
     sensor = at_temperature(sensor)
     if name == MODULUS:
         return Parameter(name, ((name, 1.0),), STEP, _with_constants(sensor, name))
+    if name == STIFFENING:
+        scene = _with_constants(sensor, MODULUS)
+        return Parameter(name, ((name, 0.0),), _STIFFER, scene, lambda share: _stiffened(scene, share))
     sensor = _with_constants(sensor, name)
     found = [(key, value) for key, value in _ends(scene_table(sensor), name.split("."), ()) if value is not None]
     if not found:
@@ -128,6 +135,11 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
             raise SceneError(f"{key}: must be a number that can go up and down a little; got {shown(value)}")
     size = max(abs(value) for _, value in found) or _size(sensor, name.startswith(_MATERIAL))
     return Parameter(name, tuple(found), STEP * size, sensor)
+
+
+def _stiffened(scene: Sensor, share: float) -> Sensor:
+    """Return a scene whose silicone stiffens more with strain."""
+    return scene if scene.elastomer is None else _of_silicone(scene, scene.elastomer.silicone.stiffened(share))
 
 
 def _by_cause(sensor: Sensor, name: str) -> Parameter:

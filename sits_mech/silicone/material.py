@@ -12,7 +12,7 @@ slow load on virgin material. Rate and history (history.py) play a part where th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -123,6 +123,14 @@ class Silicone:
     def known_stretch(self) -> float:
         """Largest stretch that the data behind the constants reach [-]; nan if unknown."""
         return float("nan") if self.fitted_range is None else 1.0 + self.fitted_range[1]
+
+    def stiffened(self, share: float) -> Silicone:
+        """Return a silicone of the same modulus whose energy has share mu/2 (I1 - 3)^2 more."""
+        change = LAWS[self.law].stiffened
+        if change is None:
+            raise SceneError(f"stiffening: must be of a law that says how it stiffens; {self.law} does not")
+        law, constants = change(self.constants, share)
+        return replace(self, law=law, constants=constants)
 
 
 def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:

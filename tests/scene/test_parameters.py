@@ -127,3 +127,12 @@ def test_a_scene_without_a_silicone_has_no_modulus() -> None:
     with pytest.raises(SceneError, match="modulus: needs an elastomer"):
         parameter(sensor, "modulus")
     assert np.isfinite(parameter(sensor, "target.width").value)
+
+
+def test_a_silicone_may_stiffen_more() -> None:
+    """By a square of the first invariant that is no number of the scene; small strain stays as it is."""
+    sensor = load_sensor("biorob2018")
+    other = parameter(sensor, "stiffening").changed(0.1).elastomer.silicone
+    c10, c20 = (sensor.elastomer.silicone.constants[name] for name in ("c10", "c20"))
+    assert other.constants["c20"] == pytest.approx(c20 + 0.1 * c10)
+    assert other.shear_modulus == sensor.elastomer.silicone.shear_modulus

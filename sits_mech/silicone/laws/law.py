@@ -119,6 +119,7 @@ class Law:
     refusal: Callable[[Constants], str] = anything  # error in words, "" if valid
     lists: bool = False  # each constant is a list, one number a term
     limit: str = "is unstable"  # behaviour of a layer from an unstable stretch on
+    stiffened: Callable[[Constants, float], tuple[str, Constants]] | None = None  # of w + share mu/2 (I1 - 3)^2
 
     def rescaled(self, constants: Constants, change: Callable[[float], float]) -> Constants:
         """Return the constants with a change of all that are stresses."""

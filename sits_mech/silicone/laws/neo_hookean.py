@@ -19,9 +19,16 @@ def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
     return InvariantDerivatives(half * (at.I1 - 3.0), np.full_like(at.I1, half))
 
 
+def _stiffened(constants: Constants, share: float) -> tuple[str, Constants]:
+    """Return Yeoh's law of the same modulus."""
+    half = 0.5 * number(constants, "shear_modulus")
+    return "yeoh", {"c10": half, "c20": share * half, "c30": 0.0}
+
+
 NEO_HOOKEAN = Law(
     name="neo-hookean",
     units={"shear_modulus": "Pa"},
     shear_modulus=lambda constants: number(constants, "shear_modulus"),
     energy=OfInvariants(_energy),
+    stiffened=_stiffened,
 )

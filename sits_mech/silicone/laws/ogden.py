@@ -65,11 +65,27 @@ def _held(x: Array, reach: float) -> NDArray[np.bool_]:
     return np.asarray(inner | (np.abs(x) > 0.9999 * _REACH), dtype=np.bool_)
 
 
+def stiffer_terms(mu: Array, alpha: Array, share: float) -> tuple[str, Constants]:
+    """Return Ogden's law with terms that add share mu/2 (I1 - 3)^2, to lowest order, and nothing at small strain.
+
+    With sum_i e_i = 0, sum_i (cosh 4 e_i - 1)/16 - (cosh 2 e_i - 1)/4 = sum_i e_i^4/2 + ... = (I1 - 3)^2/16 + ...
+    """
+    more = 2.0 * share * float(mu.sum())
+    return "ogden", {"mu": (*mu.tolist(), more, more, -more, -more), "alpha": (*alpha.tolist(), 4.0, -4.0, 2.0, -2.0)}
+
+
+def _stiffened(constants: Constants, share: float) -> tuple[str, Constants]:
+    """Return the terms with those of stiffening."""
+    mu, alpha = (np.atleast_1d(constants[name]) for name in ("mu", "alpha"))
+    return stiffer_terms(mu, alpha, share)
+
+
 OGDEN = Law(
     name="ogden",
     units={"mu": "Pa", "alpha": ""},
     shear_modulus=_shear_modulus,
     energy=OfStretches(_energy),
+    stiffened=_stiffened,
     fit=TermFit(
         constants=lambda m, x: {"mu": tuple(m.tolist()), "alpha": tuple(x.tolist())},
         starts=lambda reach: np.array(_EXPONENTS),

@@ -6,7 +6,7 @@ import pytest
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.silicone.energy import isochoric_energy
 from sits_mech.silicone.fitting import fit_law
-from sits_mech.silicone.homogeneous import engineering_stress, principal_stretches, tangent
+from sits_mech.silicone.homogeneous import energy_density, engineering_stress, principal_stretches, tangent
 from sits_mech.silicone.kinematics import in_plane, in_space
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.laws.law import InvariantDerivatives, Invariants, Law, LinearFit, OfInvariants, TermFit
@@ -167,3 +167,19 @@ def test_new_law_stands_in_a_scene(new_law):
     sensor = load_sensor("biorob2018", [f'elastomer.material={{law="{new_law}", {table}, bulk_modulus="30 MPa"}}'])
     assert sensor.elastomer is not None
     assert dict(sensor.elastomer.silicone.constants) == CONSTANTS[new_law]
+
+
+@pytest.mark.parametrize(("law", "constants"), [
+    ("neo-hookean", {"shear_modulus": 3e4}), ("mooney-rivlin", {"c10": 1e4, "c01": 4e3}),
+    ("yeoh", {"c10": 1.5e4, "c20": 500.0, "c30": 10.0}), ("ogden", {"mu": (2e4, 1e4), "alpha": (1.6, -3.0)}),
+    ("gent", {"shear_modulus": 3e4, "j_m": 12.0}),
+])
+def test_a_stiffer_law_has_a_square_of_the_first_invariant_more(law, constants) -> None:
+    """Of the share's half of the shear modulus, to lowest order of the strain and of the share; no modulus changes."""
+    share, e = 1e-3, 0.02 * np.array([[1.0, -0.5, -0.5], [1.0, 0.0, -1.0], [0.7, 0.5, -1.2]])
+    other = LAWS[law].stiffened(constants, share)
+    mu = LAWS[law].shear_modulus(constants)
+    assert LAWS[other[0]].shear_modulus(other[1]) == pytest.approx(mu, rel=1e-14)
+    more = energy_density(*other, np.exp(e)) - energy_density(law, constants, np.exp(e))
+    square = (np.exp(2.0 * e).sum(axis=1) - 3.0) ** 2
+    assert more == pytest.approx(0.5 * share * mu * square, rel=0.05)
