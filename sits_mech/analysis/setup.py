@@ -2,7 +2,10 @@
 
     L_i = (L_model,i(pose, scene) + l) (1 + c / C)
 
-    modulus              factor of all stresses of the silicone, where loads were measured, see `comparison` [-]
+    modulus, stiffening, factor of all stresses of the silicone, what it stiffens by besides (scene/parameters.py), how
+    thickness            much thicker the layer is, where loads were measured, see `loaded` [-, -, m]
+    cell, frame,         load over what the load cell shows, and how the cell is turned about y, x and z, right hand,
+    frame_x, frame_z     there as well [-, rad]
     gap, d_h, d_y        how much higher, further along x and y the target is than was set or computed [m]
     alpha, alpha_x,      how far it is turned on its holder, before the stages turn it: R = R_set R_holder, rotation
     alpha_z              vectors, each component one of them [rad]
@@ -25,28 +28,39 @@ from functools import cached_property
 
 import numpy as np
 
-from sits_mech.analysis.bench import absolute
+from sits_mech.analysis.bench import absolute, free_inductances
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.geometry.collision import clearance
+from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.maps.fit import Free
-from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
+from sits_mech.quantities import POSE, UNITS, Array, Impedance, MagneticModel, Pose
 from sits_mech.rotations import rotation_matrix, rotation_vector
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed
 from sits_mech.units import quantity, shown, si_label, split_quantity
 
 PARAMETERS = {
-    "modulus": "", "gap": "m", "d_h": "m", "d_y": "m", "alpha": "rad", "alpha_x": "rad", "alpha_z": "rad",
+    "modulus": "", "stiffening": "", "thickness": "m", "cell": "", "frame": "rad", "frame_x": "rad", "frame_z": "rad",
+    "gap": "m", "d_h": "m", "d_y": "m", "alpha": "rad", "alpha_x": "rad", "alpha_z": "rad",
     "axis_x": "m", "axis_z": "m", "lead": "H", "capacitance": "F",
 }
 """What can be fitted besides keys of the scene, with its unit."""
-_SERIES = ("modulus", "lead", "capacitance")  # no magnetic solve
+LAYER = {"thickness": "elastomer.thickness", "stiffening": "stiffening"}
+"""Those by whose derivatives the pose under a load changes, with the numbers of the scene that they are."""
+CELL = ("cell", "frame", "frame_x", "frame_z")
+"""Those of what the load is measured with: a sensor in use has none."""
+_LOADED = ("modulus", *LAYER, *CELL)
+_SERIES = ("modulus", *CELL, "lead", "capacitance")  # no magnetic solve
 _PRIOR = re.compile(r"\s*([\w.*]+)\s*(?:=\s*(.+?)\s*(?:\+-|\+/-|±)\s*(.+?)\s*)?")
 _REACH = 0.25  # of the smallest clearance: how far lengths may move of which nothing is known
 _WIDE = 4.0  # deviations: how far from what is known
 _NODES = (-2.0, 0.0, 2.0)  # deviations: scenes that are solved for a key
 _CLEAR = 0.25  # of the set clearance: what brings a target closer to the coils has no answer
 _LEAD = 2e-6  # [H] most
+_SHIFT, _TURN = 1e-9, 1e-7  # of a pose, for derivatives of how it is moved: linear but for products of rotations
+_KEY = 0.1  # deviations of a key, for differences of its parabola, which are exact
+_PLACE = {"gap": "d_v", "d_h": "d_h", "d_y": "d_y", "alpha": "alpha", "alpha_x": "alpha_x", "alpha_z": "alpha_z",
+          "axis_x": "d_h", "axis_z": "d_h"}
 
 
 @dataclass(frozen=True)
@@ -91,15 +105,16 @@ class Setup:
     parameters: tuple[Known, ...]  # in the order of the columns of P below
     model: Callable[[Sensor], MagneticModel]
 
-    def readings(self, poses: Array, P: Array, L: Array | None = None) -> Array:
+    def readings(self, poses: Array, P: Array, L: Array | None = None, rests: Array | None = None) -> Array:
         """Return what the bench shows, shape (k, m, n) [H]; NaN where a target would touch the coil plane.
 
         `poses` (k, m, 6) are set or computed, d_v infinite without target; `P` (k, p) are the parameters; `L` (k, m, n)
-        [H] replaces the model at the terminals with nothing changed, where it is known better.
+        [H] replaces the model at the terminals with nothing changed, where it is known better; `rests` (k, m, 6) are
+        poses of the changed layer, the same by default.
         """
-        here = dict(zip((each.name for each in self.parameters), P.T, strict=True))
-        if L is None or not here.keys() <= set(_SERIES):
-            moved = _moved(poses, here)
+        here = self._here(P)
+        if L is None or rests is not None or not here.keys() <= set(_SERIES):
+            moved = _moved(poses if rests is None else rests, here)
             clear = self._clearances(moved) > _CLEAR * self._clearances(poses)
             shown_L = np.full((*poses.shape[:2], len(self.sensor.coils)), np.nan)
             inside = {name: values[clear] for name, values in here.items()}
@@ -109,6 +124,46 @@ class Setup:
         zero = np.zeros(len(P))
         lead, more = (here.get(name, zero)[:, None, None] for name in ("lead", "capacitance"))
         return np.asarray((L + lead) * (1.0 + more / self.sensor.readout.parallel_capacitance))
+
+    def slopes(self, rests: Array, p: Array, by: Array) -> Array:
+        """Return the derivatives of the readings by v variables, shape (m, n, v), at rests (m, 6) of the changed layer.
+
+        `p` are the parameters, `by` (v, m, 6) the derivatives of the rests by the variables, of which the first are the
+        parameters. Slopes by the pose are quick ones (magnetics/pose_slopes.py).
+        """
+        here = self._here(p[None])
+        steps = np.array([_TURN if unit == "rad" else _SHIFT for unit in map(UNITS.get, POSE)])
+        here_moved = _moved(rests[None], here)[0]
+        ways = [_moved((rests + h * one)[None], here)[0] - here_moved for h, one in zip(steps, np.eye(6), strict=True)]
+        moved = np.einsum("kmj,vmk->vmj", np.array(ways) / steps[:, None, None], by)
+        for number, each in enumerate(self.parameters):
+            if each.name in _PLACE:
+                h = steps[POSE.index(_PLACE[each.name])]
+                other = _moved(rests[None], here | {each.name: here[each.name] + h})[0]
+                moved[number] += (other - here_moved) / h
+        components = [name for k, name in enumerate(POSE) if np.any(moved[..., k])]
+        scene, model = self._scenes[0]
+        field, by_pose, _ = pose_slopes(scene, model, Pose.of(here_moved), scene.frequency, components, quick=True)
+        scale = 1.0 if field.unit_L == "H" else free_inductances(scene) / np.diagonal(field.L0)
+        own = np.einsum("mnnk->mnk", by_pose) * np.reshape(scale, (-1, 1))
+        slopes = np.einsum("mnk,vmk->mnv", own, moved[..., [POSE.index(name) for name in components]])
+        gain = 1.0 + here.get("capacitance", np.zeros(1))[0] / self.sensor.readout.parallel_capacitance
+        slopes *= gain
+        for number, each in enumerate(self.parameters):
+            if each.name == "lead":
+                slopes[..., number] += gain
+            if each.name == "capacitance":
+                L = self.readings(here_moved[None], np.zeros((1, len(p))))[0]
+                slopes[..., number] += L / self.sensor.readout.parallel_capacitance
+            if each in self._keys:
+                ends = [here | {each.name: here[each.name] + way * each.deviation} for way in (-_KEY, _KEY)]
+                low, high = (self._changed(here_moved[None], end)[0] for end in ends)
+                slopes[..., number] += gain * (high - low) / (2.0 * _KEY * each.deviation)
+        return np.asarray(slopes)
+
+    def _here(self, P: Array) -> dict[str, Array]:
+        """Return the values of each parameter by name, shape (k,)."""
+        return dict(zip((each.name for each in self.parameters), P.T, strict=True))
 
     def free(self, poses: Array, ends: Mapping[str, Free]) -> tuple[Free, ...]:
         """Return the parameters to be fitted with first values, ends and sizes.
@@ -195,8 +250,8 @@ def checked(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[Known, .
     if not found or len({*names}) < len(names):
         raise SceneError(f"fit: must be one or more different parameters; got {', '.join(names) or 'none'}")
     for each in found:
-        if each.name == "modulus" and posed:
-            raise SceneError("fit: modulus: must be of loads; got a bench of poses")
+        if each.name in _LOADED and posed:
+            raise SceneError(f"fit: {each.name}: must be of loads; got a bench of poses")
         if each.name.startswith("axis") and not posed:
             raise SceneError(f"fit: {each.name}: must be of poses that stages set; got a bench of loads")
         if each.name not in PARAMETERS and each.value is None:

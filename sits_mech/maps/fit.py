@@ -4,10 +4,16 @@ Least squares over all numbers measured, each output over its range, or over the
 
     chi^2(p) = sum ((y(p) - y) / sigma)^2 + sum ((p_k - v_k) / s_k)^2,
 
-the second sum over parameters that are known to be v_k +- s_k beforehand. Half-widths at 95 % are those of Student's t
-with the residual's variance, or the model's own if that is more; with a known noise the normal distribution's, wider by
-what chi^2 over its degrees of freedom exceeds one. The profile of a parameter is the least chi^2 for each of its
-values, all others fitted; less its own term it is the measurement's information on it, flat where there is none.
+the second sum over parameters that are known to be v_k +- s_k beforehand. With known noise and parameters that are all
+known beforehand this is, but for a constant, -2 ln of the posterior density, whose covariance where it is largest is
+that of Laplace's approximation,
+
+    Sigma = (J^T J)^-1,    J the derivatives of all terms,    chi^2(p) of N numbers follows chi^2_N if all is as stated.
+
+Half-widths at 95 % are those of Student's t with the residual's variance, or the model's own if that is more; with a
+known noise the normal distribution's, wider by what chi^2 over its degrees of freedom exceeds one. The profile of a
+parameter is the least chi^2 for each of its values, all others fitted; less its own term it is the measurement's
+information on it, flat where there is none.
 Numbers only: the model is any function. Source of the profile: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis
 and Its Applications, Wiley 1988, ch. 6.
 """
@@ -28,6 +34,8 @@ from sits_mech.units import SceneError
 
 Model = Callable[[Array], Array]
 """Parameters, many at a time, shape (k, p), to outputs, shape (k, m, n); NaN where there is none."""
+Slopes = Callable[[Array], Array]
+"""Parameters, shape (p,), to derivatives of the outputs by them, shape (m, n, p)."""
 _STEP = 1e-3  # of a parameter's size: of the differences
 _END = 1e-6  # of the reach: this close to its end a value is held by it
 
@@ -53,6 +61,7 @@ class ParameterFit:
     values: Array  # (p,)
     half_widths: Array  # 95 %, (p,); inf if not determined
     correlation: Array  # (p, p)
+    covariance: Array  # (p, p), with the variance below; pseudo-inverse where something is not determined
     residual: Array  # measured less model, (m, n)
     rms: float  # of the residual, over each output's range
     rms_before: float  # the same at the first values
@@ -61,39 +70,42 @@ class ParameterFit:
 
 
 def fit_parameters(
-    model: Model, y: ArrayLike, free: Sequence[Free], *, noise: float | None = None, own: float = 0.0
+    model: Model, y: ArrayLike, free: Sequence[Free], *, noise: ArrayLike | None = None, own: float = 0.0,
+    slopes: Slopes | None = None,
 ) -> ParameterFit:
-    """Fit the parameters of a model to measured outputs (m, n).
+    """Fit the parameters of a model to measured outputs (m, n), NaN where none was measured.
 
-    `noise`: standard deviation of a number of `y`; `own`: root mean square error of the model itself over each range, a
-    floor of the scatter. Raise SceneError for no more numbers than parameters, prior knowledge without noise, or a best
-    value at an end.
+    `noise`: standard deviation of the numbers of `y`, of one shape with them or alike for all; `own`: root mean square
+    error of the model itself over each range, a floor of the scatter; `slopes` in place of differences. Raise
+    SceneError for no more numbers than parameters, prior knowledge without noise, or a best value at an end.
     """
     y = np.asarray(y, dtype=float)
     known = sum(np.isfinite(each.deviation) for each in free)
-    if y.size + known <= len(free):
-        raise SceneError(f"measurement: must hold more than {len(free) - known} numbers; got {y.size}")
+    numbers = int(np.isfinite(y).sum())
+    if numbers + known <= len(free):
+        raise SceneError(f"measurement: must hold more than {len(free) - known} numbers; got {numbers}")
     if known and noise is None:
         raise SceneError("noise: must be given where a parameter has a deviation: both are weighed; got none")
-    ranges = np.maximum(np.ptp(y, axis=0), 1e-6 * np.abs(y).max(axis=0))
-    scale = ranges if noise is None else np.full(y.shape[1], noise)
-    found = _least(model, y, free, scale)
+    ranges = np.maximum(np.nanmax(y, axis=0) - np.nanmin(y, axis=0), 1e-6 * np.nanmax(np.abs(y), axis=0))
+    scale = np.broadcast_to(ranges if noise is None else np.asarray(noise, dtype=float), y.shape)
+    found = _least(model, y, free, scale, slopes=slopes)
     _check_ends(free, found.x)
     sizes = np.array([each.size for each in free])
     jacobian = found.jac * sizes
     flat = np.linalg.norm(jacobian, axis=0) < 1e-12
     spread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12, hermitian=True)
-    freedom, chi_square = y.size + known - len(free), float(np.sum(found.fun**2))
+    freedom, chi_square = numbers + known - len(free), float(np.sum(found.fun**2))
     variance = max(chi_square / freedom, own**2) if noise is None else max(chi_square / freedom, 1.0)
     within = student.ppf(0.975, freedom) if noise is None else norm.ppf(0.975)
+    covariance = spread * variance * np.outer(sizes, sizes)
     widths = np.where(flat, np.inf, within * np.sqrt(np.diagonal(spread) * variance) * sizes)
     safe = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
     start = np.array([each.start for each in free])
     off = y - model(np.stack([found.x, start]))
-    rms, before = (float(np.sqrt(np.mean((each / ranges) ** 2))) for each in off)
+    rms, before = (float(np.sqrt(np.nanmean((each / ranges) ** 2))) for each in off)
     return ParameterFit(
-        tuple(each.name for each in free), found.x, widths, spread / np.outer(safe, safe), off[0], rms, before,
-        chi_square, variance,
+        tuple(each.name for each in free), found.x, widths, spread / np.outer(safe, safe), covariance, off[0],
+        rms, before, chi_square, variance,
     )
 
 
@@ -108,7 +120,7 @@ def profile(
     y, values = np.asarray(y, dtype=float), np.asarray(values, dtype=float)
     place = [each.name for each in free].index(name)
     others = [each for each in free if each.name != name]
-    scale, best = np.full(y.shape[1], noise), np.full(len(values), np.inf)
+    scale, best = np.full(y.shape, noise), np.full(len(values), np.inf)
     start = int(np.argmin(np.abs(values - found.values[place])))
     for way in (range(start, len(values)), range(start - 1, -1, -1)):
         here = np.delete(found.values, place)
@@ -129,20 +141,26 @@ def profile(
 
 
 def _least(
-    model: Model, y: Array, free: Sequence[Free], scale: Array, start: Array | None = None
+    model: Model, y: Array, free: Sequence[Free], scale: Array, start: Array | None = None,
+    slopes: Slopes | None = None,
 ) -> OptimizeResult:
     """Return the parameters of least chi^2; residuals of the data come first, then of prior knowledge."""
     known = np.array([each.start for each in free])
     deviations = np.array([each.deviation for each in free])
-    rows = np.isfinite(deviations)
+    rows, there = np.isfinite(deviations), np.isfinite(y)
     low, high, sizes = (np.array([getattr(each, key) for each in free]) for key in ("low", "high", "size"))
 
     def off(P: Array) -> Array:
         """Return residuals for many parameters, shape (k, m n + known)."""
-        data = ((model(P) - y) / scale).reshape(len(P), -1)
+        data = ((model(P) - y) / scale)[:, there]
         return np.concatenate([data, ((P - known) / np.where(rows, deviations, 1.0))[:, rows]], axis=1)
 
-    def slopes(p: Array) -> Array:
+    def by_slopes(p: Array) -> Array:
+        """Return their derivatives by those of the model."""
+        data = (slopes(p) / scale[..., None])[there] if slopes else np.zeros((0, len(p)))
+        return np.concatenate([data, np.diag(1.0 / np.where(rows, deviations, 1.0))[rows]])
+
+    def differences(p: Array) -> Array:
         """Return their derivatives by differences, one-sided where the other side fails; evaluated at once."""
         up, down = np.minimum(p + _STEP * sizes, high), np.maximum(p - _STEP * sizes, low)
         places = [np.where(np.eye(len(p), dtype=bool), side, p) for side in (up, down)]
@@ -160,7 +178,7 @@ def _least(
 
     first = known if start is None else np.clip(start, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
     return least_squares(
-        one, first, jac=slopes, bounds=(low, high), x_scale=sizes, xtol=1e-8, ftol=1e-9,
+        one, first, jac=by_slopes if slopes else differences, bounds=(low, high), x_scale=sizes, xtol=1e-8, ftol=1e-9,
         gtol=1e-12,
     )
 
