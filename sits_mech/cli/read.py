@@ -206,7 +206,7 @@ def compare(
     picture = None if output is None else checked_picture(output)
     check_readable(measured, "a readable measurement")
 
-    from sits_mech.analysis import comparison
+    from sits_mech.analysis.built import comparison
     from sits_mech.readout.loads import fixed, several
     from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_calibration

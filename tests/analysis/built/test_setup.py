@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.analysis import comparison
-from sits_mech.analysis.setup import Known, Setup, checked, known
+from sits_mech.analysis.built import comparison
+from sits_mech.analysis.built.setup import Known, Setup, checked, known
 from sits_mech.cli.main import run
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
 from sits_mech.readout.measured import Measured

@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import sensor_front_end, table_impedance
-from sits_mech.analysis.setup import Setup, checked, shown_inductances
+from sits_mech.analysis.built.setup import Setup, checked, shown_inductances
 from sits_mech.chain.models import loaded_model, magnetic_model
 from sits_mech.maps.fit import Free, Model, ParameterFit, fit_parameters, profile
 from sits_mech.maps.surrogate import SmoothMap, fit_map
