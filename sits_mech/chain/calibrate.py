@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -21,14 +21,14 @@ from sits_mech.chain.gradient_grid import WithSlopes
 from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
-from sits_mech.chain.plan import leaving
+from sits_mech.chain.plan import Choice, leaving
 from sits_mech.chain.pose_errors import poses_of, read_poses
 from sits_mech.chain.temperature import CHAINED, slopes_by_temperature
 from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes
 from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import WRENCH, Equilibrium, Impedance, MechanicalModel, Pose, Wrench
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Pose, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
@@ -109,8 +109,6 @@ def calibrate(
     >>> dict(data["L_v_percent"].sizes), data["status"].values.ravel()[0]
     ({'F_x': 3, 'F_z': 3}, 'ok')
     """
-    import xarray as xr
-
     given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
     axes = {name: _checked(name, values) for name, values in given.items()}
     grid = {name: axes[name] for name in WRENCH if name in ("F_x", "F_z") or np.ndim(given[name])}
@@ -129,22 +127,39 @@ def calibrate(
     found = aimed_loads(asked, magnetics, best=best)
     by_name = found.field, by_field.name, found.asked
     slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if drift else None
-    columns, read, shown = _read(sensor, found, grid, loads, tolerance, slopes)
+    return tabulated(sensor, found, request, (grid, fixed), by_field, slopes=slopes)
+
+
+def tabulated(
+    sensor: Sensor, found: AimedLoads, request: Mapping[str, Any], axes: tuple[Axes, Mapping[str, float]],
+    by_field: Choice, *, slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None = None,
+    direct: Array | None = None,
+) -> xr.Dataset:
+    """Return the table of loads that have come to rest, as `calibrate` does.
+
+    `request` names models and tolerance; `axes` are the components of loads that are dimensions, and those that are
+    not; `slopes` makes the columns by temperature; `direct` as of `read_poses`.
+    """
+    import xarray as xr
+
+    grid, fixed = axes
+    loads = loads_of({name: grid.get(name, [fixed.get(name, 0.0)]) for name in WRENCH})
+    columns, read, shown = _read(sensor, found, grid, loads, request["tolerance"], slopes, direct)
     coils = [coil.name for coil in sensor.coils]
-    coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if drift else {})
+    coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if slopes else {})
     data = xr.Dataset(columns, coords)
     data["L0"] = (("coil", "coil_2"), shown.L0)
     said = (*by_field.notes, *(f"left out: {item.text}" for item in by_field.left_out))
-    said += _beside(sensor, (by_layer.name, by_field.name), read, shown)
+    said += _beside(sensor, (request["mechanics"], request["magnetics"]), read, shown)
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
-    attributes |= {"unit_L": shown.unit_L, "request": json.dumps(request)}
+    attributes |= {"unit_L": shown.unit_L, "request": json.dumps(request), "magnetics_tolerance": found.asked}
     attributes |= {"notes": "; ".join(said)} | _promised(found)
     return labelled(data.assign_attrs(**provenance(sensor), **attributes))
 
 
 def _read(
     sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], tolerance: float,
-    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None,
+    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, direct: Array | None,
 ) -> tuple[Columns, list[Equilibrium], Impedance]:
     """Return the columns of all loads, and the rests and impedances of those with a reading."""
     settled = [found.settled[load] for load in loads]
@@ -152,7 +167,7 @@ def _read(
     good = [word == OK for word, _ in status]
     read = [one.rest for one, fine in zip(settled, good, strict=True) if one.rest and fine]
     poses = poses_of(read)
-    reading = read_poses(sensor, found.field, poses)
+    reading = read_poses(sensor, found.field, poses, direct=direct)
     shown = reading.impedance
     marks = [_marks(sensor, found.goal, one, word, tolerance) for one, (word, _) in zip(settled, status, strict=True)]
     own: Columns = {name: ((), [mark[name] for mark in marks]) for name in ("status", "notes", "flags")}

@@ -29,7 +29,7 @@ from sits_mech.chain.gradient import (
 from sits_mech.chain.interpolate import LoadGrid, loads_of
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.pose_errors import poses_of, read_poses
-from sits_mech.mechanics.loads import RefinedModel
+from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -112,3 +112,21 @@ def gradient_on_grid(
     found = xr.Dataset(columns, coords)
     found["L0"] = (pair, shown.L0)
     return found.assign_attrs(frequency=sensor.frequency, unit_L=shown.unit_L)
+
+
+def slopes_under(
+    sensor: Sensor, names: Sequence[str], loads: Mapping[str, Sequence[float]], mechanics: str, tolerance: float
+) -> tuple[list[Wrench], Array]:
+    """Return the loads of a grid at which a layer rests, m of them, and the derivatives of poses there, (m, n, 6).
+
+    By n numbers of the scene, on a model's first meshes. Raises SceneError as `gradient`.
+    """
+    numbers, moving = numbers_of(sensor, names)
+    every, mirrors = loads_of({name: loads.get(name, (0.0,)) for name in WRENCH}), mirrors_of(sensor)
+    layer, _ = sloped_model(sensor, mechanics, tolerance, every)
+    settled = settle(WithSlopes(layer, tuple(moving)).rough, every, symmetry=mirrors)
+    rests = {load: settled[load].rest for load in every}
+    known = {load: rest.slopes for load, rest in rests.items() if rest is not None}
+    slopes = np.zeros((len(known), len(numbers), len(POSE)))
+    slopes[:, [number in moving for number in numbers]] = np.array(list(known.values()))
+    return list(known), slopes

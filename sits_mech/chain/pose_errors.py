@@ -56,18 +56,18 @@ class _Uncertain:
         slopes = np.moveaxis(slopes, -1, 0)
         return np.asarray(slopes * self.errors.reshape(*self.errors.shape, *[1] * (slopes.ndim - 2)))
 
-    def shared(self, parts: Array) -> Array:
-        """Return the shared signed parts of the errors, shape (m, p, ...)."""
-        return np.asarray(np.einsum("kp...,mkp->mp...", parts, self.shares))
+    def shared(self, parts: Array, direct: Array | float = 0.0) -> Array:
+        """Return the shared signed parts of the errors, shape (m, p, ...); `direct` is what they are besides poses."""
+        return np.asarray(np.einsum("kp...,mkp->mp...", parts, self.shares) + direct)
 
     def alone(self, parts: Array) -> Array:
         """Return the rest of the errors by each component, signed, shape (k, p, ...)."""
         left = np.maximum(1.0 - np.abs(self.shares).sum(axis=0), 0.0)
         return np.asarray(np.einsum("kp...,kp->kp...", parts, left))
 
-    def total(self, parts: Array) -> Array:
+    def total(self, parts: Array, direct: Array | float = 0.0) -> Array:
         """Return the errors, shape (p, ...)."""
-        return np.asarray(np.abs(self.shared(parts)).sum(axis=0) + np.abs(self.alone(parts)).sum(axis=0))
+        return np.asarray(np.abs(self.shared(parts, direct)).sum(axis=0) + np.abs(self.alone(parts)).sum(axis=0))
 
 
 def unloaded(sensor: Sensor) -> Pose:
@@ -95,8 +95,13 @@ def signals_at(found: Signals, index: int) -> Signals:
     return Signals(**{name: float(np.asarray(value)[index]) for name, value in found.known.items()})
 
 
-def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded) -> Reading:
-    """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs."""
+def read_poses(
+    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None
+) -> Reading:
+    """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
+
+    `direct` (m, p, n) is what the shared parts of the poses are of each coil's own inductance besides [unit].
+    """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
@@ -104,14 +109,17 @@ def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded) -> Reading:
     L, L0, last = own_inductances(found), np.diagonal(found.L0), own_inductances(flat)
     shown = L.mapped(rows_of(weights))
     whole_L, whole_R = (unsure.parts(slope) for slope in by_pose)
-    parts = diagonals(whole_L)
+    parts, n = diagonals(whole_L), len(L0)
+    own = np.zeros((len(poses.shared), len(L.value), n)) if direct is None else direct
     each, turns = combine(parts, weights), np.isin(unsure.components, _ROTATION)
-    error_L, error_R = found.error_L + unsure.total(whole_L), found.error_R + unsure.total(whole_R)
+    error_L = found.error_L + unsure.total(whole_L, own[..., None] * np.eye(n))
+    error_R = found.error_R + unsure.total(whole_R)
     impedance = replace(found, error_L=error_L, error_R=error_R, shared_L=None)
+    level = np.where(turns[:, None, None], 0.0, parts)
     return Reading(
-        impedance, signals(L.value, L0, weights, shown.error + unsure.total(each)), signals(last.value, L0, weights),
-        np.concatenate([unsure.shared(parts), L.shared]),
-        np.concatenate([unsure.shared(np.where(turns[:, None, None], 0.0, parts)), last.shared]),
+        impedance, signals(L.value, L0, weights, shown.error + unsure.total(each, combine(own, weights))),
+        signals(last.value, L0, weights), np.concatenate([unsure.shared(parts, own), L.shared]),
+        np.concatenate([unsure.shared(level, own), last.shared]),
         unsure.alone(parts), shown.own + np.abs(unsure.alone(each)[turns]).sum(axis=0),
     )
 

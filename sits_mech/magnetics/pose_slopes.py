@@ -30,10 +30,10 @@ _QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 
 def pose_slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
-    quick: bool = False,
+    quick: bool = False, stencil: Stencil = CENTRAL,
 ) -> tuple[Impedance, Array, Array]:
     """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad]."""
-    stencil, coarse = (FIRST, _coarse(model)) if quick else (CENTRAL, None)
+    stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
     near = (coarse or model).impedance(Pose.of(places), frequency)
     found = near if coarse is None else model.impedance(Pose.of(places[:1]), frequency)

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import OptimizeResult, least_squares, lsq_linear
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -37,6 +37,9 @@ Model = Callable[[Array], Array]
 Slopes = Callable[[Array], Array]
 """Parameters, shape (p,), to derivatives of the outputs by them, shape (m, n, p)."""
 _STEP = 1e-3  # of a parameter's size: of the differences
+_ENOUGH = 1e-3  # of chi^2: 0.03 deviations
+_STEPS, _HALVINGS = 12, 5  # of Gauss and Newton: some five are taken, whole ones
+_FRESH = 1  # steps from slopes of their own
 _END = 1e-6  # of the reach: this close to its end a value is held by it
 
 
@@ -51,6 +54,7 @@ class Free:
     size: float  # typical change
     deviation: float = np.inf  # standard deviation known beforehand; inf if nothing is
     beyond: tuple[str, str] = ("", "")  # why it must not be less, nor more
+    wall: bool = False  # whether its lower end is nature's, where it may stay
 
 
 @dataclass(frozen=True)
@@ -177,10 +181,46 @@ def _least(
         return np.asarray(off(p[None])[0])
 
     first = known if start is None else np.clip(start, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+    if slopes:
+        return _gauss_newton(one, by_slopes, first, (low, high), sizes)
     return least_squares(
-        one, first, jac=by_slopes if slopes else differences, bounds=(low, high), x_scale=sizes, xtol=1e-8, ftol=1e-9,
-        gtol=1e-12,
+        one, first, jac=differences, bounds=(low, high), x_scale=sizes, xtol=1e-8, ftol=1e-9, gtol=1e-12
     )
+
+
+def _gauss_newton(
+    residuals: Callable[[Array], Array], slopes: Callable[[Array], Array], first: Array, ends: tuple[Array, Array],
+    sizes: Array,
+) -> OptimizeResult:
+    """Return the parameters of least chi^2 in a box by Gauss and Newton, steps halved until it falls.
+
+    Slopes are those of the first `_FRESH` steps, corrected by each step's own change (C. G. Broyden, Math. Comp. 19
+    (1965) 577), and new ones where these lead nowhere. A step is the least of the linear model in the box (P. B. Stark,
+    R. L. Parker, Comput. Stat. 10 (1995) 129). It ends where a step would gain less than `_ENOUGH`, of each term's
+    share where the noise is not known.
+    """
+    (low, high), x, r = ends, first, residuals(first)
+    J, fresh = slopes(x), True
+    for number in range(_STEPS):
+        room = (low - x) / sizes, (high - x) / sizes
+        step = sizes * lsq_linear(J * sizes, -r, bounds=room, method="bvls").x
+        left = r + J @ step
+        if not r @ r - left @ left > _ENOUGH * min(1.0, float(r @ r) / len(r)):
+            break
+        tried = ((there, residuals(there)) for there in (
+            np.clip(x + share * step, low, high) for share in 0.5 ** np.arange(_HALVINGS)
+        ))
+        better = next(((there, new) for there, new in tried if new @ new < r @ r), None)
+        if better is None and fresh:
+            break
+        if better is not None:
+            way, change = (better[0] - x) / sizes, better[1] - r
+            x, r = better
+        fresh = better is None or number + 1 < _FRESH
+        J = slopes(x) if fresh else J + np.outer(change - J @ (way * sizes), way / sizes) / (way @ way)
+    found = OptimizeResult()
+    found.update(x=x, fun=r, jac=slopes(x))
+    return found
 
 
 def _check_ends(free: Sequence[Free], values: Array) -> None:
@@ -188,6 +228,8 @@ def _check_ends(free: Sequence[Free], values: Array) -> None:
     for each, value in zip(free, values.tolist(), strict=True):
         if min(value - each.low, each.high - value) < _END * (each.high - each.low):
             upper = each.high - value < value - each.low
+            if each.wall and not upper:
+                continue
             reason = each.beyond[int(upper)] or "what moved the readings is not fitted, or a unit is wrong"
             came = f"the fit goes on to its {'upper' if upper else 'lower'} end, {value:.4g}: {reason}"
             raise SceneError(f"{each.name}: must fit the readings between {each.low:.4g} and {each.high:.4g}; {came}")

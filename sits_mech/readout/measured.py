@@ -64,6 +64,7 @@ class Measured:
     L: Array  # (m, n) [H]
     source: str  # file it came from
     poses: Array | None = None  # (m, 6) of the target, set by stages, as `POSE` [m, rad]; d_v infinite: no target
+    depth: Array | None = None  # (m,) that the target was pressed down by from where it rests [m]
 
 
 def read_measured(

@@ -1,16 +1,9 @@
 """Compare a measurement with the model, and fit the few physical parameters that bring them together.
 
-    L_i(F) = L_map,i(F / s) + L_i(pose + moved, scene + changed) - L_i(pose, scene),    pose = map(F / s),
-
-    s   modulus of the silicone over the scene's
-
-or, where stages have set poses, the model there. What may be moved and changed, and what leads and tank add, is in
-`setup`. A hyperelastic layer under dead loads, all of whose moduli are s times as large, rests under F where it rested
-under F / s: no layer is solved again. What is per metre of depth is taken relative to free space (`bench`): its scale
-then is part of the misfit. Inductances are those at the terminals, with leads and idle coils; with nothing moved they
-are the table's own. Loads F / s may leave the table while the map can be followed: its first missing term, of the size
-of its error e on [-1, 1], is e T_(P+1)(x) beyond, and may be 5 e.
-Neglected: that a gap of adhesive also changes the layer; rate, friction, temperature.
+What a bench of loads shows is modelled in `loaded`; where stages have set poses, the model is evaluated there. What may
+be moved and changed, and what leads and tank add, is in `setup`. What is per metre of depth is taken relative to free
+space (`bench`): its scale then is part of the misfit. Inductances are those at the terminals, with leads and idle
+coils; with nothing moved they are the table's own.
 """
 
 from __future__ import annotations
@@ -22,21 +15,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import sensor_front_end, table_impedance
-from sits_mech.analysis.built.setup import Setup, checked, shown_inductances
+from sits_mech.analysis.bench import sensor_front_end
+from sits_mech.analysis.built.loaded import LoadedBench, layer_slopes, moduli, table_of
+from sits_mech.analysis.built.setup import LAYER, Setup, checked
 from sits_mech.chain.models import loaded_model, magnetic_model
 from sits_mech.maps.fit import Free, Model, ParameterFit, fit_parameters, profile
-from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import POSE, Array, MagneticModel, Pose, shown_unit
-from sits_mech.readout.loads import points, several, varied, wrench_of
+from sits_mech.quantities import POSE, Array, MagneticModel, Pose
+from sits_mech.readout.loads import points, several, wrench_of
 from sits_mech.readout.measured import Measured, Tank
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.status import ANSWERED
 
 USUAL = ("modulus", "gap", "lead")
 """What is fitted of a bench of loads unless it is said."""
-_MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
-_MODULI = (0.02, 10.0)  # least and greatest factor
 
 
 @dataclass(frozen=True)
@@ -132,91 +122,22 @@ def _of_poses(setup: Setup, measured: Measured, poses: Array, noise: float | Non
 def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float | None) -> Comparison:
     """Compare readings under loads."""
     sensor, names = setup.sensor, several(data)
-    table = _table(sensor, data, names)
-    (softest, stiffest), why = _moduli(measured.forces, table, names)
+    table = table_of(sensor, data, names)
+    (softest, stiffest), why = moduli(measured.forces, table, names)
     columns = [each.name for each in setup.parameters]
     if not softest <= 1.0 <= stiffest and "modulus" not in columns:
         raise SceneError(f"table: must reach beyond the measured forces; {why[int(softest <= 1.0)]}")
 
-    def model(P: Array) -> Array:
-        """Return the inductances for values of the parameters."""
-        s = P[:, columns.index("modulus")] if "modulus" in columns else np.ones(len(P))
-        L, poses = table.at(measured.forces / s[:, None, None])
-        return setup.readings(poses, P, L)
-
+    layer = None
+    if {*columns} & {*LAYER}:
+        request = json.loads(data.attrs["request"])
+        layer = layer_slopes(sensor, data, names, request["mechanics"], request["tolerance"])
+    bench = LoadedBench(setup, table, measured.forces, layer)
     inside = (softest + 1e-3 * (stiffest - softest), stiffest - 1e-3 * (stiffest - softest))
     modulus = Free("modulus", float(np.clip(1.0, *inside)), softest, stiffest, 1.0, beyond=why)
     free = setup.free(table.poses, {"modulus": modulus})
-    fit = fit_parameters(model, measured.L, free, noise=noise, own=table.own)
+    fit = fit_parameters(bench.model, measured.L, free, noise=noise, own=table.own, slopes=bench.slopes)
     factor = float(fit.values[columns.index("modulus")]) if "modulus" in columns else 1.0
     stiffness = np.nan if sensor.elastomer is None else factor * sensor.elastomer.silicone.shear_modulus
     bare = table.at(measured.forces[None])[0][0]
-    return Comparison(measured, fit, free, model, noise, bare, stiffness, table.error)
-
-
-@dataclass(frozen=True)
-class _Table:
-    """Maps from forces to inductances at the terminals and to poses, with the poses of the table's loads."""
-
-    map: SmoothMap
-    places: SmoothMap
-    poses: Array
-
-    def at(self, forces: Array) -> tuple[Array, Array]:
-        """Return L, shape (k, m, n) [H], and the poses, shape (k, m, 6), at forces (k, m, d)."""
-        flat, shape = forces.reshape(-1, forces.shape[-1]), forces.shape[:-1]
-        return self.map.at(flat).reshape(*shape, -1), self.places.at(flat).reshape(*shape, -1)
-
-    def ends(self) -> tuple[Array, Array]:
-        """Return how far the map can be followed in each force [N, N m]."""
-        half = 0.5 * (self.map.high - self.map.low)
-        known = np.all(np.isfinite(self.map.error))
-        beyond = [np.cosh(np.arccosh(_MISSING) / (degree + 1)) - 1.0 if known else 0.0 for degree in self.map.degrees]
-        return self.map.low - half * beyond, self.map.high + half * beyond
-
-    @property
-    def error(self) -> float:
-        """The error of the map, over each range."""
-        return float(np.max(self.map.error / self._ranges()))
-
-    @property
-    def own(self) -> float:
-        """The rms error of the map, over each range, of a grid fine enough to estimate it; else zero."""
-        rms = self.map.rms / self._ranges()
-        return float(np.sqrt(np.mean(rms[np.isfinite(rms)] ** 2))) if np.any(np.isfinite(rms)) else 0.0
-
-    def _ranges(self) -> Array:
-        """Return the range of each inductance over the forces [H]."""
-        axes = [np.linspace(a, b, 9) for a, b in zip(self.map.low, self.map.high, strict=True)]
-        loads = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
-        return np.asarray(np.ptp(self.map.at(loads), axis=0))
-
-
-def _table(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> _Table:
-    """Return the maps of a calibration over its forces."""
-    data = data.isel({name: 0 for name in varied(data) if name not in names})
-    good = data["status"].transpose(*names).isin(ANSWERED).to_numpy()
-    forces = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
-    each = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
-    poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
-    found = table_impedance(data)
-    L = shown_inductances(sensor, replace(found, L=found.L[good], R=found.R[good]))
-    return _Table(fit_map(names, forces, L), fit_map(names, forces, poses), poses)
-
-
-def _moduli(forces: Array, table: _Table, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:
-    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why."""
-    (least, most), (why_least, why_most) = _MODULI, ("", "")
-    for k, (name, low, high) in enumerate(zip(names, *table.ends(), strict=True)):
-        unit = shown_unit(name)
-        span = f"the table's map can be followed for {name} from {low:.4g} to {high:.4g} {unit}"
-        for sign, end in ((1.0, high), (-1.0, -low)):
-            top = float(np.max(sign * forces[:, k]))
-            came = f"{span}, the measurement has {sign * top:.4g} {unit}"
-            if end <= 0.0 <= top and end != top:
-                raise SceneError(f"table: must reach beyond the measured forces; {came}")
-            if end > 0.0 and top / end > least:
-                least, why_least = top / end, came
-            if end < 0.0 and top / end < most:
-                most, why_most = top / end, came
-    return (least, most), (why_least, why_most)
+    return Comparison(measured, fit, free, bench.model, noise, bare, stiffness, table.error)

@@ -32,6 +32,7 @@ from sits_mech.analysis.bench import absolute, free_inductances
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.geometry.collision import clearance
 from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.maps.differences import SECOND_ORDER
 from sits_mech.maps.fit import Free
 from sits_mech.quantities import POSE, UNITS, Array, Impedance, MagneticModel, Pose
 from sits_mech.rotations import rotation_matrix, rotation_vector
@@ -58,6 +59,7 @@ _NODES = (-2.0, 0.0, 2.0)  # deviations: scenes that are solved for a key
 _CLEAR = 0.25  # of the set clearance: what brings a target closer to the coils has no answer
 _LEAD = 2e-6  # [H] most
 _SHIFT, _TURN = 1e-9, 1e-7  # of a pose, for derivatives of how it is moved: linear but for products of rotations
+_SIDES = SECOND_ORDER[0]  # of slopes by the pose: gap, lead and capacitance are alike to percents, quick ones are not
 _KEY = 0.1  # deviations of a key, for differences of its parabola, which are exact
 _PLACE = {"gap": "d_v", "d_h": "d_h", "d_y": "d_y", "alpha": "alpha", "alpha_x": "alpha_x", "alpha_z": "alpha_z",
           "axis_x": "d_h", "axis_z": "d_h"}
@@ -129,8 +131,20 @@ class Setup:
         """Return the derivatives of the readings by v variables, shape (m, n, v), at rests (m, 6) of the changed layer.
 
         `p` are the parameters, `by` (v, m, 6) the derivatives of the rests by the variables, of which the first are the
-        parameters. Slopes by the pose are quick ones (magnetics/pose_slopes.py).
+        parameters.
         """
+        places, moved = self.placed(rests, p, by)
+        scene, model = self._scenes[0]
+        components = [name for k, name in enumerate(POSE) if np.any(moved[..., k])]
+        field, by_pose, _ = pose_slopes(scene, model, Pose.of(places), scene.frequency, components, stencil=_SIDES)
+        scale = 1.0 if field.unit_L == "H" else free_inductances(scene) / np.diagonal(field.L0)
+        own = np.einsum("mnnk->mnk", by_pose) * np.reshape(scale, (-1, 1))
+        slopes = np.einsum("mnk,vmk->mnv", own, moved[..., [POSE.index(name) for name in components]])
+        gain = 1.0 + self._here(p[None]).get("capacitance", np.zeros(1))[0] / self.sensor.readout.parallel_capacitance
+        return np.asarray(gain * slopes + self.direct(places, p, len(by)))
+
+    def placed(self, rests: Array, p: Array, by: Array) -> tuple[Array, Array]:
+        """Return where the set-up has targets, (m, 6), and derivatives by the variables, (v, m, 6); as `slopes`."""
         here = self._here(p[None])
         steps = np.array([_TURN if unit == "rad" else _SHIFT for unit in map(UNITS.get, POSE)])
         here_moved = _moved(rests[None], here)[0]
@@ -141,23 +155,21 @@ class Setup:
                 h = steps[POSE.index(_PLACE[each.name])]
                 other = _moved(rests[None], here | {each.name: here[each.name] + h})[0]
                 moved[number] += (other - here_moved) / h
-        components = [name for k, name in enumerate(POSE) if np.any(moved[..., k])]
-        scene, model = self._scenes[0]
-        field, by_pose, _ = pose_slopes(scene, model, Pose.of(here_moved), scene.frequency, components, quick=True)
-        scale = 1.0 if field.unit_L == "H" else free_inductances(scene) / np.diagonal(field.L0)
-        own = np.einsum("mnnk->mnk", by_pose) * np.reshape(scale, (-1, 1))
-        slopes = np.einsum("mnk,vmk->mnv", own, moved[..., [POSE.index(name) for name in components]])
-        gain = 1.0 + here.get("capacitance", np.zeros(1))[0] / self.sensor.readout.parallel_capacitance
-        slopes *= gain
+        return here_moved, moved
+
+    def direct(self, places: Array, p: Array, count: int) -> Array:
+        """Return what derivatives of the readings by `count` variables are besides those by poses, (m, n, count)."""
+        here, C = self._here(p[None]), self.sensor.readout.parallel_capacitance
+        gain = 1.0 + here.get("capacitance", np.zeros(1))[0] / C
+        slopes = np.zeros((len(places), len(self.sensor.coils), count))
         for number, each in enumerate(self.parameters):
             if each.name == "lead":
                 slopes[..., number] += gain
             if each.name == "capacitance":
-                L = self.readings(here_moved[None], np.zeros((1, len(p))))[0]
-                slopes[..., number] += L / self.sensor.readout.parallel_capacitance
+                slopes[..., number] += self._shown(0, places) / C
             if each in self._keys:
                 ends = [here | {each.name: here[each.name] + way * each.deviation} for way in (-_KEY, _KEY)]
-                low, high = (self._changed(here_moved[None], end)[0] for end in ends)
+                low, high = (self._changed(places[None], end)[0] for end in ends)
                 slopes[..., number] += gain * (high - low) / (2.0 * _KEY * each.deviation)
         return np.asarray(slopes)
 

@@ -1,0 +1,151 @@
+"""Make scene and table of the sensor that readings have shown: what was computed, moved to where it was found.
+
+A load f of the table is s f of the built sensor, s its modulus: the same rest, no layer is solved again. The pose there
+goes to p' (`loaded`, `setup`), and is read anew by the magnetic model of the corrected scene. With the posterior's
+covariance Sigma = B B^T, B = chol W turned so that its columns fall in what they do to the inductances,
+
+    m_j = 2 dp'/dtheta b_j,    n_j = 2 (dL/dtheta - dL/dp' dp'/dtheta) b_j,
+
+are the parts of the errors of poses and inductances that the whole table shares, in place of those of before: two
+deviations each. Their sizes are added up, as all parts of errors are: where several are alike the error is the larger.
+What a scene has no key for (where the target sits on its layer, and how it is turned; a gap below that of the scene's
+film) is in the table alone.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.analysis.bench import free_inductances
+from sits_mech.analysis.built.adaptation import Adaptation
+from sits_mech.analysis.built.setup import PARAMETERS
+from sits_mech.chain.aimed import AimedLoads
+from sits_mech.chain.calibrate import tabulated
+from sits_mech.chain.models import loaded_model
+from sits_mech.mechanics.loads import Settled
+from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport
+from sits_mech.readout.loads import fixed, points, varied, wrench_of
+from sits_mech.scene.parameters import keys_of
+from sits_mech.scene.sensor import Sensor, changed
+from sits_mech.scene.thermal import stiffer
+from sits_mech.silicone.material import Silicone
+from sits_mech.status import ANSWERED
+
+_ENOUGH = 1e-3  # of the variance of all inductances: parts that add less are left out
+_TWO = 2.0  # deviations that an error stands for
+_PLACES = ("d_h", "d_y", "alpha", "alpha_x", "alpha_z")
+
+
+def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
+    """Return scene and table of the built sensor, as `calibrate` would, errors with the posterior's."""
+    prior, data = found.prior, found.prior.data
+    sensor = corrected_sensor(found)
+    s = _value(found, "modulus", 1.0)
+    rows = list(points(data))
+    good = np.array([str(row["status"].item()) in ANSWERED for row in rows])
+    forces = np.array([[float(row[name]) for name in prior.forces] for row in rows])[good]
+    at = np.where(prior.in_use, found.values, prior.start)
+    bench = prior.bench(s * forces)
+    rests, by = bench.rests_and_slopes(at)
+    places, moved = prior.setup.placed(rests, at[: len(prior.setup.parameters)], by)
+    slopes = bench.derivatives(at)[0]
+    used = prior.in_use
+    basis = _basis(slopes[..., used], found.covariance[np.ix_(used, used)])
+    moved = np.einsum("vmk,vj->jmk", moved[np.flatnonzero(used)], basis)
+    parts = prior.setup.direct(places, at[: len(prior.setup.parameters)], len(at))[..., used] @ basis
+    direct = np.moveaxis(parts, -1, 0) / _scale(sensor, data)
+    settled, turn = dict[Any, Settled](), 0
+    for row, fine in zip(rows, good, strict=True):
+        load = wrench_of(row)
+        load = type(load)(**{name: s * getattr(load, name) for name in WRENCH})
+        if not fine:
+            settled[load] = Settled(None, 0.0, str(row["status"].item()), str(row["reason"].item()))
+            continue
+        settled[load] = Settled(_rest(row, load, places[turn], moved[:, turn]))
+        turn += 1
+    request = json.loads(data.attrs["request"])
+    for name in WRENCH:
+        if name in request:
+            request[name] = [s * value for value in request[name]] if np.ndim(request[name]) else s * request[name]
+    asked = float(data.attrs["magnetics_tolerance"])
+    field, choice = loaded_model(sensor, request["magnetics"], asked, list(settled))
+    axes = {name: (s * data[name].to_numpy()).tolist() for name in varied(data)}
+    held = {name: s * value for name, value in fixed(data).items()}
+    table = tabulated(sensor, AimedLoads(settled, field, asked), request, (axes, held), choice, direct=direct)
+    said = [str(data.attrs.get("notes", "")), f"adapted to {len(found.measured.L)} readings of {found.measured.source}"]
+    placed = [f"{name} {_value(found, name, 0.0):.3g} {PARAMETERS[name]}" for name in _PLACES if name in found.names]
+    said += [f"in the table, not in the scene: {', '.join(placed)}"] if placed else []
+    return sensor, table.assign_attrs(notes="; ".join(word for word in said if word))
+
+
+def corrected_sensor(found: Adaptation) -> Sensor:
+    """Return the scene with what was found of it; what has no key is left as it is."""
+    sensor, keys = found.prior.sensor, []
+    layer = sensor.elastomer
+    if layer is not None:
+        thickness, gap = layer.thickness + _value(found, "thickness", 0.0), _value(found, "gap", 0.0)
+        film = max(layer.standoff + gap, 0.0)
+        silicone = _silicone(layer.silicone, _value(found, "modulus", 1.0), _value(found, "stiffening", 0.0))
+        layer = layer.model_copy(update={"thickness": thickness, "standoff": film, "material": silicone})
+        sensor = sensor.model_copy(update={"elastomer": layer})
+    readout = sensor.readout
+    keys += [f"readout.lead_inductance={readout.lead_inductance + _value(found, 'lead', 0.0)!r}"]
+    C = readout.parallel_capacitance
+    keys += [f"readout.parallel_capacitance={C + _value(found, 'capacitance', 0.0)!r}"]
+    for each in found.prior.setup.parameters:
+        if each.name not in PARAMETERS:
+            value = _value(found, each.name, 0.0)
+            keys += [f"{key}={value!r}" for key in keys_of(sensor, each.name)]
+    return changed(sensor, keys)
+
+
+def _silicone(silicone: Silicone, modulus: float, stiffening: float) -> Silicone:
+    """Return the silicone as it was found."""
+    if stiffening:
+        silicone = silicone.stiffened(stiffening)
+    found = stiffer(silicone, modulus)
+    bulk_modulus = modulus * silicone.bulk_modulus
+    return replace(found, name="", bulk_modulus=bulk_modulus, source="adapted to readings", spread=None)
+
+
+def _value(found: Adaptation, name: str, usual: float) -> float:
+    """Return the value of an unknown that was found, or else the usual one."""
+    return float(found.values[found.names.index(name)]) if name in found.names else usual
+
+
+def _basis(slopes: Array, covariance: Array) -> Array:
+    """Return the columns 2 b_j of the module docstring that matter, shape (p, j), of slopes (m, n, p)."""
+    units = np.sqrt(np.diagonal(covariance))  # of unknowns in metres, farads, ...
+    size, turn = np.linalg.eigh(covariance / np.outer(units, units))
+    root = units[:, None] * turn * np.sqrt(np.maximum(size, 0.0))
+    _, s, W = np.linalg.svd(slopes.reshape(-1, slopes.shape[-1]) @ root, full_matrices=False)
+    kept = np.cumsum(s[::-1] ** 2)[::-1] > _ENOUGH * np.sum(s**2)
+    return np.asarray(_TWO * (root @ W.T)[:, kept])
+
+
+def _scale(sensor: Sensor, data: xr.Dataset) -> Array:
+    """Return henries per unit of the table's inductances, shape (n,)."""
+    if data.attrs["unit_L"] == "H":
+        return np.ones(len(sensor.coils))
+    return np.asarray(free_inductances(sensor) / np.diagonal(data["L0"].to_numpy()))
+
+
+def _rest(row: xr.Dataset, load: Any, place: Array, parts: Array) -> Equilibrium:
+    """Return a rest of the table under its new load, at its new place, with new shared parts (j, 6) of its error."""
+    names = [name for name in POSE if f"error_{name}" in row]
+    error, shared = np.zeros(len(POSE)), np.zeros(len(POSE))
+    for name in names:
+        error[POSE.index(name)] = float(row[f"error_{name}"])
+        shared[POSE.index(name)] = float(np.abs(row[f"shared_{name}"]).sum()) if f"shared_{name}" in row else 0.0
+    error = np.maximum(error - shared, 0.0) + np.abs(parts).sum(axis=0)
+    report = SolveReport(
+        "adapted", 0, int(row["iterations"]), 0.0, float(row["error_mechanics"]), 0.0,
+        notes=tuple(word for word in str(row["notes"].item()).split("; ") if word),
+        min_J=float(row["min_J"]), stretch=float(row["stretch"]),
+    )
+    return Equilibrium(load, Pose.of(place), Pose.of(error), np.zeros(0), report, parts)

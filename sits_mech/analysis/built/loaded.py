@@ -1,0 +1,285 @@
+"""Model what a bench of loads shows of a sensor whose silicone, layer, set-up and load cell are not quite known.
+
+    f = c R (F + u) / s,    p = map(f) + sum_k q_k(f) a_k + sum_j m_j(f) t_j,    L = L_map(f) + L(p') - L(map(f))
+
+    F, u    load as read, and what the reading is off [N, N m]
+    c, R    factor and rotation of the load cell; s modulus of the silicone over the scene's
+    a, q    thickness and stiffening, and the derivatives of the pose by them
+    t, m    factors of the parts of the poses' errors that all loads of the table share, |t| about 1/2, and these parts
+    p'      p as the set-up moves it (`setup`)
+
+A hyperelastic layer under dead loads, all of whose moduli are s times as large, rests under F where it rested under
+F/s: no layer is solved again. Loads f may leave the table while the map can be followed: its first missing term, of
+the size of its error e on [-1, 1], is e T_(P+1)(x) beyond, and may be 5 e. The way down of the target from where it
+rests without load is an output as well, where it was measured. Neglected: what thickness and stiffening do to each
+other; that a gap of adhesive also changes the layer; rate, friction, temperature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.analysis.bench import table_impedance
+from sits_mech.analysis.built.setup import LAYER, Setup, shown_inductances
+from sits_mech.chain.gradient_grid import slopes_under
+from sits_mech.maps.surrogate import SmoothMap, fit_map
+from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
+from sits_mech.readout.loads import varied
+from sits_mech.rotations import rotation_matrix
+from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.status import ANSWERED
+
+_MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
+_MODULI = (0.02, 10.0)  # least and greatest factor
+_AXES, _UPWARDS = ("F_x", "F_y", "F_z"), (1.0, 1.0, -1.0)  # of a load cell
+_STEP = 1e-4  # of a load's range or a parameter's size, for differences of polynomials
+
+
+@dataclass(frozen=True)
+class Table:
+    """Maps from forces to inductances at the terminals, to poses, and to parts of their errors."""
+
+    map: SmoothMap
+    places: SmoothMap
+    parts: SmoothMap | None  # to (m * 6), parts that the loads share
+    poses: Array  # of the table's loads, (l, 6)
+    L: Array  # at the terminals there, (l, n) [H]
+
+    def at(self, forces: Array) -> tuple[Array, Array]:
+        """Return L, shape (k, m, n) [H], and the poses, shape (k, m, 6), at forces (k, m, d)."""
+        return _over(self.map, forces), _over(self.places, forces)
+
+    def ends(self) -> tuple[Array, Array]:
+        """Return how far the map can be followed in each force [N, N m]."""
+        half = 0.5 * (self.map.high - self.map.low)
+        known = np.all(np.isfinite(self.map.error))
+        beyond = [np.cosh(np.arccosh(_MISSING) / (degree + 1)) - 1.0 if known else 0.0 for degree in self.map.degrees]
+        return self.map.low - half * beyond, self.map.high + half * beyond
+
+    @property
+    def error(self) -> float:
+        """The error of the map, over each range."""
+        return float(np.max(self.map.error / self.ranges))
+
+    @property
+    def own(self) -> float:
+        """The rms error of the map, over each range, of a grid fine enough to estimate it; else zero."""
+        rms = self.map.rms / self.ranges
+        return float(np.sqrt(np.mean(rms[np.isfinite(rms)] ** 2))) if np.any(np.isfinite(rms)) else 0.0
+
+    @cached_property
+    def ranges(self) -> Array:
+        """The range of each inductance over the forces [H]."""
+        axes = [np.linspace(a, b, 9) for a, b in zip(self.map.low, self.map.high, strict=True)]
+        loads = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
+        return np.asarray(np.ptp(self.map.at(loads), axis=0))
+
+
+def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
+    """Return the maps of a calibration over its forces."""
+    data = data.isel({name: 0 for name in varied(data) if name not in names})
+    good = data["status"].transpose(*names).isin(ANSWERED).to_numpy()
+    forces = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
+    each = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
+    poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
+    found = table_impedance(data)
+    L = shown_inductances(sensor, replace(found, L=found.L[good], R=found.R[good]))
+    parts = _shared_poses(data, names)[good]
+    told = fit_map(names, forces, parts.reshape(len(parts), -1)) if np.any(parts) else None
+    return Table(fit_map(names, forces, L), fit_map(names, forces, poses), told, poses, L)
+
+
+def _shared_poses(data: xr.Dataset, names: Sequence[str]) -> Array:
+    """Return the parts of the poses' errors that loads share and that are not zero, shape (*loads, m, 6)."""
+    if "shared_d_v" not in data:
+        return np.zeros((*(data.sizes[name] for name in names), 0, len(POSE)))
+    none = 0.0 * data["shared_d_v"]
+    each = [data.get(f"shared_{name}", none).transpose(*names, "part").fillna(0.0).to_numpy() for name in POSE]
+    parts = np.stack(each, -1)
+    return np.asarray(parts[..., np.any(parts, axis=(*range(len(names)), -1)), :])
+
+
+def _over(smooth: SmoothMap, forces: Array) -> Array:
+    """Return the outputs of a map at forces (..., d), shape (..., n)."""
+    return smooth.at(forces.reshape(-1, forces.shape[-1])).reshape(*forces.shape[:-1], -1)
+
+
+@dataclass(frozen=True)
+class LoadedBench:
+    """Rows of loads on a sensor, and what they show as a function of what is unknown.
+
+    Unknowns stand in the order: parameters of the set-up, shared factors t where `shared`, readings' errors u where
+    `loose`, row by row.
+    """
+
+    setup: Setup
+    table: Table
+    forces: Array  # (m, d), as read [N, N m]
+    layer: SmoothMap | None = None  # forces to the derivatives of the pose by `LAYER`, (2 * 6)
+    shared: bool = False
+    loose: bool = False
+    depth: bool = False  # whether the target's way down is an output, the last one [m]
+
+    @property
+    def count(self) -> tuple[int, int, int]:
+        """The numbers of parameters, shared factors, and readings' errors."""
+        parts = self.table.parts
+        shared = 0 if parts is None or not self.shared else parts.coefficients.shape[1] // len(POSE)
+        return len(self.setup.parameters), shared, self.forces.size if self.loose else 0
+
+    def model(self, P: Array) -> Array:
+        """Return what the rows show for unknowns (k, p), shape (k, m, n) [H], with `depth` the way down last [m]."""
+        parameters = self.setup.parameters
+        loads = self._loads(P)
+        L, poses = self.table.at(loads)
+        changed = self._rests(P, loads)
+        own = P[:, : len(parameters)]
+        moved = changed is not poses and np.any(changed != poses)
+        found = self.setup.readings(poses, own, L, changed if moved else None)
+        return np.concatenate([found, self._depth(P, changed)[..., None]], axis=-1) if self.depth else found
+
+    def derivatives(self, p: Array) -> tuple[Array, Array]:
+        """Return derivatives of the outputs by parameters and factors, (m, n, p), and by each row's load, (m, n, d)."""
+        count = self.count[0] + self.count[1]
+        here, by, deeper = self._differentiated(p)
+        found = self.setup.slopes(here, p[: self.count[0]], by)
+        if self.depth:
+            found = np.concatenate([found, deeper.T[:, None, :]], axis=1)
+        return found[..., :count], found[..., count:]
+
+    def rests_and_slopes(self, p: Array) -> tuple[Array, Array]:
+        """Return the poses p of the module docstring, (m, 6), and derivatives by parameters and factors, (v, m, 6)."""
+        here, by, _ = self._differentiated(p)
+        return here, by[: self.count[0] + self.count[1]]
+
+    def _differentiated(self, p: Array) -> tuple[Array, Array, Array]:
+        """Return poses, (m, 6), and derivatives of them and of the way down by parameters, factors and loads."""
+        count = self.count[0] + self.count[1]
+        steps = self._steps(count)
+        ways = np.concatenate([np.eye(len(p))[:count] * steps[:, None], np.zeros((self.forces.shape[1], len(p)))])
+        pushes = self._ranges * _STEP
+        moves = np.concatenate([np.zeros((count, len(pushes))), np.diag(pushes)])[:, None, :]
+        whole = np.concatenate([steps, pushes])
+        sides = [self._shifted(p + sign * ways, sign * moves) for sign in (1.0, -1.0)]
+        by = (sides[0][0] - sides[1][0]) / (2.0 * whole)[:, None, None]
+        deeper = (sides[0][1] - sides[1][1]) / (2.0 * whole)[:, None]
+        return self._rests(p[None], self._loads(p[None]))[0], by, deeper
+
+    def slopes(self, p: Array) -> Array:
+        """Return derivatives of the outputs by all unknowns (p,), shape (m, n, p)."""
+        own, by_load = self.derivatives(p)
+        if not self.loose:
+            return own
+        m, n, d = by_load.shape
+        each = np.zeros((m, n, m, d))
+        each[np.arange(m), :, np.arange(m)] = by_load @ self.by_reading(p)
+        return np.concatenate([own, each.reshape(m, n, m * d)], axis=-1)
+
+    def by_reading(self, p: Array) -> Array:
+        """Return the derivatives of a true load by what is read, shape (d, d)."""
+        whole = _turned(self.table.map.names, np.eye(self.forces.shape[1])[None], self._turns(p[None]))[0].T
+        return np.asarray(self._value(p[None], "cell", 1.0)[0] * whole)
+
+    def _turns(self, P: Array) -> Array:
+        """Return the rotation vectors of the load cell, shape (k, 3) [rad]."""
+        return np.concatenate([self._value(P, name, 0.0)[:, 0] for name in ("frame_x", "frame", "frame_z")], axis=-1)
+
+    def _value(self, P: Array, name: str, usual: float) -> Array:
+        """Return a parameter's values, shape (k, 1, 1)."""
+        names = [each.name for each in self.setup.parameters]
+        own = P[:, names.index(name)] if name in names else np.full(len(P), usual)
+        return np.asarray(own[:, None, None])
+
+    def _loads(self, P: Array, more: Array | float = 0.0) -> Array:
+        """Return the loads f of the module docstring, shape (k, m, d); `more` is added to the true ones."""
+        off = P[:, -self.forces.size :].reshape(len(P), *self.forces.shape) if self.loose else np.zeros((len(P), 1, 1))
+        turned = _turned(self.table.map.names, self.forces + off, self._turns(P))
+        return np.asarray((self._value(P, "cell", 1.0) * turned + more) / self._value(P, "modulus", 1.0))
+
+    def _rests(self, P: Array, loads: Array) -> Array:
+        """Return the poses p of the module docstring, shape (k, m, 6)."""
+        poses = _over(self.table.places, loads)
+        names, (p, q, _) = [each.name for each in self.setup.parameters], self.count
+        if self.layer is not None:
+            by = _over(self.layer, loads).reshape(*loads.shape[:-1], len(LAYER), len(POSE))
+            for number, name in enumerate(LAYER):
+                if name in names:
+                    poses = poses + P[:, names.index(name), None, None] * by[..., number, :]
+        if q:
+            parts = _over(self.table.parts, loads).reshape(*loads.shape[:-1], q, len(POSE))  # type: ignore[arg-type]
+            poses = poses + np.einsum("kq,kmqj->kmj", P[:, p : p + q], parts)
+        return np.asarray(poses)
+
+    def _depth(self, P: Array, rests: Array) -> Array:
+        """Return the way down of the target from where it rests without load, shape (k, m) [m]."""
+        none = self._rests(P, np.zeros((len(P), 1, self.forces.shape[1])))
+        return np.asarray((none - rests)[..., POSE.index("d_v")])
+
+    def _shifted(self, P: Array, more: Array) -> tuple[Array, Array]:
+        """Return poses and ways down with something more of true loads, shapes (k, m, 6) and (k, m)."""
+        rests = self._rests(P, self._loads(P, more))
+        return rests, self._depth(P, rests)
+
+    @property
+    def _ranges(self) -> Array:
+        """The range of each force over the table."""
+        return np.asarray(self.table.map.high - self.table.map.low)
+
+    def _steps(self, count: int) -> Array:
+        """Return steps of parameters and factors, shape (count,)."""
+        sizes = {"thickness": 1e-4, "stiffening": 0.1, "m": 1e-4, "F": 1e-12, "H": 1e-8}
+        own = [sizes.get(each.name, 1.0) for each in self.setup.parameters]
+        return _STEP * np.array((own + [1.0] * count)[:count])
+
+
+def _turned(names: Sequence[str], forces: Array, turns: Array) -> Array:
+    """Return forces (k, m, d) turned by rotation vectors (k, 3); components that no load has stay out."""
+    if not np.any(turns):
+        return forces
+    found = forces.copy()
+    own = [(names.index(name), axis) for axis, name in enumerate(_AXES) if name in names]
+    whole = np.zeros((*forces.shape[:-1], 3))
+    for place, axis in own:
+        whole[..., axis] = _UPWARDS[axis] * forces[..., place]
+    whole = np.einsum("kij,kmj->kmi", rotation_matrix(turns), whole)
+    for place, axis in own:
+        found[..., place] = _UPWARDS[axis] * whole[..., axis]
+    return found
+
+
+def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechanics: str, tolerance: float) -> SmoothMap:
+    """Return the map from forces to the derivatives of the pose by `LAYER`, on three values of each force.
+
+    The loads are solved once more on the first meshes (chain/gradient_grid.py): derivatives have no need of others.
+    """
+    axes: Mapping[str, list[float]] = {
+        name: [float(data[name].min()), 0.5 * float(data[name].min() + data[name].max()), float(data[name].max())]
+        for name in names
+    }
+    fixed = {name: [float(data[name])] for name in WRENCH if name in data.coords and name not in data.dims}
+    loads, slopes = slopes_under(sensor, tuple(LAYER.values()), {**axes, **fixed}, mechanics, tolerance)
+    forces = np.array([[getattr(load, name) for name in names] for load in loads])
+    return fit_map(names, forces, slopes.reshape(len(loads), -1))
+
+
+def moduli(forces: Array, table: Table, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:
+    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why."""
+    (least, most), (why_least, why_most) = _MODULI, ("", "")
+    for k, (name, low, high) in enumerate(zip(names, *table.ends(), strict=True)):
+        unit = shown_unit(name)
+        span = f"the table's map can be followed for {name} from {low:.4g} to {high:.4g} {unit}"
+        for sign, end in ((1.0, high), (-1.0, -low)):
+            top = float(np.max(sign * forces[:, k]))
+            came = f"{span}, the measurement has {sign * top:.4g} {unit}"
+            if end <= 0.0 <= top and end != top:
+                raise SceneError(f"table: must reach beyond the measured forces; {came}")
+            if end > 0.0 and top / end > least:
+                least, why_least = top / end, came
+            if end < 0.0 and top / end < most:
+                most, why_most = top / end, came
+    return (least, most), (why_least, why_most)
