@@ -7,6 +7,9 @@ or starts with # is passed over. Columns, in any order, a unit in brackets (SI w
     d_v [mm], alpha [deg], ...  where stages have put the target, zero without a column; d_v = inf: no target
     L1 [uH], L2 [uH], ...       the inductance of each coil at its terminals, by number or by name (L_C1), or
     code1, code2, ...           the converter's codes, from which L = 1 / ((2 pi f)^2 C), f = code d_in f_ref / 2^bits
+    depth [mm]                  beside loads: how far the target was pressed down from where it rests without load
+
+A load that was not measured is nan; other rows with nan are passed over.
 """
 
 from __future__ import annotations
@@ -25,7 +28,6 @@ from sits_mech.units import SceneError, quantity
 
 _COLUMN = re.compile(r"\s*([A-Za-z][\w ]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 _NUMBERED = re.compile(r"(?:l|code)_?(\d+)")
-_LEAST_ROWS = 4
 _SAME = 1e-3  # of a load that the model has as one value: what a bench's zero may be off [1, of 1 N or 1 mN m at least]
 
 
@@ -69,13 +71,14 @@ class Measured:
 
 def read_measured(
     path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, float] | None = None, least: int = 4, unseen: bool = False,
 ) -> Measured:
     """Read a measurement of the forces and coils of a model; without forces the file must have poses.
 
     `tank` is needed where the file holds codes; `held` are other components of the load that the model has, of one
-    value each [N, N m]; what is neither is zero. SceneError when the file cannot be read, a column is missing or of an
-    unknown unit, there are fewer than four rows of loads, or the file has other loads than the model.
+    value each [N, N m]; what is neither is zero; `unseen` loads, nan, are kept. SceneError when the file cannot be
+    read, a column is missing or of an unknown unit, there are fewer rows of loads than `least`, or the file has other
+    loads than the model.
     """
     needs = (*(name.lower() for name in forces[:1]), "d_v")
     lines, separator, columns = table_lines(path, "a readable measurement", needs)
@@ -83,16 +86,19 @@ def read_measured(
         needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
         raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got none")
     rows, moved = _numbers(lines[1:], separator), not forces or forces[0].lower() not in columns
-    if len(rows) < (least := 1 if moved else _LEAST_ROWS):
+    blind = [columns[name.lower()][0] for name in forces if name.lower() in columns] if unseen and not moved else []
+    rows = rows[~np.any(np.isnan(np.delete(rows, blind, axis=1)), axis=1)] if len(rows) else rows
+    if len(rows) < (least := 1 if moved else least):
         raise SceneError(f"{path}: must hold at least {least} rows of numbers; got {len(rows)}")
     sheet = Sheet(str(path), columns, rows)
     poses = _poses(sheet) if moved else None
     found = [] if moved else _forces(sheet, forces, held or {})
     _check_coils(sheet, coils)
     L = np.stack([_inductance(sheet, k, coil, tank) for k, coil in enumerate(coils)], -1)
-    if not np.all(np.isfinite(L)) or not np.all(np.isfinite(found)):
+    depth = sheet.values("depth", "m") if "depth" in columns and not moved else None
+    if np.any(np.isinf(L)) or np.any(np.isinf(found)) or (depth is not None and np.any(np.isinf(depth))):
         raise SceneError(f"{path}: must hold finite numbers, of d_v alone inf for no target; got inf in another column")
-    return Measured(np.stack(found, -1) if found else np.zeros((len(rows), 0)), L, str(path), poses)
+    return Measured(np.stack(found, -1) if found else np.zeros((len(rows), 0)), L, str(path), poses, depth)
 
 
 def _forces(sheet: Sheet, forces: Sequence[str], held: Mapping[str, float]) -> list[Array]:
@@ -145,14 +151,14 @@ def _columns(names: Sequence[str]) -> dict[str, tuple[int, str]]:
 
 
 def _numbers(lines: Sequence[str], separator: str) -> Array:
-    """Return the rows that hold as many numbers as the first that does."""
+    """Return the rows that hold as many numbers, or nan, as the first that does."""
     rows: list[list[float]] = []
     for line in lines:
         try:
             row = [float(cell) for cell in line.split(separator)]
         except ValueError:
             continue
-        if not np.any(np.isnan(row)) and (not rows or len(row) == len(rows[0])):
+        if not rows or len(row) == len(rows[0]):
             rows.append(row)
     return np.array(rows)
 

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -65,6 +65,7 @@ class Prior:
     slopes: SmoothMap | None  # of `layer_slopes`
     noise: Array  # of a reading of each coil, converter or bench alone (n,) [H]
     model: Array  # deviation of the table's own errors (n,) [H]
+    _slopes: dict[bytes, tuple[Array, Array]] = field(default_factory=dict, repr=False)  # those asked for before
 
     @property
     def forces(self) -> tuple[str, ...]:
@@ -87,6 +88,24 @@ class Prior:
         own = [each.deviation for each in self.setup.parameters]
         return np.diag(np.array(own + [HALF] * (len(self.start) - len(own))) ** 2)
 
+    def told(self, loads: Array, load_noise: float | None = None, depth_noise: float | None = None) -> Array:
+        """Return what a reading under each of m loads tells of the unknowns, M of `load_plan`, shape (m, p, p).
+
+        Noises as of `adapt`; without `depth_noise` the way down is not measured.
+        """
+        size = load_noise_of(self.table, load_noise)
+        by, by_load = self.bench(loads, depth=depth_noise is not None).derivatives(self.start)
+        own = self.noise**2 + self.model**2
+        own = own if depth_noise is None else np.append(own, depth_noise**2)
+        unsure = np.diag(own) + size**2 * by_load @ by_load.swapaxes(1, 2)
+        return np.asarray(by.swapaxes(1, 2) @ np.linalg.solve(unsure, by))
+
+    @cached_property
+    def tared(self) -> Array:
+        """What is known, as a matrix of information, after one reading of the load nearest to none, shape (p, p)."""
+        rest = np.clip(np.zeros(len(self.forces)), self.table.map.low, self.table.map.high)
+        return np.asarray(np.linalg.inv(self.covariance) + self.told(rest[None])[0])
+
     @property
     def in_use(self) -> Array:
         """Which unknowns stay where the sensor is used, away from the bench, shape (p,)."""
@@ -98,15 +117,24 @@ class Prior:
 
         `p` and `covariance` are of parameters and factors.
         """
-        used = self.in_use
-        at = np.where(used, p, self.start)
-        by, by_load = self.bench(forces).derivatives(at)
-        by = by[..., used]
-        weighed = by_load / self.noise[:, None]
-        answers = np.linalg.pinv(weighed) / self.noise
+        answers, by = self.force_slopes(p, forces)
         own = np.diag(self.noise**2 + self.model**2)
-        spread = np.einsum("mnp,pq,moq->mno", by, covariance[np.ix_(used, used)], by) + own
+        spread = np.einsum("mnp,pq,moq->mno", by, covariance, by) + own
         return np.asarray(answers @ spread @ answers.swapaxes(1, 2))
+
+    def force_slopes(self, p: Array, forces: Array) -> tuple[Array, Array]:
+        """Return derivatives of forces by inductances, A of the module docstring, (m, d, n), and of these, (m, n, p).
+
+        By unknowns that stay away from the bench; zero by others.
+        """
+        used, kept = self.in_use, self._slopes
+        at = np.where(used, p, self.start)
+        key = at.tobytes() + forces.tobytes()
+        if key not in kept:
+            kept[key] = self.bench(forces).derivatives(at)
+        by, by_load = kept[key]
+        answers = np.linalg.pinv(by_load / self.noise[:, None]) / self.noise
+        return np.asarray(answers), np.where(used, by, 0.0)
 
 
 @dataclass(frozen=True)
@@ -174,11 +202,20 @@ class Adaptation:
         return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
 
     def force_deviations(self, forces: ArrayLike) -> tuple[Array, Array]:
-        """Return the deviations of forces that are read at loads (m, d), before and after, (m, d) each [N]."""
+        """Return the deviations of forces that are read at loads (m, d), before and after, (m, d) each [N].
+
+        Before: by the calibration as it is, tared at rest.
+        """
         at = np.asarray(forces, dtype=float)
-        each = ((self.prior.start, self.prior.covariance), (self.values, self.covariance))
+        each = ((self.prior.start, inverted(self.prior.tared)), (self.values, self.covariance))
         found = [np.sqrt(np.einsum("mdd->md", self.prior.force_covariance(*one, at))) for one in each]
         return found[0], found[1]
+
+
+def inverted(information: Array) -> Array:
+    """Return the covariance of a matrix of information, of unknowns in metres, farads, ..."""
+    size = np.sqrt(np.diagonal(information))
+    return np.asarray(np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size))
 
 
 def prior_of(
@@ -200,11 +237,11 @@ def prior_of(
     loads = [wrench_of(row) for row in points(data)]
     tolerance = _COARSER * float(data.attrs["magnetics_tolerance"])
 
-    def field(scene: Sensor) -> MagneticModel:
+    def coarser(scene: Sensor) -> MagneticModel:
         """Return the magnetic model by which the set-up's changes are read."""
         return loaded_model(scene, request["magnetics"], tolerance, loads)[0]
 
-    setup, table = Setup(sensor, known, field), table_of(sensor, data, names)
+    setup, table = Setup(sensor, known, coarser), table_of(sensor, data, names)
     needs = {each.name for each in known} & {*LAYER}
     slopes = layer_slopes(sensor, data, names, request["mechanics"], request["tolerance"]) if needs else None
     model = np.hypot(_own_errors(sensor, data, table), _roughness(setup, table))
@@ -268,7 +305,7 @@ def adapt(
         When loads lie beyond the table for every modulus, or an unknown is at the end of its reach.
     """
     table, n, m = prior.table, len(prior.noise), len(measured.L)
-    size = _LOAD * np.max(np.abs([table.map.low, table.map.high])) if load_noise is None else load_noise
+    size = load_noise_of(table, load_noise)
     blind = ~np.isfinite(measured.forces)
     forces = np.where(blind, 0.5 * (table.map.low + table.map.high), measured.forces)
     bench = prior.bench(forces, loose=True, depth=measured.depth is not None)
@@ -284,6 +321,11 @@ def adapt(
         prior, replace(measured, forces=forces), fit.names[:p], fit.values[:p], fit.covariance[:p, :p],
         fit.chi_square, int(np.isfinite(y).sum()), fit.residual[:, :n], none, freedom, before,
     )
+
+
+def load_noise_of(table: Table, asked: float | None) -> float:
+    """Return the deviation of a load that is read [N], as asked for or the usual one."""
+    return float(_LOAD * np.max(np.abs([table.map.low, table.map.high]))) if asked is None else asked
 
 
 def _free(prior: Prior, forces: Array) -> list[Free]:

@@ -1,0 +1,132 @@
+"""Choose the loads whose readings tell most about the forces that a built sensor will read.
+
+A reading under a load F tells of the unknowns theta, its own load misread by u,
+
+    M(F) = L_theta^T (sigma^2 + L_F U L_F^T)^-1 L_theta,     U = cov u,
+
+and N of them leave Sigma = (Sigma_0^-1 + sum M)^-1. Chosen are the N that make the mean square error of the forces over
+the loads to be read least, each force over its range (I-optimal: A. C. Atkinson, A. N. Donev, R. D. Tobias, Optimum
+Experimental Designs, 2007, section 10.6): one after the other, then each exchanged for a better one until none is. All
+by the derivatives of the computed sensor, before any is built.
+
+Rigs: `weights` lie on top (no shear); a `press` pushes down by a screw, with a scale below and a dial for its
+way; a `stage` moves in all forces with a load cell. Loads stay so far within the table that a sensor which is softer by
+a deviation of its modulus can be read there as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from sits_mech.analysis.built.adaptation import Prior, inverted
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import SceneError
+
+RIGS = ("weights", "press", "stage")
+_ACROSS = 5  # values of each force that may be chosen, and that are read
+_DEPTH = 1e-5  # deviation of a dial [m]
+_ROUNDS = 20  # of exchanges, at most
+_SURE = 1.645  # deviations: 90 % of a normal distribution lie within
+
+
+@dataclass(frozen=True)
+class LoadPlan:
+    """Loads to be read, and what they bring.
+
+    Attributes
+    ----------
+    rig : str
+    forces : tuple of str
+        Names of the components of the loads.
+    loads : ndarray, shape (N, d)
+        In the order of their use [N, N m].
+    read : ndarray, shape (m, d)
+        Loads that the errors below are taken over: the range to be read.
+    errors : ndarray, shape (N + 1, d)
+        Of each force over its range, 90 % of readings lie within: after none of the loads but a tare at rest, one, ...
+    more : ndarray, shape (d,)
+        The same after the loads and as many more of the best.
+    """
+
+    rig: str
+    forces: tuple[str, ...]
+    loads: Array
+    read: Array
+    errors: Array
+    more: Array
+
+
+def plan_loads(
+    prior: Prior, count: int, rig: str = "stage", *, load_noise: float | None = None, depth_noise: float = _DEPTH
+) -> LoadPlan:
+    """Return the `count` loads that tell most of a sensor, on a rig.
+
+    `load_noise` [N] and `depth_noise` [m] as of `adapt`. Raises SceneError for an unknown rig, no load, or a rig that
+    has none of the forces that the calibration varies.
+    """
+    if rig not in RIGS:
+        raise SceneError(f"rig: must be one of {', '.join(RIGS)}; got {rig}")
+    if count < 1:
+        raise SceneError(f"plan: must be one or more loads; got {count}")
+    read = _grid(prior)
+    possible = read if rig == "stage" else read[~np.any(np.delete(read, _downwards(prior), axis=1), axis=1)]
+    told = prior.told(possible, load_noise, depth_noise if rig == "press" else None)
+    goal, start = _goal(prior, read), prior.tared
+    chosen, twice = (_chosen(start, told, goal, number) for number in (count, 2 * count))
+    errors = np.array([_errors(prior, start + told[chosen[:n]].sum(axis=0), read) for n in range(count + 1)])
+    more = _errors(prior, start + told[twice].sum(axis=0), read)
+    return LoadPlan(rig, prior.forces, possible[chosen], read, errors, more)
+
+
+def _downwards(prior: Prior) -> int:
+    """Return the place of F_z among the forces; SceneError where it is not varied."""
+    if "F_z" not in prior.forces:
+        raise SceneError(f"rig: must be stage where F_z is not varied; the calibration has {', '.join(prior.forces)}")
+    return prior.forces.index("F_z")
+
+
+def _grid(prior: Prior) -> Array:
+    """Return the loads to be read: a grid over the table's range for a sensor softer by a deviation, (m, d)."""
+    names = [each.name for each in prior.setup.parameters]
+    softer = prior.setup.parameters[names.index("modulus")].deviation if "modulus" in names else 0.0
+    low, high = (end / (1.0 + softer) for end in (prior.table.map.low, prior.table.map.high))
+    return np.array(list(product(*(np.linspace(a, b, _ACROSS) for a, b in zip(low, high, strict=True)))))
+
+
+def _goal(prior: Prior, read: Array) -> Array:
+    """Return the matrix G of the mean square error of the forces over their ranges, tr(G Sigma)."""
+    answers, by = prior.force_slopes(prior.start, read)
+    each = answers @ by / np.ptp(read, axis=0)[:, None]
+    return np.asarray(np.einsum("mdp,mdq->pq", each, each) / len(read))
+
+
+def _chosen(start: Array, told: Array, goal: Array, count: int) -> list[int]:
+    """Return which readings to take: one after the other, then exchanged."""
+
+    def left(chosen: list[int]) -> float:
+        """Return the mean square error after some readings."""
+        return float(np.sum(goal * inverted(start + told[chosen].sum(axis=0))))
+
+    found: list[int] = []
+    for _ in range(count):
+        found.append(min(range(len(told)), key=lambda k: left([*found, k])))
+    for _ in range(_ROUNDS):
+        before = left(found)
+        for place in range(count):
+            others = [*found[:place], *found[place + 1 :]]
+            best = min(range(len(told)), key=lambda k: left([*others, k]))
+            if left([*others, best]) < left(found):
+                found = [*others, best]
+        if not left(found) < 0.999 * before:
+            break
+    return found
+
+
+def _errors(prior: Prior, information: Array, read: Array) -> Array:
+    """Return within what 90 % of each force's readings lie, over its range, shape (d,)."""
+    spread = prior.force_covariance(prior.start, inverted(information), read)
+    each = _SURE * np.sqrt(np.einsum("mdd->md", spread).mean(axis=0))
+    return np.asarray(each / np.ptp(read, axis=0))

@@ -1,0 +1,62 @@
+"""Guess what went wrong where readings fit no sensor of the kind: columns swapped, signs turned, units mixed up.
+
+Each slip is made undone in the readings, and the unknowns fitted anew; named is the one whose readings such a sensor
+would show, if it is far likelier than the readings as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from sits_mech.analysis.built.adaptation import Adaptation, Prior, adapt
+from sits_mech.readout.measured import Measured
+from sits_mech.scene.sensor import SceneError
+
+STRANGE = 0.01
+"""Probability of readings below which they are doubted."""
+_LIKELY = 0.05  # probability of readings that are mended
+_GRAVITY = 9.80665  # [m/s^2]
+_FACTORS = {
+    _GRAVITY: f"a factor of {_GRAVITY:.3g}: kilograms?", 1.0 / _GRAVITY: f"a factor of 1/{_GRAVITY:.3g}?",
+    1e-3 * _GRAVITY: f"a factor of {1e-3 * _GRAVITY:.3g}: grams?", 1e-3: "a factor of 1000: millinewtons?",
+}
+
+
+def mistake(prior: Prior, measured: Measured, found: Adaptation | None, **noise: Any) -> str:
+    """Return what probably went wrong with readings, in words, "" where nothing known explains them.
+
+    `found` is what they tell as they are, None where that is nothing; `noise` as of `adapt`.
+    """
+    best, words = max(STRANGE if found is None else found.p_value, _LIKELY), ""
+    for text, other in _mended(prior, measured):
+        try:
+            p = adapt(prior, other, **noise).p_value
+        except (SceneError, ValueError):
+            continue
+        if p > best:
+            best, words = p, text
+    return words
+
+
+def _mended(prior: Prior, measured: Measured) -> Iterator[tuple[str, Measured]]:
+    """Give the slips in words, and the readings with each undone."""
+    coils = prior.sensor.coil_names
+    for a, b in combinations(range(len(coils)), 2):
+        order = list(range(len(coils)))
+        order[a], order[b] = b, a
+        yield f"{coils[a]} and {coils[b]} seem swapped", replace(measured, L=measured.L[:, order])
+    for k, name in enumerate(prior.forces):
+        sign = np.where(np.arange(len(prior.forces)) == k, -1.0, 1.0)
+        yield f"{name} seems to have the other sign", replace(measured, forces=sign * measured.forces)
+    for a, b in combinations(range(len(prior.forces)), 2):
+        order = list(range(len(prior.forces)))
+        order[a], order[b] = b, a
+        words = f"{prior.forces[a]} and {prior.forces[b]} seem swapped"
+        yield words, replace(measured, forces=measured.forces[:, order])
+    for factor, text in _FACTORS.items():
+        yield f"the forces seem off by {text}", replace(measured, forces=factor * measured.forces)

@@ -1,0 +1,130 @@
+"""Show what readings told of a built sensor, and which loads to read, for programs and for readers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sits_mech.analysis.built.adaptation import Adaptation
+from sits_mech.analysis.built.load_plan import LoadPlan
+from sits_mech.analysis.built.mistakes import STRANGE
+from sits_mech.analysis.built.setup import PARAMETERS
+from sits_mech.quantities import UNITS, Array
+from sits_mech.report.tables.solves import column_table, key_table
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+_SCALES = {"": (1.0, ""), "m": (1e6, " um"), "rad": (180.0 / np.pi, " deg"), "H": (1e9, " nH"), "F": (1e12, " pF")}
+_SURE = 1.645  # deviations: 90 % of a normal distribution lie within
+_STRONG = 0.95  # of a correlation: what is as strong cannot be told apart
+
+
+def force_errors(found: Adaptation) -> tuple[Array, Array]:
+    """Return within what 90 % of each force's readings lie over the table's middle range, before and after, (d,) [N].
+
+    Before: the calibration as it is, tared at rest.
+    """
+    prior = found.prior
+    s = found.values[found.names.index("modulus")] if "modulus" in found.names else 1.0
+    axes = [np.linspace(a, b, 5) for a, b in zip(s * prior.table.map.low, s * prior.table.map.high, strict=True)]
+    loads = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
+    before, after = found.force_deviations(loads)
+    return _SURE * np.sqrt(np.mean(before**2, axis=0)), _SURE * np.sqrt(np.mean(after**2, axis=0))
+
+
+def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
+    """Return what readings told for a program, SI."""
+    prior, before, after = found.prior, *force_errors(found)
+    known = {each.name: each for each in prior.setup.parameters}
+    unknowns = {
+        name: {"value": float(value), "deviation": float(deviation), "known": known[name].value,
+               "known_deviation": known[name].deviation, "identified": name in found.identified}
+        for name, value, deviation in zip(found.names, found.values, found.deviations, strict=True) if name in known
+    }
+    return {
+        "unknowns": unknowns,
+        "alike": [list(pair) for pair in _alike(found)],
+        "p_value": found.p_value,
+        "p_structured": found.p_structured,
+        "freedom": found.freedom,
+        "chi_square": found.chi_square,
+        "numbers": found.numbers,
+        "mistake": mistake,
+        "force_error_before": dict(zip(prior.forces, before.tolist(), strict=True)),
+        "force_error": dict(zip(prior.forces, after.tolist(), strict=True)),
+        "residual": dict(zip(prior.sensor.coil_names, found.residual.T.tolist(), strict=True)),
+        "rows": len(found.measured.L),
+        "source": found.measured.source,
+    }
+
+
+def adaptation_table(record: dict[str, Any], title: str) -> Table:
+    """Return what readings told as a table."""
+    rows = []
+    for name, one in record["unknowns"].items():
+        scale, unit = _SCALES[PARAMETERS[name]] if name in PARAMETERS else (1.0, " (SI)")
+        text = f"{scale * one['value']:.4g} \u00b1 {2.0 * scale * one['deviation']:.2g}{unit}"
+        rows.append((name, text if one["identified"] else f"{text}: as known before"))
+    alike = "; ".join(f"{a} and {b} ({c:+.2f})" for a, b, c in record["alike"])
+    rows += [("not told apart", alike)] if alike else []
+    rows.append(("such a sensor", verdict(record)))
+    for name, after in record["force_error"].items():
+        before = record["force_error_before"][name]
+        rows.append((f"error of {name}", f"{after:.2g} {UNITS[name]} on 90 % of loads, {before:.2g} before, tared"))
+    return key_table(title, [*rows, ("rows", f"{record['rows']} of {record['source']}")])
+
+
+def verdict(record: dict[str, Any]) -> str:
+    """Return in words whether readings are of such a sensor."""
+    p, structured = record["p_value"], record["p_structured"]
+    if p >= STRANGE and structured >= STRANGE:
+        left = "" if record["freedom"] else "; as many unknowns as readings: nothing is left to test"
+        return f"yes, p = {p:.2g}{left}"
+    if structured < STRANGE:
+        why = "no unknown explains what is left: hysteresis, drift, another law, or a sensor of another kind"
+        return f"hardly, p = {min(p, structured):.1g}: {why}"
+    return f"hardly, p = {p:.1g}: readings of another sensor, or an unknown beyond what was known of it"
+
+
+def _alike(found: Adaptation) -> list[tuple[str, str, float]]:
+    """Return pairs of unknowns that the readings do not tell apart, with their correlation."""
+    count, strong = len(found.prior.setup.parameters), found.correlation
+    return [
+        (found.names[i], found.names[j], round(float(strong[i, j]), 3))
+        for i in range(count) for j in range(i) if abs(strong[i, j]) > _STRONG
+    ]
+
+
+def plan_record(plan: LoadPlan) -> dict[str, Any]:
+    """Return a plan of loads for a program, SI; errors over each range."""
+    return {
+        "rig": plan.rig,
+        "loads": [dict(zip(plan.forces, load, strict=True)) for load in plan.loads.tolist()],
+        "range": {name: [float(ends.min()), float(ends.max())] for name, ends in
+                  zip(plan.forces, plan.read.T, strict=True)},
+        "errors": {name: each.tolist() for name, each in zip(plan.forces, plan.errors.T, strict=True)},
+        "error_twice": dict(zip(plan.forces, plan.more.tolist(), strict=True)),
+    }
+
+
+def plan_tables(plan: LoadPlan) -> list[Any]:
+    """Return a plan of loads, with what each brings, and in words what all do."""
+    names: Sequence[str] = plan.forces
+    table = column_table(
+        f"Loads for a {plan.rig}", ["", *(f"{name} [{UNITS[name]}]" for name in names),
+                                    *(f"error of {name} [%]" for name in names)], justify="right",
+    )
+    rows = [np.full(len(names), np.nan), *plan.loads]
+    for number, (load, errors) in enumerate(zip(rows, plan.errors, strict=True)):
+        shown = ["tared" if number == 0 and k == 0 else "" if number == 0 else f"{value:.3g}" for k, value in
+                 enumerate(load)]
+        table.add_row(str(number or ""), *shown, *(f"{100.0 * error:.2g}" for error in errors))
+    words = "; ".join(
+        f"{name} from {100.0 * first:.2g} % to {100.0 * last:.2g} % of its range ({len(plan.loads)} more: "
+        f"{100.0 * more:.2g} %)" for name, first, last, more in
+        zip(names, plan.errors[0], plan.errors[-1], plan.more, strict=True)
+    )
+    return [table, f"These {len(plan.loads)} loads bring the error of {words}."]
