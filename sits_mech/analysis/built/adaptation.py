@@ -49,7 +49,7 @@ _MAGNETIC = 0.1  # the same of an inductance; measured there: 0.08 of biorob2018
 _COARSER = 10.0  # times the table's tolerance: of the model that reads what the set-up changes, three times as fast
 _SOME = 16  # loads by which its roughness is measured
 _LOAD = 1e-3  # of the largest force of the table: noise of a load, unless it is said
-_WIDEST = 4.0  # deviations: how far a factor or a misread load is followed
+_WIDEST = 100.0  # deviations: how far a factor or a misread load is followed; what is as far tells by its p-value
 _DETERMINED = 0.7  # of its deviation beforehand: what is known better afterwards was read
 _RANK = 1e-6  # of the largest singular value: a direction that an unknown moves
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.analysis.built.adaptation import Adaptation
-from sits_mech.quantities import shown_unit
-from sits_mech.report.pictures.curves import MARKS, new_figure
+from sits_mech.report.pictures.curves import COLUMN, MARKS, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,12 +22,12 @@ def adaptation_figure(found: Adaptation) -> Figure:
     width = np.sqrt(np.diagonal(prior.covariance))[:count]
     middle = (found.values[:count] - prior.start[:count]) / width
     place = np.arange(count)[::-1]
-    with new_figure(height=1.0, columns=3) as (figure, (known, rest, errors)):
+    with new_figure(height=0.4, columns=3, width=2.0 * COLUMN) as (figure, (known, rest, errors)):
         known.barh(place, 4.0 * np.ones(count), left=-2.0, color="0.9", height=0.8, label="known before")
         known.errorbar(middle, place, xerr=2.0 * found.deviations[:count] / width, fmt="o", markersize=3, label="found")
         known.set_yticks(place, found.names[:count])
         known.set(xlabel="deviations of what was known", title="unknowns, 95 %")
-        known.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25))
+        known.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
         rows = np.arange(1, len(found.residual) + 1)
         for k, coil in enumerate(prior.sensor.coil_names):
             mark, colour = MARKS[k % len(MARKS)], f"C{k % 7}"
@@ -38,7 +37,7 @@ def adaptation_figure(found: Adaptation) -> Figure:
                           label=f"{coil}, adapted")
         rest.axhline(1e9 * float(np.hypot(prior.noise, prior.model).max()), color="black", linewidth=0.5)
         rest.set(xlabel="row of the bench file", ylabel="off [nH]", title="readings and model")
-        rest.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=2)
+        rest.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
         _errors(found, errors)
     return figure
 
@@ -57,8 +56,6 @@ def _errors(found: Adaptation, axes: object) -> None:
                 share, 100.0 * _SURE * each[:, k] / (ends[1] - ends[0]), style, color=f"C{k}",
                 label=f"{name}, {'before' if style == '--' else 'adapted'}",
             )
-    ranges = ", ".join(f"{a:.2g} to {b:.2g} {shown_unit(name)}" for name, a, b in
-                       zip(prior.forces, prior.table.map.low, prior.table.map.high, strict=True))
-    axes.set(xlabel=f"along the table ({ranges})", ylabel="error [% of range]",  # type: ignore[attr-defined]
+    axes.set(xlabel="from least to greatest of the table", ylabel="error [% of range]",  # type: ignore[attr-defined]
              title="forces, 90 %")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=2)  # type: ignore[attr-defined]
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)  # type: ignore[attr-defined]

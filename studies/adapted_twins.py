@@ -1,0 +1,188 @@
+"""What do five readings tell of a built sensor, do its intervals hold the truth, and is foreign physics noticed?
+
+Twins of a catalogued sensor are computed by a finer tolerance with another law, modulus, gap, tilt, offset and load
+cell, read under five planned loads and under five in a corner of the range, and adapted. Then the errors of the forces
+over the range, how often 90 % intervals hold the truth, how often readings with hysteresis or drift are doubted, and by
+how much less than its estimated errors a table differs from a finer one (what `adapt` takes as its deviation).
+
+Run ``python studies/adapted_twins.py [--coarse] --output DIR``.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from common.outputs import study_arguments, write_rows
+
+from sits_mech.analysis.built.adaptation import Adaptation, Prior, adapt, prior_of
+from sits_mech.analysis.built.load_plan import plan_loads
+from sits_mech.analysis.built.loaded import Table, table_of
+from sits_mech.analysis.built.setup import Known, Setup
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.models import loaded_model
+from sits_mech.quantities import Array
+from sits_mech.readout.loads import points, wrench_of
+from sits_mech.readout.measured import Measured
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.scene.materials import silicones
+from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.scene.thermal import stiffer
+
+SENSORS = {"biorob2018-w15": (100, {"F_x": 0.7, "F_z": 2.8}), "triaxial-4": (40, {"F_x": 0.8, "F_z": 3.2})}
+LAWS = ("ecoflex-00-30-neo-hookean", "dragon-skin-10", "ecoflex-00-10")
+PLACES = {"gap": 2e-4, "d_h": 3e-4, "d_y": 3e-4, "alpha": 0.035, "alpha_x": 0.035}  # at most [m, rad]
+SOFTEST, STIFFEST = 0.72, 1.3
+CELL, HYSTERESIS, DRIFT = 0.01, 0.1, 5e-9  # deviation of its scale; of the force; of L over the bench [H]
+SURE, DOUBT = 1.645, 0.05
+NARROWEST = -1.5e-4  # gap [m]: a target turned as well would touch the coils
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A sensor of another law, computed by a finer tolerance."""
+
+    setup: Setup
+    table: Table
+
+    def readings(self, modulus: float, places: Array, forces: Array) -> Array:
+        """Return L (m, n) [H] under true forces (m, d)."""
+        L, poses = self.table.at(forces[None] / modulus)
+        return self.setup.readings(poses, places[None], None)[0]
+
+
+def made(sensor: Sensor, law: str, ranges: dict[str, float], count: int, tolerance: float) -> Truth:
+    """Return the truth of a law, over loads half as large again, as softer sensors need them."""
+    layer = sensor.elastomer
+    assert layer is not None
+    other = silicones()[law]
+    other = stiffer(other, layer.silicone.shear_modulus / other.shear_modulus)
+    scene = sensor.model_copy(update={"elastomer": layer.model_copy(update={"material": other})})
+    data = calibrate(scene, **loads({name: 1.5 * end for name, end in ranges.items()}, count), tolerance=tolerance)
+    rows = [wrench_of(row) for row in points(data)]
+    setup = Setup(scene, tuple(map(Known, PLACES)), lambda one: loaded_model(one, "sheets", tolerance, rows)[0])
+    return Truth(setup, table_of(scene, data, tuple(ranges)))
+
+
+def loads(ranges: dict[str, float], count: int) -> dict[str, Any]:
+    """Return values of each force, shear to both sides."""
+    return {name: np.linspace(0.0 if name == "F_z" else -end, end, count).tolist() for name, end in ranges.items()}
+
+
+def inverted(found: Adaptation, L: Array, start: Array) -> Array:
+    """Return the forces (m, d) that the adapted sensor reads."""
+    prior, forces = found.prior, start.copy()
+    at = np.where(prior.in_use, found.values, prior.start)
+    for _ in range(5):
+        bench = prior.bench(forces)
+        slopes = np.linalg.pinv(bench.derivatives(at)[1])
+        forces = forces + np.einsum("mdn,mn->md", slopes, L - bench.model(at[None])[0])
+    return forces
+
+
+def drawn(rng: np.random.Generator) -> tuple[float, Array, float]:
+    """Return modulus, places and load cell of a twin."""
+    places = np.array([rng.uniform(-most, most) for most in PLACES.values()])
+    places[0] = max(places[0], NARROWEST)
+    return rng.uniform(SOFTEST, STIFFEST), places, 1.0 + CELL * rng.standard_normal()
+
+
+def one_twin(prior: Prior, truth: Truth, bench: Array, grid: Array, seed: int) -> dict[str, Any]:
+    """Return errors and coverage of a twin's forces over a grid, read under the loads of a bench."""
+    rng = np.random.default_rng(seed)
+    modulus, places, cell = drawn(rng)
+    L = truth.readings(modulus, places, cell * bench)
+    L = L + prior.noise * rng.standard_normal(L.shape)
+    began = time.process_time()
+    found = adapt(prior, Measured(bench, L, "twin"))
+    took = time.process_time() - began
+    off = inverted(found, truth.readings(modulus, places, grid), grid) - grid
+    _, deviations = found.force_deviations(grid)
+    ranges = np.ptp(grid, axis=0)
+    return {
+        "error": np.abs(off) / ranges, "held": np.abs(off) < SURE * deviations, "said": SURE * deviations / ranges,
+        "p": found.p_value, "seconds": took,
+    }
+
+
+def doubted(prior: Prior, truth: Truth, bench: Array, seed: int, kind: str) -> bool:
+    """Return whether readings up and down the loads of a bench are doubted, with foreign physics in them."""
+    rng = np.random.default_rng(1000 + seed)
+    modulus, places, cell = drawn(rng)
+    way = np.concatenate([bench, bench[::-1]])
+    side = np.repeat([-0.5, 0.5], len(bench))[:, None] * (HYSTERESIS if kind == "hysteresis" else 0.0)
+    L = truth.readings(modulus, places, cell * way * (1.0 + side))
+    L = L + prior.noise * rng.standard_normal(L.shape)
+    if kind == "drift":
+        L = L + DRIFT * np.linspace(0.0, 1.0, len(way))[:, None]
+    try:
+        found = adapt(prior, Measured(way, L, "twin"))
+    except ValueError:  # an unknown went to its end
+        return True
+    return min(found.p_value, found.p_structured) < DOUBT
+
+
+def against_finer(sensor: Sensor, data: xr.Dataset, axes: dict[str, Any]) -> dict[str, float]:
+    """Return what a table differs from a finer one, root mean square over its estimated errors."""
+    finer = calibrate(sensor, **axes, tolerance=0.1 * float(json.loads(data.attrs["request"])["tolerance"]))
+    found = {}
+    for name in ("d_h", "d_v", "alpha", "L"):
+        off, error = data[name] - finer[name], data[f"error_{name}"]
+        told = error.to_numpy() > 1e-12 * float(np.abs(data[name]).max())
+        found[name] = float(np.sqrt(np.mean((off.to_numpy()[told] / error.to_numpy()[told]) ** 2)))
+    return found
+
+
+def main() -> None:
+    """Adapt twins of each sensor."""
+    coarse, folder = study_arguments(__doc__ or "")
+    rows, curves = [], dict[str, Array]()
+    for name, (seeds, ranges) in SENSORS.items():
+        if coarse and rows:
+            break
+        count, tolerance, laws = (4, 0.1, LAWS[:1]) if coarse else (9, 1e-2, LAWS)
+        sensor = load_sensor(name)
+        data = calibrate(sensor, **loads(ranges, count), tolerance=tolerance)
+        ratios = {} if coarse else against_finer(sensor, data, loads(ranges, count))
+        prior = prior_of(sensor, data)
+        truths = [made(sensor, law, ranges, count, 0.3 * tolerance) for law in laws]
+        plan = plan_loads(prior, 5)
+        corner = plan.read.max(axis=0) * np.array([[0.0, 0.0], [0.1, 0.1], [0.1, 0.2], [0.2, 0.1], [0.2, 0.2]])
+        grid = plan.read
+        for kind, bench in (("planned", plan.loads), ("a corner", corner)):
+            numbers = range(2 if coarse else seeds)
+            found = [one_twin(prior, truths[k % len(truths)], bench, grid, k) for k in numbers]
+            row: dict[str, Any] = {"sensor": name, "loads": kind, "twins": len(found)}
+            for k, force in enumerate(prior.forces):
+                errors = np.concatenate([one["error"][:, k] for one in found])
+                curves[f"{name}, {force}, {kind}"] = np.sort(errors)
+                row[f"{force}, 90 % within [%]"] = 100.0 * float(np.quantile(errors, 0.9))
+                row[f"{force}, said [%]"] = 100.0 * float(np.mean([one["said"][:, k].mean() for one in found]))
+                row[f"{force}, held [%]"] = 100.0 * float(np.mean([one["held"][:, k].mean() for one in found]))
+            row["seconds"] = float(np.quantile([one["seconds"] for one in found], 0.9))
+            if kind == "planned":
+                row["promised F_z [%]"] = 100.0 * float(plan.errors[-1][prior.forces.index("F_z")])
+                for physics in ("hysteresis",) if coarse else ("none", "hysteresis", "drift"):
+                    told = [doubted(prior, truths[k % len(truths)], bench, k, physics) for k in numbers]
+                    row[f"doubted, {physics} [%]"] = 100.0 * float(np.mean(told))
+                row |= {f"{key}, error over estimate": ratio for key, ratio in ratios.items()}
+            rows.append(row)
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    print(write_rows([{name: row.get(name, "") for name in names} for row in rows], folder / "adapted_twins.csv"))
+    with new_figure() as (figure, (axes,)):
+        for number, (label, errors) in enumerate(curves.items()):
+            share = np.linspace(0.0, 100.0, len(errors))
+            axes.semilogx(1e2 * np.maximum(errors, 1e-6), share, ("-", "--")["corner" in label], label=label,
+                          color=f"C{number % 7}")
+        axes.axhline(90.0, color="black", linewidth=0.5)
+        axes.set(xlabel="error of a force [% of its range]", ylabel="twins and loads [%]")
+        axes.legend(fontsize=5)
+    save_figure(figure, folder / "adapted_twins.png")
+
+
+if __name__ == "__main__":
+    main()
