@@ -52,7 +52,7 @@ class Truth:
     def readings(self, modulus: float, places: Array, forces: Array) -> Array:
         """Return L (m, n) [H] under true forces (m, d)."""
         L, poses = self.table.at(forces[None] / modulus)
-        return self.setup.readings(poses, places[None], None)[0]
+        return np.asarray(self.setup.readings(poses, places[None], None)[0])
 
 
 def made(sensor: Sensor, law: str, ranges: dict[str, float], count: int, tolerance: float) -> Truth:
@@ -74,13 +74,12 @@ def loads(ranges: dict[str, float], count: int) -> dict[str, Any]:
 
 
 def inverted(found: Adaptation, L: Array, start: Array) -> Array:
-    """Return the forces (m, d) that the adapted sensor reads."""
-    prior, forces = found.prior, start.copy()
+    """Return the forces (m, d) that the adapted sensor reads, by slopes at loads near them."""
+    prior, forces = found.prior, start
     at = np.where(prior.in_use, found.values, prior.start)
-    for _ in range(5):
-        bench = prior.bench(forces)
-        slopes = np.linalg.pinv(bench.derivatives(at)[1])
-        forces = forces + np.einsum("mdn,mn->md", slopes, L - bench.model(at[None])[0])
+    slopes, _ = prior.force_slopes(found.values, start)
+    for _ in range(3):
+        forces = forces + np.einsum("mdn,mn->md", slopes, L - prior.bench(forces).model(at[None])[0])
     return forces
 
 
@@ -140,7 +139,7 @@ def against_finer(sensor: Sensor, data: xr.Dataset, axes: dict[str, Any]) -> dic
 def main() -> None:
     """Adapt twins of each sensor."""
     coarse, folder = study_arguments(__doc__ or "")
-    rows, curves = [], dict[str, Array]()
+    rows, curves = list[dict[str, Any]](), dict[str, Array]()
     for name, (seeds, ranges) in SENSORS.items():
         if coarse and rows:
             break
@@ -156,7 +155,7 @@ def main() -> None:
         for kind, bench in (("planned", plan.loads), ("a corner", corner)):
             numbers = range(2 if coarse else seeds)
             found = [one_twin(prior, truths[k % len(truths)], bench, grid, k) for k in numbers]
-            row: dict[str, Any] = {"sensor": name, "loads": kind, "twins": len(found)}
+            row = {"sensor": name, "loads": kind, "twins": len(found)}
             for k, force in enumerate(prior.forces):
                 errors = np.concatenate([one["error"][:, k] for one in found])
                 curves[f"{name}, {force}, {kind}"] = np.sort(errors)

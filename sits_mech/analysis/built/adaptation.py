@@ -47,6 +47,7 @@ HALF = 0.5
 """Deviation of a pose over its estimated error; studies/adapted_twins.py: 0.72, 0.23, 0.05 of d_h, d_v and alpha."""
 _MAGNETIC = 0.1  # the same of an inductance; measured there: 0.08 of biorob2018-w15 from 1e-2 to 1e-3
 _COARSER = 10.0  # times the table's tolerance: of the model that reads what the set-up changes, three times as fast
+_COARSEST = 0.1
 _SOME = 16  # loads by which its roughness is measured
 _LOAD = 1e-3  # of the largest force of the table: noise of a load, unless it is said
 _WIDEST = 100.0  # deviations: how far a factor or a misread load is followed; what is as far tells by its p-value
@@ -235,7 +236,8 @@ def prior_of(
     request, names = json.loads(data.attrs["request"]), several(data)
     known = priors(sensor, unknown or usual_unknowns(sensor, request["magnetics"], names))
     loads = [wrench_of(row) for row in points(data)]
-    tolerance = _COARSER * float(data.attrs["magnetics_tolerance"])
+    asked = float(data.attrs["magnetics_tolerance"])
+    tolerance = max(asked, min(_COARSER * asked, _COARSEST))
 
     def coarser(scene: Sensor) -> MagneticModel:
         """Return the magnetic model by which the set-up's changes are read."""
@@ -251,7 +253,8 @@ def prior_of(
 def _roughness(setup: Setup, table: Table) -> Array:
     """Return by how much the model of the set-up's changes scatters about the table, over some loads, (n,) [H]."""
     some = np.linspace(0, len(table.poses) - 1, min(_SOME, len(table.poses))).astype(int)
-    off = setup.readings(table.poses[None, some], np.zeros((1, len(setup.parameters))))[0] - table.L[some]
+    known = np.array([[each.value or 0.0 for each in setup.parameters]])
+    off = setup.readings(table.poses[None, some], known)[0] - table.L[some]
     return np.asarray(np.std(off, axis=0))
 
 
