@@ -10,9 +10,9 @@ its least by Gauss and Newton with the chain's own derivatives, its width there 
 (maps/fit.py). An estimated error counts as two deviations. Of N numbers read the least chi^2 follows chi^2_N if the
 sensor is one of those described; p is the probability of more. The part of the residual that no unknown can move,
 
-    r_n = (1 - J J^+) r,    J by all unknowns, r over sigma,
+    r_n = (1 - J J^+) r,    J by all unknowns but u, r over sigma,
 
-is tested for itself. A force that is read is off by
+is tested for itself, with u as a part of the noise. A force that is read is off by
 
     dF = A dL,    A = (W L_F)^+ W,    W = 1/noise,    cov F = A (L_theta Sigma L_theta^T + sigma^2) A^T.
 
@@ -315,10 +315,11 @@ def adapt(
     y, scale = measured.L, np.tile(np.hypot(prior.noise, prior.model), (m, 1))
     if measured.depth is not None:
         y, scale = np.column_stack([y, measured.depth]), np.column_stack([scale, np.full(m, depth_noise)])
-    free = [*_free(prior, forces), *_factors(bench.count[1]), *_misread(table, forces, blind, size)]
+    misread = _misread(table, forces, blind, size)
+    free = [*_free(prior, forces), *_factors(bench.count[1]), *misread]
     fit = fit_parameters(bench.model, y, free, noise=scale, slopes=bench.slopes)
     p = len(prior.start)
-    none, freedom = _structured(bench, fit, y, scale)
+    none, freedom = _structured(bench, fit, scale, misread)
     before = measured.L - bench.model(np.concatenate([prior.start, np.zeros(forces.size)])[None])[0][:, :n]
     return Adaptation(
         prior, replace(measured, forces=forces), fit.names[:p], fit.values[:p], fit.covariance[:p, :p],
@@ -340,6 +341,8 @@ def _free(prior: Prior, forces: Array) -> list[Free]:
     if not softest <= 1.0 <= stiffest and all(each.name != "modulus" for each in parameters):
         raise SceneError(f"table: must reach beyond the measured forces; {why[int(softest <= 1.0)]}")
     found = prior.setup.free(prior.table.poses, {"modulus": modulus})
+    if any(not each.low < each.high for each in found if each.name == "modulus"):
+        raise SceneError(f"table: must reach beyond the measured forces; {why[0] or why[1]}")
     least = -prior.sensor.readout.lead_inductance  # no lead has less than none
     found = tuple(replace(each, low=max(each.low, least), wall=True) if each.name == "lead" else each for each in found)
     return [replace(each, start=float(np.clip(each.start, each.low, each.high))) for each in found]
@@ -363,15 +366,23 @@ def _misread(table: Table, forces: Array, blind: NDArray[np.bool_], noise: float
     return found
 
 
-def _structured(bench: LoadedBench, fit: ParameterFit, y: Array, scale: Array) -> tuple[float, int]:
-    """Return chi^2 and degrees of freedom of the part of a residual that no unknown can move."""
-    there = np.isfinite(y)
-    J = (bench.slopes(fit.values) / scale[..., None])[there]
-    sizes = np.linalg.norm(J, axis=0)
-    U, s, _ = np.linalg.svd(J[:, sizes > 0.0] / sizes[sizes > 0.0], full_matrices=False)
+def _structured(bench: LoadedBench, fit: ParameterFit, scale: Array, misread: Sequence[Free]) -> tuple[float, int]:
+    """Return chi^2 and degrees of freedom of the part of a residual that no unknown of sensor and bench can move.
+
+    What loads were misread by is not one of them: it is part of the noise, with its deviations.
+    """
+    by, by_load = bench.derivatives(fit.values)
+    m, n, d = by_load.shape
+    by_reading = by_load @ bench.by_reading(fit.values)
+    off = fit.values[-m * d :].reshape(m, d)
+    sizes = np.array([each.size for each in misread]).reshape(m, d)
+    r = fit.residual + np.einsum("mnd,md->mn", by_reading, off)
+    whole = np.einsum("mnd,md,mod->mno", by_reading, sizes**2, by_reading) + scale[..., None] ** 2 * np.eye(n)
+    root = np.linalg.cholesky(whole)
+    r = np.linalg.solve(root, r[..., None]).ravel()
+    J = np.linalg.solve(root, by).reshape(m * n, -1)
+    lengths = np.linalg.norm(J, axis=0)
+    U, s, _ = np.linalg.svd(J[:, lengths > 0.0] / lengths[lengths > 0.0], full_matrices=False)
     U = U[:, s > _RANK * s[0]]
-    r = (fit.residual / scale)[there]
     left = r - U @ (U.T @ r)
     return float(left @ left), int(len(r) - U.shape[1])
-
-

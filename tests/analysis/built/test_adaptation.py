@@ -1,0 +1,74 @@
+"""The posterior of a built sensor: what is found again, how sure, what is doubted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sits_mech.analysis.built.adaptation import Prior, adapt, prior_of
+from sits_mech.readout.measured import Measured
+from sits_mech.scene.sensor import SceneError
+
+from .conftest import LOADS, OTHERWISE, bench_of, unknowns
+
+
+def test_five_readings_find_the_sensor(prior: Prior) -> None:
+    """Each unknown within three deviations of what it is; forces far better known than by the calibration, tared."""
+    found = adapt(prior, bench_of(prior))
+    true = unknowns(prior, **OTHERWISE)
+    assert np.all(np.abs(found.values - true) <= 3.0 * found.deviations)
+    assert {"modulus", "alpha"} <= {*found.identified} and "cell" not in found.identified
+    before, after = found.force_deviations(np.array([[0.2, 1.0], [-0.2, 0.5]]))
+    assert np.all(after < 0.2 * before) and found.p_value > 0.01
+    assert np.abs(found.residual).max() < 0.05 * np.abs(found.before).max()
+
+
+def test_the_posterior_is_as_wide_as_it_errs(prior: Prior) -> None:
+    """Sensors drawn from what is known: chi^2 of N numbers is N, and errors of forces are as large as said."""
+    rng, chi, off, at = np.random.default_rng(3), [], [], np.array([[0.1, 0.8]])
+    root = np.linalg.cholesky(prior.covariance)
+    names = [each.name for each in prior.setup.parameters]
+    for seed in range(12):
+        true = prior.start + 0.7 * root @ rng.uniform(-1.7, 1.7, len(prior.start))
+        true[names.index("lead")] = abs(true[names.index("lead")])
+        true[0] = np.clip(true[0], 0.85, 1.3)  # loads of the table
+        shown = prior.bench(LOADS).model(true[None])[0]
+        noise = np.hypot(prior.noise, prior.model) * np.random.default_rng(seed).standard_normal(shown.shape)
+        found = adapt(prior, Measured(LOADS, shown + noise, "twin"))
+        chi.append(found.chi_square)
+        answers, by = prior.force_slopes(found.values, at)
+        wrong = np.einsum("mdn,mnp,p->md", answers, by, found.values - true)
+        off.append((wrong / np.sqrt(np.einsum("mdd->md", prior.force_covariance(
+            found.values, found.covariance, at))))[0])
+    assert 0.3 * LOADS.size < np.mean(chi) < 1.6 * LOADS.size
+    assert 0.2 < np.sqrt(np.mean(np.square(off))) < 1.6
+
+
+def test_a_press_of_known_depth_needs_no_scale(prior: Prior) -> None:
+    """Loads that were not measured are found from the readings and the way down; the modulus then stays unknown."""
+    loads = np.array([[0.0, 0.0], [0.0, 0.7], [0.0, 1.4]])
+    bench = bench_of(prior, loads, depth=True)
+    blind = replace(bench, forces=np.where([[0, 0], [0, 1], [0, 1]], np.nan, loads))
+    both, alone = (adapt(prior, one, depth_noise=2e-6) for one in (bench, blind))
+    assert "modulus" in both.identified and both.deviations[0] < 0.5 * alone.deviations[0]
+    assert np.all(np.abs(alone.values - unknowns(prior, **OTHERWISE)) <= 4.0 * alone.deviations)
+
+
+def test_foreign_readings_are_doubted(prior: Prior) -> None:
+    """Hysteresis of a tenth up and down; nothing is left to test where unknowns are as many as readings."""
+    way = np.concatenate([LOADS, LOADS[::-1]])
+    share = np.repeat([0.95, 1.05], len(LOADS))[:, None]
+    shown = bench_of(prior, share * way)
+    found = adapt(prior, Measured(way, shown.L, "loop"))
+    assert found.p_structured < 1e-3 and found.freedom > 0
+    few = adapt(prior, bench_of(prior, LOADS[:2]))
+    assert few.freedom == 0 and few.p_structured == 1.0
+
+
+def test_what_cannot_be_adapted_is_refused(prior: Prior) -> None:
+    """Loads that the table does not reach; an unknown modulus of none."""
+    with pytest.raises(SceneError, match="modulus|table"):
+        adapt(prior, Measured(20.0 * LOADS, bench_of(prior).L, "far"))
+    held = prior_of(prior.sensor, prior.data, ["gap"])
+    with pytest.raises(SceneError, match="table: must reach beyond the measured forces"):
+        adapt(held, Measured(3.0 * LOADS, bench_of(prior).L, "far"))

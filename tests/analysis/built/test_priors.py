@@ -1,0 +1,27 @@
+"""What is known of a built sensor beforehand: by the silicone's sources, by the scene's sizes, by what a user says."""
+
+import numpy as np
+import pytest
+
+from sits_mech.analysis.built.priors import priors, usual_unknowns
+from sits_mech.scene.sensor import SceneError, load_sensor
+
+
+def test_the_modulus_is_as_uncertain_as_its_sources() -> None:
+    """Whose largest is 2.32 times the least; without a source 0.3; the user's word counts."""
+    sensor = load_sensor("biorob2018")
+    assert priors(sensor, ["modulus"])[0].deviation == pytest.approx(np.log(2.32) / 1.693)
+    own = 'elastomer.material={law="neo-hookean", shear_modulus="20 kPa", bulk_modulus="20 MPa"}'
+    assert priors(load_sensor("biorob2018", [own]), ["modulus"])[0].deviation == 0.3
+    gap, thickness = priors(sensor, ["gap=10+-20 um", "thickness"])
+    assert (gap.value, gap.deviation) == pytest.approx((1e-5, 2e-5)) and thickness.deviation == pytest.approx(5e-5)
+
+
+def test_what_a_model_does_not_hold_is_not_unknown() -> None:
+    """Poses out of a plane, or beside an axis; a load cell turns only forces that are read."""
+    sensor = load_sensor("biorob2018")
+    assert {"d_y", "alpha_x"} <= {*usual_unknowns(sensor, "sheets", ("F_x", "F_z"))}
+    assert not {"d_y", "alpha_x", "frame_x"} & {*usual_unknowns(sensor, "planar", ("F_x", "F_z"))}
+    assert not {"d_h", "alpha", "frame"} & {*usual_unknowns(sensor, "axisymmetric", ("F_z",))}
+    with pytest.raises(SceneError, match="fit: must be modulus, .* got \"colour\""):
+        priors(sensor, ["colour"])
