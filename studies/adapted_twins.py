@@ -19,10 +19,12 @@ import numpy as np
 import xarray as xr
 from common.outputs import study_arguments, write_rows
 
-from sits_mech.analysis.built.adaptation import Adaptation, Prior, adapt, prior_of
+from sits_mech.analysis.built.adaptation import Adaptation, adapt
+from sits_mech.analysis.built.force_maps import Table, table_of
 from sits_mech.analysis.built.load_plan import plan_loads
-from sits_mech.analysis.built.loaded import Table, table_of
-from sits_mech.analysis.built.setup import Known, Setup
+from sits_mech.analysis.built.prior import Prior, prior_of
+from sits_mech.analysis.built.setup import Setup
+from sits_mech.analysis.built.unknowns import Known
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import loaded_model
 from sits_mech.quantities import Array

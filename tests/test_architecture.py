@@ -62,6 +62,9 @@ PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN
 # files without tests of their own at the mirrored place, and where they are tested instead
 UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
+    "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
+    "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",
+    "analysis/built/unknowns.py": "tests/analysis/built/test_setup.py: unknowns read and refused",
     "analysis/codes.py": "tests/report/page/test_html.py: the page's codes",
     "batch/executors.py": "tests/batch/test_run.py: studies run by them",
     "batch/requests.py": "tests/batch/test_run.py: every request",
@@ -129,6 +132,7 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
     ),
+    "report/tables/built.py": "tests/cli/test_built.py: adapt prints it",
     "report/tables/drift.py": "tests/cli/test_main.py: simulate over temperature",
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
     "report/tables/ladder.py": "tests/cli/test_main.py: explain --ladder prints it",

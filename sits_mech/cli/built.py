@@ -11,7 +11,8 @@ from sits_mech.cli.console import answer, warn
 from sits_mech.cli.options import Folder, Json, Output, Quantity, app, check_readable, si_of
 
 if TYPE_CHECKING:
-    from sits_mech.analysis.built.adaptation import Adaptation, Prior
+    from sits_mech.analysis.built.adaptation import Adaptation
+    from sits_mech.analysis.built.prior import Prior
     from sits_mech.readout.measured import Measured
 
 
@@ -44,7 +45,7 @@ def adapt(
     if bench is not None:
         check_readable(bench, "a readable measurement")
 
-    from sits_mech.analysis.built.adaptation import prior_of
+    from sits_mech.analysis.built.prior import prior_of
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables import built as tables
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.built.adaptation import prior_of
+from sits_mech.analysis.built.prior import prior_of
 from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run

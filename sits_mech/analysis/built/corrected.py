@@ -23,7 +23,7 @@ import xarray as xr
 
 from sits_mech.analysis.bench import free_inductances
 from sits_mech.analysis.built.adaptation import Adaptation
-from sits_mech.analysis.built.setup import PARAMETERS
+from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import tabulated
 from sits_mech.chain.models import loaded_model

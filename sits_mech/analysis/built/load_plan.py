@@ -21,7 +21,7 @@ from itertools import product
 
 import numpy as np
 
-from sits_mech.analysis.built.adaptation import Prior, inverted
+from sits_mech.analysis.built.prior import Prior, inverted
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 

@@ -17,96 +17,20 @@ other; that a gap of adhesive also changes the layer; rate, friction, temperatur
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 
-from sits_mech.analysis.bench import table_impedance
-from sits_mech.analysis.built.setup import LAYER, Setup, shown_inductances
-from sits_mech.chain.gradient_grid import slopes_under
-from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
-from sits_mech.readout.loads import varied
+from sits_mech.analysis.built.force_maps import Table, mapped
+from sits_mech.analysis.built.setup import Setup
+from sits_mech.analysis.built.unknowns import LAYER
+from sits_mech.maps.surrogate import SmoothMap
+from sits_mech.quantities import POSE, Array
 from sits_mech.rotations import rotation_matrix
-from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.status import ANSWERED
 
-_MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
-_MODULI = (0.02, 10.0)  # least and greatest factor
 _AXES, _UPWARDS = ("F_x", "F_y", "F_z"), (1.0, 1.0, -1.0)  # of a load cell
 _STEP = 1e-4  # of a load's range or a parameter's size, for differences of polynomials
-
-
-@dataclass(frozen=True)
-class Table:
-    """Maps from forces to inductances at the terminals, to poses, and to parts of their errors."""
-
-    map: SmoothMap
-    places: SmoothMap
-    parts: SmoothMap | None  # to (m * 6), parts that the loads share
-    poses: Array  # of the table's loads, (l, 6)
-    L: Array  # at the terminals there, (l, n) [H]
-
-    def at(self, forces: Array) -> tuple[Array, Array]:
-        """Return L, shape (k, m, n) [H], and the poses, shape (k, m, 6), at forces (k, m, d)."""
-        return _over(self.map, forces), _over(self.places, forces)
-
-    def ends(self) -> tuple[Array, Array]:
-        """Return how far the map can be followed in each force [N, N m]."""
-        half = 0.5 * (self.map.high - self.map.low)
-        known = np.all(np.isfinite(self.map.error))
-        beyond = [np.cosh(np.arccosh(_MISSING) / (degree + 1)) - 1.0 if known else 0.0 for degree in self.map.degrees]
-        return self.map.low - half * beyond, self.map.high + half * beyond
-
-    @property
-    def error(self) -> float:
-        """The error of the map, over each range."""
-        return float(np.max(self.map.error / self.ranges))
-
-    @property
-    def own(self) -> float:
-        """The rms error of the map, over each range, of a grid fine enough to estimate it; else zero."""
-        rms = self.map.rms / self.ranges
-        return float(np.sqrt(np.mean(rms[np.isfinite(rms)] ** 2))) if np.any(np.isfinite(rms)) else 0.0
-
-    @cached_property
-    def ranges(self) -> Array:
-        """The range of each inductance over the forces [H]."""
-        axes = [np.linspace(a, b, 9) for a, b in zip(self.map.low, self.map.high, strict=True)]
-        loads = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
-        return np.asarray(np.ptp(self.map.at(loads), axis=0))
-
-
-def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
-    """Return the maps of a calibration over its forces."""
-    data = data.isel({name: 0 for name in varied(data) if name not in names})
-    good = data["status"].transpose(*names).isin(ANSWERED).to_numpy()
-    forces = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
-    each = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
-    poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
-    found = table_impedance(data)
-    L = shown_inductances(sensor, replace(found, L=found.L[good], R=found.R[good]))
-    parts = _shared_poses(data, names)[good]
-    told = fit_map(names, forces, parts.reshape(len(parts), -1)) if np.any(parts) else None
-    return Table(fit_map(names, forces, L), fit_map(names, forces, poses), told, poses, L)
-
-
-def _shared_poses(data: xr.Dataset, names: Sequence[str]) -> Array:
-    """Return the parts of the poses' errors that loads share and that are not zero, shape (*loads, m, 6)."""
-    if "shared_d_v" not in data:
-        return np.zeros((*(data.sizes[name] for name in names), 0, len(POSE)))
-    none = 0.0 * data["shared_d_v"]
-    each = [data.get(f"shared_{name}", none).transpose(*names, "part").fillna(0.0).to_numpy() for name in POSE]
-    parts = np.stack(each, -1)
-    return np.asarray(parts[..., np.any(parts, axis=(*range(len(names)), -1)), :])
-
-
-def _over(smooth: SmoothMap, forces: Array) -> Array:
-    """Return the outputs of a map at forces (..., d), shape (..., n)."""
-    return smooth.at(forces.reshape(-1, forces.shape[-1])).reshape(*forces.shape[:-1], -1)
 
 
 @dataclass(frozen=True)
@@ -203,15 +127,15 @@ class LoadedBench:
 
     def _rests(self, P: Array, loads: Array) -> Array:
         """Return the poses p of the module docstring, shape (k, m, 6)."""
-        poses = _over(self.table.places, loads)
+        poses = mapped(self.table.places, loads)
         names, (p, q, _) = [each.name for each in self.setup.parameters], self.count
         if self.layer is not None:
-            by = _over(self.layer, loads).reshape(*loads.shape[:-1], len(LAYER), len(POSE))
+            by = mapped(self.layer, loads).reshape(*loads.shape[:-1], len(LAYER), len(POSE))
             for number, name in enumerate(LAYER):
                 if name in names:
                     poses = poses + P[:, names.index(name), None, None] * by[..., number, :]
         if q:
-            parts = _over(self.table.parts, loads).reshape(*loads.shape[:-1], q, len(POSE))  # type: ignore[arg-type]
+            parts = mapped(self.table.parts, loads).reshape(*loads.shape[:-1], q, len(POSE))  # type: ignore[arg-type]
             poses = poses + np.einsum("kq,kmqj->kmj", P[:, p : p + q], parts)
         return np.asarray(poses)
 
@@ -252,34 +176,3 @@ def _turned(names: Sequence[str], forces: Array, turns: Array) -> Array:
     return found
 
 
-def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechanics: str, tolerance: float) -> SmoothMap:
-    """Return the map from forces to the derivatives of the pose by `LAYER`, on three values of each force.
-
-    The loads are solved once more on the first meshes (chain/gradient_grid.py): derivatives have no need of others.
-    """
-    axes: Mapping[str, list[float]] = {
-        name: [float(data[name].min()), 0.5 * float(data[name].min() + data[name].max()), float(data[name].max())]
-        for name in names
-    }
-    fixed = {name: [float(data[name])] for name in WRENCH if name in data.coords and name not in data.dims}
-    loads, slopes = slopes_under(sensor, tuple(LAYER.values()), {**axes, **fixed}, mechanics, tolerance)
-    forces = np.array([[getattr(load, name) for name in names] for load in loads])
-    return fit_map(names, forces, slopes.reshape(len(loads), -1))
-
-
-def moduli(forces: Array, table: Table, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:
-    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why."""
-    (least, most), (why_least, why_most) = _MODULI, ("", "")
-    for k, (name, low, high) in enumerate(zip(names, *table.ends(), strict=True)):
-        unit = shown_unit(name)
-        span = f"the table's map can be followed for {name} from {low:.4g} to {high:.4g} {unit}"
-        for sign, end in ((1.0, high), (-1.0, -low)):
-            top = float(np.max(sign * forces[:, k]))
-            came = f"{span}, the measurement has {sign * top:.4g} {unit}"
-            if end <= 0.0 <= top and end != top:
-                raise SceneError(f"table: must reach beyond the measured forces; {came}")
-            if end > 0.0 and top / end > least:
-                least, why_least = top / end, came
-            if end < 0.0 and top / end < most:
-                most, why_most = top / end, came
-    return (least, most), (why_least, why_most)

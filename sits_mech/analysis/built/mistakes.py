@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.analysis.built.adaptation import Adaptation, Prior, adapt
+from sits_mech.analysis.built.adaptation import Adaptation, adapt
+from sits_mech.analysis.built.prior import Prior
 from sits_mech.readout.measured import Measured
 from sits_mech.scene.sensor import SceneError
 

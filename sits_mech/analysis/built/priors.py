@@ -15,7 +15,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sits_mech.analysis.built.setup import Known, checked
+from sits_mech.analysis.built.unknowns import Known, checked
 from sits_mech.scene.sensor import Sensor
 
 USUAL = {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.analysis.built.comparison import Comparison
-from sits_mech.analysis.built.setup import PARAMETERS
+from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.report.pictures.curves import MARKS, new_figure
 
 if TYPE_CHECKING:

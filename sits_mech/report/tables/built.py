@@ -10,7 +10,7 @@ import numpy as np
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.load_plan import LoadPlan
 from sits_mech.analysis.built.mistakes import STRANGE
-from sits_mech.analysis.built.setup import PARAMETERS
+from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.quantities import UNITS, Array
 from sits_mech.report.tables.solves import column_table, key_table
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.built.adaptation import Prior, prior_of
+from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array
 from sits_mech.readout.measured import Measured

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.analysis.built.adaptation import Prior, adapt, prior_of
+from sits_mech.analysis.built.adaptation import adapt
+from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.readout.measured import Measured
 from sits_mech.scene.sensor import SceneError
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.bench import sensor_calibration, terminals
-from sits_mech.analysis.built.adaptation import Prior, adapt
+from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.corrected import corrected
+from sits_mech.analysis.built.prior import Prior
 from sits_mech.scene.sensor import scene_text
 
 from .conftest import OTHERWISE, bench_of, unknowns

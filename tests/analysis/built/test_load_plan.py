@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.built.adaptation import Prior, inverted
 from sits_mech.analysis.built.load_plan import plan_loads
+from sits_mech.analysis.built.prior import Prior, inverted
 from sits_mech.scene.sensor import SceneError
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.built.adaptation import Prior
+from sits_mech.analysis.built.prior import Prior
 
 from .conftest import LOADS, OTHERWISE, unknowns
 

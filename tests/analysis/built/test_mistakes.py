@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.analysis.built.adaptation import Prior, adapt
+from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.mistakes import mistake
+from sits_mech.analysis.built.prior import Prior
 from sits_mech.readout.measured import Measured
 from sits_mech.scene.sensor import SceneError
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.built import comparison
-from sits_mech.analysis.built.setup import Known, Setup, checked, known
+from sits_mech.analysis.built.setup import Setup
+from sits_mech.analysis.built.unknowns import Known, checked, known
 from sits_mech.cli.main import run
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
 from sits_mech.readout.measured import Measured
