@@ -24,8 +24,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 47_045, "core lines": 31_833, "tokens": 405_794, "named numbers": 523, "branching functions": 115,
-    "long signatures": 31, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
+    "lines": 48_655, "core lines": 32_005, "tokens": 420_366, "named numbers": 550, "branching functions": 118,
+    "long signatures": 36, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

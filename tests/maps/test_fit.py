@@ -90,3 +90,46 @@ def test_places_without_an_answer_are_not_taken() -> None:
     free = [Free("a", -2.0, -9.0, 9.0, 1.0)]
     found = fit_parameters(root, np.sqrt(0.2) * X, free)
     assert found.values[0] == pytest.approx(1.3, rel=1e-6)
+
+
+def slopes(p: Array) -> Array:
+    """Derivatives of `line` by a and b."""
+    return np.stack([np.ones(X.shape), X], axis=-1)
+
+
+def test_slopes_of_the_model_find_the_posterior_in_closed_form() -> None:
+    """Of a line with prior knowledge, noise of each number and one that was not measured: (J^T J)^-1 and its mean."""
+    y, noise = 2.0 + 0.3 * X, np.linspace(0.01, 0.05, 20)[:, None]
+    y = np.where(X == X[7], np.nan, y)
+    free = (replace(LINE[0], deviation=0.5), replace(LINE[1], deviation=0.1))
+    found = fit_parameters(line, y, free, noise=noise, slopes=slopes)
+    kept = np.isfinite(y)
+    J = np.concatenate([(slopes(np.zeros(2)) / noise[..., None])[kept], np.diag([2.0, 10.0])])
+    covariance = np.linalg.inv(J.T @ J)
+    mean = covariance @ J.T @ np.concatenate([(y / noise)[kept], [0.0, 0.0]])
+    assert found.values == pytest.approx(mean, abs=1e-6)
+    assert found.covariance == pytest.approx(covariance * found.variance, rel=1e-6)
+
+
+def test_a_wall_of_nature_may_hold_a_parameter() -> None:
+    """The least in the box: the other parameter is the best for it; an end that is none of nature's is refused."""
+    y = 2.0 - 0.3 * X
+    free = (LINE[0], replace(LINE[1], low=0.0, wall=True))
+    found = fit_parameters(line, y, free, slopes=slopes)
+    assert found.values == pytest.approx([np.mean(y), 0.0], abs=1e-6)
+    with pytest.raises(ValueError, match="b: must fit the readings between 0 and 9"):
+        fit_parameters(line, y, (LINE[0], replace(LINE[1], low=0.0)), slopes=slopes)
+
+
+def test_a_curved_model_is_followed_downhill() -> None:
+    """exp(a x) from far away, with slopes that are ten percent off: steps are halved, and slopes corrected by them."""
+    def curve(P: Array) -> Array:
+        """exp(a x)."""
+        return np.exp(P[:, :, None] * X)
+
+    def rough(p: Array) -> Array:
+        """Its slopes, not quite."""
+        return 1.1 * (X * np.exp(p[0] * X))[..., None]
+
+    found = fit_parameters(curve, np.exp(-1.5 * X), (Free("a", 4.0, -9.0, 9.0, 1.0, 5.0),), noise=1e-3, slopes=rough)
+    assert found.values[0] == pytest.approx(-1.5, abs=1e-3)

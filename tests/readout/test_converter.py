@@ -163,3 +163,9 @@ def test_what_cannot_be_set_is_refused() -> None:
         front_end(LDC1614, [2e-6], [1.0], 330e-12, rcount=3)
     with pytest.raises(ValueError, match="L and R: must be finite"):
         front_end(LDC1614, [2e-6], [0.0], 330e-12)
+
+
+def test_noise_is_that_of_the_largest_inductance() -> None:
+    """Of each coil over all its loads: a relative deviation of the frequency is twice that of L."""
+    found = front_end(LDC1614, [[2.3e-6, 2.0e-6], [2.2e-6, 2.1e-6]], np.full((2, 2), 2.7), 330e-12, noise=1e-8)
+    assert found.noise == pytest.approx([2.0 * 2.3e-6 * 1e-8, 2.0 * 2.1e-6 * 1e-8])

@@ -24,6 +24,7 @@ def test_five_readings_find_the_sensor(prior: Prior) -> None:
     assert np.abs(found.residual).max() < 0.05 * np.abs(found.before).max()
 
 
+@pytest.mark.slow
 def test_the_posterior_is_as_wide_as_it_errs(prior: Prior) -> None:
     """Sensors drawn from what is known: chi^2 of N numbers is N, and errors of forces are as large as said."""
     rng, chi, off, at = np.random.default_rng(3), [], [], np.array([[0.1, 0.8]])

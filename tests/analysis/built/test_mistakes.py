@@ -33,7 +33,9 @@ def _kilograms(bench: Measured) -> Measured:
 
 @pytest.mark.parametrize(
     ("slip", "words"),
-    [(_swapped, "C1 and C2 seem swapped"), (_signed, "other sign|swapped"), (_kilograms, "factor of 9.81: kilograms")],
+    [(_swapped, "C1 and C2 seem swapped"),
+     pytest.param(_signed, "other sign|swapped", marks=pytest.mark.slow),
+     pytest.param(_kilograms, "factor of 9.81: kilograms", marks=pytest.mark.slow)],
 )
 def test_slips_are_named(prior: Prior, slip, words: str) -> None:
     """Of readings that are far likelier without."""
