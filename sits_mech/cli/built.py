@@ -27,6 +27,7 @@ def adapt(
     load_noise: Annotated[Quantity | None, Parameter(help="Noise of a load; 0.1 % of the largest.")] = None,
     depth_noise: Annotated[Quantity, Parameter(help="Noise of the way down.")] = "10 um",
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None,
+    check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
     strict: Annotated[bool, Parameter(negative="", help="Refuse readings that hardly are of such a sensor.")] = False,
     output: Output = None, as_json: Json = False,
 ) -> int:
@@ -65,6 +66,8 @@ def adapt(
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
     if said:
         warn(f"{bench}: {said}")
+    if check is not None:
+        warn(_checked(found, check))
     if strict and tables.verdict(record).startswith("hardly"):
         raise SceneError(f"{bench}: must be readings of such a sensor; {tables.verdict(record)}")
     if output is not None:
@@ -98,6 +101,18 @@ def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[
         said = mistake(prior, measured, None, **noises)
         raise SceneError(f"{error}{f'; {said}' if said else ''}") from None
     return found, mistake(prior, measured, found, **noises) if found.p_value < STRANGE else ""
+
+
+def _checked(found: Adaptation, count: int) -> str:
+    """Return in words how far the approximation of a posterior is from its samples."""
+    from sits_mech.analysis.built.adaptation import sampled
+    from sits_mech.units import SceneError
+
+    if count < 2:
+        raise SceneError(f"--check: must be two or more samples; got {count}")
+    by = sampled(found, count)
+    return (f"posterior by {count} samples ({100.0 * by.settled:.0f} % of them settled): means within {by.shift:.2g} "
+            f"deviations, widths within {100.0 * by.width:.0f} %, of forces within {100.0 * by.force_width:.0f} %")
 
 
 def _write(found: Adaptation, output: Path) -> None:

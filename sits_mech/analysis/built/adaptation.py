@@ -20,7 +20,8 @@ Source: A. Gelman and others, Bayesian Data Analysis, 3rd ed. 2013, sections 4.1
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,7 +37,78 @@ from sits_mech.scene.sensor import SceneError
 
 _WIDEST = 100.0  # deviations: how far a factor or a misread load is followed; what is as far tells by its p-value
 _DETERMINED = 0.7  # of its deviation beforehand: what is known better afterwards was read
+_CHORDS, _SETTLED = 8, 0.3  # steps of a sample; what is left of chi^2's terms before the last one, at most
 _RANK = 1e-6  # of the largest singular value: a direction that an unknown moves
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """The terms of chi^2 of the module docstring, by all unknowns, and where it is least."""
+
+    bench: LoadedBench
+    y: Array  # (m, n), NaN where none was measured
+    noise: Array  # (m, n)
+    free: tuple[Free, ...]
+    fit: ParameterFit
+
+    def terms(self, P: Array) -> Array:
+        """Return what chi^2 is the sum of squares of, for unknowns (k, p), shape (k, N + p)."""
+        start, size = (np.array([getattr(each, key) for each in self.free]) for key in ("start", "deviation"))
+        data = ((self.bench.model(P) - self.y) / self.noise)[:, np.isfinite(self.y)]
+        return np.concatenate([data, (P - start) / size], axis=1)
+
+    def slopes(self) -> Array:
+        """Return their derivatives where chi^2 is least, shape (N + p, p)."""
+        data = (self.bench.slopes(self.fit.values) / self.noise[..., None])[np.isfinite(self.y)]
+        return np.concatenate([data, np.diag([1.0 / each.deviation for each in self.free])])
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A posterior by samples, beside its approximation."""
+
+    settled: float  # share of the samples that came to their least within all ends
+    shift: float  # largest distance of a mean from the approximation's, in deviations
+    width: float  # largest difference of a deviation, over the approximation's
+    force_width: float  # the same of a force that is read, at the table's ends
+
+
+def sampled(found: Adaptation, count: int, *, seed: int = 0) -> Sampled:
+    """Return how far Laplace's approximation is from the posterior, by randomised maximum likelihood.
+
+    Each of `count` samples is the least of chi^2 with all its terms off by normal numbers (P. K. Kitanidis, Water
+    Resour. Res. 31 (1995) 2411): exact where readings are linear in the unknowns, and along the posterior's bends where
+    they are not. Each costs `_CHORDS` readings of the bench.
+    """
+    posterior, p = found.posterior, len(found.values)
+    units = np.array([each.deviation for each in posterior.free])
+    Q, R = np.linalg.qr(posterior.slopes() * units)
+    low, high = (np.array([getattr(each, key) for each in posterior.free]) for key in ("low", "high"))
+    off = np.random.default_rng(seed).standard_normal((count, len(Q)))
+    P, left = np.tile(posterior.fit.values, (count, 1)), np.zeros((count, len(units)))
+    for _ in range(_CHORDS):
+        left = (np.nan_to_num(posterior.terms(P)) - off) @ Q
+        P = np.clip(P - units * np.linalg.solve(R, left.T).T, low, high)
+    good = np.max(np.abs(left), axis=1) < _SETTLED
+    sizes = np.sqrt(np.diagonal(posterior.fit.covariance))
+    if np.sum(good) < 2:
+        return Sampled(float(np.mean(good)), np.inf, np.inf, np.inf)
+    shift = np.abs(P[good].mean(axis=0) - posterior.fit.values) / sizes
+    width = np.abs(P[good].std(axis=0, ddof=1) / sizes - 1.0)
+    by_force = _force_widths(found, P[good, :p])
+    return Sampled(float(np.mean(good)), float(np.max(shift[:p])), float(np.max(width[:p])), by_force)
+
+
+def _force_widths(found: Adaptation, P: Array) -> float:
+    """Return the largest difference of a deviation of forces by samples (k, p) from the approximation's, over it."""
+    prior = found.prior
+    ends = np.array(list(product(*zip(prior.table.map.low, prior.table.map.high, strict=True))))
+    answers, by = prior.force_slopes(found.values, ends)
+    said = np.sqrt(np.einsum("mdn,mnp,pq,moq,mdo->md", answers, by, found.covariance, by, answers))
+    bench, used = prior.bench(ends), prior.in_use
+    L = bench.model(np.where(used, np.vstack([found.values, P]), prior.start))
+    forces = np.einsum("mdn,kmn->kmd", answers, L[1:] - L[0])
+    return float(np.max(np.abs(np.nanstd(forces, axis=0, ddof=1) / said - 1.0)))
 
 
 @dataclass(frozen=True)
@@ -62,6 +134,8 @@ class Adaptation:
         Of the same what no unknown can move, as a chi^2, and its degrees of freedom.
     before : ndarray, shape (m, n)
         Readings less what the calibration shows [H].
+    posterior : Posterior
+        Of all unknowns, what loads were misread by as well.
     """
 
     prior: Prior
@@ -75,6 +149,7 @@ class Adaptation:
     structured: float
     freedom: int
     before: Array
+    posterior: Posterior = field(repr=False)
 
     @property
     def deviations(self) -> Array:
@@ -152,6 +227,7 @@ def adapt(
     return Adaptation(
         prior, replace(measured, forces=forces), fit.names[:p], fit.values[:p], fit.covariance[:p, :p],
         fit.chi_square, int(np.isfinite(y).sum()), fit.residual[:, :n], none, freedom, before,
+        Posterior(bench, y, scale, tuple(free), fit),
     )
 
 

@@ -114,7 +114,7 @@ def plan_tables(plan: LoadPlan) -> list[Any]:
     """Return a plan of loads, with what each brings, and in words what all do."""
     names: Sequence[str] = plan.forces
     table = column_table(
-        f"Loads for a {plan.rig}", ["", *(f"{name} [{UNITS[name]}]" for name in names),
+        f"Loads: {plan.rig}", ["", *(f"{name} [{UNITS[name]}]" for name in names),
                                     *(f"error of {name} [%]" for name in names)], justify="right",
     )
     rows = [np.full(len(names), np.nan), *plan.loads]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.analysis.built.adaptation import adapt
+from sits_mech.analysis.built.adaptation import adapt, sampled
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.readout.measured import Measured
 from sits_mech.scene.sensor import SceneError
@@ -74,3 +74,15 @@ def test_what_cannot_be_adapted_is_refused(prior: Prior) -> None:
     held = prior_of(prior.sensor, prior.data, ["gap"])
     with pytest.raises(SceneError, match="table: must reach beyond the measured forces"):
         adapt(held, Measured(3.0 * LOADS, bench_of(prior).L, "far"))
+
+
+def test_samples_agree_with_the_approximation(prior: Prior) -> None:
+    """Nearly linear in a few unknowns that readings determine: means and widths are those of 200 samples."""
+    few = prior_of(prior.sensor, prior.data, ["modulus", "gap=0+-30 um", "alpha"])
+    found = adapt(few, bench_of(few, modulus=0.9, gap=2e-5, alpha=0.004))
+    terms = found.posterior.terms(found.posterior.fit.values[None])[0]
+    assert terms @ terms == pytest.approx(found.chi_square)
+    by = sampled(found, 200)
+    assert by.settled == 1.0 and by.shift < 0.3 and by.width < 0.25 and by.force_width < 0.25
+    whole = sampled(adapt(prior, bench_of(prior)), 50)
+    assert whole.settled > 0.5 and whole.force_width < 0.6
