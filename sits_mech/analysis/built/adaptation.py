@@ -201,7 +201,7 @@ def adapt(
     measured : Measured
         Readings under loads; a load that was not measured is NaN, and then found from the readings themselves.
     load_noise : float, optional
-        Deviation of a load that is read [N]; by default a thousandth of the largest of the table.
+        Deviation of a force that is read [N]; by default, as of moments, a thousandth of the table's largest.
     depth_noise : float
         The same of the target's way down, where it was measured [m].
 
@@ -252,15 +252,15 @@ def _factors(count: int) -> list[Free]:
     return [Free(f"error {k + 1}", 0.0, -_WIDEST * HALF, _WIDEST * HALF, HALF, HALF) for k in range(count)]
 
 
-def _misread(table: Table, forces: Array, blind: NDArray[np.bool_], noise: float) -> list[Free]:
+def _misread(table: Table, forces: Array, blind: NDArray[np.bool_], noises: Array) -> list[Free]:
     """Return what each load may be misread by, row by row; a load that is not known is one of the table's."""
     found = []
     for row, (loads, unseen) in enumerate(zip(forces.tolist(), blind.tolist(), strict=True), 1):
-        for k, (name, load, alone) in enumerate(zip(table.map.names, loads, unseen, strict=True)):
+        for k, (name, load, alone, noise) in enumerate(zip(table.map.names, loads, unseen, noises, strict=True)):
             low, high = (float(end[k]) - load for end in (table.map.low, table.map.high))
             if not alone:
                 low, high = -_WIDEST * noise, _WIDEST * noise
-            size = 0.5 * (high - low) if alone else noise
+            size = float(0.5 * (high - low) if alone else noise)
             found.append(Free(f"{name} of row {row}", 0.0, low, high, size, size))
     return found
 

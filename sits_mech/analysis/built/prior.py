@@ -29,7 +29,7 @@ from sits_mech.analysis.built.setup import Setup
 from sits_mech.analysis.built.unknowns import CELL, LAYER
 from sits_mech.chain.models import loaded_model
 from sits_mech.maps.surrogate import SmoothMap
-from sits_mech.quantities import POSE, Array, MagneticModel
+from sits_mech.quantities import POSE, UNITS, Array, MagneticModel
 from sits_mech.readout.loads import points, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -39,7 +39,7 @@ _MAGNETIC = 0.1  # the same of an inductance; measured there: 0.08 of biorob2018
 _COARSER = 10.0  # times the table's tolerance: of the model that reads what the set-up changes, three times as fast
 _COARSEST = 0.1
 _SOME = 16  # loads by which its roughness is measured
-_LOAD = 1e-3  # of the largest force of the table: noise of a load, unless it is said
+_LOAD = 1e-3  # of the largest force of the table, each: noise of a load, unless it is said
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Prior:
         by, by_load = self.bench(loads, depth=depth_noise is not None).derivatives(self.start)
         own = self.noise**2 + self.model**2
         own = own if depth_noise is None else np.append(own, depth_noise**2)
-        unsure = np.diag(own) + size**2 * by_load @ by_load.swapaxes(1, 2)
+        unsure = np.diag(own) + by_load * size**2 @ by_load.swapaxes(1, 2)
         return np.asarray(by.swapaxes(1, 2) @ np.linalg.solve(unsure, by))
 
     @cached_property
@@ -198,6 +198,8 @@ def _of_poses(data: xr.Dataset) -> NDArray[np.bool_]:
     return np.asarray(np.any(parts, axis=tuple(range(parts.ndim - 1))), dtype=np.bool_)
 
 
-def load_noise_of(table: Table, asked: float | None) -> float:
-    """Return the deviation of a load that is read [N], as asked for or the usual one."""
-    return float(_LOAD * np.max(np.abs([table.map.low, table.map.high]))) if asked is None else asked
+def load_noise_of(table: Table, asked: float | None) -> Array:
+    """Return the deviations of a load that is read, shape (d,) [N, N m]: of its forces as asked for, or the usual."""
+    usual = _LOAD * np.maximum(np.abs(table.map.low), np.abs(table.map.high))
+    of_force = np.array([UNITS[name] == "N" for name in table.map.names])
+    return usual if asked is None else np.where(of_force, asked, usual)

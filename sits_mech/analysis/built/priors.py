@@ -52,6 +52,6 @@ def _usual(sensor: Sensor, name: str) -> Known:
     of = {"capacitance": sensor.readout.parallel_capacitance}
     if sensor.elastomer is not None:
         of["thickness"] = sensor.elastomer.thickness
-    return Known(name, 1.0 if name == "cell" else 0.0, USUAL[name] * of.get(name, 1.0))
+    return Known(name, 1.0 if name == "cell" else 0.0, USUAL.get(name, USUAL["alpha"]) * of.get(name, 1.0))
 
 

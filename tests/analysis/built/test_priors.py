@@ -25,3 +25,10 @@ def test_what_a_model_does_not_hold_is_not_unknown() -> None:
     assert not {"d_h", "alpha", "frame"} & {*usual_unknowns(sensor, "axisymmetric", ("F_z",))}
     with pytest.raises(SceneError, match="fit: must be modulus, .* got \"colour\""):
         priors(sensor, ["colour"])
+
+
+def test_a_turn_about_the_normal_is_known_as_well_as_others() -> None:
+    """It is not unknown by default, but may be asked for."""
+    sensor = load_sensor("biorob2018")
+    assert "alpha_z" not in usual_unknowns(sensor, "sheets", ("F_x", "F_z"))
+    assert priors(sensor, ["alpha_z"])[0].deviation == priors(sensor, ["alpha"])[0].deviation
