@@ -4,9 +4,9 @@ Least squares over all numbers measured, each output over its range, or over the
 
     chi^2(p) = sum ((y(p) - y) / sigma)^2 + sum ((p_k - v_k) / s_k)^2,
 
-the second sum over parameters that are known to be v_k +- s_k beforehand. With known noise and parameters that are all
-known beforehand this is, but for a constant, -2 ln of the posterior density, whose covariance where it is largest is
-that of Laplace's approximation,
+the second sum over parameters that are known to be v_k +- s_k beforehand; of a factor it is of its logarithm. With known
+noise and parameters that are all known beforehand this is, but for a constant, -2 ln of the posterior density, whose
+covariance where it is largest is that of Laplace's approximation,
 
     Sigma = (J^T J)^-1,    J the derivatives of all terms,    chi^2(p) of N numbers follows chi^2_N if all is as stated.
 
@@ -55,6 +55,16 @@ class Free:
     deviation: float = np.inf  # standard deviation known beforehand; inf if nothing is
     beyond: tuple[str, str] = ("", "")  # why it must not be less, nor more
     wall: bool = False  # whether its lower end is nature's, where it may stay
+    ratio: bool = False  # whether ln of it is what is known, of a positive one; the deviation is then relative to start
+
+    def known(self, value: Array) -> Array:
+        """Return how far values are from what is known beforehand, in deviations."""
+        off = self.start * np.log(np.maximum(value, 1e-300) / self.start) if self.ratio else value - self.start
+        return np.asarray(off / self.deviation)
+
+    def known_slope(self, value: float) -> float:
+        """Return the derivative of `known`."""
+        return (self.start / value if self.ratio else 1.0) / self.deviation
 
 
 @dataclass(frozen=True)
@@ -150,19 +160,19 @@ def _least(
 ) -> OptimizeResult:
     """Return the parameters of least chi^2; residuals of the data come first, then of prior knowledge."""
     known = np.array([each.start for each in free])
-    deviations = np.array([each.deviation for each in free])
-    rows, there = np.isfinite(deviations), np.isfinite(y)
+    rows, there = np.array([np.isfinite(each.deviation) for each in free]), np.isfinite(y)
     low, high, sizes = (np.array([getattr(each, key) for each in free]) for key in ("low", "high", "size"))
 
     def off(P: Array) -> Array:
         """Return residuals for many parameters, shape (k, m n + known)."""
         data = ((model(P) - y) / scale)[:, there]
-        return np.concatenate([data, ((P - known) / np.where(rows, deviations, 1.0))[:, rows]], axis=1)
+        prior = [each.known(P[:, k]) for k, each in enumerate(free) if rows[k]]
+        return np.concatenate([data, np.reshape(prior, (-1, len(P))).T], axis=1)
 
     def by_slopes(p: Array) -> Array:
         """Return their derivatives by those of the model."""
         data = (slopes(p) / scale[..., None])[there] if slopes else np.zeros((0, len(p)))
-        return np.concatenate([data, np.diag(1.0 / np.where(rows, deviations, 1.0))[rows]])
+        return np.concatenate([data, np.diag([each.known_slope(x) for each, x in zip(free, p, strict=True)])[rows]])
 
     def differences(p: Array) -> Array:
         """Return their derivatives by differences, one-sided where the other side fails; evaluated at once."""

@@ -133,3 +133,20 @@ def test_a_curved_model_is_followed_downhill() -> None:
 
     found = fit_parameters(curve, np.exp(-1.5 * X), (Free("a", 4.0, -9.0, 9.0, 1.0, 5.0),), noise=1e-3, slopes=rough)
     assert found.values[0] == pytest.approx(-1.5, abs=1e-3)
+
+
+def test_a_factor_is_known_by_its_logarithm() -> None:
+    """Half and twice are as far; the posterior's mode and width of one number in closed form, by slopes as without."""
+    factor = Free("s", 1.0, 0.01, 100.0, 0.5, 0.5, ratio=True)
+    assert factor.known(np.array([0.5, 2.0])) == pytest.approx([-2.0 * np.log(2.0), 2.0 * np.log(2.0)])
+
+    def model(P: Array) -> Array:
+        """The logarithm of the factor, read once."""
+        return np.log(P)[:, :, None]
+
+    y = np.full((1, 1), 1.0)
+    for way in (None, lambda p: (1.0 / p)[None, None]):
+        found = fit_parameters(model, y, (factor,), noise=0.5, slopes=way)
+        assert found.values[0] == pytest.approx(np.exp(0.5), rel=3e-3)
+        width = np.sqrt(0.125 * found.variance) * np.exp(0.5)
+        assert np.sqrt(found.covariance[0, 0]) == pytest.approx(width, rel=1e-2)

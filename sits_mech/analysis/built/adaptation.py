@@ -4,7 +4,9 @@ Unknown are the numbers of the built sensor and of its bench (`setup`, `priors`)
 errors that the whole table shares, and what each load was misread by; all of them theta, known to be v +- s beforehand.
 With readings y of noise sigma, to which the table's own errors are added,
 
-    -2 ln p(theta | y) = chi^2(theta) = sum ((y(theta) - y)/sigma)^2 + sum ((theta - v)/s)^2 + const,
+    -2 ln p(theta | y) = chi^2(theta) = sum ((y(theta) - y)/sigma)^2 + sum ((theta - v)/s)^2 + const
+
+(of the modulus ln theta),
 
 its least by Gauss and Newton with the chain's own derivatives, its width there by Laplace's approximation
 (maps/fit.py). An estimated error counts as two deviations. Of N numbers read the least chi^2 follows chi^2_N if the
@@ -53,14 +55,15 @@ class Posterior:
 
     def terms(self, P: Array) -> Array:
         """Return what chi^2 is the sum of squares of, for unknowns (k, p), shape (k, N + p)."""
-        start, size = (np.array([getattr(each, key) for each in self.free]) for key in ("start", "deviation"))
         data = ((self.bench.model(P) - self.y) / self.noise)[:, np.isfinite(self.y)]
-        return np.concatenate([data, (P - start) / size], axis=1)
+        known = np.stack([each.known(P[:, k]) for k, each in enumerate(self.free)], axis=1)
+        return np.concatenate([data, known], axis=1)
 
     def slopes(self) -> Array:
         """Return their derivatives where chi^2 is least, shape (N + p, p)."""
         data = (self.bench.slopes(self.fit.values) / self.noise[..., None])[np.isfinite(self.y)]
-        return np.concatenate([data, np.diag([1.0 / each.deviation for each in self.free])])
+        known = [each.known_slope(value) for each, value in zip(self.free, self.fit.values.tolist(), strict=True)]
+        return np.concatenate([data, np.diag(known)])
 
 
 @dataclass(frozen=True)

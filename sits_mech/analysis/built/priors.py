@@ -2,8 +2,8 @@
 
 What a user states ("gap=0+-0.3 mm") counts; the rest is
 
-    modulus     1 +- ln(1 + S)/1.69, S the spread of the silicone's sources, the range of some three of them: 1.69
-                deviations are the mean range of three normal numbers; 0.3 where no source is known
+    modulus     ln s = 0 +- ln(1 + S)/1.69, S the spread of the silicone's sources, the range of some three of them:
+                1.69 deviations are the mean range of three normal numbers; 0.3 where no source is known
     others      chosen, as moulding by hand, gluing by eye and a load cell of 1 % leave them; see `USUAL`
 
 A planar magnetic model has no poses out of its plane, one on an axis none beside it: of such nothing is unknown.

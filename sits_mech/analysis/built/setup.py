@@ -146,10 +146,12 @@ class Setup:
                 most = lengths[PARAMETERS[each.name]]
                 own = Free(each.name, 0.0, -most, most, 1e-8 if each.name == "lead" else most)
             elif each.value is not None:
-                wide = _WIDE * each.deviation
+                wide, ratio = _WIDE * each.deviation, each.name == "modulus"
                 low, high, beyond = (own.low, own.high, own.beyond) if own else (-np.inf, np.inf, ("", ""))
-                ends_here = max(each.value - wide, low), min(each.value + wide, high)
-                own = Free(each.name, each.value, *ends_here, each.deviation, each.deviation, beyond)
+                ends_here = np.array([-wide, wide])
+                ends_here = each.value * np.exp(ends_here / each.value) if ratio else each.value + ends_here
+                low, high = max(float(ends_here[0]), low), min(float(ends_here[1]), high)
+                own = Free(each.name, each.value, low, high, each.deviation, each.deviation, beyond, ratio=ratio)
             if own is not None:
                 found.append(own)
         return tuple(found)
