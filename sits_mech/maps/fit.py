@@ -4,9 +4,9 @@ Least squares over all numbers measured, each output over its range, or over the
 
     chi^2(p) = sum ((y(p) - y) / sigma)^2 + sum ((p_k - v_k) / s_k)^2,
 
-the second sum over parameters that are known to be v_k +- s_k beforehand; of a factor it is of its logarithm. With known
-noise and parameters that are all known beforehand this is, but for a constant, -2 ln of the posterior density, whose
-covariance where it is largest is that of Laplace's approximation,
+the second sum over parameters that are known to be v_k +- s_k beforehand; of a factor it is of its logarithm. With
+known noise and parameters that are all known beforehand this is, but for a constant, -2 ln of the posterior density,
+whose covariance where it is largest is that of Laplace's approximation,
 
     Sigma = (J^T J)^-1,    J the derivatives of all terms,    chi^2(p) of N numbers follows chi^2_N if all is as stated.
 
