@@ -146,7 +146,7 @@ def prior_of(
         Of an inductance that is read [H]; by default the converter's.
     """
     request, names = json.loads(data.attrs["request"]), several(data)
-    known = priors(sensor, unknown or usual_unknowns(sensor, request["magnetics"], names))
+    known = priors(sensor, unknown or usual_unknowns(sensor, (request["mechanics"], request["magnetics"]), names))
     loads = [wrench_of(row) for row in points(data)]
     asked = float(data.attrs["magnetics_tolerance"])
     tolerance = max(asked, min(_COARSER * asked, _COARSEST))

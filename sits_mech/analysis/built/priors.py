@@ -15,8 +15,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sits_mech.analysis.built.unknowns import Known, checked
+from sits_mech.analysis.built.unknowns import LAYER, Known, checked
 from sits_mech.scene.sensor import Sensor
+from sits_mech.silicone.laws import LAWS
 
 USUAL = {
     "stiffening": 0.05, "thickness": 0.025, "gap": 1e-4, "d_h": 2e-4, "d_y": 2e-4, "alpha": 0.026, "alpha_x": 0.026,
@@ -28,12 +29,17 @@ _UNKNOWN = 0.3  # of the modulus, without a source's spread
 _BESIDE = ("d_y", "alpha_x", "frame_x", "frame_z")
 _OFF_AXIS = ("d_h", "alpha", "frame", *_BESIDE)
 _ABSENT = {"planar": _BESIDE, "planar-fem": _BESIDE, "axisymmetric": _OFF_AXIS}
+_SLOPED = ("block", "planar", "linear")  # mechanical models with derivatives by the layer
 _PAIRS = {"frame": ("F_x", "F_z"), "frame_x": ("F_y", "F_z"), "frame_z": ("F_x", "F_y")}
 
 
-def usual_unknowns(sensor: Sensor, magnetics: str, forces: Sequence[str]) -> tuple[str, ...]:
-    """Return what is not known of a sensor that is read under forces, by a magnetic model."""
-    absent = set(_ABSENT.get(magnetics, ()))
+def usual_unknowns(sensor: Sensor, models: tuple[str, str], forces: Sequence[str]) -> tuple[str, ...]:
+    """Return what is not known of a sensor that is read under forces, by a mechanical and a magnetic model."""
+    absent = set(_ABSENT.get(models[1], ()))
+    if models[0] not in _SLOPED:
+        absent |= {*LAYER}
+    if sensor.elastomer is None or LAWS[sensor.elastomer.silicone.law].stiffened is None:
+        absent |= {"stiffening"}
     absent |= {name for name, pair in _PAIRS.items() if not {*pair} <= {*forces}}
     return tuple(name for name in ("modulus", *USUAL) if name not in absent)
 

@@ -81,7 +81,8 @@ def test_what_cannot_be_compared_is_refused(sensor: Sensor, data: xr.Dataset, be
         compare(sensor, data, bench, ["modulus"])  # no modulus makes up for leads
 
 
-@pytest.mark.parametrize("free", ["modulus", pytest.param("modulus,gap,lead", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("free", ["modulus", "modulus,gap,lead"])
 def test_a_perfect_bench_has_modulus_one(sensor: Sensor, data: xr.Dataset, free: str) -> None:
     """Loads of the whole table, as its terminals show them: the scene itself, though softer ones leave the table."""
     L = terminals(sensor, data)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()

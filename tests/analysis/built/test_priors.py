@@ -20,9 +20,10 @@ def test_the_modulus_is_as_uncertain_as_its_sources() -> None:
 def test_what_a_model_does_not_hold_is_not_unknown() -> None:
     """Poses out of a plane, or beside an axis; a load cell turns only forces that are read."""
     sensor = load_sensor("biorob2018")
-    assert {"d_y", "alpha_x"} <= {*usual_unknowns(sensor, "sheets", ("F_x", "F_z"))}
-    assert not {"d_y", "alpha_x", "frame_x"} & {*usual_unknowns(sensor, "planar", ("F_x", "F_z"))}
-    assert not {"d_h", "alpha", "frame"} & {*usual_unknowns(sensor, "axisymmetric", ("F_z",))}
+    assert {"d_y", "alpha_x"} <= {*usual_unknowns(sensor, ("block", "sheets"), ("F_x", "F_z"))}
+    assert not {"d_y", "alpha_x", "frame_x"} & {*usual_unknowns(sensor, ("planar", "planar"), ("F_x", "F_z"))}
+    assert not {"d_h", "alpha", "frame"} & {*usual_unknowns(sensor, ("block", "axisymmetric"), ("F_z",))}
+    assert not {"thickness", "stiffening"} & {*usual_unknowns(sensor, ("closed-form", "sheets"), ("F_z",))}
     with pytest.raises(SceneError, match="fit: must be modulus, .* got \"colour\""):
         priors(sensor, ["colour"])
 
@@ -30,5 +31,5 @@ def test_what_a_model_does_not_hold_is_not_unknown() -> None:
 def test_a_turn_about_the_normal_is_known_as_well_as_others() -> None:
     """It is not unknown by default, but may be asked for."""
     sensor = load_sensor("biorob2018")
-    assert "alpha_z" not in usual_unknowns(sensor, "sheets", ("F_x", "F_z"))
+    assert "alpha_z" not in usual_unknowns(sensor, ("block", "sheets"), ("F_x", "F_z"))
     assert priors(sensor, ["alpha_z"])[0].deviation == priors(sensor, ["alpha"])[0].deviation
