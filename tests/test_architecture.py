@@ -64,7 +64,6 @@ UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
     "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
     "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",
-    "analysis/built/unknowns.py": "tests/analysis/built/test_setup.py: unknowns read and refused",
     "analysis/codes.py": "tests/report/page/test_html.py: the page's codes",
     "batch/executors.py": "tests/batch/test_run.py: studies run by them",
     "batch/requests.py": "tests/batch/test_run.py: every request",

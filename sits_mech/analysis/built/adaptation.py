@@ -1,6 +1,6 @@
 """Adapt a calibration to one sensor by a few readings of it: the posterior of what is unknown, and what it explains.
 
-Unknown are the numbers of the built sensor and of its bench (`setup`, `priors`), a factor for each part of the poses'
+Unknown are the numbers of the built sensor and of its bench (`unknowns`, `setup`), a factor for each part of the poses'
 errors that the whole table shares, and what each load was misread by; all of them theta, known to be v +- s beforehand.
 With readings y of noise sigma, to which the table's own errors are added,
 

@@ -1,6 +1,6 @@
 """State what is known of a sensor before it is read, and what a reading would tell: a calibration with its unknowns.
 
-Unknown are the numbers of the built sensor and of its bench (`setup`, `priors`), and a factor for each part of the
+Unknown are the numbers of the built sensor and of its bench (`unknowns`, `setup`), and a factor for each part of the
 poses' errors that the whole table shares. A reading under a load F, itself misread by u, tells of them (`load_plan`)
 
     M(F) = L_theta^T (sigma^2 + L_F U L_F^T)^-1 L_theta,     U = cov u,
@@ -24,9 +24,8 @@ from numpy.typing import NDArray
 from sits_mech.analysis.bench import own_inductances, sensor_front_end
 from sits_mech.analysis.built.force_maps import Table, layer_slopes, table_of
 from sits_mech.analysis.built.loaded import LoadedBench
-from sits_mech.analysis.built.priors import priors, usual_unknowns
 from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import CELL, LAYER
+from sits_mech.analysis.built.unknowns import CELL, LAYER, priors, usual_unknowns
 from sits_mech.chain.models import loaded_model
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, UNITS, Array, MagneticModel
@@ -141,7 +140,7 @@ def prior_of(
     sensor, data
         As from `calibrate`.
     unknown : sequence of str
-        Names or texts as of `setup.known`; by default all that a sensor and its bench have (`priors`).
+        Names or texts as of `unknowns.known`; by default all that a sensor and its bench have (`priors`).
     noise : float, optional
         Of an inductance that is read [H]; by default the converter's.
     """

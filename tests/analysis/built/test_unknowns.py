@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.built.priors import priors, usual_unknowns
+from sits_mech.analysis.built.unknowns import priors, usual_unknowns
 from sits_mech.scene.sensor import SceneError, load_sensor
 
 
