@@ -72,7 +72,7 @@ def test_modulus_gap_and_lead_come_back(sensor: Sensor, data: xr.Dataset, bench:
 @pytest.mark.slow
 def test_what_cannot_be_compared_is_refused(sensor: Sensor, data: xr.Dataset, bench: Measured) -> None:
     """Unknown parameters; forces beyond the table."""
-    with pytest.raises(ValueError, match="fit: must be modulus, gap, .* or a key of the scene, .* got \"colour\""):
+    with pytest.raises(ValueError, match="fit: must be modulus, .* or a key of the scene, .* got \"colour\""):
         compare(sensor, data, bench, ["modulus", "colour"])
     far = Measured(1.5 * bench.forces, bench.L, "far")
     with pytest.raises(ValueError, match="table: must reach beyond the measured forces"):
