@@ -18,13 +18,14 @@ def bench_schema() -> dict[str, Any]:
     number = {"type": "number"}
     loads = {f"^{name}{_UNIT}": _column(UNITS[name], "a force or moment on the target") for name in WRENCH}
     poses = {f"^{name}{_UNIT}": _column(UNITS[name], "where stages put the target") for name in POSE}
+    depth = {f"^depth{_UNIT}": _column("m", "how far the target was pressed down from where it rests without load")}
     coils = {
         rf"^L(\d+|_.+?){_UNIT}": _column("H", "the inductance of a coil at its terminals, by number or by name"),
         r"^code(\d+|_.+)$": number | {"x-unit": "1", "description": "the converter's code of a coil"},
     }
     return {
         "$schema": DIALECT, "title": "Row of a bench file of sits-mech", "type": "object",
-        "patternProperties": loads | poses | coils, "minProperties": 2,
+        "patternProperties": loads | poses | depth | coils, "minProperties": 2,
     }
 
 

@@ -95,3 +95,12 @@ def test_columns_of_moments_and_of_nothing(tmp_path: Path) -> None:
     short = "\n".join("1,2,3" for _ in range(4))
     with pytest.raises(ValueError, match="must have the column f_z; got f_x, l1, l2, f_z"):
         read_measured(written(tmp_path, f"F_x,L1,L2,F_z\n{short}"), NAMES, COILS)
+
+
+def test_loads_that_were_not_measured(tmp_path: Path) -> None:
+    """Kept as nan where that is asked for, with the way down; passed over otherwise, as rows without a reading are."""
+    path = tmp_path / "press.csv"
+    path.write_text("F_z [N], depth [mm], L1 [uH]\n0, 0, 2.3\nnan, 0.1, 2.2\n1, 0.2, nan\n2, 0.3, 2.0\n")
+    found = read_measured(path, ("F_z",), ("C1",), least=1, unseen=True)
+    assert np.isnan(found.forces[1, 0]) and len(found.L) == 3 and found.depth == pytest.approx([0.0, 1e-4, 3e-4])
+    assert read_measured(path, ("F_z",), ("C1",), least=1).forces.ravel() == pytest.approx([0.0, 2.0])

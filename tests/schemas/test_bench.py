@@ -22,11 +22,12 @@ def test_rows_of_loads_and_of_poses(tmp_path: Path) -> None:
     for row in rows:
         ROW.validate(dict(zip(headings, row, strict=True)))
     assert ROW.is_valid({"d_v [mm]": 2.0, "alpha [deg]": 1.0, "code1": 38900874})
-    assert not ROW.is_valid({"F_z [N]": "1 N", "L1": 2e-6})
+    assert ROW.is_valid({"F_z [N]": float("nan"), "depth [mm]": 0.1, "L1": 2e-6})
+    assert not ROW.is_valid({"F_z [N]": "1 N", "L1": 2e-6}) and not ROW.is_valid({"depth [mm]": "1 mm", "L1": 2e-6})
     assert not ROW.is_valid({"F_z": 1.0})
 
 
 def test_every_heading_is_known(tmp_path: Path) -> None:
     """To one pattern each."""
     patterns = ROW.schema["patternProperties"]
-    assert len(patterns) == 14 and all("description" in entry for entry in patterns.values())
+    assert len(patterns) == 15 and all("description" in entry for entry in patterns.values())
