@@ -60,12 +60,17 @@ def _free(coils: tuple[Coil, ...]) -> tuple[float, ...]:
     return tuple(float(L) for L in np.diagonal(coil_inductances(coils)))
 
 
+def henries(sensor: Sensor, unit_L: str, L0: Array) -> Array:
+    """Return henries per unit of inductances whose matrix in free space is L0 (n, n), shape (n,)."""
+    return np.ones(len(L0)) if unit_L == "H" else free_inductances(sensor) / np.diagonal(L0)
+
+
 def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ...]]:
     """Return an impedance in henry and ohm, and what had to be left out."""
     if found.unit_L == "H":
         return found, ()
     n = len(sensor.coils)
-    scale = free_inductances(sensor) / np.diagonal(found.L0)
+    scale = henries(sensor, found.unit_L, found.L0)
     parts: dict[str, Any] = {}
     for name in ("L", "R", "L0", "error_L", "error_R"):
         matrix = np.asarray(getattr(found, name), dtype=float)

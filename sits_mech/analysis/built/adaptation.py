@@ -4,13 +4,12 @@ Unknown are the numbers of the built sensor and of its bench (`unknowns`, `setup
 errors that the whole table shares, and what each load was misread by; all of them theta, known to be v +- s beforehand.
 With readings y of noise sigma, to which the table's own errors are added,
 
-    -2 ln p(theta | y) = chi^2(theta) = sum ((y(theta) - y)/sigma)^2 + sum ((theta - v)/s)^2 + const
+    -2 ln p(theta | y) = chi^2(theta) = sum ((y(theta) - y)/sigma)^2 + sum ((theta - v)/s)^2 + const,
 
-(of the modulus ln theta),
-
-its least by Gauss and Newton with the chain's own derivatives, its width there by Laplace's approximation
-(maps/fit.py). An estimated error counts as two deviations. Of N numbers read the least chi^2 follows chi^2_N if the
-sensor is one of those described; p is the probability of more. The part of the residual that no unknown can move,
+of the modulus ln theta; its least by Gauss and Newton with the chain's own derivatives, its width there by Laplace's
+approximation (maps/fit.py). What an estimated error counts as is in `prior`. Of N numbers read the least chi^2 follows
+chi^2_N if the sensor is one of those described; p is the probability of more. The part of the residual that no unknown
+can move,
 
     r_n = (1 - J J^+) r,    J by all unknowns but u, r over sigma,
 

@@ -2,7 +2,7 @@
 
 A load f of the table is s f of the built sensor, s its modulus: the same rest, no layer is solved again. The pose there
 goes to p' (`loaded`, `setup`), and is read anew by the magnetic model of the corrected scene. With the posterior's
-covariance Sigma = B B^T, B = chol W turned so that its columns fall in what they do to the inductances,
+covariance Sigma = B B^T, a root whose columns fall in what they do to the inductances,
 
     m_j = 2 dp'/dtheta b_j,    n_j = 2 (dL/dtheta - dL/dp' dp'/dtheta) b_j,
 
@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import free_inductances
+from sits_mech.analysis.bench import henries
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.chain.aimed import AimedLoads
@@ -50,15 +50,12 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     good = np.array([str(row["status"].item()) in ANSWERED for row in rows])
     forces = np.array([[float(row[name]) for name in prior.forces] for row in rows])[good]
     at = np.where(prior.in_use, found.values, prior.start)
-    bench = prior.bench(s * forces)
-    rests, by = bench.rests_and_slopes(at)
-    places, moved = prior.setup.placed(rests, at[: len(prior.setup.parameters)], by)
-    slopes = bench.derivatives(at)[0]
-    used = prior.in_use
-    basis = _basis(slopes[..., used], found.covariance[np.ix_(used, used)])
-    moved = np.einsum("vmk,vj->jmk", moved[np.flatnonzero(used)], basis)
-    parts = prior.setup.direct(places, at[: len(prior.setup.parameters)], len(at))[..., used] @ basis
-    direct = np.moveaxis(parts, -1, 0) / _scale(sensor, data)
+    (places, moved, by_pose, direct), _ = prior.bench(s * forces).parts(at)
+    used = np.flatnonzero(prior.in_use)
+    basis = _basis((by_pose + direct)[..., used], found.covariance[np.ix_(used, used)])
+    moved = np.einsum("vmk,vj->jmk", moved[used], basis)
+    scale = henries(sensor, data.attrs["unit_L"], data["L0"].to_numpy())
+    direct = np.moveaxis(direct[..., used] @ basis, -1, 0) / scale
     settled, turn = dict[Any, Settled](), 0
     for row, fine in zip(rows, good, strict=True):
         load = wrench_of(row)
@@ -126,13 +123,6 @@ def _basis(slopes: Array, covariance: Array) -> Array:
     _, s, W = np.linalg.svd(slopes.reshape(-1, slopes.shape[-1]) @ root, full_matrices=False)
     kept = np.cumsum(s[::-1] ** 2)[::-1] > _ENOUGH * np.sum(s**2)
     return np.asarray(_TWO * (root @ W.T)[:, kept])
-
-
-def _scale(sensor: Sensor, data: xr.Dataset) -> Array:
-    """Return henries per unit of the table's inductances, shape (n,)."""
-    if data.attrs["unit_L"] == "H":
-        return np.ones(len(sensor.coils))
-    return np.asarray(free_inductances(sensor) / np.diagonal(data["L0"].to_numpy()))
 
 
 def _rest(row: xr.Dataset, load: Any, place: Array, parts: Array) -> Equilibrium:

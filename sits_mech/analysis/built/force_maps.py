@@ -18,8 +18,8 @@ from sits_mech.analysis.built.setup import shown_inductances
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.chain.gradient_grid import slopes_under
 from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
-from sits_mech.readout.loads import varied
+from sits_mech.quantities import POSE, Array, shown_unit
+from sits_mech.readout.loads import fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import ANSWERED
 
@@ -105,8 +105,8 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
         name: [float(data[name].min()), 0.5 * float(data[name].min() + data[name].max()), float(data[name].max())]
         for name in names
     }
-    fixed = {name: [float(data[name])] for name in WRENCH if name in data.coords and name not in data.dims}
-    loads, slopes = slopes_under(sensor, tuple(LAYER.values()), {**axes, **fixed}, mechanics, tolerance)
+    held = {name: [value] for name, value in fixed(data).items()}
+    loads, slopes = slopes_under(sensor, tuple(LAYER.values()), {**axes, **held}, mechanics, tolerance)
     forces = np.array([[getattr(load, name) for name in names] for load in loads])
     return fit_map(names, forces, slopes.reshape(len(loads), -1))
 

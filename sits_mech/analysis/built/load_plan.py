@@ -21,7 +21,7 @@ from itertools import product
 
 import numpy as np
 
-from sits_mech.analysis.built.prior import Prior, inverted
+from sits_mech.analysis.built.prior import SURE, Prior, inverted
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 
@@ -29,7 +29,6 @@ RIGS = ("weights", "press", "stage")
 _ACROSS = 5  # values of each force that may be chosen, and that are read
 _DEPTH = 1e-5  # deviation of a dial [m]
 _ROUNDS = 20  # of exchanges, at most
-_SURE = 1.645  # deviations: 90 % of a normal distribution lie within
 
 
 @dataclass(frozen=True)
@@ -128,5 +127,5 @@ def _chosen(start: Array, told: Array, goal: Array, count: int) -> list[int]:
 def _errors(prior: Prior, information: Array, read: Array) -> Array:
     """Return within what 90 % of each force's readings lie, over its range, shape (d,)."""
     spread = prior.force_covariance(prior.start, inverted(information), read)
-    each = _SURE * np.sqrt(np.einsum("mdd->md", spread).mean(axis=0))
+    each = SURE * np.sqrt(np.einsum("mdd->md", spread).mean(axis=0))
     return np.asarray(each / np.ptp(read, axis=0))

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.analysis.built.force_maps import Table, mapped
-from sits_mech.analysis.built.setup import Setup
+from sits_mech.analysis.built.setup import Setup, Slopes
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, Array
@@ -69,20 +69,14 @@ class LoadedBench:
 
     def derivatives(self, p: Array) -> tuple[Array, Array]:
         """Return derivatives of the outputs by parameters and factors, (m, n, p), and by each row's load, (m, n, d)."""
-        count = self.count[0] + self.count[1]
-        here, by, deeper = self._differentiated(p)
-        found = self.setup.slopes(here, p[: self.count[0]], by)
+        count, (parts, deeper) = self.count[0] + self.count[1], self.parts(p)
+        found = parts.by_pose + parts.direct
         if self.depth:
             found = np.concatenate([found, deeper.T[:, None, :]], axis=1)
         return found[..., :count], found[..., count:]
 
-    def rests_and_slopes(self, p: Array) -> tuple[Array, Array]:
-        """Return the poses p of the module docstring, (m, 6), and derivatives by parameters and factors, (v, m, 6)."""
-        here, by, _ = self._differentiated(p)
-        return here, by[: self.count[0] + self.count[1]]
-
-    def _differentiated(self, p: Array) -> tuple[Array, Array, Array]:
-        """Return poses, (m, 6), and derivatives of them and of the way down by parameters, factors and loads."""
+    def parts(self, p: Array) -> tuple[Slopes, Array]:
+        """Return derivatives by parameters, factors and loads in their parts, and those of the ways down, (v, m)."""
         count = self.count[0] + self.count[1]
         steps = self._steps(count)
         ways = np.concatenate([np.eye(len(p))[:count] * steps[:, None], np.zeros((self.forces.shape[1], len(p)))])
@@ -92,7 +86,8 @@ class LoadedBench:
         sides = [self._shifted(p + sign * ways, sign * moves) for sign in (1.0, -1.0)]
         by = (sides[0][0] - sides[1][0]) / (2.0 * whole)[:, None, None]
         deeper = (sides[0][1] - sides[1][1]) / (2.0 * whole)[:, None]
-        return self._rests(p[None], self._loads(p[None]))[0], by, deeper
+        here = self._rests(p[None], self._loads(p[None]))[0]
+        return self.setup.slopes(here, p[: self.count[0]], by), deeper
 
     def slopes(self, p: Array) -> Array:
         """Return derivatives of the outputs by all unknowns (p,), shape (m, n, p)."""
@@ -156,7 +151,7 @@ class LoadedBench:
 
     def _steps(self, count: int) -> Array:
         """Return steps of parameters and factors, shape (count,)."""
-        sizes = {"thickness": 1e-4, "stiffening": 0.1, "m": 1e-4, "F": 1e-12, "H": 1e-8}
+        sizes = {"thickness": 1e-4, "stiffening": 0.1}
         own = [sizes.get(each.name, 1.0) for each in self.setup.parameters]
         return _STEP * np.array((own + [1.0] * count)[:count])
 

@@ -32,8 +32,11 @@ from sits_mech.quantities import POSE, UNITS, Array, MagneticModel
 from sits_mech.readout.loads import points, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
+SURE = 1.645
+"""Deviations that 90 % of a normal distribution lie within."""
 HALF = 0.5
-"""Deviation of a pose over its estimated error; studies/adapted_twins.py: 0.72, 0.23, 0.05 of d_h, d_v and alpha."""
+"""Deviation of a pose over its estimated error; d_h, d_v, alpha by studies/adapted_twins.py: 0.76, 0.23, 0.06 of
+biorob2018-w15, 0.24, 0.46, 0.11 of triaxial-4."""
 _MAGNETIC = 0.1  # the same of an inductance, but for what leads and gap take up: 90 % intervals hold 95 to 99 % there
 _COARSER = 10.0  # times the table's tolerance: of the model that reads what the set-up changes, three times as fast
 _COARSEST = 0.1
@@ -140,7 +143,7 @@ def prior_of(
     sensor, data
         As from `calibrate`.
     unknown : sequence of str
-        Names or texts as of `unknowns.known`; by default all that a sensor and its bench have (`priors`).
+        Names or texts as of `unknowns.known`; by default all that a sensor and its bench have.
     noise : float, optional
         Of an inductance that is read [H]; by default the converter's.
     """

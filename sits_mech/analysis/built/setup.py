@@ -24,10 +24,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.analysis.bench import absolute, free_inductances
+from sits_mech.analysis.bench import absolute, henries
 from sits_mech.analysis.built.unknowns import CELL, PARAMETERS, Known
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.geometry.collision import clearance
@@ -50,6 +51,15 @@ _SIDES = SECOND_ORDER[0]  # of slopes by the pose: gap, lead and capacitance are
 _KEY = 0.1  # deviations of a key, for differences of its parabola, which are exact
 _PLACE = {"gap": "d_v", "d_h": "d_h", "d_y": "d_y", "alpha": "alpha", "alpha_x": "alpha_x", "alpha_z": "alpha_z",
           "axis_x": "d_h", "axis_z": "d_h"}
+
+
+class Slopes(NamedTuple):
+    """Derivatives by v variables at m places of targets."""
+
+    places: Array  # (m, 6)
+    moved: Array  # of the places, (v, m, 6)
+    by_pose: Array  # of the readings through the places, (m, n, v)
+    direct: Array  # of the readings besides, (m, n, v)
 
 
 @dataclass(frozen=True)
@@ -80,23 +90,22 @@ class Setup:
         lead, more = (here.get(name, zero)[:, None, None] for name in ("lead", "capacitance"))
         return np.asarray((L + lead) * (1.0 + more / self.sensor.readout.parallel_capacitance))
 
-    def slopes(self, rests: Array, p: Array, by: Array) -> Array:
-        """Return the derivatives of the readings by v variables, shape (m, n, v), at rests (m, 6) of the changed layer.
+    def slopes(self, rests: Array, p: Array, by: Array) -> Slopes:
+        """Return where the targets are, and derivatives by v variables, at rests (m, 6) of the changed layer.
 
         `p` are the parameters, `by` (v, m, 6) the derivatives of the rests by the variables, of which the first are the
         parameters.
         """
-        places, moved = self.placed(rests, p, by)
+        places, moved = self._placed(rests, p, by)
         scene, model = self._scenes[0]
         components = [name for k, name in enumerate(POSE) if np.any(moved[..., k])]
         field, by_pose, _ = pose_slopes(scene, model, Pose.of(places), scene.frequency, components, stencil=_SIDES)
-        scale = 1.0 if field.unit_L == "H" else free_inductances(scene) / np.diagonal(field.L0)
-        own = np.einsum("mnnk->mnk", by_pose) * np.reshape(scale, (-1, 1))
+        own = np.einsum("mnnk->mnk", by_pose) * henries(scene, field.unit_L, field.L0)[:, None]
         slopes = np.einsum("mnk,vmk->mnv", own, moved[..., [POSE.index(name) for name in components]])
         gain = 1.0 + self._here(p[None]).get("capacitance", np.zeros(1))[0] / self.sensor.readout.parallel_capacitance
-        return np.asarray(gain * slopes + self.direct(places, p, len(by)))
+        return Slopes(places, moved, np.asarray(gain * slopes), self._direct(places, p, len(by)))
 
-    def placed(self, rests: Array, p: Array, by: Array) -> tuple[Array, Array]:
+    def _placed(self, rests: Array, p: Array, by: Array) -> tuple[Array, Array]:
         """Return where the set-up has targets, (m, 6), and derivatives by the variables, (v, m, 6); as `slopes`."""
         here = self._here(p[None])
         steps = np.array([_TURN if unit == "rad" else _SHIFT for unit in map(UNITS.get, POSE)])
@@ -110,7 +119,7 @@ class Setup:
                 moved[number] += (other - here_moved) / h
         return here_moved, moved
 
-    def direct(self, places: Array, p: Array, count: int) -> Array:
+    def _direct(self, places: Array, p: Array, count: int) -> Array:
         """Return what derivatives of the readings by `count` variables are besides those by poses, (m, n, count)."""
         here, C = self._here(p[None]), self.sensor.readout.parallel_capacitance
         gain = 1.0 + here.get("capacitance", np.zeros(1))[0] / C

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.analysis.built.adaptation import Adaptation
+from sits_mech.analysis.built.prior import SURE
 from sits_mech.report.pictures.curves import COLUMN, MARKS, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SURE = 1.645  # deviations: 90 % of a normal distribution lie within
 
 
 def adaptation_figure(found: Adaptation) -> Figure:
@@ -53,7 +53,7 @@ def _errors(found: Adaptation, axes: object) -> None:
         share = (loads[:, k] - ends[0]) / (ends[1] - ends[0])
         for style, each in (("--", before), ("-", after)):
             axes.semilogy(  # type: ignore[attr-defined]
-                share, 100.0 * _SURE * each[:, k] / (ends[1] - ends[0]), style, color=f"C{k}",
+                share, 100.0 * SURE * each[:, k] / (ends[1] - ends[0]), style, color=f"C{k}",
                 label=f"{name}, {'before' if style == '--' else 'adapted'}",
             )
     axes.set(xlabel="from least to greatest of the table", ylabel="error [% of range]",  # type: ignore[attr-defined]

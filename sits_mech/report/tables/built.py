@@ -10,6 +10,7 @@ import numpy as np
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.load_plan import LoadPlan
 from sits_mech.analysis.built.mistakes import STRANGE
+from sits_mech.analysis.built.prior import SURE
 from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.quantities import UNITS, Array
 from sits_mech.report.tables.solves import column_table, key_table
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 _SCALES = {"": (1.0, ""), "m": (1e6, " um"), "rad": (180.0 / np.pi, " deg"), "H": (1e9, " nH"), "F": (1e12, " pF")}
-_SURE = 1.645  # deviations: 90 % of a normal distribution lie within
 _STRONG = 0.95  # of a correlation: what is as strong cannot be told apart
 
 
@@ -32,7 +32,7 @@ def force_errors(found: Adaptation) -> tuple[Array, Array]:
     axes = [np.linspace(a, b, 5) for a, b in zip(s * prior.table.map.low, s * prior.table.map.high, strict=True)]
     loads = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
     before, after = found.force_deviations(loads)
-    return _SURE * np.sqrt(np.mean(before**2, axis=0)), _SURE * np.sqrt(np.mean(after**2, axis=0))
+    return SURE * np.sqrt(np.mean(before**2, axis=0)), SURE * np.sqrt(np.mean(after**2, axis=0))
 
 
 def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
