@@ -24,7 +24,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 48_756, "core lines": 32_015, "tokens": 421_510, "named numbers": 548, "branching functions": 120,
+    "lines": 48_761, "core lines": 32_015, "tokens": 421_466, "named numbers": 548, "branching functions": 120,
     "long signatures": 36, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

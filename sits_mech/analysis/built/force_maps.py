@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from sits_mech.analysis.bench import table_impedance
 from sits_mech.analysis.built.setup import shown_inductances
@@ -76,19 +77,24 @@ def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
     poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
     found = table_impedance(data)
     L = shown_inductances(sensor, replace(found, L=found.L[good], R=found.R[good]))
-    parts = _shared_poses(data, names)[good]
-    told = fit_map(names, forces, parts.reshape(len(parts), -1)) if np.any(parts) else None
-    return Table(fit_map(names, forces, L), fit_map(names, forces, poses), told, poses, L)
+    parts = shared_poses(data, names)
+    parts = parts[..., told(parts), :][good]
+    shared = fit_map(names, forces, parts.reshape(len(parts), -1)) if np.any(parts) else None
+    return Table(fit_map(names, forces, L), fit_map(names, forces, poses), shared, poses, L)
 
 
-def _shared_poses(data: xr.Dataset, names: Sequence[str]) -> Array:
-    """Return the parts of the poses' errors that loads share and that are not zero, shape (*loads, m, 6)."""
+def shared_poses(data: xr.Dataset, names: Sequence[str]) -> Array:
+    """Return the parts of the poses' errors that loads share, shape (*loads, part, 6), zero of what poses lack."""
     if "shared_d_v" not in data:
         return np.zeros((*(data.sizes[name] for name in names), 0, len(POSE)))
     none = 0.0 * data["shared_d_v"]
-    each = [data.get(f"shared_{name}", none).transpose(*names, "part").fillna(0.0).to_numpy() for name in POSE]
-    parts = np.stack(each, -1)
-    return np.asarray(parts[..., np.any(parts, axis=(*range(len(names)), -1)), :])
+    each = [data.get(f"shared_{name}", none).transpose(*names, ..., "part").fillna(0.0).to_numpy() for name in POSE]
+    return np.stack(each, -1)
+
+
+def told(parts: Array) -> NDArray[np.bool_]:
+    """Return which parts (*loads, part, 6) are of poses, shape (part,)."""
+    return np.asarray(np.any(parts, axis=(*range(parts.ndim - 2), -1)), dtype=np.bool_)
 
 
 def mapped(smooth: SmoothMap, forces: Array) -> Array:

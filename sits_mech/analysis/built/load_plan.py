@@ -89,7 +89,7 @@ def _downwards(prior: Prior) -> int:
 
 def _grid(prior: Prior) -> Array:
     """Return the loads to be read: a grid over the table's range for a sensor softer by a deviation, (m, d)."""
-    names = [each.name for each in prior.setup.parameters]
+    names = prior.setup.names
     softer = prior.setup.parameters[names.index("modulus")].deviation if "modulus" in names else 0.0
     low, high = (end / (1.0 + softer) for end in (prior.table.map.low, prior.table.map.high))
     return np.array(list(product(*(np.linspace(a, b, _ACROSS) for a, b in zip(low, high, strict=True)))))

@@ -110,7 +110,7 @@ class LoadedBench:
 
     def _value(self, P: Array, name: str, usual: float) -> Array:
         """Return a parameter's values, shape (k, 1, 1)."""
-        names = [each.name for each in self.setup.parameters]
+        names = self.setup.names
         own = P[:, names.index(name)] if name in names else np.full(len(P), usual)
         return np.asarray(own[:, None, None])
 
@@ -123,7 +123,7 @@ class LoadedBench:
     def _rests(self, P: Array, loads: Array) -> Array:
         """Return the poses p of the module docstring, shape (k, m, 6)."""
         poses = mapped(self.table.places, loads)
-        names, (p, q, _) = [each.name for each in self.setup.parameters], self.count
+        names, (p, q, _) = self.setup.names, self.count
         if self.layer is not None:
             by = mapped(self.layer, loads).reshape(*loads.shape[:-1], len(LAYER), len(POSE))
             for number, name in enumerate(LAYER):
@@ -152,7 +152,7 @@ class LoadedBench:
     def _steps(self, count: int) -> Array:
         """Return steps of parameters and factors, shape (count,)."""
         sizes = {"thickness": 1e-4, "stiffening": 0.1}
-        own = [sizes.get(each.name, 1.0) for each in self.setup.parameters]
+        own = [sizes.get(name, 1.0) for name in self.setup.names]
         return _STEP * np.array((own + [1.0] * count)[:count])
 
 

@@ -19,16 +19,15 @@ from functools import cached_property
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from sits_mech.analysis.bench import own_inductances, sensor_front_end
-from sits_mech.analysis.built.force_maps import Table, layer_slopes, table_of
+from sits_mech.analysis.built.force_maps import Table, layer_slopes, shared_poses, table_of, told
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
 from sits_mech.analysis.built.unknowns import CELL, LAYER, priors, usual_unknowns
 from sits_mech.chain.models import loaded_model
 from sits_mech.maps.surrogate import SmoothMap
-from sits_mech.quantities import POSE, UNITS, Array, MagneticModel
+from sits_mech.quantities import UNITS, Array, MagneticModel
 from sits_mech.readout.loads import points, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -99,7 +98,7 @@ class Prior:
     @property
     def in_use(self) -> Array:
         """Which unknowns stay where the sensor is used, away from the bench, shape (p,)."""
-        names = [each.name for each in self.setup.parameters]
+        names = self.setup.names
         return np.array([name not in CELL for name in names] + [True] * (len(self.start) - len(names)))
 
     def force_covariance(self, p: Array, covariance: Array, forces: Array) -> Array:
@@ -179,7 +178,8 @@ def _own_errors(sensor: Sensor, data: xr.Dataset, table: Table) -> Array:
     own = own_inductances(sensor, data)
     error = own["error_L"]
     if table.parts is not None:
-        error = error - abs(own["shared_L"].isel(part=np.flatnonzero(_of_poses(data)))).sum("part")
+        of_poses = np.flatnonzero(told(shared_poses(data, table.map.names)))
+        error = error - abs(own["shared_L"].isel(part=of_poses)).sum("part")
     each = error.transpose(..., "coil").to_numpy().reshape(-1, error.sizes["coil"])
     alone = np.sqrt(np.nanmean(np.maximum(each, 0.0) ** 2, axis=0))
     between = np.where(np.isfinite(table.map.rms), table.map.rms, table.map.error)
@@ -192,12 +192,6 @@ def _roughness(setup: Setup, table: Table) -> Array:
     known = np.array([[each.value or 0.0 for each in setup.parameters]])
     off = setup.readings(table.poses[None, some], known)[0] - table.L[some]
     return np.asarray(np.std(off, axis=0))
-
-
-def _of_poses(data: xr.Dataset) -> NDArray[np.bool_]:
-    """Return which shared parts of errors are of poses, shape (part,)."""
-    parts = np.stack([data[f"shared_{name}"].transpose(..., "part").fillna(0.0).to_numpy() for name in POSE])
-    return np.asarray(np.any(parts, axis=tuple(range(parts.ndim - 1))), dtype=np.bool_)
 
 
 def load_noise_of(table: Table, asked: float | None) -> Array:

@@ -70,6 +70,11 @@ class Setup:
     parameters: tuple[Known, ...]  # in the order of the columns of P below
     model: Callable[[Sensor], MagneticModel]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the parameters."""
+        return tuple(each.name for each in self.parameters)
+
     def readings(self, poses: Array, P: Array, L: Array | None = None, rests: Array | None = None) -> Array:
         """Return what the bench shows, shape (k, m, n) [H]; NaN where a target would touch the coil plane.
 

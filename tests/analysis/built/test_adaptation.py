@@ -86,3 +86,12 @@ def test_samples_agree_with_the_approximation(prior: Prior) -> None:
     assert by.settled == 1.0 and by.shift < 0.3 and by.width < 0.25 and by.force_width < 0.25
     whole = sampled(adapt(prior, bench_of(prior)), 50)
     assert whole.settled > 0.5 and whole.force_width < 0.6
+
+
+def test_a_table_of_one_force_is_adapted(prior: Prior) -> None:
+    """Whose other force has one value; two weights tell of it."""
+    single = prior_of(prior.sensor, prior.data.isel(F_x=[2]))
+    assert single.forces == ("F_z",) and single.table.L.shape == (5, 2)
+    loads = np.array([[0.0], [1.0]])
+    found = adapt(single, bench_of(single, loads, modulus=0.9))
+    assert found.p_value > 0.01 and found.deviations[0] < 0.5 * np.sqrt(single.covariance[0, 0])
