@@ -131,7 +131,10 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
     ),
-    "report/tables/built.py": "tests/cli/test_built.py: adapt prints it",
+    **dict.fromkeys(
+        ("report/tables/built.py", "report/tables/production.py", "report/pictures/production.py"),
+        "tests/cli/test_built.py: adapt and lot print and draw them",
+    ),
     "report/tables/drift.py": "tests/cli/test_main.py: simulate over temperature",
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
     "report/tables/ladder.py": "tests/cli/test_main.py: explain --ladder prints it",

@@ -24,8 +24,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 48_761, "core lines": 32_015, "tokens": 421_466, "named numbers": 548, "branching functions": 120,
-    "long signatures": 36, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
+    "lines": 49_671, "core lines": 32_107, "tokens": 429_477, "named numbers": 556, "branching functions": 122,
+    "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

@@ -1,19 +1,64 @@
-"""The command for a built sensor: adapt."""
+"""The commands for built sensors: adapt, lot."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, warn
+from sits_mech.cli.console import answer, progress_bar, warn
 from sits_mech.cli.options import Folder, Json, Output, Quantity, app, check_readable, si_of
 
 if TYPE_CHECKING:
     from sits_mech.analysis.built.adaptation import Adaptation
     from sits_mech.analysis.built.prior import Prior
-    from sits_mech.readout.measured import Measured
+    from sits_mech.analysis.built.production import Production
+    from sits_mech.readout.measured import Measured, Tank
+
+
+Rigs = Literal["weights", "press", "stage", "use"]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Known:
+    """What is known of sensor and bench beforehand."""
+
+    free: Annotated[str, Parameter(help='What is unknown: "modulus, gap=0+-0.3 mm"; by default all that may be.')] = ""
+    lot: Annotated[Path | None, Parameter(help="What other units have told: lot.json of sits-mech lot.")] = None
+    noise: Annotated[Quantity | None, Parameter(help="Noise of a reading; by default the converter's.")] = None
+    load_noise: Annotated[Quantity | None, Parameter(help="Noise of a load; 0.1 % of the largest.")] = None
+    depth_noise: Annotated[Quantity, Parameter(help="Noise of the way down.")] = "10 um"
+    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None
+
+    @property
+    def noises(self) -> dict[str, Any]:
+        """Return the noises of loads, as arguments."""
+        by_load, by_depth = si_of(self.load_noise, "N", "--load-noise"), si_of(self.depth_noise, "m", "--depth-noise")
+        return {"load_noise": by_load, "depth_noise": by_depth}
+
+    def prior(self, folder: Path) -> Prior:
+        """Return the calibrated sensor with what is unknown of it."""
+        from sits_mech.analysis.built.delivered import known_by
+        from sits_mech.analysis.built.prior import prior_of
+        from sits_mech.report.folder import read_calibration
+
+        sensor, data = read_calibration(folder)
+        prior = prior_of(sensor, data, _listed(self.free), noise=si_of(self.noise, "H", "--noise"))
+        return prior if self.lot is None else known_by(prior, self.lot)
+
+    def tank(self, prior: Prior) -> Tank | None:
+        """Return how codes become inductances."""
+        from sits_mech.analysis.built.comparison import tank_of
+
+        return tank_of(prior.sensor, prior.data, si_of(self.clock, "Hz", "--clock"))
+
+
+def _listed(text: str) -> list[str]:
+    """Return the parts of a text between commas."""
+    return [part.strip() for part in text.split(",") if part.strip()]
 
 
 @app.command
@@ -21,12 +66,8 @@ def adapt(
     folder: Folder, *,
     bench: Annotated[Path | None, Parameter(help="CSV: F_x, F_z, ..., L1 [uH] or code1, ..., depth [mm].")] = None,
     plan: Annotated[int | None, Parameter(help="How many loads to choose, before anything is read.")] = None,
-    rig: Annotated[Literal["weights", "press", "stage"], Parameter(help="What the loads are made with.")] = "stage",
-    free: Annotated[str, Parameter(help='What is unknown: "modulus, gap=0+-0.3 mm"; by default all that may be.')] = "",
-    noise: Annotated[Quantity | None, Parameter(help="Noise of a reading; by default the converter's.")] = None,
-    load_noise: Annotated[Quantity | None, Parameter(help="Noise of a load; 0.1 % of the largest.")] = None,
-    depth_noise: Annotated[Quantity, Parameter(help="Noise of the way down.")] = "10 um",
-    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None,
+    rig: Annotated[Rigs, Parameter(help="What the loads are made with; use: what is read without a bench.")] = "stage",
+    known: Known = Known(),
     check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
     strict: Annotated[bool, Parameter(negative="", help="Refuse readings that hardly are of such a sensor.")] = False,
     output: Output = None, as_json: Json = False,
@@ -34,34 +75,32 @@ def adapt(
     """Which sensor was built? A few readings correct a calibration, or --plan says which loads to read.
 
     Five readings under known loads (--bench) find what is not known of the built sensor: modulus, gap, tilt, leads, the
-    load cell's scale. With -o scene and table of what was found are written as a calibration, for invert and export.
+    load cell's scale. With -o scene and table of what was found are written as a calibration, for invert and export,
+    and unit.h, the constants of this unit for the firmware of the calibration that was adapted.
 
     Example: sits-mech adapt calibration --plan 5 --rig stage
     Example: sits-mech adapt calibration --bench bench.csv -o built
+    Example: sits-mech adapt built --plan 2 --rig use --free "modulus=1+-0.05, lead=0+-5 nH"
     """
     from sits_mech.units import SceneError
 
     if (bench is None) == (plan is None):
         raise SceneError(f"adapt: must have either --bench FILE or --plan N; got {'both' if bench else 'none'}")
+    if plan is not None and plan < 1:
+        raise SceneError(f"plan: must be one or more loads; got {plan}")
     if bench is not None:
         check_readable(bench, "a readable measurement")
 
-    from sits_mech.analysis.built.prior import prior_of
-    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables import built as tables
 
-    sensor, data = read_calibration(folder)
-    unknown = [part.strip() for part in free.split(",") if part.strip()]
-    by_load, by_depth = si_of(load_noise, "N", "--load-noise"), si_of(depth_noise, "m", "--depth-noise")
-    noises: dict[str, Any] = {"load_noise": by_load, "depth_noise": by_depth}
-    prior = prior_of(sensor, data, unknown, noise=si_of(noise, "H", "--noise"))
+    prior = known.prior(folder)
     if plan is not None:
         from sits_mech.analysis.built.load_plan import plan_loads
 
-        chosen = plan_loads(prior, plan, rig, **noises)
+        chosen = plan_loads(prior, plan, rig, **known.noises)
         answer(tables.plan_record(chosen), tables.plan_tables(chosen), as_json)
         return 0
-    found, said = _adapted(prior, _read(prior, Path(str(bench)), si_of(clock, "Hz", "--clock")), noises)
+    found, said = _adapted(prior, _read(prior, Path(str(bench)), known.tank(prior)), known.noises)
     record = tables.adaptation_record(found, said)
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
     if said:
@@ -75,14 +114,59 @@ def adapt(
     return 0
 
 
-def _read(prior: Prior, path: Path, clock: float | None) -> Measured:
+@app.command
+def lot(
+    folder: Folder, *,
+    bench: Annotated[Path, Parameter(help="CSV as of adapt, with a column unit.")],
+    within: Annotated[str, Parameter(help='Deviations between units, where known: "modulus=2 %, gap=20 um".')] = "",
+    limit: Annotated[Quantity, Parameter(help="Error of a good unit on 90 % of loads, over each range.")] = "2 %",
+    plan: Annotated[int, Parameter(help="Loads that the next units may be read under, at most.")] = 2,
+    rig: Annotated[Rigs, Parameter(help="What these are made with.")] = "stage",
+    known: Known = Known(), output: Output = None, as_json: Json = False,
+) -> int:
+    """What do units of one production share? Readings of some say how few loads the next ones need.
+
+    Each unit is found by its own readings and by what the others tell of silicone, bench and jig; then the error and
+    the yield of the next units after no reading, a tare, one load, two. With -o are written lot.json, for --lot of
+    adapt, units.csv, a row of constants for the firmware of each unit, and a picture.
+
+    Example: sits-mech lot calibration --bench units.csv -o lot
+    Example: sits-mech adapt calibration --lot lot/lot.json --plan 1
+    """
+    from sits_mech.units import SceneError, quantity
+
+    share = quantity(limit, "", "--limit")
+    if not 0.0 < share < 1.0 or plan < 1:
+        raise SceneError(f"lot: must have --limit between 0 and 100 % and --plan of one or more; got {limit}, {plan}")
+    check_readable(bench, "a readable measurement")
+
+    from sits_mech.analysis.built.delivered import delivered, spread_of
+    from sits_mech.analysis.built.load_plan import plan_loads
+    from sits_mech.analysis.built.production import produced
+    from sits_mech.readout.loads import fixed
+    from sits_mech.readout.measured import read_units
+    from sits_mech.report.tables import production as tables
+
+    prior = known.prior(folder)
+    spread, held, coils = spread_of(prior, _listed(within)), fixed(prior.data), prior.sensor.coil_names
+    units = read_units(bench, prior.forces, coils, known.tank(prior), held)
+    with progress_bar("units") as progress:
+        found = produced(prior, units, spread, progress=progress, **known.noises)
+    chosen = plan_loads(found.next, plan, rig, **known.noises)
+    record = tables.production_record(found, chosen, delivered(found.next, chosen, share), share)
+    answer(record, tables.production_tables(record, str(bench)), as_json)
+    if output is not None:
+        _write_lot(found, record, output)
+    return 0
+
+
+def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
     """Return what a bench recorded of a sensor."""
-    from sits_mech.analysis.built.comparison import tank_of
     from sits_mech.readout.loads import fixed
     from sits_mech.readout.measured import read_measured
     from sits_mech.units import SceneError
 
-    tank, held = tank_of(prior.sensor, prior.data, clock), fixed(prior.data)
+    held = fixed(prior.data)
     found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, held, least=1, unseen=True)
     if found.poses is not None:
         raise SceneError(f"{path}: must be of loads, or depths and loads that are nan; got poses: sits-mech compare")
@@ -128,4 +212,71 @@ def _write(found: Adaptation, output: Path) -> None:
     for line in write_calibration(sensor, data, folder):
         warn(line)
     save_figure(adaptation_figure(found), folder / "adapted.png")
+    _write_unit(found, folder / "unit.h")
     warn(f"written to {folder}")
+
+
+def _write_unit(found: Adaptation, path: Path) -> None:
+    """Write the constants of a unit for the firmware of the calibration that was adapted; say why there are none."""
+    from sits_mech.analysis.built.constants import constants_of
+    from sits_mech.export.firmware import unit_header
+    from sits_mech.export.source import Source
+    from sits_mech.scene.files import write_text
+
+    prior, rows = found.prior, len(found.measured.L)
+    try:
+        text = unit_header(
+            f"{prior.sensor.name}, adapted to {rows} readings of {found.measured.source}",
+            Source(prior.sensor, prior.data), constants_of(found),
+        )
+    except ValueError as error:
+        path.unlink(missing_ok=True)
+        warn(f"no constants for firmware: {error}")
+        return
+    write_text(path, text)
+
+
+def _write_lot(found: Production, record: dict[str, Any], output: Path) -> None:
+    """Write what the next units are known by, a row of each unit, and a picture."""
+    from sits_mech.analysis.built.delivered import lot_record
+    from sits_mech.report.folder import prepare_folder
+    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.production import production_figure
+    from sits_mech.report.records import json_text
+    from sits_mech.scene.files import write_text
+
+    folder = prepare_folder(output)
+    write_text(folder / "lot.json", json_text(lot_record(found.next)) + "\n")
+    write_text(folder / "units.csv", _unit_rows(found, record))
+    save_figure(production_figure(found, record), folder / "lot.png")
+    warn(f"written to {folder}")
+
+
+def _unit_rows(found: Production, record: dict[str, Any]) -> str:
+    """Return a row of each unit as CSV: what was found of it, and its constants for firmware."""
+    import csv
+    import io
+
+    from sits_mech.analysis.bench import code_calibration
+    from sits_mech.analysis.built.constants import constants_of
+    from sits_mech.export.firmware import unit_numbers
+
+    prior, rows, cal = found.start, list[dict[str, Any]](), None
+    try:
+        cal = code_calibration(prior.sensor, prior.data)
+    except ValueError as error:
+        warn(f"no constants for firmware: {error}")
+    for name, one in record["units"].items():
+        row = {"unit": name, **{key: value for key, value in one.items() if not isinstance(value, dict)}}
+        row |= {f"error_{force}": error for force, error in one.get("force_error", {}).items()}
+        row |= one.get("unknowns", {})
+        if cal is not None and name in found.units:
+            constants = constants_of(found.units[name], cal)
+            row |= {f"left_{force}": left for force, left in zip(prior.forces, constants.left.tolist(), strict=True)}
+            row |= unit_numbers(prior.data, prior.forces, constants)
+        rows.append(row)
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    return text.getvalue()

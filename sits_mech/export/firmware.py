@@ -2,33 +2,39 @@
 
 The map, the domain and the starting points are laid down in `fixed_point`; the header (``firmware.h.in``) has the
 arithmetic of the inverse for any number of forces, and as many coils or more: the same polynomials, the same least
-squares, the same statuses.
+squares, the same statuses. What one built sensor differs by is a struct that firmware reads at run time
+(analysis/built/constants.py), bound to its header by a checksum of the calibrated inductances.
 
-Neglected: noise; the error of a built sensor against the computed one.
+Neglected: noise.
 """
 
 from __future__ import annotations
 
+import zlib
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
 
 import numpy as np
+import xarray as xr
 
 from sits_mech.analysis.bench import code_calibration
+from sits_mech.analysis.built.constants import BEYOND, Constants, as_computed
 from sits_mech.analysis.codes import Readings, readings
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
 from sits_mech.export.source import Source, comment
 from sits_mech.quantities import Array, Integers
 from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
-from sits_mech.readout.loads import fixed, load_words
+from sits_mech.readout.loads import fixed, load_words, several
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError
 from sits_mech.version import __version__
 
 _EVALUATIONS, _MORE = 30, 100  # of the map from a starting point; of more coils than forces, as in Python
 _FORCE, _MOMENT = (1e6, "uN"), (1e9, "nN m")  # the header's units
+_GAIN_BITS, _FACTOR_BITS = 30, 20  # fractional bits of a unit's numbers
 
 
 def write_header(source: Source, path: Path) -> tuple[str, ...]:
@@ -115,9 +121,11 @@ def header(source: Source, found: FixedPoint) -> str:
         tries=_MORE if n > d else _EVALUATIONS, hopeless=HOPELESS,
         d=d, n=n, terms=len(found.power), degree=max(int(found.power.max()), 1), bits=found.bits,
         fraction=found.fraction, reach=_long(REACH * one), longest=_long(LONGEST * one), settled=found.settled,
-        margin=_long((MARGIN + 1e-9) * 2.0**FACET_BITS), apart=_long(APART * one), merit=found.merit,
+        margin=_long((MARGIN + 1e-9) * 2.0**FACET_BITS),
+        unit_margin=_long((2.0 * BEYOND + MARGIN) * 2.0**FACET_BITS), apart=_long(APART * one), merit=found.merit,
         parts=len(found.first) - 1, seeds=len(found.seed), facets=len(found.facet), registers=len(registers),
         names=", ".join(f"SITS_{name.upper()} = {i}" for i, name in enumerate(cal.forces)),
+        identity=identity(source.data), nominal=initializer(unit_numbers(source.data, cal.forces, as_computed(cal))),
         low=_row(low), range=_row(high - low),
         rest=_row(np.rint(cal.forward(*np.clip(0.0, cal.low, cal.high))).astype(np.int64)), base=_row(found.base),
         register_rows=", ".join(f"{{0x{address:02X}, 0x{value:04X}}}" for address, _, value in registers),
@@ -126,6 +134,52 @@ def header(source: Source, found: FixedPoint) -> str:
         direction=_rows(found.direction), span=_rows(found.span), down=_row(found.down),
         seed=_rows(found.seed), image=_rows(found.image), first=_row(found.first),
         facet=_rows(found.facet), nodes=_row(found.nodes), valid=_row(found.valid), valid_bytes=len(found.valid),
+    )
+
+
+def identity(data: xr.Dataset) -> str:
+    """Return what constants of units and the header of a calibration have in common: its inductances, to the bit."""
+    return f"0x{zlib.crc32(np.ascontiguousarray(data['L'].to_numpy(), dtype='<f8').tobytes()):08X}"
+
+
+def unit_numbers(data: xr.Dataset, forces: Sequence[str], constants: Constants) -> dict[str, int | str]:
+    """Return the numbers of a unit by name, as `sits_unit` of the header has them, in its order.
+
+    Raises SceneError for a unit so far off that its numbers have no room.
+    """
+    many = np.array([_unit(name)[0] for name in forces])
+    rows: dict[str, Array] = {
+        "gain": constants.gain * 2.0**_GAIN_BITS, "offset": constants.offset, "rest": constants.rest,
+        "factor": constants.factor * 2.0**_FACTOR_BITS * many[:, None] / many, "shift": constants.shift * many,
+    }
+    found: dict[str, int | str] = {"id": identity(data)}
+    for name, row in rows.items():
+        if not np.all(np.abs(row) < (2.0**32 if name == "rest" else 2.0**31)):
+            raise SceneError(f"unit: must be nearer to the calibrated sensor; its {name} has no room in firmware")
+        for place, value in np.ndenumerate(np.rint(row)):
+            found[f"{name}{''.join(str(k + 1) for k in place)}"] = int(value)
+    return found
+
+
+def initializer(numbers: Mapping[str, int | str]) -> str:
+    """Return the numbers of a unit as C initializes a `sits_unit`."""
+    n = sum(name.startswith("gain") for name in numbers)
+    d = sum(name.startswith("shift") for name in numbers)
+    values = list(numbers.values())
+    parts = np.split(np.array(values[1:]), np.cumsum([n, n, n, d * d]))
+    factor = "}, {".join(_row(row) for row in parts[3].reshape(d, d))
+    gain, offset, rest, shift = (_row(parts[k]) for k in (0, 1, 2, 4))
+    return f"{{UINT32_C({values[0]}), {{{gain}}}, {{{offset}}}, {{{rest}}}, {{{{{factor}}}}}, {{{shift}}}}}"
+
+
+def unit_header(title: str, source: Source, constants: Constants) -> str:
+    """Return the C text of the constants of one unit, as an initializer of a `sits_unit`."""
+    forces = several(source.data)
+    left = ", ".join(f"{name} {100.0 * one:.2g} %" for name, one in zip(forces, constants.left, strict=True))
+    return (
+        f"/* {comment(title)}\n *\n * Constants of this unit, for the header of the calibration that was adapted:\n"
+        f" * {comment(source.about)}\n * What they leave of the range, on 90 % of loads: {left}.\n */\n"
+        f"#define SITS_UNIT {initializer(unit_numbers(source.data, forces, constants))}\n"
     )
 
 

@@ -4,9 +4,10 @@ Least squares over all numbers measured, each output over its range, or over the
 
     chi^2(p) = sum ((y(p) - y) / sigma)^2 + sum ((p_k - v_k) / s_k)^2,
 
-the second sum over parameters that are known to be v_k +- s_k beforehand; of a factor it is of its logarithm. With
-known noise and parameters that are all known beforehand this is, but for a constant, -2 ln of the posterior density,
-whose covariance where it is largest is that of Laplace's approximation,
+the second sum, of squares of z_k, over parameters that are known to be v_k +- s_k beforehand; of a factor it is of its
+logarithm. Of parameters that are known together it is |B z|^2, (B^T B)^-1 the correlations of z. With known noise and
+parameters that are all known beforehand this is, but for a constant, -2 ln of the posterior density, whose covariance
+where it is largest is that of Laplace's approximation,
 
     Sigma = (J^T J)^-1,    J the derivatives of all terms,    chi^2(p) of N numbers follows chi^2_N if all is as stated.
 
@@ -62,9 +63,45 @@ class Free:
         off = self.start * np.log(np.maximum(value, 1e-300) / self.start) if self.ratio else value - self.start
         return np.asarray(off / self.deviation)
 
+    def value(self, z: float) -> float:
+        """Return the value that is z deviations from what is known beforehand."""
+        off = z * self.deviation
+        return float(self.start * np.exp(off / self.start) if self.ratio else self.start + off)
+
     def known_slope(self, value: float) -> float:
         """Return the derivative of `known`."""
         return (self.start / value if self.ratio else 1.0) / self.deviation
+
+
+@dataclass(frozen=True)
+class Beforehand:
+    """What is known of parameters beforehand, terms of chi^2."""
+
+    free: tuple[Free, ...]
+    root: Array | None = None  # B of the module docstring, (k, k), of the first k parameters; each alone without it
+
+    @property
+    def count(self) -> int:
+        """How many terms there are."""
+        return sum(np.isfinite(each.deviation) for each in self.free)
+
+    def terms(self, P: Array) -> Array:
+        """Return the terms for parameters (k, p), shape (k, known)."""
+        each = [one.known(P[:, k]) for k, one in enumerate(self.free) if np.isfinite(one.deviation)]
+        return self._together(np.reshape(each, (-1, len(P)))).T
+
+    def slopes(self, p: Array) -> Array:
+        """Return their derivatives by the parameters (p,), shape (known, p)."""
+        rows = [np.isfinite(each.deviation) for each in self.free]
+        each = np.diag([one.known_slope(x) for one, x in zip(self.free, p.tolist(), strict=True)])[rows]
+        return self._together(each)
+
+    def _together(self, each: Array) -> Array:
+        """Return B z of columns z."""
+        if self.root is None:
+            return each
+        first = len(self.root)
+        return np.concatenate([self.root @ each[:first], each[first:]])
 
 
 @dataclass(frozen=True)
@@ -85,16 +122,17 @@ class ParameterFit:
 
 def fit_parameters(
     model: Model, y: ArrayLike, free: Sequence[Free], *, noise: ArrayLike | None = None, own: float = 0.0,
-    slopes: Slopes | None = None,
+    slopes: Slopes | None = None, root: Array | None = None,
 ) -> ParameterFit:
     """Fit the parameters of a model to measured outputs (m, n), NaN where none was measured.
 
     `noise`: standard deviation of the numbers of `y`, of one shape with them or alike for all; `own`: root mean square
-    error of the model itself over each range, a floor of the scatter; `slopes` in place of differences. Raise
-    SceneError for no more numbers than parameters, prior knowledge without noise, or a best value at an end.
+    error of the model itself over each range, a floor of the scatter; `slopes` in place of differences; `root` as of
+    `Beforehand`. Raise SceneError for no more numbers than parameters, prior knowledge without noise, or a best value
+    at an end.
     """
-    y = np.asarray(y, dtype=float)
-    known = sum(np.isfinite(each.deviation) for each in free)
+    y, beforehand = np.asarray(y, dtype=float), Beforehand(tuple(free), root)
+    known = beforehand.count
     numbers = int(np.isfinite(y).sum())
     if numbers + known <= len(free):
         raise SceneError(f"measurement: must hold more than {len(free) - known} numbers; got {numbers}")
@@ -102,7 +140,7 @@ def fit_parameters(
         raise SceneError("noise: must be given where a parameter has a deviation: both are weighed; got none")
     ranges = np.maximum(np.nanmax(y, axis=0) - np.nanmin(y, axis=0), 1e-6 * np.nanmax(np.abs(y), axis=0))
     scale = np.broadcast_to(ranges if noise is None else np.asarray(noise, dtype=float), y.shape)
-    found = _least(model, y, free, scale, slopes=slopes)
+    found = _least(model, y, beforehand, scale, slopes=slopes)
     _check_ends(free, found.x)
     sizes = np.array([each.size for each in free])
     jacobian = found.jac * sizes
@@ -149,30 +187,28 @@ def profile(
                 continue
             if not np.all(np.isfinite(held(here[None]))):
                 break
-            rest = _least(held, y, others, scale, here)
+            rest = _least(held, y, Beforehand(tuple(others)), scale, here)
             here, best[k] = rest.x, float(np.sum(rest.fun**2))
     return np.asarray(best - np.min(best))
 
 
 def _least(
-    model: Model, y: Array, free: Sequence[Free], scale: Array, start: Array | None = None,
+    model: Model, y: Array, beforehand: Beforehand, scale: Array, start: Array | None = None,
     slopes: Slopes | None = None,
 ) -> OptimizeResult:
     """Return the parameters of least chi^2; residuals of the data come first, then of prior knowledge."""
+    free, there = beforehand.free, np.isfinite(y)
     known = np.array([each.start for each in free])
-    rows, there = np.array([np.isfinite(each.deviation) for each in free]), np.isfinite(y)
     low, high, sizes = (np.array([getattr(each, key) for each in free]) for key in ("low", "high", "size"))
 
     def off(P: Array) -> Array:
         """Return residuals for many parameters, shape (k, m n + known)."""
-        data = ((model(P) - y) / scale)[:, there]
-        prior = [each.known(P[:, k]) for k, each in enumerate(free) if rows[k]]
-        return np.concatenate([data, np.reshape(prior, (-1, len(P))).T], axis=1)
+        return np.concatenate([((model(P) - y) / scale)[:, there], beforehand.terms(P)], axis=1)
 
     def by_slopes(p: Array) -> Array:
         """Return their derivatives by those of the model."""
         data = (slopes(p) / scale[..., None])[there] if slopes else np.zeros((0, len(p)))
-        return np.concatenate([data, np.diag([each.known_slope(x) for each, x in zip(free, p, strict=True)])[rows]])
+        return np.concatenate([data, beforehand.slopes(p)])
 
     def differences(p: Array) -> Array:
         """Return their derivatives by differences, one-sided where the other side fails; evaluated at once."""

@@ -8,6 +8,7 @@ or starts with # is passed over. Columns, in any order, a unit in brackets (SI w
     L1 [uH], L2 [uH], ...       the inductance of each coil at its terminals, by number or by name (L_C1), or
     code1, code2, ...           the converter's codes, from which L = 1 / ((2 pi f)^2 C), f = code d_in f_ref / 2^bits
     depth [mm]                  beside loads: how far the target was pressed down from where it rests without load
+    unit                        of which sensor of several the row is (`read_units`)
 
 A load that was not measured is nan; other rows with nan are passed over.
 """
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,26 @@ class Sheet:
 
 
 @dataclass(frozen=True)
+class _Written:
+    """Rows of a file as they are written; columns as of `Sheet`."""
+
+    source: str
+    rows: Sequence[str]
+    separator: str
+    columns: Mapping[str, tuple[int, str]]
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What a model has of a bench, as of `read_measured`."""
+
+    forces: Sequence[str]
+    coils: Sequence[str]
+    tank: Tank | None
+    held: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class Measured:
     """What a bench recorded."""
 
@@ -80,25 +101,60 @@ def read_measured(
     read, a column is missing or of an unknown unit, there are fewer rows of loads than `least`, or the file has other
     loads than the model.
     """
+    return _measured(_written(path, forces), _Asked(forces, coils, tank, held or {}), least, unseen)
+
+
+def read_units(
+    path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,
+    held: Mapping[str, float] | None = None,
+) -> dict[str, Measured]:
+    """Read what a bench recorded of several sensors, told apart by the column ``unit``; loads may be nan.
+
+    Otherwise as `read_measured`. SceneError also without such a column, or for a file of poses.
+    """
+    file = _written(path, forces)
+    if "unit" not in file.columns or (forces and forces[0].lower() not in file.columns):
+        raise SceneError(f"{path}: must have columns unit and {forces[0]}; got {', '.join(file.columns)}")
+    place, rows = file.columns["unit"][0], dict[str, list[str]]()
+    for line in file.rows:
+        cells = line.split(file.separator)
+        if len(cells) > place and (name := cells[place].strip().strip('"')):
+            rows.setdefault(name, []).append(file.separator.join([*cells[:place], "0", *cells[place + 1 :]]))
+    if not rows:
+        raise SceneError(f"{path}: must have a row with the name of its unit; got none")
+    asked = _Asked(forces, coils, tank, held or {})
+    each = {name: replace(file, source=f"{path}: {name}", rows=own) for name, own in rows.items()}
+    return {name: _measured(own, asked, 1, True) for name, own in each.items()}
+
+
+def _written(path: str | Path, forces: Sequence[str]) -> _Written:
+    """Return the rows of a file as they are written."""
     needs = (*(name.lower() for name in forces[:1]), "d_v")
     lines, separator, columns = table_lines(path, "a readable measurement", needs)
     if not lines:
         needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
         raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got none")
-    rows, moved = _numbers(lines[1:], separator), not forces or forces[0].lower() not in columns
+    return _Written(str(path), lines[1:], separator, columns)
+
+
+def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measured:
+    """Return the measurement that rows hold, as `read_measured`."""
+    source, columns, forces = file.source, file.columns, asked.forces
+    rows, moved = _numbers(file.rows, file.separator), not forces or forces[0].lower() not in columns
     blind = [columns[name.lower()][0] for name in forces if name.lower() in columns] if unseen and not moved else []
     rows = rows[~np.any(np.isnan(np.delete(rows, blind, axis=1)), axis=1)] if len(rows) else rows
     if len(rows) < (least := 1 if moved else least):
-        raise SceneError(f"{path}: must hold at least {least} rows of numbers; got {len(rows)}")
-    sheet = Sheet(str(path), columns, rows)
+        raise SceneError(f"{source}: must hold at least {least} rows of numbers; got {len(rows)}")
+    sheet = Sheet(source, columns, rows)
     poses = _poses(sheet) if moved else None
-    found = [] if moved else _forces(sheet, forces, held or {})
-    _check_coils(sheet, coils)
-    L = np.stack([_inductance(sheet, k, coil, tank) for k, coil in enumerate(coils)], -1)
+    found = [] if moved else _forces(sheet, forces, asked.held)
+    _check_coils(sheet, asked.coils)
+    L = np.stack([_inductance(sheet, k, coil, asked.tank) for k, coil in enumerate(asked.coils)], -1)
     depth = sheet.values("depth", "m") if "depth" in columns and not moved else None
     if np.any(np.isinf(L)) or np.any(np.isinf(found)) or (depth is not None and np.any(np.isinf(depth))):
-        raise SceneError(f"{path}: must hold finite numbers, of d_v alone inf for no target; got inf in another column")
-    return Measured(np.stack(found, -1) if found else np.zeros((len(rows), 0)), L, str(path), poses, depth)
+        must = "must hold finite numbers, of d_v alone inf for no target"
+        raise SceneError(f"{source}: {must}; got inf in another column")
+    return Measured(np.stack(found, -1) if found else np.zeros((len(rows), 0)), L, source, poses, depth)
 
 
 def _forces(sheet: Sheet, forces: Sequence[str], held: Mapping[str, float]) -> list[Array]:

@@ -1,9 +1,11 @@
 """The command for a built sensor: a plan, readings of five lines, the corrected calibration that others read."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -69,6 +71,51 @@ def test_five_lines_make_a_corrected_calibration(made: Path, capsys: Capture, tm
     assert "such a sensor" in capsys.readouterr().out
 
 
+def test_constants_of_the_unit_are_written(made: Path, capsys: Capture, tmp_path: Path) -> None:
+    """With the adapted calibration, for the header of the one that was adapted."""
+    built = tmp_path / "built"
+    assert run(["adapt", str(made), "--bench", str(made.parent / "bench.csv"), "-o", str(built)]) == 0
+    assert run(["export", str(made), "--to", "c", "-o", str(tmp_path / "sensor.h")]) == 0
+    identity = re.search(r"SITS_ID UINT32_C\((0x[0-9A-F]{8})\)", (tmp_path / "sensor.h").read_text())[1]
+    text = (built / "unit.h").read_text()
+    assert f"#define SITS_UNIT {{UINT32_C({identity}), " in text and "on 90 % of loads: F_x 0." in text
+
+
+def test_units_of_a_lot_tell_of_the_next(made: Path, capsys: Capture, tmp_path: Path) -> None:
+    """Shared unknowns, each unit, errors and yields; files that adapt and firmware go on from."""
+    rows = (made.parent / "bench.csv").read_text().splitlines()
+    units = [f"unit, {rows[0]}", *(f"A{k}, {row}" for k in (1, 2) for row in rows[1:])]
+    bench, lot = tmp_path / "units.csv", tmp_path / "lot"
+    bench.write_text("\n".join([*units, "B, 0.3, 0.5, 9.9, 9.9"]) + "\n")
+    assert run(["lot", str(made), "--bench", str(bench), "--within", "modulus=2 %", "-o", str(lot), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["unknowns"]["modulus"]["deviation"] < 0.2 * found["unknowns"]["modulus"]["known_deviation"]
+    assert found["units"]["A1"]["p_value"] > 0.05 and (found["units"]["B"]["refused"] or
+                                                       found["units"]["B"]["p_value"] < 0.01)
+    assert [row["after"] for row in found["delivered"]] == ["as computed", "tared", "and 1 load", "and 2 loads"]
+    assert found["delivered"][-1]["yield"] >= found["delivered"][0]["yield"]
+    table = pd.read_csv(lot / "units.csv")
+    assert list(table["unit"])[:2] == ["A1", "A2"] and {"gain1", "factor22", "id", "left_F_z"} <= {*table.columns}
+    assert (lot / "lot.png").stat().st_size > 10_000
+    assert run(["adapt", str(made), "--plan", "1", "--json"]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert run(["adapt", str(made), "--plan", "1", "--lot", str(lot / "lot.json"), "--json"]) == 0
+    helped = json.loads(capsys.readouterr().out)
+    assert helped["errors"]["F_z"][0] < 0.5 * alone["errors"]["F_z"][0]
+    assert run(["lot", str(made), "--bench", str(bench), "--limit", "5 %"]) == 0
+    assert "within 5 %" in capsys.readouterr().out
+
+
+def test_what_is_read_in_use(made: Path, capsys: Capture) -> None:
+    """A look at rest, weights, a press to the stop: what each brings after a drift."""
+    drift = "modulus=1+-0.1, lead=0+-10 nH"
+    assert run(["adapt", str(made), "--plan", "2", "--rig", "use", "--free", drift, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {*found["kinds"]} <= {"rest", "weight", "stop"} and found["errors"]["F_z"][-1] < found["errors"]["F_z"][0]
+    assert run(["adapt", str(made), "--plan", "2", "--rig", "use", "--free", drift]) == 0
+    assert "drifted" in capsys.readouterr().out
+
+
 def test_readings_of_another_sensor_are_told(made: Path, capsys: Capture, tmp_path: Path) -> None:
     """What probably went wrong is named; refused where that is asked for."""
     bench = tmp_path / "kilograms.csv"
@@ -82,10 +129,23 @@ def test_readings_of_another_sensor_are_told(made: Path, capsys: Capture, tmp_pa
     ("more", "what"),
     [((), "either --bench FILE or --plan N; got none"), (("--plan", "3", "--bench", "{bench}"), "got both"),
      (("--plan", "0"), "plan: must be one or more loads"), (("--bench", "nowhere.csv"), "nowhere.csv"),
-     (("--plan", "2", "--free", "colour"), "fit: must be modulus")],
+     (("--plan", "2", "--free", "colour"), "fit: must be modulus"),
+     (("--plan", "2", "--lot", "{bench}"), "must be a lot.json of sits-mech lot")],
 )
 def test_bad_input_is_one_line(made: Path, capsys: Capture, more: tuple[str, ...], what: str) -> None:
     """What must be given, and what came."""
     assert run(["adapt", str(made), *(part.format(bench=made.parent / "bench.csv") for part in more)]) == 2
+    err = capsys.readouterr().err
+    assert what in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("more", "what"),
+    [(("--limit", "0"), "--limit between 0 and 100 %"), (("--within", "gap"), "must be name=deviation"),
+     ((), "must have columns unit and F_x")],
+)
+def test_bad_input_of_a_lot_is_one_line(made: Path, capsys: Capture, more: tuple[str, ...], what: str) -> None:
+    """What must be given, and what came."""
+    assert run(["lot", str(made), "--bench", str(made.parent / "bench.csv"), *more]) == 2
     err = capsys.readouterr().err
     assert what in err and err.count("\n") == 1

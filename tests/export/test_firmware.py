@@ -263,7 +263,8 @@ def test_size_and_stack(source: Source, tmp_path: Path) -> None:
         rows = [line.split() for line in next(tmp_path.glob("*.su")).read_text().splitlines()]
         used = {row[0].split(":")[-1].split(".")[0]: int(row[1]) for row in rows}
         leaves = max(used.pop("sits_map", 0), used.pop("sits_solve", 0) + used.pop("sits_step", 0))
-        deepest = sum(used.get(f"sits_{name}", 0) for name in ("forces", "fit", "down_by", "scaled", "length", "times"))
+        names = ("forces", "forces_to", "fit", "down_by", "scaled", "length", "times")
+        deepest = sum(used.get(f"sits_{name}", 0) for name in names)
         assert 0.4 * stated["Stack"] < leaves + deepest < stated["Stack"]
 
 

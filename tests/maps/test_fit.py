@@ -150,3 +150,20 @@ def test_a_factor_is_known_by_its_logarithm() -> None:
         assert found.values[0] == pytest.approx(np.exp(0.5), rel=3e-3)
         width = np.sqrt(0.125 * found.variance) * np.exp(0.5)
         assert np.sqrt(found.covariance[0, 0]) == pytest.approx(width, rel=1e-2)
+
+
+def test_what_is_known_together_is_as_good_as_what_told_it() -> None:
+    """Half of the numbers, then the other half with what the first told, correlations and all: as all at once."""
+    y = 2.0 + 0.3 * X + 0.02 * np.sin(40.0 * X)
+    free = (replace(LINE[0], deviation=0.5), replace(LINE[1], deviation=0.1))
+    first = fit_parameters(line, np.where(np.arange(20)[:, None] < 9, y, np.nan), free, noise=0.05, slopes=slopes)
+    sizes = np.sqrt(np.diagonal(first.covariance / first.variance))
+    alike = first.covariance / first.variance / np.outer(sizes, sizes)
+    then = tuple(replace(each, start=value, deviation=size) for each, value, size in
+                 zip(free, first.values.tolist(), sizes.tolist(), strict=True))
+    root = np.linalg.inv(np.linalg.cholesky(alike))
+    rest = np.where(np.arange(20)[:, None] < 9, np.nan, y)
+    second = fit_parameters(line, rest, then, noise=0.05, slopes=slopes, root=root)
+    whole = fit_parameters(line, y, free, noise=0.05, slopes=slopes)
+    assert second.values == pytest.approx(whole.values, abs=1e-5)
+    assert second.covariance / second.variance == pytest.approx(whole.covariance / whole.variance, rel=1e-4)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.readout.converter import CONVERTERS, code_of, tank_frequency
-from sits_mech.readout.measured import Tank, read_measured
+from sits_mech.readout.measured import Tank, read_measured, read_units
 
 NAMES = ("F_x", "F_z")
 COILS = ("C1", "C2")
@@ -104,3 +104,17 @@ def test_loads_that_were_not_measured(tmp_path: Path) -> None:
     found = read_measured(path, ("F_z",), ("C1",), least=1, unseen=True)
     assert np.isnan(found.forces[1, 0]) and len(found.L) == 3 and found.depth == pytest.approx([0.0, 1e-4, 3e-4])
     assert read_measured(path, ("F_z",), ("C1",), least=1).forces.ravel() == pytest.approx([0.0, 2.0])
+
+
+def test_units_are_told_apart_by_their_column(tmp_path: Path) -> None:
+    """In the order of the file, names as they are written; without the column or a name one line."""
+    text = 'F_x, unit, F_z, L1, L2\n1, A 7, 2, 3, 4\n1, "B", nan, 3, 4\n2, A 7, 2, 3, 4\n'
+    found = read_units(written(tmp_path, text), NAMES, COILS)
+    assert list(found) == ["A 7", "B"] and found["A 7"].forces.tolist() == [[1.0, 2.0], [2.0, 2.0]]
+    assert np.isnan(found["B"].forces[0, 1]) and found["B"].source.endswith(": B")
+    with pytest.raises(ValueError, match="must have columns unit and F_x; got f_x, f_z, l1, l2"):
+        read_units(written(tmp_path, "F_x, F_z, L1, L2\n1, 2, 3, 4\n"), NAMES, COILS)
+    with pytest.raises(ValueError, match=": A: must hold at least 1 rows of numbers; got 0"):
+        read_units(written(tmp_path, "F_x, unit, F_z, L1, L2\n1, A, 2, x, 4\n"), NAMES, COILS)
+    with pytest.raises(ValueError, match="a row with the name of its unit"):
+        read_units(written(tmp_path, "F_x, unit, F_z, L1, L2\n"), NAMES, COILS)

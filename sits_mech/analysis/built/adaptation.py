@@ -31,7 +31,8 @@ from scipy.stats import chi2
 from sits_mech.analysis.built.force_maps import Table, moduli
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.prior import HALF, Prior, inverted, load_noise_of
-from sits_mech.maps.fit import Free, ParameterFit, fit_parameters
+from sits_mech.analysis.built.unknowns import Known
+from sits_mech.maps.fit import Beforehand, Free, ParameterFit, fit_parameters
 from sits_mech.quantities import Array
 from sits_mech.readout.measured import Measured
 from sits_mech.scene.sensor import SceneError
@@ -49,20 +50,18 @@ class Posterior:
     bench: LoadedBench
     y: Array  # (m, n), NaN where none was measured
     noise: Array  # (m, n)
-    free: tuple[Free, ...]
+    known: Beforehand
     fit: ParameterFit
 
     def terms(self, P: Array) -> Array:
         """Return what chi^2 is the sum of squares of, for unknowns (k, p), shape (k, N + p)."""
         data = ((self.bench.model(P) - self.y) / self.noise)[:, np.isfinite(self.y)]
-        known = np.stack([each.known(P[:, k]) for k, each in enumerate(self.free)], axis=1)
-        return np.concatenate([data, known], axis=1)
+        return np.concatenate([data, self.known.terms(P)], axis=1)
 
     def slopes(self) -> Array:
         """Return their derivatives where chi^2 is least, shape (N + p, p)."""
         data = (self.bench.slopes(self.fit.values) / self.noise[..., None])[np.isfinite(self.y)]
-        known = [each.known_slope(value) for each, value in zip(self.free, self.fit.values.tolist(), strict=True)]
-        return np.concatenate([data, np.diag(known)])
+        return np.concatenate([data, self.known.slopes(self.fit.values)])
 
 
 @dataclass(frozen=True)
@@ -83,9 +82,9 @@ def sampled(found: Adaptation, count: int, *, seed: int = 0) -> Sampled:
     they are not. Each costs `_CHORDS` readings of the bench.
     """
     posterior, p = found.posterior, len(found.values)
-    units = np.array([each.deviation for each in posterior.free])
+    units = np.array([each.deviation for each in posterior.known.free])
     Q, R = np.linalg.qr(posterior.slopes() * units)
-    low, high = (np.array([getattr(each, key) for each in posterior.free]) for key in ("low", "high"))
+    low, high = (np.array([getattr(each, key) for each in posterior.known.free]) for key in ("low", "high"))
     off = np.random.default_rng(seed).standard_normal((count, len(Q)))
     P, left = np.tile(posterior.fit.values, (count, 1)), np.zeros((count, len(units)))
     for _ in range(_CHORDS):
@@ -171,8 +170,7 @@ class Adaptation:
     @property
     def identified(self) -> tuple[str, ...]:
         """The unknowns that the readings determine, beyond what was known."""
-        before = np.sqrt(np.diagonal(self.prior.covariance))
-        parameters = len(self.prior.setup.parameters)
+        before, parameters = self.prior.deviations, len(self.prior.setup.parameters)
         return tuple(np.array(self.names)[:parameters][(self.deviations < _DETERMINED * before)[:parameters]].tolist())
 
     @property
@@ -221,15 +219,15 @@ def adapt(
     if measured.depth is not None:
         y, scale = np.column_stack([y, measured.depth]), np.column_stack([scale, np.full(m, depth_noise)])
     misread = _misread(table, forces, blind, size)
-    free = [*_free(prior, forces), *_factors(bench.count[1]), *misread]
-    fit = fit_parameters(bench.model, y, free, noise=scale, slopes=bench.slopes)
+    known = Beforehand((*_free(prior, forces), *_factors(prior.factors), *misread), prior.root)
+    fit = fit_parameters(bench.model, y, known.free, noise=scale, slopes=bench.slopes, root=known.root)
     p = len(prior.start)
     none, freedom = _structured(bench, fit, scale, misread)
     before = measured.L - bench.model(np.concatenate([prior.start, np.zeros(forces.size)])[None])[0][:, :n]
     return Adaptation(
         prior, replace(measured, forces=forces), fit.names[:p], fit.values[:p], fit.covariance[:p, :p],
         fit.chi_square, int(np.isfinite(y).sum()), fit.residual[:, :n], none, freedom, before,
-        Posterior(bench, y, scale, tuple(free), fit),
+        Posterior(bench, y, scale, known, fit),
     )
 
 
@@ -249,9 +247,9 @@ def _free(prior: Prior, forces: Array) -> list[Free]:
     return [replace(each, start=float(np.clip(each.start, each.low, each.high))) for each in found]
 
 
-def _factors(count: int) -> list[Free]:
+def _factors(known: Sequence[Known]) -> list[Free]:
     """Return the factors of shared errors."""
-    return [Free(f"error {k + 1}", 0.0, -_WIDEST * HALF, _WIDEST * HALF, HALF, HALF) for k in range(count)]
+    return [Free(each.name, each.value or 0.0, -_WIDEST * HALF, _WIDEST * HALF, HALF, each.deviation) for each in known]
 
 
 def _misread(table: Table, forces: Array, blind: NDArray[np.bool_], noises: Array) -> list[Free]:

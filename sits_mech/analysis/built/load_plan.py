@@ -10,8 +10,9 @@ Experimental Designs, 2007, section 10.6): one after the other, then each exchan
 by the derivatives of the computed sensor, before any is built.
 
 Rigs: `weights` lie on top (no shear); a `press` pushes down by a screw, with a scale below and a dial for its
-way; a `stage` moves in all forces with a load cell. Loads stay so far within the table that a sensor which is softer by
-a deviation of its modulus can be read there as well.
+way; a `stage` moves in all forces with a load cell. In `use` there is no bench, and what has drifted since is unknown:
+a look at rest, a weight on top, a press to a stop, whose depth is known and whose load is not. Loads stay so far within
+the table that a sensor which is softer by a deviation of its modulus can be read there as well.
 """
 
 from __future__ import annotations
@@ -21,14 +22,16 @@ from itertools import product
 
 import numpy as np
 
-from sits_mech.analysis.built.prior import SURE, Prior, inverted
+from sits_mech.analysis.built.prior import SURE, Prior, inverted, load_noise_of
+from sits_mech.analysis.built.unknowns import Known
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 
-RIGS = ("weights", "press", "stage")
+RIGS = ("weights", "press", "stage", "use")
 _ACROSS = 5  # values of each force that may be chosen, and that are read
 _DEPTH = 1e-5  # deviation of a dial [m]
 _ROUNDS = 20  # of exchanges, at most
+_NOTHING = 1.0  # deviation of a way down that was not measured [m]: far more than any
 
 
 @dataclass(frozen=True)
@@ -42,20 +45,27 @@ class LoadPlan:
         Names of the components of the loads.
     loads : ndarray, shape (N, d)
         In the order of their use [N, N m].
+    kinds : tuple of str
+        What each is: load, rest, weight, stop (its load is the one that the computed sensor has there).
     read : ndarray, shape (m, d)
         Loads that the errors below are taken over: the range to be read.
     errors : ndarray, shape (N + 1, d)
-        Of each force over its range, 90 % of readings lie within: after none of the loads but a tare at rest, one, ...
+        Of each force over its range, 90 % of readings lie within: after none of the loads but a tare at rest (in use
+        without one), one, ...
     more : ndarray, shape (d,)
         The same after the loads and as many more of the best.
+    told : ndarray, shape (N + 1, p, p)
+        What is known of the unknowns each time, as a matrix of information.
     """
 
     rig: str
     forces: tuple[str, ...]
     loads: Array
+    kinds: tuple[str, ...]
     read: Array
     errors: Array
     more: Array
+    told: Array
 
 
 def plan_loads(
@@ -72,12 +82,32 @@ def plan_loads(
         raise SceneError(f"plan: must be one or more loads; got {count}")
     read = _grid(prior)
     possible = read if rig == "stage" else read[~np.any(np.delete(read, _downwards(prior), axis=1), axis=1)]
+    kinds, goal = ["load"] * len(possible), _goal(prior, read)
     told = prior.told(possible, load_noise, depth_noise if rig == "press" else None)
-    goal, start = _goal(prior, read), prior.tared
+    start = prior.tared
+    if rig == "use":
+        start = inverted(prior.covariance)
+        possible, kinds, told = _in_use(prior, possible, load_noise, depth_noise)
     chosen, twice = (_chosen(start, told, goal, number) for number in (count, 2 * count))
-    errors = np.array([_errors(prior, start + told[chosen[:n]].sum(axis=0), read) for n in range(count + 1)])
+    known = start + np.concatenate([np.zeros((1, *start.shape)), np.cumsum(told[chosen], axis=0)])
+    errors = np.array([_errors(prior, each, read) for each in known])
     more = _errors(prior, start + told[twice].sum(axis=0), read)
-    return LoadPlan(rig, prior.forces, possible[chosen], read, errors, more)
+    return LoadPlan(rig, prior.forces, possible[chosen], tuple(kinds[k] for k in chosen), read, errors, more, known)
+
+
+def _in_use(
+    prior: Prior, weights: Array, load_noise: float | None, depth_noise: float
+) -> tuple[Array, list[str], Array]:
+    """Return what can be read in use, loads (m, d), what each is, and what it tells (m, p, p)."""
+    down = _downwards(prior)
+    rest, stop = np.clip(np.zeros(weights.shape[1]), weights.min(axis=0), weights.max(axis=0)), weights.max(axis=0)
+    some = weights[weights[:, down] > rest[down]]
+    loads = np.concatenate([rest[None], some, stop[None]])
+    noises = np.tile(load_noise_of(prior.table, load_noise), (len(loads), 1))
+    noises[0], noises[-1, down] = 0.0, np.ptp(weights[:, down])
+    depths = np.full(len(loads), _NOTHING)
+    depths[-1] = depth_noise
+    return loads, ["rest", *["weight"] * len(some), "stop"], prior.told(loads, noises, depths)
 
 
 def _downwards(prior: Prior) -> int:
@@ -90,8 +120,9 @@ def _downwards(prior: Prior) -> int:
 def _grid(prior: Prior) -> Array:
     """Return the loads to be read: a grid over the table's range for a sensor softer by a deviation, (m, d)."""
     names = prior.setup.names
-    softer = prior.setup.parameters[names.index("modulus")].deviation if "modulus" in names else 0.0
-    low, high = (end / (1.0 + softer) for end in (prior.table.map.low, prior.table.map.high))
+    known = prior.known[names.index("modulus")] if "modulus" in names else Known("modulus", 1.0, 0.0)
+    softer = (known.value or 1.0) / (1.0 + known.deviation / (known.value or 1.0))
+    low, high = (softer * end for end in (prior.table.map.low, prior.table.map.high))
     return np.array(list(product(*(np.linspace(a, b, _ACROSS) for a, b in zip(low, high, strict=True)))))
 
 

@@ -14,20 +14,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from sits_mech.analysis.bench import own_inductances, sensor_front_end
 from sits_mech.analysis.built.force_maps import Table, layer_slopes, shared_poses, table_of, told
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import CELL, LAYER, priors, usual_unknowns
+from sits_mech.analysis.built.unknowns import CELL, LAYER, Known, priors, usual_unknowns
 from sits_mech.chain.models import loaded_model
 from sits_mech.maps.surrogate import SmoothMap
-from sits_mech.quantities import UNITS, Array, MagneticModel
+from sits_mech.quantities import POSE, UNITS, Array, MagneticModel
 from sits_mech.readout.loads import points, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -54,6 +55,8 @@ class Prior:
     slopes: SmoothMap | None  # of `layer_slopes`
     noise: Array  # of a reading of each coil, converter or bench alone (n,) [H]
     model: Array  # deviation of the table's own errors (n,) [H]
+    factors: tuple[Known, ...]  # of the parts of the poses' errors that the table shares
+    root: Array | None = None  # B of maps/fit.py of parameters and factors, (p, p), where they are known together
     _slopes: dict[bytes, tuple[Array, Array]] = field(default_factory=dict, repr=False)  # those asked for before
 
     @property
@@ -65,41 +68,59 @@ class Prior:
         """Return the model of what rows of loads show."""
         return LoadedBench(self.setup, self.table, forces, self.slopes, True, loose, depth)
 
+    @property
+    def known(self) -> tuple[Known, ...]:
+        """What is known of parameters and factors, each alone."""
+        return (*self.setup.parameters, *self.factors)
+
     @cached_property
     def start(self) -> Array:
         """What is known beforehand of parameters and factors, shape (p,)."""
-        count = self.bench(np.zeros((1, len(self.forces)))).count
-        return np.array([each.value or 0.0 for each in self.setup.parameters] + [0.0] * count[1])
+        return np.array([each.value or 0.0 for each in self.known])
+
+    @cached_property
+    def deviations(self) -> Array:
+        """Their standard deviations, shape (p,)."""
+        return np.array([each.deviation for each in self.known])
 
     @cached_property
     def covariance(self) -> Array:
-        """Its covariance, shape (p, p)."""
-        own = [each.deviation for each in self.setup.parameters]
-        return np.diag(np.array(own + [HALF] * (len(self.start) - len(own))) ** 2)
+        """Their covariance, shape (p, p)."""
+        alike = np.eye(len(self.start)) if self.root is None else np.linalg.inv(self.root.T @ self.root)
+        return np.asarray(alike * np.outer(self.deviations, self.deviations))
 
-    def told(self, loads: Array, load_noise: float | None = None, depth_noise: float | None = None) -> Array:
+    def told(self, loads: Array, load_noise: ArrayLike | None = None, depth_noise: ArrayLike | None = None) -> Array:
         """Return what a reading under each of m loads tells of the unknowns, M of `load_plan`, shape (m, p, p).
 
-        Noises as of `adapt`; without `depth_noise` the way down is not measured.
+        Noises as of `adapt`, of all loads or of each, (m, d) and (m,); without `depth_noise` the way down is not
+        measured.
         """
-        size = load_noise_of(self.table, load_noise)
+        size = np.broadcast_to(load_noise_of(self.table, load_noise), loads.shape)
         by, by_load = self.bench(loads, depth=depth_noise is not None).derivatives(self.start)
-        own = self.noise**2 + self.model**2
-        own = own if depth_noise is None else np.append(own, depth_noise**2)
-        unsure = np.diag(own) + by_load * size**2 @ by_load.swapaxes(1, 2)
+        own = np.tile(self.noise**2 + self.model**2, (len(loads), 1))
+        if depth_noise is not None:
+            own = np.column_stack([own, np.broadcast_to(np.square(depth_noise), len(loads))])
+        unsure = own[..., None] * np.eye(own.shape[1]) + by_load * size[:, None] ** 2 @ by_load.swapaxes(1, 2)
         return np.asarray(by.swapaxes(1, 2) @ np.linalg.solve(unsure, by))
 
     @cached_property
     def tared(self) -> Array:
         """What is known, as a matrix of information, after one reading of the load nearest to none, shape (p, p)."""
         rest = np.clip(np.zeros(len(self.forces)), self.table.map.low, self.table.map.high)
-        return np.asarray(np.linalg.inv(self.covariance) + self.told(rest[None])[0])
+        return np.asarray(inverted(self.covariance) + self.told(rest[None])[0])
 
     @property
     def in_use(self) -> Array:
         """Which unknowns stay where the sensor is used, away from the bench, shape (p,)."""
         names = self.setup.names
         return np.array([name not in CELL for name in names] + [True] * (len(self.start) - len(names)))
+
+    def known_together(self, known: Sequence[Known], correlation: Array) -> Prior:
+        """Return the sensor with something else known of its unknowns: each alone, and their correlation (p, p)."""
+        count = len(self.setup.parameters)
+        setup = replace(self.setup, parameters=tuple(known[:count]))
+        root = np.linalg.inv(np.linalg.cholesky(correlation))
+        return replace(self, setup=setup, factors=tuple(known[count:]), root=root, _slopes={})
 
     def force_covariance(self, p: Array, covariance: Array, forces: Array) -> Array:
         """Return the covariance of forces that are read, shape (m, d, d) [N^2], at loads (m, d).
@@ -127,7 +148,7 @@ class Prior:
 
 
 def inverted(information: Array) -> Array:
-    """Return the covariance of a matrix of information, of unknowns in metres, farads, ..."""
+    """Return the covariance of a matrix of information, of unknowns in metres, farads, ..., or the other way round."""
     size = np.sqrt(np.diagonal(information))
     return np.asarray(np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size))
 
@@ -160,7 +181,9 @@ def prior_of(
     needs = {each.name for each in known} & {*LAYER}
     slopes = layer_slopes(sensor, data, names, request["mechanics"], request["tolerance"]) if needs else None
     model = np.hypot(_own_errors(sensor, data, table), _roughness(setup, table))
-    return Prior(sensor, data, setup, table, slopes, _noise(sensor, data, noise), model)
+    parts = 0 if table.parts is None else table.parts.coefficients.shape[1] // len(POSE)
+    factors = tuple(Known(f"error {k + 1}", 0.0, HALF) for k in range(parts))
+    return Prior(sensor, data, setup, table, slopes, _noise(sensor, data, noise), model, factors)
 
 
 def _noise(sensor: Sensor, data: xr.Dataset, noise: float | None) -> Array:
@@ -194,8 +217,8 @@ def _roughness(setup: Setup, table: Table) -> Array:
     return np.asarray(np.std(off, axis=0))
 
 
-def load_noise_of(table: Table, asked: float | None) -> Array:
-    """Return the deviations of a load that is read, shape (d,) [N, N m]: of its forces as asked for, or the usual."""
+def load_noise_of(table: Table, asked: ArrayLike | None) -> Array:
+    """Return deviations of loads that are read, (d,) or of each (m, d) [N, N m]: of forces as asked for, or usual."""
     usual = _LOAD * np.maximum(np.abs(table.map.low), np.abs(table.map.high))
     of_force = np.array([UNITS[name] == "N" for name in table.map.names])
     return usual if asked is None else np.where(of_force, asked, usual)

@@ -19,7 +19,7 @@ def adaptation_figure(found: Adaptation) -> Figure:
     """Return unknowns in deviations of what was known, readings less model, errors of each force over its range."""
     prior = found.prior
     count = len(prior.setup.parameters)
-    width = np.sqrt(np.diagonal(prior.covariance))[:count]
+    width = prior.deviations[:count]
     middle = (found.values[:count] - prior.start[:count]) / width
     place = np.arange(count)[::-1]
     with new_figure(height=0.4, columns=3, width=2.0 * COLUMN) as (figure, (known, rest, errors)):

@@ -61,12 +61,18 @@ def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
     }
 
 
+def shown_unknown(name: str, value: float | None, deviation: float) -> str:
+    """Return a value and two of its deviations, or these alone, in the unit of an unknown."""
+    scale, unit = _SCALES[PARAMETERS[name]] if name in PARAMETERS else (1.0, " (SI)")
+    width = f"\u00b1 {2.0 * scale * deviation:.2g}{unit}"
+    return width if value is None else f"{scale * value:.4g} {width}"
+
+
 def adaptation_table(record: dict[str, Any], title: str) -> Table:
     """Return what readings told as a table."""
     rows = []
     for name, one in record["unknowns"].items():
-        scale, unit = _SCALES[PARAMETERS[name]] if name in PARAMETERS else (1.0, " (SI)")
-        text = f"{scale * one['value']:.4g} \u00b1 {2.0 * scale * one['deviation']:.2g}{unit}"
+        text = shown_unknown(name, one["value"], one["deviation"])
         rows.append((name, text if one["identified"] else f"{text}: as known before"))
     alike = "; ".join(f"{a} and {b} ({c:+.2f})" for a, b, c in record["alike"])
     rows += [("not told apart", alike)] if alike else []
@@ -103,6 +109,7 @@ def plan_record(plan: LoadPlan) -> dict[str, Any]:
     return {
         "rig": plan.rig,
         "loads": [dict(zip(plan.forces, load, strict=True)) for load in plan.loads.tolist()],
+        "kinds": list(plan.kinds),
         "range": {name: [float(ends.min()), float(ends.max())] for name, ends in
                   zip(plan.forces, plan.read.T, strict=True)},
         "errors": {name: each.tolist() for name, each in zip(plan.forces, plan.errors.T, strict=True)},
@@ -118,10 +125,12 @@ def plan_tables(plan: LoadPlan) -> list[Any]:
                                     *(f"error of {name} [%]" for name in names)], justify="right",
     )
     rows = [np.full(len(names), np.nan), *plan.loads]
+    used = plan.rig == "use"
     for number, (load, errors) in enumerate(zip(rows, plan.errors, strict=True)):
-        shown = ["tared" if number == 0 and k == 0 else "" if number == 0 else f"{value:.3g}" for k, value in
-                 enumerate(load)]
-        table.add_row(str(number or ""), *shown, *(f"{100.0 * error:.2g}" for error in errors))
+        first = ["drifted" if used else "tared", *[""] * (len(load) - 1)]
+        shown = [f"{value:.3g}" for value in load] if number else first
+        kind = f" {plan.kinds[number - 1]}" if used and number else ""
+        table.add_row(f"{number or ''}{kind}", *shown, *(f"{100.0 * error:.2g}" for error in errors))
     words = "; ".join(
         f"{name} from {100.0 * first:.2g} % to {100.0 * last:.2g} % of its range ({len(plan.loads)} more: "
         f"{100.0 * more:.2g} %)" for name, first, last, more in

@@ -1,0 +1,51 @@
+"""What the next unit is delivered with, in closed form where errors are normal; what is known of it, kept and read."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sits_mech.analysis.built.delivered import delivered, known_by, lot_record, spread_of
+from sits_mech.analysis.built.load_plan import plan_loads
+from sits_mech.analysis.built.prior import Prior
+from sits_mech.scene.sensor import SceneError
+
+
+def test_yield_grows_with_what_is_read(prior: Prior) -> None:
+    """Errors fall and yields grow from none to two loads; without a limit that counts all units are good."""
+    plan = plan_loads(prior, 2)
+    rows = delivered(prior, plan, 0.02)
+    assert [words for words, _, _ in rows] == ["as computed", "tared", "and 1 load", "and 2 loads"]
+    errors, yields = np.array([error for _, error, _ in rows]), [share for _, _, share in rows]
+    assert np.all(np.diff(errors.max(axis=1)) < 0.0) and np.all(np.diff(yields) >= 0.0)
+    assert [share for _, _, share in delivered(prior, plan, 1e6)] == [1.0] * 4
+    # ninety percent of the loads of ninety percent of the units is more than ninety percent of all
+    assert np.all(errors[1:] > plan.errors)
+
+
+def test_what_is_known_is_kept(prior: Prior, tmp_path: Path) -> None:
+    """Values, deviations and correlation come back; other unknowns and other files are refused."""
+    count = len(prior.known)
+    alike = np.eye(count)
+    alike[0, 1] = alike[1, 0] = -0.6
+    known = prior.known_together(list(prior.known), alike)
+    path = tmp_path / "lot.json"
+    path.write_text(json.dumps(lot_record(known)))
+    again = known_by(prior, path)
+    assert again.covariance == pytest.approx(known.covariance) and again.start == pytest.approx(prior.start)
+    sizes = prior.deviations
+    assert again.covariance / np.outer(sizes, sizes) == pytest.approx(alike)
+    for text, why in (("{}", "must be a lot.json"), ("[1]", "must be a lot.json"),
+                      (path.read_text().replace('"gap"', '"gab"'), "must be of the same unknowns")):
+        path.write_text(text)
+        with pytest.raises(SceneError, match=why):
+            known_by(prior, path)
+
+
+def test_spread_is_read(prior: Prior) -> None:
+    """In percent and micrometres; anything else is one line."""
+    assert spread_of(prior, ["modulus=2 %", " gap = 20 um"]) == pytest.approx({"modulus": 0.02, "gap": 2e-5})
+    for text, why in (("gap", "must be name=deviation"), ("colour=1", "got colour=1"), ("gap=-1 um", "zero or more")):
+        with pytest.raises(SceneError, match=why):
+            spread_of(prior, [text])
