@@ -4,8 +4,10 @@ Coils alone (elsewhere/coils_alone.py): wound coils, Mohan's closed forms, the s
 array. Coils over plates (elsewhere/plates.py): sweeps of impedance over blocks of known conductivity and over steel,
 and what another code has for the coil of TEAM problem 15 over its plate. A probe over steel (elsewhere/steel_probe.py):
 an LDC1612's curve over 101 heights, its drift with temperature. Rubber (elsewhere/rubber.py): Gent and Lindley's closed
-forms and their disc. A row agrees where its miss is inside the source's tolerance (stated, or from its own scatter)
-plus the estimated error; the remark says which it is and, of a miss, why it is one as far as is known.
+forms and their disc. Forces: cylinders of Ecoflex between plates (elsewhere/pressed.py), bonded discs of natural rubber
+(elsewhere/discs.py), by what is given and after adaptation to few of their points. A row agrees where its miss is
+inside the source's tolerance (stated, or from its own scatter) plus the estimated error; the remark says which it is
+and, of a miss, why it is one as far as is known.
 
 Run ``python studies/measured_elsewhere.py [--coarse] --output DIR``: a table as CSV and Markdown, and pictures.
 """
@@ -15,7 +17,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from common.outputs import study_arguments, write_rows
-from elsewhere import coils_alone, plates, rubber, steel_probe
+from elsewhere import coils_alone, discs, plates, pressed, rubber, steel_probe
 from elsewhere.rows import Row
 from threadpoolctl import threadpool_limits
 
@@ -52,11 +54,24 @@ def bonded(coarse: bool, folder: Path) -> list[Row]:
     return [*rows, *more]
 
 
+def forces(coarse: bool, folder: Path) -> list[Row]:
+    """Return the rows of measured forces, by what is given and after adaptation to few of their points."""
+    cylinders = pressed.tests(coarse)
+    pressed.draw(cylinders, folder)
+    rows = [*pressed.rows(cylinders), *([] if coarse else pressed.followed())]
+    hardnesses = list(discs.MATERIALS)[:1] if coarse else discs.MATERIALS
+    tables = {hardness: discs.compressed(hardness, 0.05 if coarse else 0.02) for hardness in hardnesses}
+    pull, compliance = discs.pulled()
+    discs.draw(tables, pull, folder)
+    rows += [row for hardness, one in tables.items() for row in discs.stiffness(hardness, one)]
+    return [*rows, *discs.forces(45, discs.loaded(45)), *discs.tension(pull, compliance)]
+
+
 def main() -> None:
     """Compare all cases; write the table and print it, with what is known of the misses."""
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(limits=1):
-        rows = [row for part in (coils, over_plates, over_steel, bonded) for row in part(coarse, folder)]
+        rows = [row for part in (coils, over_plates, over_steel, bonded, forces) for row in part(coarse, folder)]
     write_rows([row.tabled() for row in rows], folder / "measured_elsewhere.csv")
     for row in rows:
         numbers = f"{row.published:.4g}, computed {row.computed:.4g} {row.unit}, open {row.tolerance + row.error:.2g}"

@@ -1,11 +1,14 @@
-"""Others' numbers beside ours: rows, closed forms, sweeps over plates, the probe's curve."""
+"""Others' numbers beside ours: rows, closed forms, sweeps over plates, the probe's curve, forces on rubber."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from elsewhere.coils_alone import WINDINGS, bundle, bundles, closed_forms, spiral, wired
+from elsewhere.discs import apparent, compressed, pulled, tension
 from elsewhere.plates import HERTZ, sweep, swept, team
+from elsewhere.pressed import FITTED, factor, pressed
+from elsewhere.pressed import rows as pressed_rows
 from elsewhere.rows import Row
 from elsewhere.rubber import modulus
 from elsewhere.steel_probe import HEIGHT, drift, fitted, frequency
@@ -91,3 +94,40 @@ def test_modulus_of_a_bonded_disc() -> None:
     """Gent and Lindley's 1 + 2 S^2 at S = 2 to 5 %, in units of E = 90 kPa."""
     value, error = modulus("disc", 10.0, 1.25, 0.05)
     assert value + error > 0 and value / 90e3 == pytest.approx(9.0, rel=0.05)
+
+
+def test_moduli_from_readings() -> None:
+    """Readings that are exactly 1.5 times the law's give 1.5; one reading of ten times the noise moves ln s by the
+    prior's share: 1/(1 + (noise/deviation)^2).
+    """
+    law = np.array([1.0, 3.0])
+    assert factor(law, 1.5 * law, 1e-3, 0.5) == pytest.approx(1.5, rel=1e-4)
+    s = factor(law[:1], 1.05 * law[:1], 0.1, 0.1)
+    assert np.log(s) / np.log(1.05) == pytest.approx(0.5, abs=0.03)
+
+
+def test_pressed_cylinder_after_two_of_its_points() -> None:
+    """Ecoflex 00-30: repeated tests differ by 2.6 %; a cylinder that slides freely, adapted alike, misses by more."""
+    one = pressed("ecoflex-00-30")
+    found = list(pressed_rows([one]))
+    adapted = [row for row in found if "after two" in row.quantity]
+    assert len(found) == 2 * len(adapted) == 2 * (one.u.size - FITTED) and all(row.within for row in adapted)
+    s, free = one.factors
+    bonded, sliding = (np.abs(each / one.measured - 1)[FITTED:] for each in (s * one.bonded, free * one.sliding))
+    assert np.all(bonded < sliding) and np.all(bonded < 0.04)
+    assert 1.0 < s < 1.0 + one.spread  # the law is the softest of its sources
+
+
+def test_compressed_discs_by_their_shear_modulus() -> None:
+    """E_c of the softest rubber from G alone within the 8 % of 2 IRHD; the table's E is E_c where S = 0."""
+    one = compressed(30, 0.05)
+    assert one.given == pytest.approx(one.published, rel=0.08)
+    assert one.adapted[2:] == pytest.approx(one.published[2:], rel=0.05)
+    assert apparent(30, np.zeros(1)) == pytest.approx(0.92, rel=1e-3)
+
+
+def test_pulled_disc_with_its_machine() -> None:
+    """Two points give the machine's compliance, which another gives as 1/(1930 N/mm); two more are predicted to 2 %."""
+    one, compliance = pulled()
+    assert all(row.within == ("as given" not in row.quantity) for row in tension(one, compliance))
+    assert 1e-3 / compliance == pytest.approx(1930.0, rel=0.1)
