@@ -4,8 +4,8 @@ Cylinders 50 mm across and 30 mm high, of Ecoflex 00-10, 00-30 and 00-50 without
 10 mm/min (Instron 5900, load cell of 10 kN), compression and load recorded every 0.1 s. A. B. Dawood, Z. Zhang and
 others, Hyperelastic Characterisation of Silicone Tissue Phantoms (2026), CC BY 4.0, repository
 abubakardawood/tissue-phantom-material-database, data/EF10_0T/EF10_0T_A1.csv, .../EF30_0T_A1.csv and .../EF50_0T_A1.csv:
-of each the first test of the first specimen, of which the readings nearest to 5, 10, 15, 20 and 23 % are taken, as far
-as they were read. Moduli and deviations of the tests: abubakardawood/phantom-material-database,
+of each the first test of the first specimen, and of that some of the readings nearest to 5, 10, 15, 20 and 23 %,
+unchanged. Moduli and deviations of ten tests, in an earlier version: abubakardawood/phantom-material-database,
 data/processed/phantoms_table.csv, CC BY 4.0. Nothing is said of the plates' friction: the model's pad is bonded, and a
 cylinder that slides freely stays one,
 
@@ -14,7 +14,7 @@ cylinder that slides freely stays one,
 As given: the catalogue's law, fitted to others' tensile tests. Adapted: under s times the load, a law of s times the
 moduli rests at the same place, so s needs no new solution. It is fitted to the two smallest readings and predicts the
 others; ln s is known beforehand as in sits_mech/analysis/built/unknowns.py. Stiffening is not fitted, because the
-laws' second terms carry 2 % of these forces.
+laws' second terms carry 2 to 3 % of these forces.
 """
 
 from __future__ import annotations
@@ -123,8 +123,8 @@ def rows(found: list[Pressed]) -> Iterator[Row]:
             what, error = f"{name}, force at {one.u[k] * 1e3:.2f} mm", float(one.error[k])
             yield Row("silicone pressed", f"{what}, as given", "N", F, bonded, 2 * deviation / mean * F, SOURCE,
                       error * bonded, "tolerance: two deviations of the moduli of ten tests. The law's tensile test is "
-                      "of another batch, its strain is crosshead travel, and sources of this silicone differ by a "
-                      f"factor of {1 + one.spread:.1f}, which holds what was measured: {F / bonded:.2f} times this")
+                      "another laboratory's, its strain is crosshead travel; sources of this silicone go from this to "
+                      f"{1 + one.spread:.1f} times as much, and {F / bonded:.2f} times as much was measured")
             yield Row("silicone pressed", f"{what}, after two of its points", "N", F, s * bonded, scatter() * F, SOURCE,
                       error * s * bonded, f"tolerance: repeated tests of one specimen differ by {100 * scatter():.1f} "
                       f"%. Moduli {s:.2f} times the catalogue's; a cylinder that slides freely would have "
@@ -141,9 +141,9 @@ def followed() -> Iterator[Row]:
             raise
         reached = failure.last
     yield Row("silicone pressed", "Ecoflex 00-30, compression that is followed", "%", 100 * PRESSED / HEIGHT,
-              100 * (1 - reached.pose.d_v / HEIGHT), 0.0, SOURCE, remark="the free face rolls onto the plates at the "
-              "bonded edge, the model finds the layer unstable there and ends. The test goes on to the end without a "
-              "drop in load")
+              100 * (1 - reached.pose.d_v / HEIGHT), 0.0, SOURCE, remark="free faces have begun to fold onto the "
+              "plates, and the model finds its equilibrium unstable beyond, with friction of 1 there at 26 %; the test "
+              "goes on to the end without a drop in load")
 
 
 def draw(found: list[Pressed], folder: Path) -> None:
