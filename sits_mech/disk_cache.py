@@ -25,7 +25,8 @@ VARIABLE = "SITS_MECH_CACHE"
 OFF = "off"
 ROOM = 512 * 2**20
 """Bytes that all files may take: a plate's preparation takes 0.2 to 30 MB."""
-_ROOMS = "geometry", "magnetics"  # whose source the arrays depend on
+FIELDS = "geometry", "magnetics"
+"""Rooms whose source the arrays of plates and tracks depend on."""
 _BROKEN = OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile
 _Made = TypeVar("_Made")
 
@@ -66,19 +67,19 @@ def clear() -> int:
 
 def kept(
     asked: object, make: Callable[[], _Made], pack: Callable[[_Made], Mapping[str, Any]],
-    unpack: Callable[[Mapping[str, Any]], _Made],
+    unpack: Callable[[Mapping[str, Any]], _Made], rooms: tuple[str, ...] = FIELDS,
 ) -> _Made:
     """Return what was made of the same `asked` before, or make and keep it.
 
     `asked` is all it depends on: numbers, words, arrays, parts of scenes, dataclasses and tuples of these. `pack` and
-    `unpack` turn what is made into arrays by name and back.
+    `unpack` turn what is made into arrays by name and back; `rooms` make it.
     """
     import numpy as np  # not before the command line has said on how many threads
 
     where = folder()
     if where is None:
         return make()
-    path = where / f"{_checksum(asked)}.npz"
+    path = where / f"{_checksum(asked, rooms)}.npz"
     with suppress(*_BROKEN), path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
         found = unpack(file)
         os.utime(path)
@@ -110,18 +111,18 @@ def _write(path: Path, arrays: Mapping[str, Any]) -> None:
         each.unlink(missing_ok=True)
 
 
-def _checksum(asked: object) -> str:
+def _checksum(asked: object, rooms: tuple[str, ...] = FIELDS) -> str:
     """Return the checksum of what is asked and of the source of the rooms that answer."""
-    digest = hashlib.sha256(_source())
+    digest = hashlib.sha256(_source(rooms))
     _feed(digest, asked)
     return digest.hexdigest()
 
 
-@lru_cache(maxsize=1)
-def _source() -> bytes:
-    """Return the checksum of the source of `_ROOMS`."""
+@lru_cache(maxsize=4)
+def _source(rooms: tuple[str, ...]) -> bytes:
+    """Return the checksum of the source of rooms."""
     digest = hashlib.sha256()
-    for room in _ROOMS:
+    for room in rooms:
         for path in sorted((Path(__file__).parent / room).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.digest()

@@ -209,7 +209,7 @@ def _write(found: Adaptation, output: Path) -> None:
 
     folder = prepare_folder(output)
     sensor, data = corrected(found)
-    for line in write_calibration(sensor, data, folder):
+    for line in write_calibration(sensor, data, folder, layer=False):  # no layer is solved anew
         warn(line)
     save_figure(adaptation_figure(found), folder / "adapted.png")
     _write_unit(found, folder / "unit.h")

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
-    """Write a calibration's table, scene and pictures, each by an atomic rename.
+def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path, *, layer: bool = True) -> list[str]:
+    """Write a calibration's table, scene and pictures, each by an atomic rename; that of the `layer` may be left out.
 
     Return one line for each picture that could not be drawn.
     """
@@ -39,8 +39,10 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
         return ["no pictures: they need matplotlib: pip install 'sits-mech[view]'"]
     if not data["status"].isin(ANSWERED).any():
         return ["no pictures: no load converged"]
-    pictures, warnings = calibration_pictures(data), []
-    for name, draw in (pictures | {"layer": partial(_largest_load, sensor, data, folder)}).items():
+    pictures, warnings = dict(calibration_pictures(data)), []
+    if layer:
+        pictures["layer"] = partial(_largest_load, sensor, data, folder)
+    for name, draw in pictures.items():
         try:
             save_figure(draw(), folder / f"{name}.png")
         except (SolveFailed, SceneError) as error:

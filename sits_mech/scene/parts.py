@@ -18,6 +18,7 @@ from sits_mech.scene.bounds import (
     Coefficient,
     Conductivity,
     Coordinate,
+    Farads,
     Inductance,
     Length,
     LossTangent,
@@ -27,6 +28,8 @@ from sits_mech.scene.bounds import (
     Permeability,
     Point,
     Resistance,
+    Share,
+    Turn,
     check_sizes,
     extent_of,
 )
@@ -228,6 +231,40 @@ class Readout(BaseModel):
     lead_resistance: Resistance = 0.0
     capacitance_coefficient: Coefficient = 0.0
     clock_coefficient: Coefficient = 0.0
+
+
+class Tolerances(BaseModel):
+    """What a built sensor and its bench may be off by: standard deviations, zero for what is known, None for the usual.
+
+    Attributes
+    ----------
+    modulus, stiffening : float or None
+        Of the silicone: over its own modulus, and what it stiffens by besides.
+    thickness, gap, d_h, d_y : float or None
+        Of the layer; of the target's place as glued, upwards, along x and y [m].
+    alpha, alpha_x : float or None
+        Of its tilt about y and x [rad].
+    lead, capacitance : float or None
+        In series with each coil and of the tank [H, F].
+    cell, frame, frame_x, frame_z : float or None
+        Scale of the load cell, and its turn about y, x, z [-, rad].
+    """
+
+    model_config = _FROZEN
+    modulus: Share | None = None
+    stiffening: Share | None = None
+    thickness: Offset | None = None
+    gap: Offset | None = None
+    d_h: Offset | None = None
+    d_y: Offset | None = None
+    alpha: Turn | None = None
+    alpha_x: Turn | None = None
+    lead: Inductance | None = None
+    capacitance: Farads | None = None
+    cell: Share | None = None
+    frame: Turn | None = None
+    frame_x: Turn | None = None
+    frame_z: Turn | None = None
 
 
 def _check_plate(plate: Target | Conductor) -> None:

@@ -21,14 +21,15 @@ from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
 from sits_mech.scene.materials import Metal, unknown
-from sits_mech.scene.parts import Conductor, Readout, Target
+from sits_mech.scene.parts import Conductor, Readout, Target, Tolerances
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, printable, quantity, shown
 from sits_mech.version import __version__
 
 __all__ = [
     "Coil", "Conductor", "Elastomer", "Metal", "Readout", "SceneError", "Sensor", "Silicone", "Target",
-    "catalogue", "changed", "load_sensor", "quantity", "save_sensor", "scene_hash", "scene_text", "sensor_from",
+    "Tolerances", "catalogue", "changed", "load_sensor", "quantity", "save_sensor", "scene_hash", "scene_text",
+    "sensor_from",
 ]
 
 REFERENCE = 293.15
@@ -42,6 +43,7 @@ _PARTS: Mapping[str, type[BaseModel]] = {
     "elastomer": Elastomer,
     "conductors": Conductor,
     "readout": Readout,
+    "tolerances": Tolerances,
 }
 
 
@@ -66,6 +68,8 @@ class Sensor(BaseModel):
         The electronics.
     temperature : float
         Of all parts, where the sensor is used [K]. The scene's numbers are those at 20 degC: see scene/thermal.py.
+    tolerances : Tolerances or None
+        What a built sensor may be off by, for `sits-mech adapt`.
     substrate_radius : float or None
         Radius of the cylinder, its axis along y and below, on which the coils lie [m]; None where they lie flat.
 
@@ -86,6 +90,7 @@ class Sensor(BaseModel):
     readout: Readout = Readout()
     substrate_radius: Length | None = None
     temperature: Temperature = REFERENCE
+    tolerances: Tolerances | None = None
 
     @property
     def coil_names(self) -> list[str]:

@@ -31,7 +31,7 @@ from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport
 from sits_mech.readout.loads import fixed, points, varied, wrench_of
 from sits_mech.scene.parameters import keys_of
-from sits_mech.scene.sensor import Sensor, changed
+from sits_mech.scene.sensor import Sensor, Tolerances, changed
 from sits_mech.scene.thermal import stiffer
 from sits_mech.silicone.material import Silicone
 from sits_mech.status import ANSWERED
@@ -81,7 +81,7 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
 
 
 def corrected_sensor(found: Adaptation) -> Sensor:
-    """Return the scene with what was found of it; what has no key is left as it is."""
+    """Return the scene with what was found of it and what that leaves open; what has no key is left as it is."""
     sensor, keys = found.prior.sensor, []
     layer = sensor.elastomer
     if layer is not None:
@@ -98,7 +98,11 @@ def corrected_sensor(found: Adaptation) -> Sensor:
         if each.name not in PARAMETERS:
             value = _value(found, each.name, 0.0)
             keys += [f"{key}={value!r}" for key in keys_of(sensor, each.name)]
-    return changed(sensor, keys)
+    left = {name: float(found.deviations[found.names.index(name)]) for name in Tolerances.model_fields
+            if name in found.names}
+    if "modulus" in left:
+        left["modulus"] /= _value(found, "modulus", 1.0)
+    return changed(sensor.model_copy(update={"tolerances": Tolerances(**left)}), keys)
 
 
 def _silicone(silicone: Silicone, modulus: float, stiffening: float) -> Silicone:

@@ -18,12 +18,14 @@ from sits_mech.analysis.bench import table_impedance
 from sits_mech.analysis.built.setup import shown_inductances
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.chain.gradient_grid import slopes_under
+from sits_mech.disk_cache import kept
 from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import POSE, Array, shown_unit
+from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
 from sits_mech.readout.loads import fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import ANSWERED
 
+_ROOMS = "scene", "silicone", "geometry", "meshing", "mechanics", "chain"  # that make slopes of the layer
 _MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
 _MODULI = (0.02, 10.0)  # least and greatest factor
 
@@ -106,15 +108,26 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     """Return the map from forces to the derivatives of the pose by `LAYER`, on three values of each force.
 
     The loads are solved once more on the first meshes (chain/gradient_grid.py): derivatives have no need of others.
+    They are kept for the next command.
     """
     axes: Mapping[str, list[float]] = {
         name: [float(data[name].min()), 0.5 * float(data[name].min() + data[name].max()), float(data[name].max())]
         for name in names
     }
     held = {name: [value] for name, value in fixed(data).items()}
-    loads, slopes = slopes_under(sensor, tuple(LAYER.values()), {**axes, **held}, mechanics, tolerance)
-    forces = np.array([[getattr(load, name) for name in names] for load in loads])
-    return fit_map(names, forces, slopes.reshape(len(loads), -1))
+    asked = tuple(LAYER.values()), {**axes, **held}, mechanics, tolerance
+    same = tuple((name, *values) for name, values in asked[1].items())
+
+    def made() -> tuple[Array, Array]:
+        """Return loads (m, 6) and derivatives (m, n, 6)."""
+        loads, slopes = slopes_under(sensor, *asked)
+        return np.array([[getattr(load, name) for name in WRENCH] for load in loads]), slopes
+
+    loads, slopes = kept(
+        ("layer slopes", sensor, asked[0], same, mechanics, tolerance), made,
+        lambda own: {"loads": own[0], "slopes": own[1]}, lambda arrays: (arrays["loads"], arrays["slopes"]), _ROOMS,
+    )
+    return fit_map(names, loads[:, [WRENCH.index(name) for name in names]], slopes.reshape(len(loads), -1))
 
 
 def moduli(forces: Array, table: Table, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:

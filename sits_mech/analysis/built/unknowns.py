@@ -1,7 +1,7 @@
 """Name what may be unknown of a bench and its sensor, and say what is known of it before anything is read.
 
-What each does to the readings is in `setup` and `loaded`. What a user states ("gap = 0 +- 0.3 mm") counts;
-the rest is
+What each does to the readings is in `setup` and `loaded`. What a user states ("gap = 0 +- 0.3 mm") counts, then what
+the scene does (`tolerances`, where zero is known); the rest is
 
     modulus     ln s = 0 +- ln(1 + S)/1.69, S the spread of the silicone's sources, the range of some three of them:
                 1.69 deviations are the mean range of three normal numbers; 0.3 where no source is known
@@ -113,6 +113,7 @@ def usual_unknowns(sensor: Sensor, models: tuple[str, str], forces: Sequence[str
     if sensor.elastomer is None or LAWS[sensor.elastomer.silicone.law].stiffened is None:
         absent |= {"stiffening"}
     absent |= {name for name, pair in _PAIRS.items() if not {*pair} <= {*forces}}
+    absent |= {name for name in ("modulus", *USUAL) if _stated(sensor, name) == 0.0}
     return tuple(name for name in ("modulus", *USUAL) if name not in absent)
 
 
@@ -123,7 +124,10 @@ def priors(sensor: Sensor, texts: Sequence[str]) -> tuple[Known, ...]:
 
 
 def _usual(sensor: Sensor, name: str) -> Known:
-    """Return what is known of an unknown that nothing was said of; keys of the scene have said it."""
+    """Return what is known of an unknown that no user said anything of; keys of the scene have said it."""
+    stated = _stated(sensor, name)
+    if stated:
+        return Known(name, 1.0 if name in ("modulus", "cell") else 0.0, stated)
     if name == "modulus":
         spread = None if sensor.elastomer is None else sensor.elastomer.silicone.spread
         return Known(name, 1.0, _UNKNOWN if spread is None else float(np.log1p(spread)) / _THREE)
@@ -133,3 +137,9 @@ def _usual(sensor: Sensor, name: str) -> Known:
     return Known(name, 1.0 if name == "cell" else 0.0, USUAL.get(name, USUAL["alpha"]) * of.get(name, 1.0))
 
 
+
+
+def _stated(sensor: Sensor, name: str) -> float | None:
+    """Return the deviation that a scene states."""
+    found = getattr(sensor.tolerances, name, None)
+    return None if found is None else float(found)

@@ -33,3 +33,17 @@ def test_a_turn_about_the_normal_is_known_as_well_as_others() -> None:
     sensor = load_sensor("biorob2018")
     assert "alpha_z" not in usual_unknowns(sensor, ("block", "sheets"), ("F_x", "F_z"))
     assert priors(sensor, ["alpha_z"])[0].deviation == priors(sensor, ["alpha"])[0].deviation
+
+
+def test_a_scene_states_its_tolerances() -> None:
+    """Before the usual ones; zero is known, and what a user says counts more; bounds with one line."""
+    scene = load_sensor("biorob2018", ['tolerances={modulus="5 %", gap="20 um", thickness=0.0, alpha="0.5 deg"}'])
+    names = usual_unknowns(scene, ("block", "sheets"), ("F_x", "F_z"))
+    assert "thickness" not in names and {"modulus", "gap", "stiffening"} <= {*names}
+    found = {each.name: each for each in priors(scene, ["modulus", "gap=0+-0.1 mm", "alpha", "cell"])}
+    assert (found["modulus"].value, found["modulus"].deviation) == (1.0, pytest.approx(0.05))
+    assert found["gap"].deviation == pytest.approx(1e-4) and found["cell"].deviation == 0.01
+    assert found["alpha"].deviation == pytest.approx(np.radians(0.5))
+    for text, why in (("gap=-1e-6", "tolerances.gap: must be zero or a length"), ("colour=1", "tolerances.colour")):
+        with pytest.raises(SceneError, match=why):
+            load_sensor("biorob2018", [f"tolerances={{{text}}}"])
