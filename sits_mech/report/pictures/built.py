@@ -2,60 +2,90 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.prior import SURE
+from sits_mech.quantities import UNITS, Array
 from sits_mech.report.pictures.curves import COLUMN, MARKS, new_figure
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
+_ACROSS = 9  # loads along each force of the plane
 
 def adaptation_figure(found: Adaptation) -> Figure:
-    """Return unknowns in deviations of what was known, readings less model, errors of each force over its range."""
-    prior = found.prior
-    count = len(prior.setup.parameters)
-    width = prior.deviations[:count]
-    middle = (found.values[:count] - prior.start[:count]) / width
-    place = np.arange(count)[::-1]
-    with new_figure(height=0.4, columns=3, width=2.0 * COLUMN) as (figure, (known, rest, errors)):
-        known.barh(place, 4.0 * np.ones(count), left=-2.0, color="0.9", height=0.8, label="known before")
-        known.errorbar(middle, place, xerr=2.0 * found.deviations[:count] / width, fmt="o", markersize=3, label="found")
-        known.set_yticks(place, found.names[:count])
-        known.set(xlabel="deviations of what was known", title="unknowns, 95 %")
-        known.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
-        rows = np.arange(1, len(found.residual) + 1)
-        for k, coil in enumerate(prior.sensor.coil_names):
-            mark, colour = MARKS[k % len(MARKS)], f"C{k % 7}"
-            rest.semilogy(rows, 1e9 * np.abs(found.before[:, k]), mark, color=colour, markerfacecolor="none",
-                          label=f"{coil}, before")
-            rest.semilogy(rows, 1e9 * np.maximum(np.abs(found.residual[:, k]), 1e-15), mark, color=colour,
-                          label=f"{coil}, adapted")
-        rest.axhline(1e9 * float(np.hypot(prior.noise, prior.model).max()), color="black", linewidth=0.5)
-        rest.set(xlabel="row of the bench file", ylabel="off [nH]", title="readings and model")
-        rest.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
-        _errors(found, errors)
+    """Return unknowns in deviations of what was known, readings less model, errors of forces over the plane of two."""
+    several = len(found.prior.forces) > 1
+    with new_figure(height=0.8 if several else 0.4, columns=3, rows=1 + several, width=2.0 * COLUMN) as (figure, each):
+        _unknowns(found, each[0])
+        _readings(found, each[3 if several else 1])
+        if several:
+            _plane(found, (each[1:3], each[4:6]))
+        else:
+            _along(found, each[2])
     return figure
 
 
-def _errors(found: Adaptation, axes: object) -> None:
-    """Draw the errors of each force before and after, along it."""
-    prior = found.prior
-    for k, name in enumerate(prior.forces):
-        ends = prior.table.map.low[k], prior.table.map.high[k]
-        loads = np.tile(np.clip(np.zeros(len(prior.forces)), prior.table.map.low, prior.table.map.high), (9, 1))
-        loads[:, k] = np.linspace(*ends, 9)
-        before, after = found.force_deviations(loads)
-        share = (loads[:, k] - ends[0]) / (ends[1] - ends[0])
-        for style, each in (("--", before), ("-", after)):
-            axes.semilogy(  # type: ignore[attr-defined]
-                share, 100.0 * SURE * each[:, k] / (ends[1] - ends[0]), style, color=f"C{k}",
-                label=f"{name}, {'before' if style == '--' else 'adapted'}",
-            )
-    axes.set(xlabel="from least to greatest of the table", ylabel="error [% of range]",  # type: ignore[attr-defined]
-             title="forces, 90 %")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)  # type: ignore[attr-defined]
+def _unknowns(found: Adaptation, axes: Axes) -> None:
+    """Draw what was known of each unknown and what was found."""
+    count = len(found.prior.setup.parameters)
+    width, place = found.prior.deviations[:count], np.arange(count)[::-1]
+    middle = (found.values[:count] - found.prior.start[:count]) / width
+    axes.barh(place, 4.0 * np.ones(count), left=-2.0, color="0.9", height=0.8, label="known before")
+    axes.errorbar(middle, place, xerr=2.0 * found.deviations[:count] / width, fmt="o", markersize=3, label="found")
+    axes.set_yticks(place, found.names[:count])
+    axes.set(xlabel="deviations of what was known", title="unknowns, 95 %")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+
+
+def _readings(found: Adaptation, axes: Axes) -> None:
+    """Draw what readings are off the calibration and off the adapted sensor."""
+    prior, rows = found.prior, np.arange(1, len(found.residual) + 1)
+    for k, coil in enumerate(prior.sensor.coil_names):
+        mark, colour = MARKS[k % len(MARKS)], f"C{k % 7}"
+        before, after = (1e9 * np.maximum(np.abs(part[:, k]), 1e-15) for part in (found.before, found.residual))
+        axes.semilogy(rows, before, mark, color=colour, markerfacecolor="none", label=f"{coil}, before")
+        axes.semilogy(rows, after, mark, color=colour, label=f"{coil}, adapted")
+    axes.axhline(1e9 * float(np.hypot(prior.noise, prior.model).max()), color="black", linewidth=0.5)
+    axes.set(xlabel="row of the bench file", ylabel="off [nH]", title="readings and model")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+
+
+def _at_rest(found: Adaptation, count: int) -> tuple[Array, Array]:
+    """Return `count` loads nearest to none, (count, d), and the ends of the table, (2, d)."""
+    ends = np.stack([found.prior.table.map.low, found.prior.table.map.high])
+    return np.tile(np.clip(np.zeros(ends.shape[1]), *ends), (count, 1)), ends
+
+
+def _plane(found: Adaptation, panels: Sequence[Sequence[Axes]]) -> None:
+    """Draw the errors of the first two forces over their plane, others at rest, before and adapted."""
+    loads, ends = _at_rest(found, _ACROSS**2)
+    axes = [np.linspace(ends[0, k], ends[1, k], _ACROSS) for k in (0, 1)]
+    loads[:, :2] = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
+    each = found.force_deviations(loads)
+    names = found.prior.forces
+    for k, row in enumerate(panels):
+        shown = [100.0 * SURE * one[:, k].reshape(_ACROSS, _ACROSS) / np.ptp(ends[:, k]) for one in each]
+        levels = np.geomspace(0.999 * min(one.min() for one in shown), 1.001 * max(one.max() for one in shown), 13)
+        for panel, values, when in zip(row, shown, ("before, tared", "adapted"), strict=True):
+            drawn = panel.contourf(*axes, values.T, levels=levels, norm="log")
+            panel.set(xlabel=f"{names[0]} [{UNITS[names[0]]}]", ylabel=f"{names[1]} [{UNITS[names[1]]}]",
+                      title=f"error of {names[k]}, {when}")
+        bar = row[-1].figure.colorbar(drawn, ax=[*row], format="{x:.2g}", label="90 % within [% of range]")
+        bar.set_ticks(levels[::3].tolist())
+
+
+def _along(found: Adaptation, axes: Axes) -> None:
+    """Draw the error of the only force, before and after."""
+    loads, ends = _at_rest(found, 4 * _ACROSS)
+    loads[:, 0] = np.linspace(ends[0, 0], ends[1, 0], len(loads))
+    for style, each, when in zip(("--", "-"), found.force_deviations(loads), ("before", "adapted"), strict=True):
+        axes.semilogy(loads[:, 0], 100.0 * SURE * each[:, 0] / np.ptp(ends), style, label=when)
+    axes.set(xlabel=f"{found.prior.forces[0]} [{UNITS[found.prior.forces[0]]}]", ylabel="90 % within [% of range]",
+             title="error of the force")
+    axes.legend()
