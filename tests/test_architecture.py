@@ -31,11 +31,11 @@ RANKS = {
     "analysis": 8,
     **dict.fromkeys(("batch", "synthesis"), 9),
     **dict.fromkeys(("report", "schemas", "__init__"), 10),
-    "export": 11,
+    **dict.fromkeys(("export", "studio"), 11),
     "cli": 12,
     "__main__": 13,
 }
-PLUGGED = ("analysis", "boards", "batch", "synthesis", "report", "schemas", "export", "cli")
+PLUGGED = ("analysis", "boards", "batch", "synthesis", "report", "schemas", "export", "studio", "cli")
 """Rooms around the core, which stands without them: a scene to its calibration and the inverse."""
 SILENT = {
     tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
@@ -72,7 +72,7 @@ UNMIRRORED = {
     "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
     "chain/omissions.py": "tests/chain/test_plan.py: what is left out, and its size",
     **dict.fromkeys(
-        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
+        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve", "studio")),
         "tests/cli/test_main.py: through the command line",
     ),
     "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
@@ -82,6 +82,7 @@ UNMIRRORED = {
     ),
     "report/written.py": "tests/report/test_folder.py: what a calibration leaves",
     "report/envelope.py": "tests/analysis/test_envelope.py: record, table and picture",
+    "studio/page.py": "tests/studio/test_studio.py: in a browser",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     "export/twin/arrays.py": "tests/export/twin/test_folder.py: what is in the folder",
     **dict.fromkeys(

@@ -16,6 +16,7 @@ from sits_mech.quantities import Equilibrium, MechanicalModel, SolveFailed, Solv
 
 _FURTHER = {"block": ((2.7, 0.25), (8.0, 0.2)), "planar": ((1.5, 0.25), (15.0, 0.02))}
 """By model, a mesh more and all there are: seconds over those of two meshes, and error over theirs."""
+_NONE = ((0.0, 1.0),)  # of a model with one set of meshes
 _ONCE, _EACH = 0.05, 8e-6  # seconds of two meshes, and for each iteration and unknown of the finer one
 _WANDERED = 24  # iterations of two meshes beyond which no finer one was seen to settle
 _MEAN, _COMPARED = 0.65, 2  # of the largest load's seconds, those of a load of a table; loads that are compared
@@ -63,7 +64,7 @@ def expected(first: SolveReport, error: float, tolerance: float, count: int = 1)
     each, finer = (spent, 1) if count == 1 else (_MEAN * spent, _COMPARED)
     if error <= tolerance:
         return Look(error, count * each, _known(first))
-    more: Sequence[tuple[float, float]] = _FURTHER[first.model]
+    more: Sequence[tuple[float, float]] = _FURTHER.get(first.model, _NONE)
     if count > 1:
         more = [(times, max(share, _OF_ALL)) for times, share in more[: 1 if tolerance >= MANY_ON_THREE else None]]
     further = [((count + finer * times) * each, (1.0 if wandered else share) * error) for times, share in more]

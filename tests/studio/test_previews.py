@@ -1,0 +1,69 @@
+"""Previews: exact where a table is known, within what they leave open between, none where nothing tells."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sits_mech.scene.sensor import changed
+from sits_mech.studio.previews import Solved, _newton, preview
+
+NAMES = ("d_h", "d_v", "L_v_percent", "L_h_percent")
+
+
+def worst(found: object, true: Solved) -> tuple[float, float]:
+    """Return the largest error over what is left open, and over the range, of pose, signals and inductances."""
+    shares, offs = [], []
+    for name in (*NAMES, "L"):
+        off = np.abs(found[name] - true.data[name]).to_numpy()
+        left = found[f"error_{name}"].to_numpy() + true.data[f"error_{name}"].to_numpy()
+        if name == "L":
+            off, left = (np.einsum("...ii->...i", part) for part in (off, left))
+        scale = float(np.ptp(true.data[name].to_numpy()))
+        shares.append(np.max(off / (left + 1e-3 * scale)))
+        offs.append(off.max() / scale)
+    return float(max(shares)), float(max(offs))
+
+
+def test_newton_s_form_is_exact_for_its_degree() -> None:
+    """A cubic by its slope at zero and two places; what is left open is zero at the places."""
+    def cubic(x: float) -> np.ndarray:
+        """A cubic without constant term."""
+        return np.array([2.0 * x - x**2 + 3.0 * x**3])
+
+    for x in (-0.3, 0.1, 0.5):
+        found, left = _newton(x, [0.4, -0.2], [cubic(0.4), cubic(-0.2)], np.array([2.0]))
+        assert found == pytest.approx(cubic(x), abs=1e-12) and left > 0.0
+    found, left = _newton(0.4, [0.4, -0.2], [cubic(0.4), cubic(-0.2)], None)
+    assert found == pytest.approx(cubic(0.4)) and left == pytest.approx(0.0, abs=1e-15)
+
+
+def test_slopes_alone_are_within_what_they_leave_open(base: Solved, solved: Callable[..., Solved]) -> None:
+    """Thickness and width by a fifth, alone and together."""
+    for keys in (("elastomer.thickness=0.0023",), ("elastomer.thickness=0.0017",), ("target.width=0.0165",),
+                 ("elastomer.thickness=0.0021", "target.width=0.0145")):
+        true = solved(*keys)
+        share, off = worst(preview(base, [], true.sensor), true)
+        assert share < 1.0 and off < 0.6, keys
+
+
+def test_tables_beside_make_it_good(base: Solved, solved: Callable[..., Solved]) -> None:
+    """Two of the thickness: between them within one percent, at them exact."""
+    others = [solved("elastomer.thickness=0.0017"), solved("elastomer.thickness=0.0023"), base]
+    true = solved("elastomer.thickness=0.0021")
+    share, off = worst(preview(base, others, true.sensor), true)
+    assert share < 1.0 and off < 0.01
+    again = preview(base, others, others[0].sensor)
+    for name in (*NAMES, "L", "R"):
+        np.testing.assert_allclose(again[name], others[0].data[name], rtol=1e-9, atol=1e-12)
+
+
+def test_where_nothing_tells_there_is_none(base: Solved) -> None:
+    """Another number of turns, another silicone, a number without slope or table."""
+    for key in ("coils.0.turns=10", 'elastomer.material="dragon-skin-10"', "target.thickness=0.0003"):
+        assert preview(base, [base], changed(base.sensor, [key])) is None
+    bare = replace(base, slopes=None)
+    assert preview(bare, [bare], changed(base.sensor, ["elastomer.thickness=0.0021"])) is None
+    same = preview(base, [], base.sensor)
+    np.testing.assert_allclose(same["L"], base.data["L"], rtol=1e-14)

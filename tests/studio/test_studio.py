@@ -1,0 +1,141 @@
+"""The studio in a browser: sliders, previews and solves, wrong input, two tabs, what is let in and what is asked for."""
+
+import os
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.scene.sensor import changed, load_sensor
+from sits_mech.studio.solver import grid_of
+from tests.report.page.conftest import CHROMIUM, Browser
+
+pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no browser: needs chromium (Debian: apt-get install chromium)")
+MODELS = ("--mechanics", "linear", "--magnetics", "planar", "--tolerance", "0.05")
+CHIP = 'document.querySelector("[role=status]")?.textContent ?? ""'
+IN_FRAME = 'document.querySelector("#sits-frames iframe.shown").contentDocument'
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A studio that runs by models that cost little."""
+    words = [sys.executable, "-m", "sits_mech", "studio", "biorob2018-w15", "--no-browser", *MODELS]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env={**os.environ, "SITS_MECH_CACHE": "off"})
+    assert process.stdout is not None
+    yield process.stdout.readline().strip()
+    process.terminate()
+    process.wait(20)
+
+
+@pytest.fixture(scope="module")
+def page(address: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A tab of it, solved."""
+    found = Browser(tmp_path_factory.mktemp("profile"))
+    opened(found, address)
+    yield found
+    found.close()
+
+
+def opened(browser: Browser, address: str) -> None:
+    """Open an address and wait for its first table."""
+    for _ in range(40):
+        try:
+            browser.ask("Page.navigate", url=address)
+            until(browser, f"{CHIP}.startsWith('solved')")
+            return
+        except AssertionError:
+            time.sleep(0.25)
+    raise AssertionError(browser.run("document.body.innerText"))
+
+
+def until(browser: Browser, script: str, seconds: float = 30.0) -> Any:
+    """Return an expression of the page as soon as it is true."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        found = browser.run(script)
+        if found:
+            return found
+        time.sleep(0.05)
+    raise AssertionError(f"{script}: {browser.run('document.body.innerText')}")
+
+
+def slid(browser: Browser, label: str, share: float) -> None:
+    """Click on a slider at a share of its length."""
+    box = f"document.querySelector('[aria-label=\"{label}\"]').getBoundingClientRect()"
+    x, y = browser.run(f"(r => [r.x + {share} * r.width, r.y + r.height / 2])({box})")
+    for kind in ("mousePressed", "mouseReleased"):
+        browser.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+
+def test_a_slider_is_previewed_then_solved(page: Browser) -> None:
+    """First dashed with what is left open, then the digits of `calibrate`; what was seen is there at once."""
+    most = [float(page.run(f'document.querySelector("[aria-label=\\"largest {name} [N]\\"]").value'))
+            for name in ("F_x", "F_z")]
+    for share in (0.4, 0.5):  # the first one brings slopes
+        slid(page, "pad thickness", share)
+        until(page, f"{CHIP}.startsWith('preview') || {CHIP} === 'solved'")
+        until(page, f"{CHIP} === 'solved'")
+        time.sleep(1.0)
+    shown = until(page, f'{IN_FRAME}.getElementById("v-L_v_percent").textContent')
+    thickness = float(page.run('document.querySelector(".sits-number").textContent.split(" ")[0]')) * 1e-3
+    sensor = changed(load_sensor("biorob2018-w15"), [f"elastomer.thickness={thickness!r}"])
+    loads = {name: grid_of(name, value) for name, value in zip(("F_x", "F_z"), most, strict=True)}
+    data = calibrate(sensor, **loads, mechanics="linear", magnetics="planar", tolerance=0.05)
+    assert float(shown.split()[0]) == pytest.approx(float(data["L_v_percent"][3, 3]), rel=2e-5)
+    slid(page, "pad thickness", 0.4)
+    until(page, f"{CHIP} === 'solved'", 2.0)
+
+
+def test_wrong_input_is_said_and_nothing_lost(page: Browser) -> None:
+    """The message of the command line; the last table stays."""
+    page.run('[...document.querySelectorAll(".q-expansion-item__container .q-item")][1].click()')
+    until(page, "document.querySelector('.sits-text textarea')?.offsetHeight > 0")
+    page.run(
+        '(t => {t.value = t.value.replace("thickness = 0.0002", "thickness = -1.0");'
+        't.dispatchEvent(new Event("input"))})(document.querySelector(".sits-text textarea"))'
+    )
+    time.sleep(0.3)
+    page.run('[...document.querySelectorAll("button")].find(b => b.innerText.toLowerCase() === "take over").click()')
+    assert "target.thickness: must be a length" in until(page, "document.querySelector('.sits-wrong').textContent")
+    assert page.run(f"{IN_FRAME}.getElementById('v-L_v_percent').textContent")
+
+
+def test_phone_and_console(page: Browser) -> None:
+    """At 390 and 1280 px nothing is wider than the window; no error in the console, no request elsewhere."""
+    for width in (390, 1280):
+        page.width(width)
+        time.sleep(0.3)
+        assert page.run("document.documentElement.scrollWidth <= innerWidth")
+    elsewhere = [each for each in page.complaints() if not each.startswith(("http://127.0.0.1:", "data:"))]
+    assert elsewhere == []
+
+
+def test_who_is_let_in(address: str) -> None:
+    """Nobody without the token, by whatever path."""
+    root = address.partition("?")[0]
+    for path in ("", "_nicegui/", "../etc/passwd", "?token=wrong"):
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(root + path, timeout=10)
+    with urllib.request.urlopen(address, timeout=10) as answer:
+        assert answer.status == 200
+
+
+def test_another_tab_of_another_scene(page: Browser, address: str, tmp_path: Path) -> None:
+    """Each keeps its own; an address restores a state."""
+    other = Browser(tmp_path)
+    try:
+        where = address.replace("scene=biorob2018-w15", "scene=biorob2018&target.width=0.009&F_x=0.3&F_z=1.0")
+        opened(other, where)
+        assert other.run('document.querySelector("[aria-label=\\"target width\\"]").closest(".sits-scene").innerText') \
+            .count("9 mm") == 1
+    finally:
+        other.close()
+    assert page.run("document.querySelector('.sits-scene input').value ?? ''") is not None
+    assert page.run(CHIP) == "solved"
