@@ -57,6 +57,7 @@ SPICE = Format(".cir", partial(_written, "spice.write_spice"))
 KICAD = Format(".kicad_mod", partial(_written, "kicad.write_kicad"))
 VTU = Format("_vtu", partial(_written, "vtu.write_vtu"))
 TWIN = Format("_twin", partial(_written, "twin.folder.write_twin"), inverts=True)
+PAGE = Format(".html", partial(_written, "page.html.write_page"), inverts=True)
 PDF = Format("_pdf", partial(_written, "pictures.write_pictures", form="pdf"))
 SVG = Format("_svg", partial(_written, "pictures.write_pictures", form="svg"))
 

@@ -67,37 +67,47 @@ ABOUT = {
 
 def twin_arrays(source: Source) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return a twin's arrays and lines of notes; raise SceneError for an incomplete box or too few loads."""
-    check_box(source)
-    sensor, notes = source.sensor, list[str]()
-    cal = sensor_calibration(sensor, source.data)
-    front, codes = _converter(source, cal, notes)
-    over = over_wrenches(source, cal, codes)
+    notes = list[str]()
+    found, front = readout_arrays(source, "twin", notes)
     by_pose, note = over_poses(source, front)
-    share = float((over.error / np.concatenate([cal.full_scale, *([] if codes is None else [codes.full_scale])])).max())
-    notes += [f"wrenches: {len(over.powers)} terms over {', '.join(cal.forces)}, within {share:.1e} of the range", note]
-    found: dict[str, Any] = {"coils": np.array(cal.coils), "codes": np.array(int(codes is not None))}
-    found |= over.arrays("wrench") | ({} if by_pose is None else by_pose.arrays("pose"))
-    found |= inverse_arrays(cal, codes, over.base, notes)
-    found |= {"model_error": model_errors(sensor, source.data), "frequency": np.array(sensor.frequency)}
-    found |= _pad(source, notes) | _sampling(source, front, cal) | _temperature(source)
+    notes.append(note)
+    found |= ({} if by_pose is None else by_pose.arrays("pose")) | _pad(source, notes) | _temperature(source)
     attrs = source.data.attrs
     told = {name: np.array(attrs[name]) for name in ("scene", "scene_hash", "request") if name in attrs}
     about = np.array(list(ABOUT.items()))
     return {"about": about, **found, **told, "version": np.array(__version__)}, tuple(notes)
 
 
-def check_box(source: Source) -> None:
+def readout_arrays(source: Source, kind: str, notes: list[str]) -> tuple[dict[str, Any], FrontEnd | None]:
+    """Return what wrenches show and what readings tell of them, for which nothing is solved, and the converter.
+
+    `kind` is the format that refuses what has none; what is not known goes to `notes`.
+    """
+    check_box(source, kind)
+    sensor = source.sensor
+    cal = sensor_calibration(sensor, source.data)
+    front, codes = _converter(source, cal, notes)
+    over = over_wrenches(source, cal, codes)
+    share = float((over.error / np.concatenate([cal.full_scale, *([] if codes is None else [codes.full_scale])])).max())
+    notes.append(f"wrenches: {len(over.powers)} terms over {', '.join(cal.forces)}, within {share:.1e} of the range")
+    found: dict[str, Any] = {"coils": np.array(cal.coils), "codes": np.array(int(codes is not None))}
+    found |= over.arrays("wrench") | inverse_arrays(cal, codes, over.base, notes)
+    found |= {"model_error": model_errors(sensor, source.data), "frequency": np.array(sensor.frequency)}
+    return found | _sampling(source, front, cal), front
+
+
+def check_box(source: Source, kind: str) -> None:
     """Refuse a table whose converged loads do not reach all corners of its box, or that has one load alone."""
     names = several(source.data)
     if not names:
-        raise SceneError("--to twin: must be of a table with at least two values of a force; got one load")
+        raise SceneError(f"--to {kind}: must be of a table with at least two values of a force; got one load")
     failed = ~source.data["status"].isin(ANSWERED)
     corners = failed.isel({name: [0, -1] for name in names})
     if bool(corners.any()):
         at = zip(corners.dims, np.argwhere(corners.to_numpy())[0], strict=True)
         first = load_words({str(name): float(corners[name][k]) for name, k in at})
         raise SceneError(
-            f"--to twin: must be of a table whose corners have results, so that its domain is a box; "
+            f"--to {kind}: must be of a table whose corners have results, so that its domain is a box; "
             f"{int(failed.sum())} of {failed.size} loads failed, among them {first}: calibrate over less"
         )
 

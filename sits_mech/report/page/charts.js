@@ -1,24 +1,11 @@
 // ---- curves of a signal along its own force, and maps of anything over two components ----
 const named = new Map(data.items.map((item) => [item.name, item]));
-const text = (svg, attributes, words) => { svgNode("text", Object.assign({ "font-size": 12, fill: "#5b6780", "text-anchor": "middle" }, attributes), svg).textContent = words; };
-const axisName = (force) => force.name + " [" + force.unit + "]";
 
 function curveChart(curve, number) {
-  const svg = byId("chart" + number), W = 420, H = 260, m = { l: 66, r: 12, t: 12, b: 44 };
+  const svg = byId("chart" + number);
   const item = named.get(curve.name), values = data.values[curve.name], force = forces[place.get(curve.along)], family = curve.family ? forces[place.get(curve.family)] : null;
-  const xs = force.nodes.map((x) => x * force.scale), flat = range(values).map((v) => v * item.scale), room = 0.06 * (flat[1] - flat[0] || 1), [lo, hi] = [flat[0] - room, flat[1] + room];
-  const X = (v) => m.l + ((v - xs[0]) / (xs[xs.length - 1] - xs[0])) * (W - m.l - m.r), Y = (v) => H - m.b - ((v - lo) / (hi - lo)) * (H - m.t - m.b);
-  svg.setAttribute("viewBox", "0 0 " + W + " " + H);
-  for (const [v, d] of ticks(lo, hi)) {
-    svgNode("line", { x1: m.l, x2: W - m.r, y1: Y(v), y2: Y(v), stroke: "#e6eaf1" }, svg);
-    text(svg, { x: m.l - 8, y: Y(v) + 4, "text-anchor": "end" }, shown(v, d));
-  }
-  for (const [v, d] of ticks(xs[0], xs[xs.length - 1])) {
-    svgNode("line", { x1: X(v), x2: X(v), y1: m.t, y2: H - m.b, stroke: "#f0f3f7" }, svg);
-    text(svg, { x: X(v), y: H - m.b + 17 }, shown(v, d));
-  }
-  text(svg, { x: (m.l + W - m.r) / 2, y: H - 6, fill: INK.ink }, axisName(force));
-  text(svg, { x: 14, y: (H - m.b + m.t) / 2, fill: INK.ink, transform: "rotate(-90 14 " + (H - m.b + m.t) / 2 + ")" }, curve.name.replace("_percent", "") + " [% of L0]");
+  const xs = force.nodes.map((x) => x * force.scale), flat = range(values).map((v) => v * item.scale);
+  const [X, Y] = axes(svg, [420, 260], [xs[0], xs[xs.length - 1]], widened(flat), axisName(force), curve.name.replace("_percent", "") + " [% of L0]");
   const others = (family ? family.nodes : []).map(() => svgNode("path", { fill: "none", stroke: "#c3cbd9", "stroke-width": 1 }, svg));
   const live = svgNode("path", { fill: "none", stroke: "#0b7285", "stroke-width": 2.4 }, svg), dot = svgNode("circle", { r: 5.5, fill: INK.copper, stroke: "#fff", "stroke-width": 1.6 }, svg);
   function path(line) {

@@ -10,6 +10,7 @@ from __future__ import annotations
 import html
 import json
 import math
+from collections.abc import Sequence
 from importlib import resources
 from string import Template
 from typing import Any
@@ -84,11 +85,16 @@ def explorer(sensor: Sensor, data: xr.Dataset, read: Readings) -> tuple[str, str
     hint = "" if small else " This table is large: it stands here with six digits and without errors."
     markup = Template(_MARKUP).substitute(sliders=sliders(data), cards=cards(items), figures=figures(curves), hint=hint)
     record = table(sensor, data, read, items, small=small) | {"charts": curves}
+    return markup, script_of(record, [page_file(f"{name}.js") for name in ("table", "scene", "charts", "page")])
+
+
+def script_of(record: Record, code: Sequence[str]) -> str:
+    """Return a page's numbers as JSON, and the texts of its code in a scope of their own."""
     text = json.dumps(json.loads(json_text(record)), separators=(",", ":"))
     text = text.replace("<", "\\u003c")  # neither "</script" nor "<!--<script" of a name is HTML's
-    code = "\n".join(page_file(f"{name}.js") for name in ("table", "scene", "charts", "page"))
     script = f'<script type="application/json" id="table">{text}</script>\n'
-    return markup, f'{script}<script>\n(function () {{\n"use strict";\n{code}\n}})();\n</script>\n'
+    whole = "\n".join(code)
+    return f'{script}<script>\n(function () {{\n"use strict";\n{whole}\n}})();\n</script>\n'
 
 
 def page_file(name: str) -> str:

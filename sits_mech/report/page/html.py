@@ -53,12 +53,18 @@ def page(sensor: Sensor, data: xr.Dataset, folder: Path) -> str:
     return page_of(sensor.name, sections, units, subtitle=subtitle(data), tiles=tiles(data, read), script=script)
 
 
-def page_of(title: str, sections: Sequence[tuple[str, str, str]], footer: str = "", **parts: str) -> str:
-    """Return a page of sections, each with its name, title and HTML; `parts` are the others of page.html."""
-    nav = "".join(f'<a href="#{name}">{_NAMES.get(name, heading)}</a>' for name, heading, _ in sections)
+def page_of(
+    title: str, sections: Sequence[tuple[str, str, str]], footer: str = "", style: str = "", **parts: str
+) -> str:
+    """Return a page of sections, each with its name, title and HTML; `parts` are the others of page.html.
+
+    `style` follows the style of all pages; a single section has no link.
+    """
+    links = (f'<a href="#{name}">{_NAMES.get(name, heading)}</a>' for name, heading, _ in sections)
+    nav = "".join(links) if len(sections) > 1 else ""
     texts = (f'<section id="{name}"><h2>{heading}</h2>{text}</section>' for name, heading, text in sections)
     return Template(page_file("page.html")).substitute(
-        title=html.escape(title), nav=nav, sections="\n".join(texts), css=page_file("page.css"),
+        title=html.escape(title), nav=nav, sections="\n".join(texts), css=page_file("page.css") + style,
         footer=f"Made by sits-mech {html.escape(__version__)}.{footer}", **parts,
     )
 

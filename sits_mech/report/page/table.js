@@ -82,3 +82,22 @@ function ticks(a, b, count = 5) {
   for (let k = Math.ceil(a / step - 1e-9); k * step <= b + 1e-9 * step; k += 1) found.push([k * step, digits]);
   return found;
 }
+const text = (svg, attributes, words) => { svgNode("text", Object.assign({ "font-size": 12, fill: "#5b6780", "text-anchor": "middle" }, attributes), svg).textContent = words; };
+const axisName = (force) => force.name + " [" + force.unit + "]";
+const widened = ([lo, hi]) => [lo - 0.06 * (hi - lo || 1), hi + 0.06 * (hi - lo || 1)];
+// Grid, numbers and names of the axes of a chart of a width and a height; returns where values of x and of y are.
+function axes(svg, [W, H], [x0, x1], [lo, hi], across, up) {
+  const m = { l: 72, r: 12, t: 12, b: 44 }, X = (v) => m.l + ((v - x0) / (x1 - x0)) * (W - m.l - m.r), Y = (v) => H - m.b - ((v - lo) / (hi - lo)) * (H - m.t - m.b);
+  svg.setAttribute("viewBox", "0 0 " + W + " " + H);
+  for (const [v, d] of ticks(lo, hi)) {
+    svgNode("line", { x1: m.l, x2: W - m.r, y1: Y(v), y2: Y(v), stroke: "#e6eaf1" }, svg);
+    text(svg, { x: m.l - 8, y: Y(v) + 4, "text-anchor": "end" }, shown(v, d));
+  }
+  for (const [v, d] of ticks(x0, x1)) {
+    svgNode("line", { x1: X(v), x2: X(v), y1: m.t, y2: H - m.b, stroke: "#f0f3f7" }, svg);
+    text(svg, { x: X(v), y: H - m.b + 17 }, shown(v, d));
+  }
+  text(svg, { x: (m.l + W - m.r) / 2, y: H - 6, fill: INK.ink }, across);
+  text(svg, { x: 14, y: (H - m.b + m.t) / 2, fill: INK.ink, transform: "rotate(-90 14 " + (H - m.b + m.t) / 2 + ")" }, up);
+  return [X, Y];
+}

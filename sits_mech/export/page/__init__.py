@@ -1,0 +1,1 @@
+"""A calibrated sensor as a page to play with."""
