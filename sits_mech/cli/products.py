@@ -86,14 +86,14 @@ def import_board(
 @app.command
 def export(
     folder: Folder, *,
-    to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad, vtu, twin, pdf, svg or a plug-in.")],
+    to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad, vtu, twin, page, pdf, svg or a plug-in.")],
     output: Output = None, load: Load = Load(),
 ) -> int:
     """Write a calibration for another program; the load chooses the state that --to spice shows.
 
     kicad writes a footprint in the format of KiCad 7, for that version or later; vtu writes a folder for ParaView,
-    twin a folder for robots and firmware (numbers, an evaluator for numpy and one in C99, a pad for MuJoCo), pdf and
-    svg a folder of the calibration's pictures.
+    twin a folder for robots and firmware (numbers, an evaluator for numpy and one in C99, a pad for MuJoCo), page one
+    HTML file in which forces are dragged and codes follow, pdf and svg a folder of the calibration's pictures.
 
     Example: sits-mech export calibration --to spice -o coils.cir --fz "2 N"
     """

@@ -1,4 +1,4 @@
-"""Write a calibrated sensor as one HTML file to play with: forces that are dragged, codes, and the forces back from them.
+"""Write a calibrated sensor as one HTML file to play with: dragged forces, codes, and the forces back from them.
 
 The file holds everything and needs no network: the twin's arrays of wrenches and readings with its evaluator in
 JavaScript (``twin.js``, which does what ``twin.py`` does), the table's poses and the drawings of the report's explorer.

@@ -6,7 +6,8 @@ window.twin = twin;
 const sliders = forces.map((force) => byId("s-" + force.name)), low = forces.map((force) => force.nodes[0]), high = forces.map((force) => force.nodes[force.nodes.length - 1]);
 const rest = forces.map((force) => force.rest), inside = (load) => load.map((v, k) => Math.min(high[k], Math.max(low[k], v)));
 const hasCodes = numbers.codes === 1, shade = (c) => SHADES[c % SHADES.length];
-const signed = (value, digits) => (value >= 0 ? "+" : "") + shown(value, digits);
+const PREFIXES = [["", 1], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]];
+const prefixed = (value, unit) => { const [prefix, size] = PREFIXES.find(([, size]) => Math.abs(value) >= size) || PREFIXES[3]; return shown(value / size, 2) + " " + prefix + unit; };
 const grouped = (value) => shown(value, 0).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 const words = (force, value) => shown(value * force.scale, force.scale === 1 ? 3 : 2) + " " + force.unit;
 let load = forces.map((force) => force.start), moved = place.has("F_z") ? "F_z" : forces[0].name, seen = null;
@@ -25,22 +26,20 @@ function sampled() {
   return byId("noise").checked ? codes.map((code, c) => Math.round(code * (1 - 0.5 * numbers.sigma_L[c] * normal()))) : codes;
 }
 
-function sample() {
+function readOut() {
   const now = sampled();
-  samples.push(now);
-  if (samples.length > KEPT) samples.shift();
   if (hasCodes) now.forEach((code, c) => { byId("v-code" + c).textContent = grouped(code); });
   const back = numbers.no_inverse ? null : hasCodes ? twin.estimateCodes(now) : twin.estimate(now);
   forces.forEach((force, k) => {
     const box = byId("b-" + force.name);
     if (!back || !box) return;
-    const found = back.wrench[WRENCH.indexOf(force.name)], scale = force.scale === 1 ? 1e3 : 1e6;
+    const found = back.wrench[WRENCH.indexOf(force.name)];
     box.className = back.flags ? "bad" : "";
     box.textContent = Number.isNaN(found) ? "no answer" : words(force, found);
-    byId("off-" + force.name).textContent = Number.isNaN(found) ? "" : signed((found - load[k]) * scale, 2) + (scale === 1e3 ? " m" : " µ") + force.unit.replace("m", "") + " off";
+    byId("off-" + force.name).textContent = Number.isNaN(found) ? "" : prefixed(found - load[k], force.scale === 1 ? "N" : "N m") + " off";
   });
   tell(back);
-  strip();
+  return now;
 }
 
 function tell(back) {
@@ -100,7 +99,7 @@ function update() {
   }
   draw();
   curves();
-  sample();
+  readOut();
 }
 
 // Move forces by shares of their range, at most a little beyond it.
@@ -163,4 +162,8 @@ coils.forEach((name, c) => { const key = document.createElement("b"); key.textCo
 window.addEventListener("resize", update);
 window.addEventListener("hashchange", restore);
 restore();
-setInterval(() => { if (!document.hidden) sample(); }, EACH);
+setInterval(() => {
+  samples.push(readOut());
+  if (samples.length > KEPT) samples.shift();
+  strip();
+}, EACH);
