@@ -38,7 +38,8 @@ OF_FOLDER: tuple[tuple[str, ...], ...] = (
     ("invert", "calibration", "--l1", "90 %", "--l2", "90 %"), ("quality", "calibration"), ("report", "calibration"),
     ("converter", "calibration"), ("compare", "calibration", "bench.csv"),
     ("quality", "calibration", "--gap", "9 um", "--samples", "2"),
-    *(("export", "calibration", "--to", to) for to in ("csv", "netcdf", "xlsx", "c", "spice", "kicad", "twin", "page", "svg")),
+    *(("export", "calibration", "--to", to)
+      for to in ("csv", "netcdf", "xlsx", "c", "spice", "kicad", "twin", "page", "svg")),
 )
 
 

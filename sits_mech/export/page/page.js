@@ -10,7 +10,8 @@ const PREFIXES = [["", 1], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]];
 const prefixed = (value, unit) => { const [prefix, size] = PREFIXES.find(([, size]) => Math.abs(value) >= size) || PREFIXES[3]; return shown(value / size, 2) + " " + prefix + unit; };
 const grouped = (value) => shown(value, 0).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 const words = (force, value) => shown(value * force.scale, force.scale === 1 ? 3 : 2) + " " + force.unit;
-let load = forces.map((force) => force.start), moved = place.has("F_z") ? "F_z" : forces[0].name, seen = null;
+const varied = numbers.wrench_columns.map((k) => WRENCH[k]);
+let load = forces.map((force) => force.start), moved = varied.includes("F_z") ? "F_z" : varied[0], seen = null;
 const samples = [];
 
 function wrenchOf(load) {
@@ -45,6 +46,7 @@ function readOut() {
 function tell(back) {
   const said = [], missing = at(data.values.d_v, inside(load)) === null;
   if (seen.flags & 1) said.push("Beyond the calibrated range: readings are those at its edge.");
+  if (seen.flags & 2) said.push("A force that the calibration holds is ignored.");
   if (back && back.flags & 4) said.push("No single wrench shows this reading.");
   else if (back && back.flags & 1) said.push("The reading lies beyond the calibrated range: the estimate is held at its edge.");
   if (missing) said.push("No pose is known at this load.");
@@ -108,8 +110,8 @@ function move(from, shares) {
     const share = shares[forces[k].name], span = high[k] - low[k];
     return share === undefined ? v : Math.min(high[k] + BEYOND * span, Math.max(low[k] - BEYOND * span, from[k] + share * span));
   });
-  const most = Object.keys(shares).filter((name) => place.has(name)).sort((a, b) => Math.abs(shares[b]) - Math.abs(shares[a]))[0];
-  if (most && shares[most]) moved = most;
+  const most = Object.keys(shares).filter((name) => varied.includes(name)).sort((a, b) => Math.abs(shares[b]) - Math.abs(shares[a]))[0];
+  if (shares[most]) moved = most;
   update();
   keep();
 }

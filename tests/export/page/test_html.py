@@ -172,6 +172,20 @@ def test_without_converter_or_inverse(browser: Any, source: Source, tmp_path: Pa
     assert "No forces back: coils: 1 cannot resolve 2 forces" in browser.text("state") and browser.complaints() == []
 
 
+@pytest.mark.slow
+def test_one_force(browser: Any, source: Source, tmp_path: Path) -> None:
+    """Of a table of normal forces alone: a drag sideways moves nothing, a shear in the address is ignored and said."""
+    browser.open(export(Source(source.sensor, source.data.isel(F_x=[2])), "page", tmp_path / "line.html")[0])
+    before = browser.text("v-code0")
+    browser.drag("stage", 60.0, 1.0)
+    assert browser.text("o-F_x") == "0.000 N" and browser.text("v-code0") != before
+    assert browser.every("#curve0 text", "n.textContent").count("F_z [N]") == 1
+    browser.run('location.hash = "F_x=0.5&F_z=1&F_y=x"')
+    time.sleep(0.1)
+    assert "is ignored" in browser.text("state") and browser.text("b-F_z") == "1.000 N"
+    assert browser.complaints() == []
+
+
 def test_one_file_that_is_small(pair: Path, three: Path) -> None:
     """Below 200 kB, with no address of another file or host, and nothing left of a template."""
     for path in (pair, three):
