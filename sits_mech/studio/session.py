@@ -23,7 +23,8 @@ SLIDERS = {
 }
 """Keys with a slider, where the scene gives them."""
 _SLOPED = ("elastomer.thickness", "elastomer.width", "elastomer.diameter", "target.width", "target.diameter")
-_BESIDE = (0.88, 1.14)  # of a number that was moved: tables made while nobody waits, so that its preview is good
+BESIDE = (0.88, 1.14)
+"""Of a number that was moved: tables made while nobody waits, so that its preview is good."""
 Kind = Literal["drawing", "preview", "solved"]
 
 
@@ -137,7 +138,7 @@ class Session:
             base = next((each for each in self._known() if each.slopes is not None), None)
             start = value if base is None else base.numbers.get(self.moved, value)
             root = self.sensor if base is None else base.sensor
-            found += [self.question(changed(root, [f"{self.moved}={share * start!r}"])) for share in _BESIDE]
+            found += [self.question(changed(root, [f"{self.moved}={share * start!r}"])) for share in BESIDE]
         return [each for each in found if each.key not in self.solver.kept]
 
     @property
