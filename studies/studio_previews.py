@@ -1,8 +1,8 @@
 """Do the studio's previews hold what they leave open, and do they come within 100 ms?
 
 Random moves of thickness and width of the pad and of the target, within a fifth, alone and two at once, from a table
-with slopes, then with tables beside (0.88 and 1.14 of a number) as the studio makes them while nobody waits. True tables
-are solved; a preview holds where a number of the pose, of the inductances or of a signal is within its error.
+with slopes, then with tables beside (0.88 and 1.14 of a number) as the studio makes them while nobody waits. True
+tables are solved; a preview holds where a number of the pose, of the inductances or of a signal is within its error.
 
 Run ``python studies/studio_previews.py [--coarse] --output DIR``.
 """

@@ -25,6 +25,7 @@ from sits_mech.report.page.html import page as report_page
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.materials import silicones
+from sits_mech.scene.plausible import slips
 from sits_mech.scene.sensor import SceneError, Sensor, catalogue, scene_hash, scene_text, sensor_from
 from sits_mech.studio.guard import Guard
 from sits_mech.studio.previews import numbers_of
@@ -117,7 +118,7 @@ class _Page:
         """Do what a hand asked for; say in one line what was wrong with it."""
         try:
             act()
-            self.wrong.set_text("")
+            self.wrong.set_text("; ".join(slips(self.session.sensor)))  # what is allowed, but hardly meant
         except SceneError as error:
             self.wrong.set_text(" ".join(str(error).split()))
 
