@@ -6,9 +6,9 @@ over the range, how often 90 % intervals hold the truth, how often readings with
 much less than its estimated errors a table differs from a finer one (what `adapt` takes as its deviation).
 
 Foreign are hysteresis, drift and a second layer: the target rests on two layers, one four times as stiff as the other,
-which each deform half as far as the whole one would, p = p_0 + (p(F/s_1) - p_0)/2 + (p(F/s_2) - p_0)/2, under small loads
-as far as the whole one, 1/s_1 + 1/s_2 = 2. Neglected: that each layer is thinner than wide by another ratio and that the
-seam between them bends. What such a sensor reads in use is off by is told as well, whether doubted or not.
+each of which deforms half as far as the whole one of its stiffness would, p = p(F/s_1)/2 + p(F/s_2)/2; under small
+loads they are as soft as the whole one, 1/s_1 + 1/s_2 = 2. Neglected: that thin layers are stiffer by their shape, and
+that the seam between them bends. Errors of the forces are told of all readings that were not refused.
 
 Run ``python studies/adapted_twins.py [--coarse] --output DIR``.
 """

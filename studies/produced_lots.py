@@ -1,12 +1,13 @@
 """Is one more unit of a lot as good as `sits-mech lot` promises, of which some units were read?
 
-Each lot is a production of twins of `biorob2018-w15`, computed by a finer tolerance with another law: they share silicone,
-thickness, bench (scale and turn of the load cell) and jig (mean gap, offset, tilt, lead, capacitor), and scatter. Some
-are read under a tare and three planned loads, which tell of the lot (`produced`). Further ones are read under a tare, then
-one load, then two, as planned for the lot, and adapted by what the lot is known by; the same readings once more by what is
-known of any such sensor. Told are, over the range to be read, within what of it 90 % of a force's readings lie on 90 %
-of units, the share of units within 2 %, each beside what `delivered` promised, how often 90 % intervals hold the truth,
-what is doubted or refused, and the same of forces that firmware reads by a unit's constants (`constants_of`).
+Each lot is a production of twins of `biorob2018-w15`, computed by a finer tolerance with another law: they share
+silicone, thickness, bench (scale and turn of the load cell) and jig (mean gap, offset, tilt, lead, capacitor), and
+scatter. Some are read under a tare and three planned loads, which tell of the lot (`produced`). Further ones are read
+under a tare, then one load, then two, as planned for the lot, and adapted by what the lot is known by; the same
+readings once more by what is known of any such sensor. Told are, over the range to be read, within what of it 90 % of a
+force's readings lie on 90 % of units, and the share of units within 2 %, each beside what `delivered` promised; how
+often 90 % intervals hold the truth; how often readings are doubted or refused; and the same errors of forces that
+firmware reads by a unit's constants (`constants_of`).
 
 Run ``python studies/produced_lots.py [--coarse] --output DIR``.
 """
@@ -103,14 +104,14 @@ def read_by(found: Adaptation, cal: Calibration, unit: Unit, grid: Array) -> Rea
     off = inverted(found, L, grid) - grid
     own = constants_of(found, cal)
     codes = own.codes(codes_of(prior.sensor, sensor_front_end(prior.sensor, prior.data)[0], L))
-    start = np.linalg.solve(own.factor, (grid - own.shift).T).T
+    start = np.asarray(np.linalg.solve(own.factor, (grid - own.shift).T).T)
     by_constants = own.forces(inverse(cal, codes, start)[0]) - grid
     held = float(np.mean(np.abs(off) < SURE * found.force_deviations(grid)[1]))
     return Read(off / ranges, held, by_constants / ranges, min(found.p_value, found.p_structured) < DOUBT)
 
 
 def summary(found: list[Read | None], forces: tuple[str, ...]) -> dict[str, Any]:
-    """Return what further units read is off by, in columns of a row; a unit that is refused has no error that counts."""
+    """Return columns of a row: errors of what further units read, but of refused ones, of which none is within 2 %."""
     kept, row = [each for each in found if each is not None], dict[str, Any]()
     for words, part in (("", "off"), (" by constants", "constants")):
         each = np.array([np.quantile(np.abs(getattr(one, part)), MOST, axis=0) for one in kept])
