@@ -74,7 +74,7 @@ def loads(ranges: Mapping[str, float], count: int) -> dict[str, Any]:
 def inverted(found: Adaptation, L: Array, start: Array) -> Array:
     """Return the forces (m, d) that the adapted sensor reads, by slopes at loads near them."""
     prior, forces = found.prior, start
-    at = np.where(prior.in_use, found.values, prior.start)
+    at = prior.used(found.values)
     slopes, _ = prior.force_slopes(found.values, start)
     for _ in range(3):
         forces = forces + np.einsum("mdn,mn->md", slopes, L - prior.bench(forces).model(at[None])[0])

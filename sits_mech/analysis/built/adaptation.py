@@ -106,8 +106,7 @@ def _force_widths(found: Adaptation, P: Array) -> float:
     ends = np.array(list(product(*zip(prior.table.map.low, prior.table.map.high, strict=True))))
     answers, by = prior.force_slopes(found.values, ends)
     said = np.sqrt(np.einsum("mdn,mnp,pq,moq,mdo->md", answers, by, found.covariance, by, answers))
-    bench, used = prior.bench(ends), prior.in_use
-    L = bench.model(np.where(used, np.vstack([found.values, P]), prior.start))
+    L = prior.bench(ends).model(prior.used(np.vstack([found.values, P])))
     forces = np.einsum("mdn,kmn->kmd", answers, L[1:] - L[0])
     return float(np.max(np.abs(np.nanstd(forces, axis=0, ddof=1) / said - 1.0)))
 

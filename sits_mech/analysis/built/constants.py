@@ -74,7 +74,7 @@ def constants_of(found: Adaptation, cal: Calibration | None = None) -> Constants
     cal = cal or code_calibration(prior.sensor, prior.data)
     s = float(found.values[found.names.index("modulus")]) if "modulus" in found.names else 1.0
     f = _grid(cal)
-    own = _codes(prior, np.where(prior.in_use, found.values, prior.start), s * f)
+    own = _codes(prior, prior.used(found.values), s * f)
     seen = np.all(np.isfinite(own), axis=1)
     f, own = f[seen], own[seen]
     first = as_computed(cal)

@@ -49,7 +49,7 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     rows = list(points(data))
     good = np.array([str(row["status"].item()) in ANSWERED for row in rows])
     forces = np.array([[float(row[name]) for name in prior.forces] for row in rows])[good]
-    at = np.where(prior.in_use, found.values, prior.start)
+    at = prior.used(found.values)
     (places, moved, by_pose, direct), _ = prior.bench(s * forces).parts(at)
     used = np.flatnonzero(prior.in_use)
     basis = _basis((by_pose + direct)[..., used], found.covariance[np.ix_(used, used)])

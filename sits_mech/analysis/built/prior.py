@@ -112,8 +112,11 @@ class Prior:
     @property
     def in_use(self) -> Array:
         """Which unknowns stay where the sensor is used, away from the bench, shape (p,)."""
-        names = self.setup.names
-        return np.array([name not in CELL for name in names] + [True] * (len(self.start) - len(names)))
+        return np.array([each.name not in CELL for each in self.known])
+
+    def used(self, P: Array) -> Array:
+        """Return unknowns (..., p) as they are where the sensor is used: of no load cell, whatever is known of one."""
+        return np.where(self.in_use, P, [float(each.name == "cell") for each in self.known])
 
     def known_together(self, known: Sequence[Known], correlation: Array) -> Prior:
         """Return the sensor with something else known of its unknowns: each alone, and their correlation (p, p)."""
@@ -128,8 +131,7 @@ class Prior:
         `p` and `covariance` are of parameters and factors.
         """
         answers, by = self.force_slopes(p, forces)
-        own = np.diag(self.noise**2 + self.model**2)
-        spread = np.einsum("mnp,pq,moq->mno", by, covariance, by) + own
+        spread = np.einsum("mnp,pq,moq->mno", by, covariance, by) + np.diag(self.noise**2 + self.model**2)
         return np.asarray(answers @ spread @ answers.swapaxes(1, 2))
 
     def force_slopes(self, p: Array, forces: Array) -> tuple[Array, Array]:
@@ -137,14 +139,13 @@ class Prior:
 
         By unknowns that stay away from the bench; zero by others.
         """
-        used, kept = self.in_use, self._slopes
-        at = np.where(used, p, self.start)
+        at, kept = self.used(p), self._slopes
         key = at.tobytes() + forces.tobytes()
         if key not in kept:
             kept[key] = self.bench(forces).derivatives(at)
         by, by_load = kept[key]
         answers = np.linalg.pinv(by_load / self.noise[:, None]) / self.noise
-        return np.asarray(answers), np.where(used, by, 0.0)
+        return np.asarray(answers), np.where(self.in_use, by, 0.0)
 
 
 def inverted(information: Array) -> Array:

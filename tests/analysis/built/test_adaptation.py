@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.built.adaptation import adapt, sampled
+from sits_mech.analysis.built.constants import constants_of
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.readout.measured import Measured
 from sits_mech.scene.sensor import SceneError
@@ -95,3 +96,16 @@ def test_a_table_of_one_force_is_adapted(prior: Prior) -> None:
     loads = np.array([[0.0], [1.0]])
     found = adapt(single, bench_of(single, loads, modulus=0.9))
     assert found.p_value > 0.01 and found.deviations[0] < 0.5 * np.sqrt(single.covariance[0, 0])
+
+
+def test_a_bench_that_is_known_stays_on_the_bench(prior: Prior) -> None:
+    """A load cell known to be turned and off scale, as a lot tells: what is read in use is not turned."""
+    stated = {"cell": 1.03, "frame": 0.05}
+    known = [replace(each, value=stated.get(each.name, each.value)) for each in prior.known]
+    turned = prior.known_together(known, np.eye(len(known)))
+    p = unknowns(prior, **OTHERWISE)
+    for ours, theirs in zip(turned.force_slopes(p, LOADS), prior.force_slopes(p, LOADS), strict=True):
+        assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9 * np.abs(theirs).max())
+    found = adapt(turned, bench_of(turned, **OTHERWISE | stated))
+    unit, same = constants_of(found), constants_of(replace(found, prior=prior))
+    assert unit.factor == pytest.approx(same.factor) and unit.gain == pytest.approx(same.gain)

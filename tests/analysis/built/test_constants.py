@@ -40,7 +40,7 @@ def test_a_unit_reads_its_forces(found: Adaptation) -> None:
     prior, cal = found.prior, code_calibration(found.prior.sensor, found.prior.data)
     constants = constants_of(found, cal)
     forces = np.random.default_rng(0).uniform(0.8 * cal.low, 0.8 * cal.high, (40, 2))
-    p = np.where(prior.in_use, found.values, prior.start)
+    p = prior.used(found.values)
     front = sensor_front_end(prior.sensor, prior.data)[0]
     loads = np.concatenate([forces, [[0.0, 0.0]]]) * p[prior.setup.names.index("modulus")]
     own = codes_of(prior.sensor, front, prior.bench(loads).model(p[None])[0])
