@@ -157,16 +157,16 @@ def one_lot(prior: Prior, units: list[Unit], first: int, rng: np.random.Generato
 def main() -> None:
     """Produce lots."""
     coarse, folder = study_arguments(__doc__ or "")
-    count, tolerance, lots, first, further = (4, 0.1, 1, 4, 4) if coarse else (9, 1e-2, 6, 10, 20)
+    count, tolerance, lots, first, further = (4, 0.1, 1, 4, 3) if coarse else (9, 1e-2, 4, 10, 20)
     sensor = load_sensor("biorob2018-w15")
     prior = prior_of(sensor, calibrate(sensor, **loads(RANGES, count), tolerance=tolerance))
-    rows = list[dict[str, Any]]()
+    rows, table = list[dict[str, Any]](), ""
     for number in range(lots):
-        rng = np.random.default_rng(number)
-        law = LAWS[number % len(LAWS)]
+        rng, law = np.random.default_rng(number), LAWS[number % len(LAWS)]
         units = lot_of(sensor, law, count, 0.3 * tolerance, first + further, rng)
         rows += [{"lot": number + 1, "law": law, **row} for row in one_lot(prior, units, first, rng)]
-    print(write_rows(rows, folder / "produced_lots.csv"))
+        table = write_rows(rows, folder / "produced_lots.csv")  # of those done so far
+    print(table)
     draw(rows, prior.forces, folder)
 
 
