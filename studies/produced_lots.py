@@ -165,9 +165,20 @@ def main() -> None:
         rng, law = np.random.default_rng(number), LAWS[number % len(LAWS)]
         units = lot_of(sensor, law, count, 0.3 * tolerance, first + further, rng)
         rows += [{"lot": number + 1, "law": law, **row} for row in one_lot(prior, units, first, rng)]
-        table = write_rows(rows, folder / "produced_lots.csv")  # of those done so far
+        table = write_rows([*rows, *averaged(rows)], folder / "produced_lots.csv")  # of those done so far
     print(table)
     draw(rows, prior.forces, folder)
+
+
+def averaged(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return a row of each step, averaged over the lots: units of one lot share what it was found wrong by."""
+    found = []
+    for step in dict.fromkeys((row["known"], row["read"]) for row in rows):
+        some = [row for row in rows if (row["known"], row["read"]) == step]
+        numbers = [name for name, value in some[0].items() if isinstance(value, float)]
+        means = {name: float(np.mean([row[name] for row in some])) for name in numbers}
+        found.append({"lot": "mean", "law": "", "known": step[0], "read": step[1], **means})
+    return found
 
 
 def draw(rows: list[dict[str, Any]], forces: tuple[str, ...], folder: Path) -> None:

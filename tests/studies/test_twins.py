@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from adapted_twins import LAYERS, layered
 from common.twins import Truth, loads
-from produced_lots import Read, summary
+from produced_lots import Read, averaged, summary
 
 from sits_mech.quantities import Array
 
@@ -58,3 +58,6 @@ def test_a_row_of_a_lot() -> None:
     assert row["F_x [%]"] == pytest.approx(100.0 * np.quantile(sizes, 0.9)) and row["F_z by constants [%]"] == 0.0
     assert row["F_z [%]"] == pytest.approx(0.5 * row["F_x [%]"])
     assert row["held [%]"] == pytest.approx(90.0) and row["doubted [%]"] == 50.0
+    step: dict[str, Any] = {"lot": 1, "law": "", "known": "lot", "read": "tared"}
+    some = [{**step, "yield [%]": share} for share in (20.0, 80.0)]
+    assert averaged(some) == [{**step, "lot": "mean", "yield [%]": 50.0}]
