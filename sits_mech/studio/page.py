@@ -35,6 +35,7 @@ from sits_mech.studio.solver import Solver
 _THROTTLE = 0.08  # seconds between moves of a slider that are followed
 _UNITS = {"frequency": (1e-6, "MHz"), "temperature": (1.0, "K"), "coils.*.turns": (1.0, "")}
 _COLOURS = {"drawing": "grey", "preview": "orange", "solved": "green"}
+_STALE = "document.querySelectorAll('#sits-frames iframe').forEach(one => one.classList.add('stale'))"
 _FRAME = """<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><style>{css}
 body{{background:transparent;margin:0}}</style></head><body><main><div class="wrap">{body}</div></main></body></html>"""
 
@@ -214,6 +215,7 @@ class _Page:
             self.text.set_value(scene_text(view.sensor))
             if view.data is None:
                 self.drawing.set_content(drawing(view.sensor))
+                ui.run_javascript(_STALE)
             else:
                 self.drawing.set_content("")
                 ui.run_javascript(f"sitsDraw({json.dumps(frame(view))}, {json.dumps(view.kind)})")

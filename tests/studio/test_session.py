@@ -1,11 +1,13 @@
 """A tab without its page: what it asks for, what it shows, what it says of wrong input, the command of its state."""
 
 import shlex
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
 
+from sits_mech.cli.main import run
 from sits_mech.scene.sensor import SceneError, scene_text
 from sits_mech.studio.previews import Solved
 from sits_mech.studio.session import Session, View, open_share
@@ -82,3 +84,14 @@ def test_wrong_input_changes_nothing(session: tuple[Session, Waiting, list[View]
     assert views[-1].state == "not solved: mechanics: must be otherwise"
     tab.close()
     assert solver.asked == []
+
+
+def test_without_nicegui_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """What must be installed; a port that cannot be, a scene that is not there."""
+    monkeypatch.setitem(sys.modules, "nicegui", None)
+    monkeypatch.delitem(sys.modules, "sits_mech.studio.page", raising=False)
+    for words, why in ((["studio"], "studio: must have nicegui: pip install 'sits-mech[studio]'"),
+                       (["studio", "--port", "70000"], "--port: must be from 0 to 65535; got 70000"),
+                       (["studio", "nowhere"], "nowhere: no such file")):
+        assert run(words) == 2
+        assert why in capsys.readouterr().err
