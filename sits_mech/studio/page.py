@@ -7,6 +7,7 @@ import io
 import json
 import secrets
 import socket
+import sys
 import tomllib
 import webbrowser
 from collections.abc import Callable, Mapping
@@ -17,6 +18,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import urlencode
 
+import xarray as xr
 from nicegui import app, ui
 
 from sits_mech.analysis.codes import readings
@@ -52,7 +54,8 @@ def serve(source: str, models: tuple[str, str, float], port: int = 0, *, browser
     app.add_middleware(Guard, token=token)
     app.on_shutdown(solver.close)
     ui.page("/", title="sits-mech studio", favicon="data:,")(partial(_opened, solver, models))
-    print(address, flush=True)  # noqa: T201
+    sys.stdout.write(f"{address}\n")
+    sys.stdout.flush()
     if browser:
         app.on_startup(lambda: webbrowser.open(address))
     ui.run(host="127.0.0.1", port=port, show=False, reload=False, show_welcome_message=False,
@@ -218,7 +221,7 @@ class _Page:
                 ui.run_javascript(_STALE)
             else:
                 self.drawing.set_content("")
-                ui.run_javascript(f"sitsDraw({json.dumps(frame(view))}, {json.dumps(view.kind)})")
+                ui.run_javascript(f"sitsDraw({json.dumps(frame(view.sensor, view.data))}, {json.dumps(view.kind)})")
 
     def _hands_out(self, name: str) -> None:
         """Give a file of what is shown."""
@@ -244,10 +247,9 @@ def sensor_of(text: str) -> Sensor:
         raise SceneError(f"scene file: must be TOML; got: {error}") from None
 
 
-def frame(view: View) -> str:
+def frame(sensor: Sensor, data: xr.Dataset) -> str:
     """Return the page of a table, as the report's explorer shows it."""
-    assert view.data is not None
-    body, script = explorer(view.sensor, view.data, readings(view.sensor, view.data))
+    body, script = explorer(sensor, data, readings(sensor, data))
     return _FRAME.format(css=page_file("page.css"), body=body + script)
 
 
