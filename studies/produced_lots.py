@@ -29,7 +29,7 @@ from sits_mech.analysis.built.constants import constants_of, inverse
 from sits_mech.analysis.built.delivered import MOST, delivered
 from sits_mech.analysis.built.load_plan import LoadPlan, plan_loads
 from sits_mech.analysis.built.prior import SURE, Prior, load_noise_of, prior_of
-from sits_mech.analysis.built.production import produced
+from sits_mech.analysis.built.production import Production, produced
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import Calibration
@@ -138,18 +138,20 @@ def one_lot(prior: Prior, units: list[Unit], first: int, rng: np.random.Generato
     bench = np.concatenate([rest, plan.loads])
     readings = [unit.measured(prior, bench, rng) for unit in units[first:]]
     rows = []
-    for known, by, chosen in (("lot", lot.next, plan), ("any", prior, told_by_plan(prior, plan))):
-        for count, (words, promised, share) in enumerate(delivered(by, chosen, LIMIT)[1:], 1):
+    for known, by, chosen in (("lot", lot, plan), ("any", Production.alone(prior), told_by_plan(prior, plan))):
+        for count, promised in enumerate(delivered(by, chosen, LIMIT)[1:], 1):
             found: list[Read | None] = []
             for unit, whole in zip(units[first:], readings, strict=True):
                 some = replace(whole, forces=whole.forces[:count], L=whole.L[:count])
                 try:
-                    found.append(read_by(adapt(by, some), cal, unit, plan.read))
+                    found.append(read_by(adapt(by.next, some), cal, unit, plan.read))
                 except ValueError:  # an unknown went to its end
                     found.append(None)
-            row = {"known": known, "read": words, "yield promised [%]": 100.0 * share}
+            low, high = (100.0 * end for end in promised.lots)
+            row = {"known": known, "read": promised.after, "yield promised [%]": 100.0 * promised.good,
+                   "in single lots [%]": f"{low:.0f} to {high:.0f}"}
             row |= {f"{force} promised [%]": 100.0 * float(error)
-                    for force, error in zip(prior.forces, promised, strict=True)}
+                    for force, error in zip(prior.forces, promised.error, strict=True)}
             rows.append(row | summary(found, prior.forces))
     return rows
 
@@ -177,7 +179,7 @@ def averaged(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         some = [row for row in rows if (row["known"], row["read"]) == step]
         numbers = [name for name, value in some[0].items() if isinstance(value, float)]
         means = {name: float(np.mean([row[name] for row in some])) for name in numbers}
-        found.append({"lot": "mean", "law": "", "known": step[0], "read": step[1], **means})
+        found.append(dict.fromkeys(some[0], "") | {"lot": "mean", "known": step[0], "read": step[1], **means})
     return found
 
 

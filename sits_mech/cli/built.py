@@ -153,7 +153,7 @@ def lot(
     with progress_bar("units") as progress:
         found = produced(prior, units, spread, progress=progress, **known.noises)
     chosen = plan_loads(found.next, plan, rig, **known.noises)
-    record = tables.production_record(found, chosen, delivered(found.next, chosen, share), share)
+    record = tables.production_record(found, chosen, delivered(found, chosen, share), share)
     answer(record, tables.production_tables(record, str(bench)), as_json)
     if output is not None:
         _write_lot(found, record, output)

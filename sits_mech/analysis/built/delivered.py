@@ -5,44 +5,71 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sits_mech.analysis.built.load_plan import LoadPlan
-from sits_mech.analysis.built.prior import Prior, inverted
+from sits_mech.analysis.built.prior import Prior
+from sits_mech.analysis.built.production import Production
 from sits_mech.analysis.built.unknowns import PARAMETERS, Known
 from sits_mech.memory import input_text
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 from sits_mech.units import quantity
 
-_SAMPLES = 4000  # of units, for a yield to one percent
+_LOTS, _UNITS = 100, 40  # for a yield to one percent
+_READ = {0: "tared", 1: "and 1 load"}
 MOST = 0.9
 """Share of units, and of each one's loads, that an error is said of."""
 
 
-def delivered(prior: Prior, plan: LoadPlan, limit: float, *, seed: int = 0) -> list[tuple[str, Array, float]]:
+class Delivered(NamedTuple):
+    """What one more unit is delivered with after some readings."""
+
+    after: str  # what was read, in words
+    error: Array  # of its range, within which `MOST` of a force's readings lie on `MOST` of the units (d,)
+    good: float  # share of units all of whose forces are within a limit there, over all lots that may be
+    lots: tuple[float, float]  # the same of single lots: `MOST` of them have more than the first, less than the second
+
+
+def delivered(found: Production, plan: LoadPlan, limit: float, *, seed: int = 0) -> list[Delivered]:
     """Return what one more unit is delivered with: after no reading of its own, a tare, and the loads of a plan.
 
-    Each time, in words what was read; within what of its range 90 % of a force's readings lie on 90 % of units, (d,);
-    and the share of units all of whose forces are within `limit` there.
+    Of a unit with theta = m + d, known to be N(0, C) with C = Cov m + W and read with the information I, is left open
+
+        e = Sigma (I^(1/2) n - C^-1 (m + d)),    Sigma = (C^-1 + I)^-1,    n noise,
+
+    where m is one of the lot, the same for all its units.
     """
-    read, ranges, random = plan.read, np.ptp(plan.read, axis=0), np.random.default_rng(seed)
+    prior, read, random = found.next, plan.read, np.random.default_rng(seed)
     answers, by = prior.force_slopes(prior.start, read)
-    own = np.hypot(prior.noise, prior.model)
-    steps = [("as computed", inverted(prior.covariance)), ("tared", plan.told[0])]
-    steps += [(f"and {n} load{'s' if n > 1 else ''}", each) for n, each in enumerate(plan.told[1:], 1)]
-    off, alone = random.standard_normal((_SAMPLES, len(prior.start))), random.standard_normal((_SAMPLES, *by.shape[:2]))
-    found = []
+    own, C, size = np.hypot(prior.noise, prior.model), prior.covariance, prior.deviations
+    by, C = by * size, C / np.outer(size, size)
+    between = found.between / size
+    lots = _root(C - np.diag(between**2))
+    shape = (_LOTS, _UNITS, len(size))
+    theta = random.standard_normal((_LOTS, 1, len(size))) @ lots.T + between * random.standard_normal(shape)
+    noise, alone = random.standard_normal(shape), random.standard_normal((_LOTS, _UNITS, *by.shape[:2]))
+    known = np.linalg.inv(C)
+    steps = [("as computed", known)]
+    steps += [(_READ.get(n, f"and {n} loads"), each * np.outer(size, size)) for n, each in enumerate(plan.told)]
+    rows = []
     for words, information in steps:
-        size = np.sqrt(np.diagonal(inverted(information)))
-        root = np.linalg.cholesky(inverted(information) / np.outer(size, size)) * size[:, None]
-        errors = np.einsum("mdn,mnp,pq,kq->kmd", answers, by, root, off, optimize=True)
-        errors += np.einsum("mdn,kmn->kmd", answers, own * alone)
-        each = np.quantile(np.abs(errors) / ranges, 0.9, axis=1)
-        found.append((words, np.quantile(each, 0.9, axis=0), float(np.mean(np.all(each <= limit, axis=1)))))
-    return found
+        e = (noise @ _root(information - known).T - theta @ known.T) @ np.linalg.inv(information)
+        errors = np.einsum("mdn,mnp,ljp->ljmd", answers, by, e, optimize=True)
+        errors += np.einsum("mdn,ljmn->ljmd", answers, own * alone, optimize=True)
+        each = np.quantile(np.abs(errors) / np.ptp(read, axis=0), MOST, axis=2)
+        good = np.mean(np.all(each <= limit, axis=-1), axis=1)
+        ends = np.quantile(good, [1.0 - MOST, MOST]).tolist()
+        rows.append(Delivered(words, np.quantile(each, MOST, axis=(0, 1)), float(good.mean()), (ends[0], ends[1])))
+    return rows
+
+
+def _root(matrix: Array) -> Array:
+    """Return B of a symmetric matrix B B^T without negative parts."""
+    size, turn = np.linalg.eigh(matrix)
+    return np.asarray(turn * np.sqrt(np.maximum(size, 0.0)))
 
 
 def spread_of(prior: Prior, texts: Sequence[str]) -> dict[str, float]:

@@ -82,6 +82,21 @@ class Production:
     units: dict[str, Adaptation]
     refused: dict[str, str]
 
+    @classmethod
+    def alone(cls, prior: Prior) -> Production:
+        """Return the production whose units share nothing of what is unknown."""
+        return cls(prior, prior, prior.deviations / _over(prior), {}, {})
+
+    @property
+    def between(self) -> Array:
+        """Standard deviations between the next units, (p,) [SI]."""
+        return self.within * _over(self.next)
+
+
+def _over(prior: Prior) -> Array:
+    """Return what deviations between units are relative to, the modulus alone to its own, (p,)."""
+    return np.array([(each.value or 1.0) if each.name == "modulus" else 1.0 for each in prior.known])
+
 
 def produced(
     prior: Prior, units: Mapping[str, Measured], within: Mapping[str, float], *, progress: Progress | None = None,
@@ -132,8 +147,7 @@ def produced(
         others = [each for other, each in told.items() if other != name]
         priors[name] = _next(prior, shared_by(others, mean, shared.within, settled=True))
     found, refused = told_of(priors)
-    own = np.array([each.deviation / (each.value or 1.0 if each.name == "modulus" else 1.0) for each in prior.known])
-    return Production(prior, _next(prior, shared), shared.within * own, found, refused)
+    return Production(prior, _next(prior, shared), shared.within * prior.deviations / _over(prior), found, refused)
 
 
 def told_by(found: Adaptation) -> Told:

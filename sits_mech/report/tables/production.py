@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.analysis.built.delivered import MOST
+from sits_mech.analysis.built.delivered import MOST, Delivered
 from sits_mech.analysis.built.load_plan import LoadPlan
 from sits_mech.analysis.built.production import Production
-from sits_mech.quantities import UNITS, Array
+from sits_mech.quantities import UNITS
 from sits_mech.report.tables.built import force_errors, shown_unknown
 from sits_mech.report.tables.solves import column_table
 
 
 def production_record(
-    found: Production, plan: LoadPlan, delivered: list[tuple[str, Array, float]], limit: float
+    found: Production, plan: LoadPlan, delivered: list[Delivered], limit: float
 ) -> dict[str, Any]:
     """Return what units told for a program, SI; errors of the next ones over each range."""
     count, forces = len(found.start.setup.parameters), found.next.forces
@@ -37,8 +37,8 @@ def production_record(
         "limit": limit,
         "loads": [dict(zip(plan.forces, load, strict=True)) for load in plan.loads.tolist()],
         "delivered": [
-            {"after": words, "force_error": dict(zip(forces, error.tolist(), strict=True)), "yield": share}
-            for words, error, share in delivered
+            {"after": one.after, "force_error": dict(zip(forces, one.error.tolist(), strict=True)), "yield": one.good,
+             "yield_of_lots": list(one.lots)} for one in delivered
         ],
     }
 
@@ -61,11 +61,11 @@ def production_tables(record: dict[str, Any], title: str) -> list[Any]:
         units.add_row(name, str(one["rows"]), f"{one['p_value']:.2g}",
                       *(f"{one['force_error'][force]:.2g}" for force in forces))
     percent = 100.0 * record["limit"]
-    columns = ["", *(f"error of {name} [%]" for name in forces), f"within {percent:.3g} % [%]"]
+    columns = ["", *(f"error of {name} [%]" for name in forces), f"within {percent:.3g} % [%]", "in single lots [%]"]
     table = column_table("Next units", columns, justify="right")
     for one in record["delivered"]:
         table.add_row(one["after"], *(f"{100.0 * one['force_error'][force]:.2g}" for force in forces),
-                      f"{100.0 * one['yield']:.0f}")
+                      f"{100.0 * one['yield']:.0f}", " to ".join(f"{100.0 * end:.0f}" for end in one["yield_of_lots"]))
     loads = "; ".join(", ".join(f"{name} {np.round(value, 4):g} {UNITS[name]}" for name, value in load.items())
                       for load in record["loads"])
     words = f"Errors of {100.0 * MOST:.0f} % of loads, on {100.0 * MOST:.0f} % of units. Loads: {loads}."

@@ -1,6 +1,7 @@
 """What the next unit is delivered with, in closed form where errors are normal; what is known of it, kept and read."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,19 +10,25 @@ import pytest
 from sits_mech.analysis.built.delivered import delivered, known_by, lot_record, spread_of
 from sits_mech.analysis.built.load_plan import plan_loads
 from sits_mech.analysis.built.prior import Prior
+from sits_mech.analysis.built.production import Production
 from sits_mech.scene.sensor import SceneError
 
 
 def test_yield_grows_with_what_is_read(prior: Prior) -> None:
     """Errors fall and yields grow from none to two loads; without a limit that counts all units are good."""
-    plan = plan_loads(prior, 2)
-    rows = delivered(prior, plan, 0.02)
-    assert [words for words, _, _ in rows] == ["as computed", "tared", "and 1 load", "and 2 loads"]
-    errors, yields = np.array([error for _, error, _ in rows]), [share for _, _, share in rows]
+    alone, plan = Production.alone(prior), plan_loads(prior, 2)
+    rows = delivered(alone, plan, 0.02)
+    assert [row.after for row in rows] == ["as computed", "tared", "and 1 load", "and 2 loads"]
+    errors, yields = np.array([row.error for row in rows]), [row.good for row in rows]
     assert np.all(np.diff(errors.max(axis=1)) < 0.0) and np.all(np.diff(yields) >= 0.0)
-    assert [share for _, _, share in delivered(prior, plan, 1e6)] == [1.0] * 4
+    assert [row.good for row in delivered(alone, plan, 1e6)] == [1.0] * 4
     # ninety percent of the loads of ninety percent of the units is more than ninety percent of all
     assert np.all(errors[1:] > plan.errors)
+    # lots whose units are all alike are good or bad as a whole, with the same errors over all lots
+    same = delivered(replace(alone, within=0.0 * alone.within), plan, float(errors[2].max()))
+    other = delivered(alone, plan, float(errors[2].max()))
+    assert same[2].error == pytest.approx(other[2].error, rel=0.3)
+    assert np.diff(same[1].lots) >= np.diff(other[1].lots)
 
 
 def test_what_is_known_is_kept(prior: Prior, tmp_path: Path) -> None:
