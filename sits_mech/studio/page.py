@@ -79,8 +79,9 @@ class _Page:
     """The elements of a tab, and what they do."""
 
     def __init__(self, solver: Solver, models: tuple[str, str, float], source: str, asked: Mapping[str, str]) -> None:
-        self.client, self.loop = ui.context.client, asyncio.get_running_loop()
-        self.session = Session(solver, self.client.id, self._from_any_thread, models)
+        self.client = ui.context.client
+        later = asyncio.get_running_loop().call_soon_threadsafe
+        self.session = Session(solver, self.client.id, self._show, models, later)
         self.drawn: tuple[Any, ...] = ()
         self.sliders: dict[str, tuple[ui.slider, ui.label, float]] = {}
         ui.add_head_html(f"<style>{(_file('studio.css'))}</style><script>{_file('frame.js')}</script>")
@@ -113,10 +114,6 @@ class _Page:
         keys = {key: value for key, value in asked.items() if key not in ("F_x", "F_y", "F_z")}
         self._tried(lambda: self.session.open(str(self.scene.value), keys, most))
         self._fill()
-
-    def _from_any_thread(self, view: View) -> None:
-        """Show something else, in the page's own thread."""
-        self.loop.call_soon_threadsafe(self._show, view)
 
     def _tried(self, act: Callable[[], None]) -> None:
         """Do what a hand asked for; say in one line what was wrong with it."""

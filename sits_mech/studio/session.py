@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -39,13 +40,17 @@ class View:
 
 
 class Session:
-    """The state of a tab; `draw` is called, from any thread, when there is something else to see."""
+    """The state of a tab; `draw` is called when there is something else to see.
+
+    `models` are the mechanical and the magnetic one and the tolerance of the signals. `later` calls a function with its
+    arguments in the thread of the tab; what the solver says comes from another one.
+    """
 
     def __init__(
-        self, solver: Solver, tab: str, draw: Callable[[View], None],
-        models: tuple[str, str, float] = ("auto", "auto", 0.02),
+        self, solver: Solver, tab: str, draw: Callable[[View], None], models: tuple[str, str, float],
+        later: Callable[..., Any],
     ) -> None:
-        self.solver, self.tab, self.draw, self.models = solver, tab, draw, models
+        self.solver, self.tab, self.draw, self.models, self.later = solver, tab, draw, models, later
         self.source, self.keys = "biorob2018-w15", dict[str, str]()
         self.sensor = load_sensor(self.source)
         self.most = dict[str, float]()  # largest forces [N]; of none those that the pad bears
@@ -83,7 +88,7 @@ class Session:
 
     def close(self) -> None:
         """Want nothing any more."""
-        self.solver.ask(self.tab, [], self._told)
+        self.solver.ask(self.tab, [], self._heard)
 
     @property
     def loads(self) -> tuple[tuple[str, tuple[float, ...]], ...]:
@@ -126,7 +131,7 @@ class Session:
         if self.loads:
             wishes += [(question, False) for question in self._behind()]
         self.draw(view)
-        self.solver.ask(self.tab, wishes, self._told)
+        self.solver.ask(self.tab, wishes, self._heard)
 
     def _behind(self) -> list[Question]:
         """Return what may be solved while nobody waits: slopes where there are none, tables beside a slider."""
@@ -155,8 +160,13 @@ class Session:
                 found.append(Solved(sensor, kept[own.key], kept.get(by.key)))
         return found
 
+    def _heard(self, question: Question, kind: str, what: Any) -> None:
+        """Hand over what the solver says in its thread; a tab that is gone hears nothing."""
+        with suppress(RuntimeError):
+            self.later(self._told, question, kind, what)
+
     def _told(self, question: Question, kind: str, what: Any) -> None:
-        """Take what the solver says; called in its thread."""
+        """Take what the solver says."""
         asked = question.key == self.question(self.sensor).key
         if kind == "done":
             if not question.loads:

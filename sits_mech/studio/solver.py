@@ -169,9 +169,8 @@ class Solver:
                 wish.stopped.clear()
             kind, what = self._answer(wish)
             with self._changed:
-                gone = wish not in self._wishes
-                if kind == "stopped" and not gone and not wish.urgent:  # again, when nobody else waits
-                    self._wishes.append(self._wishes.pop(self._wishes.index(wish)))
+                if kind == "stopped":  # once more, after what made it stop, for those who still want it
+                    self._wishes.sort(key=lambda each: each.question.key == wish.question.key)
                     continue
                 others = [each for each in self._wishes if each.question.key == wish.question.key]
                 self._wishes = [each for each in self._wishes if each.question.key != wish.question.key]

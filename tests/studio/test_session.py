@@ -35,7 +35,11 @@ class Waiting:
 def session() -> tuple[Session, Waiting, list[View]]:
     """A tab of the published sensor, opened."""
     solver, views = Waiting(), list[View]()
-    found = Session(solver, "tab", views.append, ("linear", "planar", 0.02))  # type: ignore[arg-type]
+    def later(call: Callable[..., Any], *arguments: Any) -> None:
+        """Call at once."""
+        call(*arguments)
+
+    found = Session(solver, "tab", views.append, ("linear", "planar", 0.02), later)  # type: ignore[arg-type]
     found.open("biorob2018-w15", most={"F_x": 0.5, "F_z": 2.0})
     return found, solver, views
 

@@ -87,3 +87,15 @@ def test_what_is_no_longer_wanted_is_stopped(solver: Solver) -> None:
     solver.ask("one", [(Question(changed(sensor, ["target.width=0.0085"]), LOADS, MODELS), True)], quick)
     quick.wait("done")
     assert "done" not in [kind for _, kind, _ in slow.words]
+
+
+def test_what_another_tab_still_wants_is_answered(solver: Solver) -> None:
+    """One of two tabs leaves while both wait for the same."""
+    sensor, first, second = load_sensor("biorob2018"), Heard(), Heard()
+    both = Question(changed(sensor, ["target.width=0.0095"]), LOADS, ("linear", "sheets", 0.05))
+    solver.ask("one", [(both, True)], first)
+    first.wait("started")
+    solver.ask("two", [(both, True)], second)
+    solver.ask("one", [], first)
+    second.wait("done")
+    assert "done" not in [kind for _, kind, _ in first.words]
