@@ -13,7 +13,7 @@ window.sitsDraw = (html, kind) => {
     }
     for (const old of box.querySelectorAll("iframe.shown")) old.remove();
     next.className = "shown " + kind;
-    next.style.height = page.documentElement.scrollHeight + 20 + "px";
+    new ResizeObserver(() => { next.style.height = page.body.scrollHeight + 24 + "px"; }).observe(page.body);
     box.dataset.kind = kind;
   });
   next.srcdoc = html;

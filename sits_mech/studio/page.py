@@ -18,12 +18,14 @@ from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import urlencode
 
+import numpy as np
 import xarray as xr
 from nicegui import app, ui
 
 from sits_mech.analysis.codes import readings
 from sits_mech.report.page.explorer import explorer, page_file
 from sits_mech.report.page.html import page as report_page
+from sits_mech.report.page.parts import figures_part
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.materials import silicones
@@ -39,7 +41,8 @@ _UNITS = {"frequency": (1e-6, "MHz"), "temperature": (1.0, "K"), "coils.*.turns"
 _COLOURS = {"drawing": "grey", "preview": "orange", "solved": "green"}
 _STALE = "document.querySelectorAll('#sits-frames iframe').forEach(one => one.classList.add('stale'))"
 _FRAME = """<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><style>{css}
-body{{background:transparent;margin:0}}</style></head><body><main><div class="wrap">{body}</div></main></body></html>"""
+html{{overflow:hidden}}body{{background:transparent;margin:0}}</style></head>
+<body><main><div class="wrap">{body}</div></main></body></html>"""
 
 
 def serve(source: str, models: tuple[str, str, float], port: int = 0, *, browser: bool = True) -> None:
@@ -201,7 +204,8 @@ class _Page:
             self.state.set_text(view.kind if view.state == view.kind else f"{view.kind}, {view.state}")
             self.state.props(f"color={_COLOURS[view.kind]}")
             share = None if view.data is None else open_share(view.data)
-            self.open.set_text("" if share is None else f"signals within {100.0 * share:.2g} % of their range")
+            words = "" if share is None else f"signals within {100.0 * share:.3g} % of their range"
+            self.open.set_text(words + (cost(view.data) if view.kind == "solved" and view.data is not None else ""))
             self.command.set_text(self.session.command)
             query = urlencode({"scene": self.session.source, **self.session.keys, **self.session.most})
             self.link.props(f'href="/?{query}"')
@@ -245,9 +249,17 @@ def sensor_of(text: str) -> Sensor:
 
 
 def frame(sensor: Sensor, data: xr.Dataset) -> str:
-    """Return the page of a table, as the report's explorer shows it."""
+    """Return the page of a table, as the report's explorer shows it, with its figures of merit."""
     body, script = explorer(sensor, data, readings(sensor, data))
-    return _FRAME.format(css=page_file("page.css"), body=body + script)
+    figures = f"<h2>Figures of merit</h2>{figures_part(data)}"
+    return _FRAME.format(css=page_file("page.css"), body=body + figures + script)
+
+
+def cost(data: xr.Dataset) -> str:
+    """Return in words what a table took, beside what was planned; nothing where neither is known."""
+    took, planned = float(np.nansum(data["seconds"])) if "seconds" in data else 0.0, data.attrs.get("planned")
+    words = "" if planned is None else f", planned {float(planned[0]):.2g} s"
+    return f"; took {took:.2g} s{words}" if took else ""
 
 
 def drawing(sensor: Sensor) -> str:
