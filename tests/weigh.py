@@ -24,7 +24,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 50_908, "core lines": 32_154, "tokens": 439_992, "named numbers": 563, "branching functions": 126,
+    "lines": 50_906, "core lines": 32_154, "tokens": 439_942, "named numbers": 563, "branching functions": 126,
     "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

@@ -31,6 +31,6 @@ def studio(
     try:
         from sits_mech.studio.page import serve
     except ModuleNotFoundError as error:
-        raise SceneError(f"studio: must have {error.name}: pip install \'sits-mech[studio]\'") from None
+        raise SceneError(f"studio: must have {error.name}: pip install 'sits-mech[studio]'") from None
     serve(scene, (models.mechanics, models.magnetics, models.tolerance), port, browser=browser)
     return 0

@@ -86,7 +86,6 @@ class _Page:
         later = asyncio.get_running_loop().call_soon_threadsafe
         self.session = Session(solver, self.client.id, self._show, models, later)
         self.drawn: tuple[Any, ...] = ()
-        self.sliders: dict[str, tuple[ui.slider, ui.label, float]] = {}
         ui.add_head_html(f"<style>{(_file('studio.css'))}</style><script>{_file('frame.js')}</script>")
         with ui.row().classes("sits-page"):
             with ui.column().classes("sits-scene"):
@@ -139,7 +138,6 @@ class _Page:
     def _fill(self) -> None:
         """Make sliders and fields of the scene anew."""
         numbers = numbers_of(self.session.sensor)
-        self.sliders = {}
         self.controls.clear()
         with self.controls:
             for key, words in SLIDERS.items():
@@ -181,7 +179,6 @@ class _Page:
             self._changes(key, str(round(now)) if whole else repr(now / scale))
 
         slider.on("update:model-value", moved, throttle=_THROTTLE)
-        self.sliders[key] = slider, shown, scale
 
     def _changes(self, key: str, value: str) -> None:
         """Change a key."""

@@ -136,11 +136,11 @@ class Session:
     def _behind(self) -> list[Question]:
         """Return what may be solved while nobody waits: slopes where there are none, tables beside a slider."""
         numbers, found = self._numbers, list[Question]()
-        if not any(each.slopes is not None for each in self._known()):
+        base = next((each for each in self._known() if each.slopes is not None), None)
+        if base is None:
             found.append(self.question(self.sensor, numbers))
         if self.moved in numbers:
             value = numbers_of(self.sensor)[self.moved]
-            base = next((each for each in self._known() if each.slopes is not None), None)
             start = value if base is None else base.numbers.get(self.moved, value)
             root = self.sensor if base is None else base.sensor
             found += [self.question(changed(root, [f"{self.moved}={share * start!r}"])) for share in BESIDE]
@@ -149,13 +149,14 @@ class Session:
     @property
     def _numbers(self) -> tuple[str, ...]:
         """The keys by which slopes are solved."""
-        return tuple(key for key in _SLOPED if isinstance(numbers_of(self.sensor).get(key), float))
+        given = numbers_of(self.sensor)
+        return tuple(key for key in _SLOPED if isinstance(given.get(key), float))
 
     def _known(self) -> list[Solved]:
         """Return the tables of the scenes that were seen, under these loads, with their slopes, latest first."""
-        kept, found = self.solver.kept, []
+        kept, numbers, found = self.solver.kept, self._numbers, []
         for sensor in reversed(self.visited):
-            own, by = self.question(sensor), self.question(sensor, self._numbers)
+            own, by = self.question(sensor), self.question(sensor, numbers)
             if own.key in kept:
                 found.append(Solved(sensor, kept[own.key], kept.get(by.key)))
         return found
