@@ -22,13 +22,14 @@ if TYPE_CHECKING:
     from sits_mech.magnetics.slopes import slopes
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
+    from sits_mech.report.shown import show
     from sits_mech.scene.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
     from sits_mech.synthesis.run import design
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
     "crosstalk", "design", "envelope", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan",
-    "save_sensor", "sensitivity", "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
+    "save_sensor", "sensitivity", "sensor_calibration", "show", "simulate", "slopes", "spectrum", "sweep",
 ]
 
 _HOMES = {
@@ -42,6 +43,7 @@ _HOMES = {
     "magnetics.slopes": ("slopes",),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
     "readout.crosstalk": ("crosstalk", "sensitivity"),
+    "report.shown": ("show",),
     "scene.sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
     "analysis.spectrum": ("spectrum",),
     "cases": ("sweep",),

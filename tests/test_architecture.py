@@ -30,8 +30,8 @@ RANKS = {
     "chain": 7,
     "analysis": 8,
     **dict.fromkeys(("batch", "synthesis"), 9),
-    **dict.fromkeys(("report", "schemas", "__init__"), 10),
-    **dict.fromkeys(("export", "studio"), 11),
+    **dict.fromkeys(("report", "schemas"), 10),
+    **dict.fromkeys(("export", "studio", "__init__"), 11),
     "cli": 12,
     "__main__": 13,
 }
@@ -285,7 +285,10 @@ def _python(code: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_import_is_quiet_and_small() -> None:
-    """`import sits_mech` says nothing, shows at most 24 names, and leaves heavy leaves alone."""
+    """`import sits_mech` says nothing, shows at most 25 names, and leaves heavy leaves alone.
+
+    Twenty-four, and `show` for notebooks.
+    """
     heavy = "{'matplotlib', 'pyvista', 'vtk', 'gmsh', 'pygmsh', 'distributed', 'pint'}"
     done = _python(
         "import sys, sits_mech\n"
@@ -293,7 +296,7 @@ def test_import_is_quiet_and_small() -> None:
         "assert not found, found\n"
         "names = [name for name in dir(sits_mech) if not name.startswith('_')]\n"
         "names = getattr(sits_mech, '__all__', names)\n"
-        "assert len(names) <= 24, names\n"
+        "assert len(names) <= 25, names\n"
         "missing = [name for name in names if not hasattr(sits_mech, name)]\n"
         "assert not missing, missing\n"
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FORMATS = (".png", ".pdf", ".svg")
-_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0")
+_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0", "request")  # variables, an attribute
 
 
 def prepare_folder(folder: Path, *, cases: bool = True) -> Path:
@@ -57,15 +58,24 @@ def read_calibration(folder: Path, case: int | None = None) -> tuple[Sensor, xr.
     data = read_table(folder / "result.nc")
     if case is not None:
         return _case(folder, data, case)
-    missing = [name for name in _NEEDED if name not in data.variables]
-    if missing:
-        raise SceneError(f"{folder / 'result.nc'}: must be the table of a calibration; {missing[0]} is missing")
+    check_table(data, str(folder / "result.nc"))
     sensor = load_sensor(folder / "scene.toml")
     if data.attrs.get("scene") != (folder / "scene.toml").read_text(encoding="utf-8"):
         raise SceneError(f"{folder}: scene.toml must be the scene of result.nc; it was changed: calibrate anew")
-    if not data["status"].isin(ANSWERED).any():
-        raise SceneError(f"{folder}: must hold at least one load that converged; got none")
     return sensor, data
+
+
+def check_table(data: xr.Dataset, name: str) -> None:
+    """Raise SceneError where a table, called `name`, is no calibration of this version with a load that converged."""
+    missing = [need for need in _NEEDED if need not in data.variables and need not in data.attrs]
+    if missing:
+        raise SceneError(f"{name}: must be the table of a calibration; {missing[0]} is missing")
+    loads = data["status"].dims
+    if not loads or not set(loads) <= set(WRENCH):
+        raise SceneError(f"{name}: must be the table of a calibration, over components of a load; got {loads}")
+    _check_version(data.attrs, name)
+    if not data["status"].isin(ANSWERED).any():
+        raise SceneError(f"{name}: must hold at least one load that converged; got none")
 
 
 def look_at(folder: Path) -> tuple[Sensor, tuple[str, ...]]:
@@ -81,17 +91,23 @@ def _checked(folder: Path, case: int | None) -> dict[str, Any]:
         state = "a calibration that was stopped: repeat its command" if cases_folder(folder).is_dir() else "none"
         raise SceneError(f"{folder}: must be the folder of a finished calibration (sits-mech calibrate); got {state}")
     attributes, count = glance(path)
-    swept, came = attributes.get("request") in SWEPT, attributes.get("version", "an unknown one")
+    swept = attributes.get("request") in SWEPT
     if not swept and case is not None:
         raise SceneError(f"--case: must be of a sweep with request = {' or '.join(SWEPT)}; got {folder}")
     if swept and (case is None or not 1 <= case <= count):
         given = "no --case" if case is None else f"--case {case}"
         what = f"quality and report take one of its cases, --case 1 to --case {count}"
         raise SceneError(f"{folder}: is the folder of a sweep: {what}; got {given}")
-    if came != __version__:
-        what, again = ("sweep", "sweep anew") if swept else ("calibration", "calibrate anew")
-        raise SceneError(f"{folder}: must be a {what} by version {__version__}; got {came}: {again}")
+    _check_version(attributes, str(folder))
     return attributes
+
+
+def _check_version(attributes: Mapping[Any, Any], name: str) -> None:
+    """Refuse a table, called `name`, that another version made."""
+    came = attributes.get("version", "an unknown one")
+    if came != __version__:
+        what, again = ("sweep", "sweep") if attributes.get("request") in SWEPT else ("calibration", "calibrate")
+        raise SceneError(f"{name}: must be a {what} by version {__version__}; got {came}: {again} anew")
 
 
 def _case(folder: Path, data: xr.Dataset, case: int) -> tuple[Sensor, xr.Dataset]:

@@ -13,7 +13,6 @@ window.sitsDraw = (html, kind) => {
     }
     for (const old of box.querySelectorAll("iframe.shown")) old.remove();
     next.className = "shown " + kind;
-    new ResizeObserver(() => { next.style.height = page.body.scrollHeight + 24 + "px"; }).observe(page.body);
   });
   next.srcdoc = html;
   box.appendChild(next);

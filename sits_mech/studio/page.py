@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import io
 import json
 import secrets
 import socket
@@ -22,11 +21,8 @@ import numpy as np
 import xarray as xr
 from nicegui import app, ui
 
-from sits_mech.analysis.codes import readings
-from sits_mech.report.page.explorer import explorer, page_file
 from sits_mech.report.page.html import page as report_page
-from sits_mech.report.page.parts import figures_part
-from sits_mech.report.pictures.drawing import scene_drawing
+from sits_mech.report.shown import Shown, calibration_page, drawing
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.materials import silicones
 from sits_mech.scene.plausible import slips
@@ -40,9 +36,6 @@ _THROTTLE = 0.08  # seconds between moves of a slider that are followed
 _UNITS = {"frequency": (1e-6, "MHz"), "temperature": (1.0, "K"), "coils.*.turns": (1.0, "")}
 _COLOURS = {"drawing": "grey", "preview": "orange", "solved": "green"}
 _STALE = "document.querySelectorAll('#sits-frames iframe').forEach(one => one.classList.add('stale'))"
-_FRAME = """<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><style>{css}
-html{{overflow:hidden}}body{{background:transparent;margin:0}}</style></head>
-<body><main><div class="wrap">{body}</div></main></body></html>"""
 
 
 def serve(source: str, models: tuple[str, str, float], port: int = 0, *, browser: bool = True) -> None:
@@ -219,7 +212,8 @@ class _Page:
                 ui.run_javascript(_STALE)
             else:
                 self.drawing.set_content("")
-                ui.run_javascript(f"sitsDraw({json.dumps(frame(view.sensor, view.data))}, {json.dumps(view.kind)})")
+                text = calibration_page(view.sensor, view.data)
+                ui.run_javascript(f"sitsDraw({json.dumps(text)}, {json.dumps(view.kind)})")
 
     def _hands_out(self, name: str) -> None:
         """Give a file of what is shown."""
@@ -227,7 +221,7 @@ class _Page:
         if name == "scene.toml":
             ui.download(scene_text(view.sensor).encode(), name)
         elif name == "drawing.svg":
-            ui.download(drawing(view.sensor).encode(), name)
+            ui.download(Shown(view.sensor).picture("drawing"), name)
         elif view.kind != "solved" or view.data is None:
             self.wrong.set_text(f"{name}: must be of a solved table; this one is a {view.kind}")
         elif name == "table.csv":
@@ -245,25 +239,11 @@ def sensor_of(text: str) -> Sensor:
         raise SceneError(f"scene file: must be TOML; got: {error}") from None
 
 
-def frame(sensor: Sensor, data: xr.Dataset) -> str:
-    """Return the page of a table, as the report's explorer shows it, with its figures of merit."""
-    body, script = explorer(sensor, data, readings(sensor, data))
-    figures = f"<h2>Figures of merit</h2>{figures_part(data)}"
-    return _FRAME.format(css=page_file("page.css"), body=body + figures + script)
-
-
 def cost(data: xr.Dataset) -> str:
     """Return in words what a table took, beside what was planned; nothing where neither is known."""
     took, planned = float(np.nansum(data["seconds"])) if "seconds" in data else 0.0, data.attrs.get("planned")
     words = "" if planned is None else f", planned {float(planned[0]):.2g} s"
     return f"; took {took:.2g} s{words}" if took else ""
-
-
-def drawing(sensor: Sensor) -> str:
-    """Return plan and section of a sensor with its sizes, SVG."""
-    text = io.StringIO()
-    scene_drawing(sensor).savefig(text, format="svg")
-    return text.getvalue()[text.getvalue().index("<svg") :]
 
 
 def _file(name: str) -> str:

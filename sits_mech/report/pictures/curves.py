@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
+from io import BytesIO
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ import xarray as xr
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
 from sits_mech.readout.loads import at_middle, several
-from sits_mech.scene.files import replaced
+from sits_mech.scene.files import write_bytes
 from sits_mech.scene.sensor import SceneError
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ TRACKS = ("#d55e00", "#0072b2")
 MARKS = "os^Dv<>PX"
 """Of the curves of a family, in order."""
 _DASHES = ("-", "--", "-.", ":")
-_DATES: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # left out of files
+_DATES: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out of files
 
 
 @contextmanager
@@ -265,13 +266,19 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
 
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure by an atomic rename, 300 dots per inch; raise SceneError when it cannot be written."""
+    write_bytes(path, figure_bytes(figure, path.suffix[1:]))
+
+
+def figure_bytes(figure: Figure, form: str) -> bytes:
+    """Return a figure as a file of a format, png, pdf or svg, 300 dots per inch."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    with replaced(path) as other, paper_style():
-        if path.suffix != ".png":
-            figure.savefig(other, format=path.suffix[1:], dpi=300, metadata=_DATES[path.suffix])
-            return
+    stream = BytesIO()
+    with paper_style():
+        if form != "png":
+            figure.savefig(stream, format=form, dpi=300, metadata=_DATES[form])
+            return stream.getvalue()
         figure.set_dpi(300)
         canvas: Any = FigureCanvasAgg(figure)
-        with other.open("wb") as stream:
-            canvas.print_png(stream)  # `savefig` would draw twice
+        canvas.print_png(stream)  # `savefig` would draw twice
+    return stream.getvalue()
