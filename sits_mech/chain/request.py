@@ -19,6 +19,18 @@ from sits_mech.silicone.material import implausible
 
 _SPACE = {"mechanics": "block", "magnetics": "sheets"}  # what a half takes instead of a section
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
+USUAL = {"F_x": 1.0, "F_y": 1.0, "F_z": 4.0}
+"""Largest forces of a grid by default [N]."""
+
+
+def resolved_shear(sensor: Sensor) -> tuple[str, ...]:
+    """Return the shear forces that coils resolve: along axes on which not all have one place."""
+    return tuple(name for k, name in enumerate(("F_x", "F_y")) if len({coil.centre[k] for coil in sensor.coils}) > 1)
+
+
+def usual_loads(sensor: Sensor) -> dict[str, float]:
+    """Return the largest forces of a grid by default [N]: the first shear that coils resolve, and the normal force."""
+    return {name: USUAL[name] for name in (*resolved_shear(sensor)[:1], "F_z")}
 
 
 @dataclass(frozen=True)

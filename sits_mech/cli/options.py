@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.scene.sensor import Sensor
 
-_USUAL = {"fx": "-1 N:1 N:9", "fy": "-1 N:1 N:9", "fz": "0 N:4 N:9"}  # ranges of a grid of loads
 _TOLD = 5  # slips of a scene, one line each; of more, their number
 app = App(
     name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
@@ -143,9 +142,9 @@ class Way:
 class LoadGrid:
     """The loads of a grid; each one quantity, the same for all, or a range "first:last:count"."""
 
-    fx: Annotated[Quantity | None, Parameter(help=f"Shear force, along +x; up to {_USUAL['fx']}.")] = None
+    fx: Annotated[Quantity | None, Parameter(help="Shear force, along +x; up to -1 N:1 N:9.")] = None
     fy: Annotated[Quantity | None, Parameter(help="Along +y; by default only if all coils lie along y.")] = None
-    fz: Annotated[Quantity | None, Parameter(help=f"Normal force, pressing; up to {_USUAL['fz']}.")] = None
+    fz: Annotated[Quantity | None, Parameter(help="Normal force, pressing; up to 0 N:4 N:9.")] = None
     mx: Mx = "0 N*m"
     moment: Moment = "0 N*m"
     mz: Mz = "0 N*m"
@@ -155,13 +154,16 @@ class LoadGrid:
 
         By default those that the coils resolve: no shear along an axis on which all have one place.
         """
+        from sits_mech.chain.request import usual_loads
         from sits_mech.quantities import LOAD_ARGUMENTS
         from sits_mech.units import quantity_or_range
 
-        along_x, along_y = (len({coil.centre[k] for coil in sensor.coils}) > 1 for k in (0, 1))
-        taken = {"fx": along_x, "fy": along_y and not along_x and not self.fx, "fz": True}
-        usual = {name: getattr(self, name) or (_USUAL[name] if taken[name] else "0") for name in taken}
-        found = _in_si(replace(self, **usual), LOAD_ARGUMENTS, quantity_or_range)
+        usual = usual_loads(sensor)
+        if self.fx:
+            usual.pop("F_y", None)
+        ranges = {f"f{name[2]}": f"{0.0 if name == 'F_z' else -most} N:{most} N:9" for name, most in usual.items()}
+        own = {name: getattr(self, name) or ranges.get(name, "0") for name in ("fx", "fy", "fz")}
+        found = _in_si(replace(self, **own), LOAD_ARGUMENTS, quantity_or_range)
         return {name: values for name, values in found.items() if values != 0.0}
 
     def borne(self, sensor: Sensor, components: Mapping[str, Any], mechanics: str) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from sits_mech.analysis.codes import readings
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import several
 from sits_mech.report.folder import check_table
-from sits_mech.report.page.explorer import explorer, page_file
+from sits_mech.report.page.explorer import Asked, explorer, page_file
 from sits_mech.report.page.parts import figures_part, scene_part, subtitle
 from sits_mech.report.pictures.curves import calibration_pictures, figure_bytes
 from sits_mech.report.pictures.drawing import scene_drawing
@@ -146,10 +146,15 @@ def _sensor_of(data: xr.Dataset, sensor: Sensor | None) -> Sensor:
     return found
 
 
-def calibration_page(sensor: Sensor, data: xr.Dataset, head: str = "") -> str:
-    """Return a calibration as one HTML text for a frame: below `head` the report's explorer and figures of merit."""
-    body, script = explorer(sensor, data, readings(sensor, data))
-    return _page(sensor.name, f"{head}{body}<h2>Figures of merit</h2>{figures_part(data)}", script)
+def calibration_page(
+    sensor: Sensor, data: xr.Dataset, head: str = "", asked: Asked | None = None, required: str = ""
+) -> str:
+    """Return a calibration as one HTML text for a frame: below `head` the report's explorer and figures of merit.
+
+    What is asked for stands as lines in the explorer; `required` stands below it.
+    """
+    body, script = explorer(sensor, data, readings(sensor, data), asked)
+    return _page(sensor.name, f"{head}{body}{required}<h2>Figures of merit</h2>{figures_part(data)}", script)
 
 
 def drawing(sensor: Sensor) -> str:

@@ -9,7 +9,8 @@ their slopes by p_k where these are known. What that leaves open is guessed: of 
 
     |c| prod_i |x - x_i| / l,    c its last divided difference, l the change of ln p that doubles a curve's last term,
 
-of several numbers the difference of adding their changes and multiplying them. Neglected: contact that sets in between.
+of two numbers the terms of both: of what hangs on one combination of them (what the pad stands out beside the target),
+whose own terms of order n are a and b, (a^(1/n) + b^(1/n))^n - a - b. Neglected: contact that sets in between.
 """
 
 from __future__ import annotations
@@ -105,7 +106,8 @@ def preview(base: Solved, others: Sequence[Solved], sensor: Sensor) -> xr.Datase
     if changed is None:
         return None
     f, rest = base.shown
-    factors, added, left_f, left = list[Array](), list[Array](), np.zeros(f.shape), np.zeros(rest.shape)
+    factors, added, orders = list[Array](), list[Array](), list[tuple[list[Array], list[Array]]]()
+    left_f, left = np.zeros(f.shape), np.zeros(rest.shape)
     for key in changed:
         nodes = [each for each in others if _differ(base.numbers, each.numbers) == [key]]
         slopes, x = base.changes(key), float(np.log(now[key] / base.numbers[key]))
@@ -113,15 +115,17 @@ def preview(base: Solved, others: Sequence[Solved], sensor: Sensor) -> xr.Datase
             return None
         at = [float(np.log(each.numbers[key] / base.numbers[key])) for each in nodes]
         logs = [np.log(np.maximum(each.shown[0] / f, _LEAST)) for each in nodes]
-        h, open_h = _newton(x, at, logs, None if slopes is None else slopes[0] / f)
-        g, open_g = _newton(x, at, [each.shown[1] - rest for each in nodes], None if slopes is None else slopes[1])
+        moved = [each.shown[1] - rest for each in nodes]
+        h, terms_h = _newton(x, at, logs, None if slopes is None else slopes[0] / f)
+        g, terms_g = _newton(x, at, moved, None if slopes is None else slopes[1])
         factors.append(h)
         added.append(g)
-        left_f += open_h * np.abs(f)
-        left += open_g
-    for one, other in combinations(range(len(factors)), 2):
-        left_f += np.abs(np.expm1(factors[one]) * np.expm1(factors[other]) * f)
-        left += np.abs(added[one] * added[other]) / np.maximum(np.ptp(rest, axis=0), 1e-300)
+        orders.append((terms_h, terms_g))
+        left_f += terms_h[-1] * np.abs(f)
+        left += terms_g[-1]
+    for one, other in combinations(orders, 2):
+        left_f += _of_both(one[0], other[0]) * np.abs(f)
+        left += _of_both(one[1], other[1])
     more = f * np.expm1(sum(factors, np.zeros(f.shape)))
     return _table(base, sensor, (f + more, left_f), (sum(added, rest), left))
 
@@ -135,8 +139,8 @@ def _differ(first: Mapping[str, Any], other: Mapping[str, Any]) -> list[str] | N
     return keys if numbers else None
 
 
-def _newton(x: float, at: Sequence[float], changes: Sequence[Array], slope: Array | None) -> tuple[Array, Array]:
-    """Return a change at x by changes at places and the slope at zero, and what it leaves open."""
+def _newton(x: float, at: Sequence[float], changes: Sequence[Array], slope: Array | None) -> tuple[Array, list[Array]]:
+    """Return a change at x by changes at places and the slope at zero, and its terms by order, the open one last."""
     order = sorted(range(len(at)), key=lambda k: -abs(at[k] - x))
     places = [0.0] * (1 if slope is None else 2) + [at[k] for k in order]
     zero = np.zeros_like(slope if slope is not None else changes[0])
@@ -149,11 +153,21 @@ def _newton(x: float, at: Sequence[float], changes: Sequence[Array], slope: Arra
             for k in range(len(rows) - 1)
         ]
         c.append(rows[0])
-    found, product = zero.copy(), 1.0
-    for place, term in zip(places, c, strict=True):
-        found = found + term * product
-        product *= x - place
-    return found, np.abs(c[-1] * product) / _DOUBLES
+    powers = [c[-1]]  # of x, by Horner's rule
+    for place, term in zip(places[-2::-1], c[-2::-1], strict=True):
+        powers = [low - place * high for low, high in zip([zero, *powers], [*powers, zero], strict=True)]
+        powers[0] = powers[0] + term
+    left = np.abs(c[-1] * np.prod([x - place for place in places])) / _DOUBLES
+    found = sum((own * x**n for n, own in enumerate(powers)), zero)
+    return found, [np.abs(own * x**n) for n, own in enumerate(powers)] + [left]
+
+
+def _of_both(one: Sequence[Array], other: Sequence[Array]) -> Array:
+    """Return the terms of two numbers together by those of each, from the second order on."""
+    found = np.zeros_like(one[0])
+    for n, (a, b) in enumerate(zip(one[2:], other[2:], strict=False), 2):
+        found = found + (a ** (1.0 / n) + b ** (1.0 / n)) ** n - a - b
+    return found
 
 
 def _table(base: Solved, sensor: Sensor, own: tuple[Array, Array], rest: tuple[Array, Array]) -> xr.Dataset:

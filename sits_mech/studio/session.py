@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 
+from sits_mech.quantities import LOAD_ARGUMENTS, UNITS, WRENCH
 from sits_mech.readout.signals import told
 from sits_mech.scene.parameters import keys_of
 from sits_mech.scene.sensor import Sensor, changed, load_sensor
+from sits_mech.studio.asked import Judged, glanced, read_asked
 from sits_mech.studio.previews import Solved, numbers_of, preview
-from sits_mech.studio.solver import Question, Solver, grid_of
+from sits_mech.studio.questions import Borne, Figures, Question, Search, Slopes, Table, grid_of
+from sits_mech.studio.solver import Solver
+from sits_mech.synthesis.answer import DesignAnswer
+from sits_mech.synthesis.requirements import Requirements
 
 SLIDERS = {
     "elastomer.thickness": "pad thickness", "elastomer.width": "pad width", "elastomer.length": "pad length",
@@ -24,6 +29,7 @@ SLIDERS = {
 }
 """Keys with a slider, where the scene gives them."""
 _SLOPED = ("elastomer.thickness", "elastomer.width", "elastomer.diameter", "target.width", "target.diameter")
+_OPTIONS = {name: option for option, name in LOAD_ARGUMENTS.items()}
 BESIDE = (0.88, 1.14)
 """Of a number that was moved: tables made while nobody waits, so that its preview is good."""
 Kind = Literal["drawing", "preview", "solved"]
@@ -37,6 +43,7 @@ class View:
     sensor: Sensor
     data: xr.Dataset | None
     state: str
+    judged: Judged | None = None  # where something is required, and known
 
 
 class Session:
@@ -55,13 +62,21 @@ class Session:
         self.sensor = load_sensor(self.source)
         self.most = dict[str, float]()  # largest forces [N]; of none those that the pad bears
         self.visited = list[Sensor]()
-        self.moved = ""
+        self.moved, self.stopped = "", False
+        self.asked: Requirements | None = None
+        self.search: Search | None = None
+        self.tried = list[str]()  # designs of the search, in words
+        self.found: DesignAnswer | None = None
+        self._glances = dict[tuple[Any, ...], Judged | None]()  # by the requirements of now
+        self._tables = dict[tuple[Any, ...], Solved]()
+        self._shown: tuple[tuple[Any, ...], View] | None = None
 
     def open(self, source: str, keys: dict[str, str] | None = None, most: dict[str, float] | None = None) -> None:
         """Show a scene of the catalogue or a file, with keys changed; SceneError as `load_sensor`."""
         keys = keys or {}
         sensor = load_sensor(source, [f"{key}={value}" for key, value in keys.items()])
         self.source, self.keys, self.sensor, self.most, self.visited = source, dict(keys), sensor, dict(most or {}), []
+        self.asked, self.search, self.found = None, None, None
         self.update()
 
     def take(self, sensor: Sensor) -> None:
@@ -82,9 +97,33 @@ class Session:
         self.update()
 
     def bear(self, name: str, most: float) -> None:
-        """Ask for another range of a force [N]."""
-        self.most[name] = most
+        """Ask for another range of a component of the load [N, N m]; zero leaves it out, but for the last one."""
+        if most > 0.0:
+            self.most = {each: self.most.get(each, most) if each != name else most for each in WRENCH
+                         if each in self.most or each == name}
+        elif len(self.most) > 1:
+            self.most.pop(name, None)
         self.update()
+
+    def require(self, text: str) -> None:
+        """Judge scenes by requirements, the text of their file, and show the loads of these; SceneError as theirs."""
+        self.asked = read_asked(text, self.sensor)
+        self._glances.clear()
+        self.most = {name: max(map(abs, ends)) for name, ends in self.asked.loads.items()}
+        self.update()
+
+    def find(self, text: str) -> None:
+        """Search the sensor that holds requirements best, of the scenes that they let vary."""
+        asked = read_asked(text, self.sensor)
+        self.search, self.found = Search(self.sensor, (), self.models, asked, self.solver.folder), None
+        self.tried = []
+        self.require(text)
+
+    def stop(self) -> None:
+        """Solve nothing until something is asked for again."""
+        self.search, self.stopped = None, True
+        self.close()
+        self.draw(self.view("stopped"))
 
     def close(self) -> None:
         """Want nothing any more."""
@@ -96,15 +135,19 @@ class Session:
         return tuple((name, grid_of(name, most)) for name, most in self.most.items())
 
     def question(self, sensor: Sensor, numbers: tuple[str, ...] = ()) -> Question:
-        """Return what to ask of a scene under the loads."""
-        return Question(sensor, self.loads, self.models, numbers)
+        """Return what to ask of a scene under the loads: its table, or slopes by numbers."""
+        if numbers:
+            return Slopes(sensor, self.loads, self.models, numbers)
+        return (Table if self.loads else Borne)(sensor, self.loads, self.models)
 
     @property
     def command(self) -> str:
         """The command that gives the same table."""
         keys = "".join(f" --set {key}={value!r}" for key, value in self.keys.items())
         loads = "".join(
-            f' --f{name[2]} "{values[0]!r} N:{values[-1]!r} N:{len(values)}"' for name, values in self.loads
+            ' --{0} "{1!r} {4}:{2!r} {4}:{3}"'.format(
+                _OPTIONS[name], values[0], values[-1], len(values), UNITS[name].replace(" ", "*"))
+            for name, values in self.loads
         )
         options = zip(("mechanics", "magnetics", "tolerance"), self.models, ("auto", "auto", 0.01), strict=True)
         models = "".join(f" --{name} {value}" for name, value, usual in options if value != usual)
@@ -112,26 +155,64 @@ class Session:
 
     def view(self, state: str = "") -> View:
         """Return what is known of the scene now."""
-        own = self.question(self.sensor)
-        if own.key in self.solver.kept and self.loads:
-            return View("solved", self.sensor, self.solver.kept[own.key], state or "solved")
-        known = self._known()
+        own, figures = self.question(self.sensor), self._figures
+        known = self._known() if self.loads else []
+        solved = [None if question is None else question.key in self.solver.kept for question in (own, figures)]
+        now = own.key, *solved, *map(id, known), id(self.asked)
+        if self._shown is None or self._shown[0] != now:
+            self._shown = now, self._made(own, known)
+        kept = self._shown[1]
+        return replace(kept, state=state or (kept.kind if kept.data is not None else "waits for its first table"))
+
+    def _made(self, own: Question, known: list[Solved]) -> View:
+        """Return a view of the scene by tables that are known."""
+        if self.loads and own.key in self.solver.kept:
+            data = self.solver.kept[own.key]
+            return View("solved", self.sensor, data, "", self._judged(data))
         for base in sorted(known, key=lambda each: each.slopes is None):
             data = preview(base, known, self.sensor)
             if data is not None:
-                return View("preview", self.sensor, data, state or "preview")
-        return View("drawing", self.sensor, None, state or "waits for its first table")
+                return View("preview", self.sensor, data, "", self._judged(data, base))
+        return View("drawing", self.sensor, None, "")
+
+    @property
+    def _figures(self) -> Figures | None:
+        """The question for the figures that are required."""
+        return None if self.asked is None else Figures(self.sensor, (), self.models, self.asked)
+
+    def _judged(self, data: xr.Dataset, base: Solved | None = None) -> Judged | None:
+        """Return figures of the scene with what is required of them, at a glance where they are not solved."""
+        asked, question = self.asked, self._figures
+        if asked is None or question is None:
+            return None
+        if question.key in self.solver.kept:
+            return Judged(True, asked, *self.solver.kept[question.key])
+        if base is not None:
+            return glanced(asked, self.sensor, data, self._glance(base.sensor, base.data))
+        return self._glance(self.sensor, data)
+
+    def _glance(self, sensor: Sensor, data: xr.Dataset) -> Judged | None:
+        """Return the figures that a table tells at a glance, kept."""
+        key = self.question(sensor).key
+        if key not in self._glances and self.asked is not None:
+            self._glances[key] = glanced(self.asked, sensor, data)
+        return self._glances.get(key)
 
     def update(self) -> None:
         """Draw what is known, and ask for what is not."""
+        self.stopped = False
         view = self.view()
-        wishes = []
+        wishes = list[tuple[Question, bool]]()
         if view.kind != "solved":
             wishes.append((self.question(self.sensor), True))
+        if self.search is not None:
+            wishes.append((self.search, False))
+        if self._figures is not None:
+            wishes.append((self._figures, False))
         if self.loads:
             wishes += [(question, False) for question in self._behind()]
         self.draw(view)
-        self.solver.ask(self.tab, wishes, self._heard)
+        self.solver.ask(self.tab, [each for each in wishes if each[0].key not in self.solver.kept], self._heard)
 
     def _behind(self) -> list[Question]:
         """Return what may be solved while nobody waits: slopes where there are none, tables beside a slider."""
@@ -144,7 +225,7 @@ class Session:
             start = value if base is None else base.numbers.get(self.moved, value)
             root = self.sensor if base is None else base.sensor
             found += [self.question(changed(root, [f"{self.moved}={share * start!r}"])) for share in BESIDE]
-        return [each for each in found if each.key not in self.solver.kept]
+        return found
 
     @property
     def _numbers(self) -> tuple[str, ...]:
@@ -156,9 +237,12 @@ class Session:
         """Return the tables of the scenes that were seen, under these loads, with their slopes, latest first."""
         kept, numbers, found = self.solver.kept, self._numbers, []
         for sensor in reversed(self.visited):
-            own, by = self.question(sensor), self.question(sensor, numbers)
-            if own.key in kept:
-                found.append(Solved(sensor, kept[own.key], kept.get(by.key)))
+            own, by = self.question(sensor).key, self.question(sensor, numbers).key
+            if own in kept:
+                known = self._tables.get(own)
+                if known is None or known.slopes is not kept.get(by):
+                    known = self._tables[own] = Solved(sensor, kept[own], kept.get(by))
+                found.append(known)
         return found
 
     def _heard(self, question: Question, kind: str, what: Any) -> None:
@@ -168,21 +252,33 @@ class Session:
 
     def _told(self, question: Question, kind: str, what: Any) -> None:
         """Take what the solver says."""
-        asked = question.key == self.question(self.sensor).key
-        if kind == "done":
-            if not question.loads:
+        if isinstance(question, Search):
+            self._searched(kind, what)
+        elif kind == "done":
+            if isinstance(question, Borne):
                 self.most = {name: max(values) for name, values in what}
-                self.update()
-                return
-            if not question.numbers and question.sensor not in self.visited:
+            elif isinstance(question, Table) and question.sensor not in self.visited:
                 self.visited.append(question.sensor)
             self.update()
-        elif asked and kind == "progress":
-            self.draw(self.view(f"solving: {what[0]} of {what[1]} loads"))
-        elif asked and kind == "started":
-            self.draw(self.view("solving"))
-        elif asked and kind == "failed":
-            self.draw(self.view(f"not solved: {what}"))
+        elif question.key == self.question(self.sensor).key and not self.stopped:
+            words = {"progress": "solving: {} of {} loads", "started": "solving", "failed": "not solved: {}"}[kind]
+            self.draw(self.view(words.format(*(what if isinstance(what, tuple) else (what,)))))
+
+    def _searched(self, kind: str, what: Any) -> None:
+        """Take what the search says."""
+        if self.search is None:
+            return
+        if kind == "progress":
+            self.tried.append(what[2])
+        elif kind == "started":
+            self.tried.clear()
+        elif kind == "failed":
+            self.tried.append(what)
+        else:
+            self.found = what
+        if kind in ("done", "failed"):
+            self.search = None
+        self.draw(self.view(f"searching: {what[0]} of at most {what[1]} designs" if kind == "progress" else ""))
 
 
 def open_share(data: xr.Dataset) -> float:

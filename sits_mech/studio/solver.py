@@ -1,47 +1,30 @@
 """Solve tables in one process beside the page's: the latest question of each tab first, never one twice.
 
-A question is a scene, its loads and models; its answers are a table (`calibrate`) and, where asked for, derivatives by
-numbers of the scene (`gradient_on_grid`). What is no longer wanted is stopped: at its next load, or with its process,
-which is started anew. Answers are kept while the studio runs, the last `_KEPT` of them.
+What is no longer wanted is interrupted, or stopped with its process, which is started anew. Answers are kept while the
+studio runs, the last `_KEPT` of them.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import threading
+import time
+from _thread import interrupt_main
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing.connection import Connection
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
+from sits_mech.studio.questions import Question
 
-from sits_mech.scene.sensor import Sensor, scene_hash
-
-SHEAR, NORMAL = 1.0, 4.0
-"""Largest forces that are asked for where the pad bears them [N]."""
-_ACROSS = 5
 _KEPT = 40
-_PATIENCE = 0.5  # seconds that a question has to stop by itself
+_PATIENCE = 3.0  # seconds that an answer has to be interrupted: no factor of the catalogue's pads takes half of it
 _POLL = 0.05
-
-
-@dataclass(frozen=True)
-class Question:
-    """What is to be solved: a table, or derivatives by numbers where there are any."""
-
-    sensor: Sensor
-    loads: tuple[tuple[str, tuple[float, ...]], ...]  # of none, those that the pad bears are asked for
-    models: tuple[str, str, float]  # mechanical and magnetic one, tolerance of the signals
-    numbers: tuple[str, ...] = ()
-
-    @property
-    def key(self) -> tuple[Any, ...]:
-        """What tells it from others."""
-        return scene_hash(self.sensor), self.loads, self.models, self.numbers
 
 
 @dataclass
@@ -55,60 +38,51 @@ class _Wish:
     stopped: threading.Event = field(default_factory=threading.Event)
 
 
-class _Stopped(Exception):
-    """The question is no longer wanted."""
+def work(pipe: Connection, stops: Connection) -> None:
+    """Answer numbered questions of a pipe until it ends: ("done", answer), ("failed", why), ("stopped", None).
 
-
-def answered(question: Question, progress: Callable[[int, int], None]) -> Any:
-    """Return the table or the derivatives of a question."""
-    from sits_mech.chain.calibrate import calibrate
-    from sits_mech.chain.gradient_grid import gradient_on_grid
-
-    loads, (mechanics, magnetics, tolerance) = dict(question.loads), question.models
-    if not loads:
-        return borne(question.sensor, mechanics)
-    models: dict[str, Any] = {"mechanics": mechanics, "magnetics": magnetics, "tolerance": tolerance}
-    if question.numbers:
-        return gradient_on_grid(question.sensor, question.numbers, loads, **models)
-    axes: dict[str, Any] = {name: list(values) for name, values in loads.items()}
-    return calibrate(question.sensor, **axes, **models, progress=progress)
-
-
-def borne(sensor: Sensor, mechanics: str) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    """Return a grid of the loads that `calibrate` takes by default, no larger than the pad bears."""
-    from sits_mech.analysis.envelope import borne_share
-    from sits_mech.quantities import Wrench
-
-    along = [name for k, name in enumerate(("F_x", "F_y")) if len({coil.centre[k] for coil in sensor.coils}) > 1]
-    corner = dict.fromkeys(along, SHEAR) | {"F_z": NORMAL}
-    share = borne_share(sensor, Wrench(**corner), mechanics)
-    return tuple((name, grid_of(name, share * most)) for name, most in corner.items())
-
-
-def grid_of(name: str, most: float) -> tuple[float, ...]:
-    """Return the values of a force up to its largest: shear to both sides."""
-    return tuple(np.linspace(0.0 if name == "F_z" else -most, most, _ACROSS).tolist())
-
-
-def work(pipe: Connection, stop: Any) -> None:
-    """Answer questions of a pipe until it ends: ("done", answer), ("failed", why), ("stopped", None)."""
+    A number that comes by `stops` interrupts its answer, where the answering thread runs Python again.
+    """
+    from sits_mech.chain.calibrate import calibrate  # noqa: F401  nothing interrupts what imports
+    from sits_mech.chain.gradient_grid import gradient_on_grid  # noqa: F401
     from sits_mech.quantities import SolveFailed
+    from sits_mech.synthesis.run import design  # noqa: F401
 
-    def progress(done: int, count: int) -> None:
-        """Say how far it is; end what is no longer wanted."""
-        if stop.is_set():
-            raise _Stopped
-        pipe.send(("progress", (done, count)))
+    lock, now = threading.Lock(), [0]
 
-    with suppress(EOFError, KeyboardInterrupt, BrokenPipeError):
+    def follow() -> None:
+        """Interrupt an answer that is no longer wanted."""
+        with suppress(EOFError, OSError):
+            while True:
+                number = stops.recv()
+                with lock:
+                    if now[0] == number:
+                        now[0] = 0
+                        interrupt_main()
+
+    def told(*how_far: Any) -> None:
+        """Say how far it is."""
+        with lock:
+            pipe.send(("progress", how_far))
+
+    threading.Thread(target=follow, daemon=True).start()
+    with suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
         while True:
-            question = pipe.recv()
+            number, question = pipe.recv()
             try:
-                pipe.send(("done", answered(question, progress)))
-            except _Stopped:
-                pipe.send(("stopped", None))
+                with lock:
+                    now[0] = number
+                found: tuple[str, Any] = "done", question.answer(told)
             except (ValueError, ArithmeticError, MemoryError, OSError, SolveFailed) as error:
-                pipe.send(("failed", " ".join(str(error).split())))
+                found = "failed", " ".join(str(error).split())
+            except KeyboardInterrupt:
+                found = "stopped", None
+            try:
+                with lock:
+                    now[0] = 0  # from here on nothing interrupts
+            except KeyboardInterrupt:
+                found = "stopped", None
+            pipe.send(found)
 
 
 class Solver:
@@ -119,7 +93,11 @@ class Solver:
         self._wishes: list[_Wish] = []
         self._changed = threading.Condition()
         self._ended = False
+        self._folder = TemporaryDirectory(prefix="sits-mech-")
+        self.folder = Path(self._folder.name)
+        """Where searches keep what they solved, while this is open."""
         self._process: Any = None
+        self._number = 0  # of the question
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
 
@@ -156,6 +134,7 @@ class Solver:
             self._changed.notify_all()
         self._thread.join(10.0)
         self._end()
+        self._folder.cleanup()
 
     def _serve(self) -> None:
         """Answer wishes, one after the other."""
@@ -184,42 +163,42 @@ class Solver:
             self.kept.move_to_end(key)
             return "done", self.kept[key]
         wish.told("started", None)
-        pipe, stop = self._started()
-        stop.clear()
         try:
-            pipe.send(wish.question)
-            patience = _PATIENCE
+            pipe, stops = self._started()
+            self._number += 1
+            pipe.send((self._number, wish.question))
+            asked_to_stop = 0.0
             while True:
-                if wish.stopped.is_set():
-                    stop.set()
-                    patience -= _POLL
+                if wish.stopped.is_set() and not asked_to_stop:
+                    asked_to_stop = time.monotonic()
+                    stops.send(self._number)
                 if pipe.poll(_POLL):
                     kind, what = pipe.recv()
                     if kind != "progress":
                         break
                     wish.told(kind, what)
-                elif patience < 0.0:
+                elif asked_to_stop and time.monotonic() > asked_to_stop + _PATIENCE:
                     self._end()
                     return "stopped", None
         except (EOFError, OSError):  # it was killed from outside
             self._end()
-            return "failed", "the solving process ended: ask again"
+            return "stopped" if wish.stopped.is_set() else "failed", "the solving process ended: ask again"
         if kind == "done":
             self.kept[key] = what
             while len(self.kept) > _KEPT:
                 self.kept.popitem(last=False)
         return kind, what
 
-    def _started(self) -> tuple[Connection, Any]:
-        """Return the process's pipe and what stops it; started where there is none."""
+    def _started(self) -> tuple[Connection, Connection]:
+        """Return the process's pipe, and the one that stops it; started where there is none."""
         if self._process is None or not self._process[0].is_alive():
             context = multiprocessing.get_context("spawn")
-            ours, theirs = context.Pipe()
-            stop = context.Event()
-            process = context.Process(target=work, args=(theirs, stop), daemon=True)
+            (ours, theirs), (stops, stopped) = context.Pipe(), context.Pipe()
+            process = context.Process(target=work, args=(theirs, stopped), daemon=True)
             process.start()
             theirs.close()
-            self._process = process, ours, stop
+            stopped.close()
+            self._process = process, ours, stops
         return self._process[1], self._process[2]
 
     def _end(self) -> None:
@@ -228,4 +207,5 @@ class Solver:
             self._process[0].kill()
             self._process[0].join()
             self._process[1].close()
+            self._process[2].close()
             self._process = None

@@ -142,6 +142,16 @@ def figure_words(name: str, value: float) -> str:
     return f"{scale * value:.3g} {unit}".strip()
 
 
+def said_of(task: Task, found: Answered) -> str:
+    """Return the figures of a solved design that are asked for, for a reader, and which limits they exceed."""
+    if not found.carried:
+        return found.reason
+    figures = task.own_figures(found)
+    over_ = [name for name, limit in task.limits.items() if name in figures and over(name, figures[name], limit) > 0.0]
+    each = (f"{name} {figure_words(name, figures[name])}" for name in {**task.goal, **task.limits} if name in figures)
+    return f"{', '.join(each)}; {'beyond limits: ' + ', '.join(over_) if over_ else 'within the limits'}"
+
+
 def figures_of(task: Task, found: Answered) -> tuple[Figure, ...]:
     """Return the figures of a solved design with their limits."""
     figures, rows = task.own_figures(found), []

@@ -217,22 +217,37 @@ class Judge:
 
     def _worst_errors(self, table: Table, samples: Array) -> Array:
         """Return the largest misreading over the loads by each sensor that is off, shape (s, d) [N, N m]."""
-        d = len(self.operator.loads.names)
         if not len(table.by_tolerance):
-            return np.zeros((len(samples), d))
-        (here, _), (there, slopes) = self.operator.at_points, self.operator.at_known
-        at_rest = there[0] @ table.by_tolerance  # (p, n)
-        off = here @ table.by_tolerance - at_rest[:, None]
-        known = np.moveaxis(slopes @ table.L, 0, 2)[1:]
-        known_off = there[1:] @ table.by_tolerance - at_rest[:, None]
-        known_off = np.einsum("dkn,pdn->pdk", _readers(known, table.noise), known_off)
-        gain = np.stack([known_off[:, k, k] for k in range(d)], -1) / np.diag(self.operator.known[1:])
-        wrong = np.einsum("mdn,pmn->pmd", _readers(self._slopes(table.L), table.noise), off)
-        wrong -= gain[:, None] * self.operator.points
-        found = np.empty((len(samples), d))
+            return np.zeros((len(samples), len(self.operator.loads.names)))
+        wrong = self._wrong(table, self.operator.points, self.operator.at_points)
+        found = np.empty((len(samples), wrong.shape[2]))
         for k in range(0, len(samples), _FEW):
             found[k : k + _FEW] = np.abs(np.tensordot(samples[k : k + _FEW], wrong, 1)).max(axis=1)
         return found
+
+    def over_loads(self, table: Table, points: Array) -> tuple[Array, Array]:
+        """Return resolution and error of each component at loads (m, d), shape (m, d) each [N, N m].
+
+        The error is what the asked share of the sensors made stays below at that load.
+        """
+        at = self.operator.values(points), self.operator.derivatives(points)
+        resolution = np.sqrt(_variances(np.moveaxis(at[1] @ table.L, 0, 2), table.noise))
+        if not len(table.by_tolerance):
+            return resolution, np.zeros(points.shape)
+        off = np.abs(np.tensordot(self.few, self._wrong(table, points, at), 1))
+        return resolution, np.asarray(np.quantile(off, self.share, axis=0))
+
+    def _wrong(self, table: Table, points: Array, at: tuple[Array, Array]) -> Array:
+        """Return misreadings at loads (m, d) by each tolerance, tared and scaled, shape (p, m, d)."""
+        there, slopes = self.operator.at_known
+        at_rest = there[0] @ table.by_tolerance  # (p, n)
+        off = at[0] @ table.by_tolerance - at_rest[:, None]
+        known = np.moveaxis(slopes @ table.L, 0, 2)[1:]
+        known_off = there[1:] @ table.by_tolerance - at_rest[:, None]
+        known_off = np.einsum("dkn,pdn->pdk", _readers(known, table.noise), known_off)
+        gain = np.einsum("pkk->pk", known_off) / np.diag(self.operator.known[1:])
+        here = _readers(np.moveaxis(at[1] @ table.L, 0, 2), table.noise)
+        return np.asarray(np.einsum("mdn,pmn->pmd", here, off) - gain[:, None] * points)
 
     def _crosstalk(self, L: Array) -> float:
         """Return the largest share of a range that another component feigns in the best linear readout."""

@@ -99,10 +99,15 @@ def read_requirements(path: Path) -> Requirements:
     return read_as(path, requirements_of)
 
 
-def requirements_of(table: Mapping[str, Any], folder: Path = Path()) -> Requirements:
-    """Return the requirements of tables, as of a file in a folder; errors as `read_requirements`."""
-    check_keys(table, KEYS, ("scene", "loads", "vary"))
-    sensor = load_beside(folder, str(table["scene"]))
+def requirements_of(
+    table: Mapping[str, Any], folder: Path = Path(), sensor: Sensor | None = None
+) -> Requirements:
+    """Return the requirements of tables, as of a file in a folder, of its scene or of `sensor` instead.
+
+    Errors as `read_requirements`.
+    """
+    check_keys(table, KEYS, ("loads", "vary") if sensor is not None else ("scene", "loads", "vary"))
+    sensor = load_beside(folder, str(table["scene"])) if sensor is None else sensor
     if sensor.target is None or sensor.elastomer is None:
         raise SceneError("scene: must have a target and an elastomer")
     loads, overload = _loads(_part(table, "loads"))

@@ -29,6 +29,7 @@ from sits_mech.synthesis.answer import (
     lost_values,
     made_share,
     rounded,
+    said_of,
     tied_with,
 )
 from sits_mech.synthesis.answered import Answered
@@ -44,7 +45,7 @@ _TRIES = 3  # round designs of a choice that are solved
 _FINALS = 3  # choices whose best designs are solved finer
 
 Told = Callable[[int, int, str], None]
-"""Called with the number of designs solved, the most there will be, and the last one in words."""
+"""Called with the number of designs solved, the most there will be, and the last one and its figures in words."""
 
 
 def design(
@@ -154,7 +155,8 @@ class _Run:
         found = replace(self.coarse, tolerance=tolerance)(wanted) if begun is None else begun.result()
         self.count += 1
         if self.told is not None:
-            self.told(self.count, self.most + (_TRIES + 1) * _FINALS, self.asked.space.words(wanted))
+            words = f"{self.asked.space.words(wanted)}: {said_of(self.coarse.task, found)}"
+            self.told(self.count, self.most + (_TRIES + 1) * _FINALS, words)
         return found
 
     def start(self, choice: tuple[int, ...], attempt: int) -> Array | None:

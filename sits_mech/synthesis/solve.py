@@ -207,7 +207,7 @@ class Solver:
         L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
         each = _slopes_of(sensor, data, names, own["L0"].to_numpy())
         width = [space.width(variable, sensor) for variable in space.variables]
-        noise, rate = self._converter(sensor, data)
+        noise, rate = self.converter(sensor, data)
         table = Table(L, np.array([each[name] for name in self.scattering]).reshape(-1, *L.shape), noise)
         more = {"rate": rate}
         if self._by_temperature:
@@ -216,7 +216,7 @@ class Solver:
         by_x = np.array([each[name] * size for name, size in zip(space.names, width, strict=True)])
         return replace(
             found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | more,
-            error=found.error | _errors(sensor, data, noise),
+            error=found.error | errors_of(sensor, data, noise),
         )
 
     def _mechanics(self, choice: tuple[int, ...], sensor: Sensor) -> str:
@@ -233,7 +233,7 @@ class Solver:
                 names.add(choose_mechanics(corner, "auto", tuple(MECHANICS), known, self.tolerance).name)
         return "auto" if names <= {"linear"} else choose_mechanics(sensor, "auto", tuple(MECHANICS)).name
 
-    def _converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, float]:
+    def converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, float]:
         """Return the noise of each inductance, and readings a second, by the longest conversion that is fast enough."""
         asked, count = self.requirements.limits.get("rate"), _SLOWEST
         front, _ = sensor_front_end(sensor, data)
@@ -256,7 +256,7 @@ class _Overload(NamedTuple):
     load: Wrench  # of the largest strain
 
 
-def _errors(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
+def errors_of(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
     """Return errors of the figures from those of a table; empty where it has too few loads for a calibration."""
     try:
         cal = sensor_calibration(sensor, data)

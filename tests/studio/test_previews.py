@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.scene.sensor import changed
-from sits_mech.studio.previews import Solved, _newton, preview
+from sits_mech.studio.previews import Solved, _newton, _of_both, preview
 
 NAMES = ("d_h", "d_v", "L_v_percent", "L_h_percent")
 
@@ -33,9 +33,10 @@ def test_newton_s_form_is_exact_for_its_degree() -> None:
         return np.array([2.0 * x - x**2 + 3.0 * x**3])
 
     for x in (-0.3, 0.1, 0.5):
-        found, left = _newton(x, [0.4, -0.2], [cubic(0.4), cubic(-0.2)], np.array([2.0]))
+        found, (*terms, left) = _newton(x, [0.4, -0.2], [cubic(0.4), cubic(-0.2)], np.array([2.0]))
+        np.testing.assert_allclose(np.ravel(terms), np.abs([0.0, 2.0 * x, x**2, 3.0 * x**3]), atol=1e-12)
         assert found == pytest.approx(cubic(x), abs=1e-12) and left > 0.0
-    found, left = _newton(0.4, [0.4, -0.2], [cubic(0.4), cubic(-0.2)], None)
+    found, (*_, left) = _newton(0.4, [0.4, -0.2], [cubic(0.4), cubic(-0.2)], None)
     assert found == pytest.approx(cubic(0.4)) and left == pytest.approx(0.0, abs=1e-15)
 
 
@@ -67,3 +68,11 @@ def test_where_nothing_tells_there_is_none(base: Solved) -> None:
     assert preview(bare, [bare], changed(base.sensor, ["elastomer.thickness=0.0021"])) is None
     same = preview(base, [], base.sensor)
     np.testing.assert_allclose(same["L"], base.data["L"], rtol=1e-14)
+
+
+def test_terms_of_two_numbers_of_what_hangs_on_their_sum() -> None:
+    """Exact for a square and a cube of one combination; none where one of the numbers does nothing."""
+    for n in (2, 3):
+        for a, b in ((0.3, 0.2), (0.7, 0.0)):
+            one, other = ([np.zeros(1)] * n + [np.array([part**n])] for part in (a, b))
+            assert _of_both(one, other) == pytest.approx((a + b) ** n - a**n - b**n)

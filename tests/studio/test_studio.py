@@ -14,13 +14,13 @@ import pytest
 
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.scene.sensor import changed, load_sensor
-from sits_mech.studio.solver import grid_of
+from sits_mech.studio.questions import grid_of
 from tests.conftest import CHROMIUM, Browser
 
 pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no browser: needs chromium (Debian: apt-get install chromium)")
 MODELS = ("--mechanics", "linear", "--magnetics", "planar", "--tolerance", "0.05")
 CHIP = '(document.querySelector("[role=status]")?.textContent ?? "")'
-IN_FRAME = 'document.querySelector("#sits-frames iframe.shown").contentDocument'
+IN_FRAME = 'document.querySelector("#sits-frames iframe.shown")?.contentDocument'
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def until(browser: Browser, script: str, seconds: float = 30.0) -> Any:
         if found:
             return found
         time.sleep(0.05)
-    raise AssertionError(f"{script}: {browser.run('document.body.innerText')}")
+    raise AssertionError(f"{script}: {browser.run(f'[document.body, {IN_FRAME}?.body].map(n => n?.innerText)')}")
 
 
 def slid(browser: Browser, label: str, share: float) -> None:
@@ -79,32 +79,81 @@ def test_a_slider_is_previewed_then_solved(page: Browser) -> None:
     """First dashed with what is left open, then the digits of `calibrate`; what was seen is there at once."""
     most = [float(page.run(f'document.querySelector("[aria-label=\\"largest {name} [N]\\"]").value'))
             for name in ("F_x", "F_z")]
-    for share in (0.4, 0.5):  # the first one brings slopes
+    number = "document.querySelector('.sits-number').textContent"
+    for share, words in ((0.4, "2.2 mm"), (0.5, "2.5 mm")):  # the first one brings slopes
         slid(page, "pad thickness", share)
-        until(page, f"{CHIP}.startsWith('preview') || {CHIP} === 'solved'")
+        until(page, f"{number} === '{words}'")
         until(page, f"{CHIP} === 'solved'")
-        time.sleep(1.0)
-    shown = until(page, f'{IN_FRAME}.getElementById("v-L_v_percent").textContent')
-    thickness = float(page.run('document.querySelector(".sits-number").textContent.split(" ")[0]')) * 1e-3
+    thickness = 2.5e-3
     sensor = changed(load_sensor("biorob2018-w15"), [f"elastomer.thickness={thickness!r}"])
     loads = {name: grid_of(name, value) for name, value in zip(("F_x", "F_z"), most, strict=True)}
     data = calibrate(sensor, **loads, mechanics="linear", magnetics="planar", tolerance=0.05)
-    assert float(shown.split()[0]) == pytest.approx(float(data["L_v_percent"][3, 3]), rel=2e-5)
+    value = float(data["L_v_percent"][3, 3])
+    until(page, f'Math.abs(parseFloat({IN_FRAME}.getElementById("v-L_v_percent").textContent) - {value}) < 1e-3')
     slid(page, "pad thickness", 0.4)
-    until(page, f"{CHIP} === 'solved'", 2.0)
+    until(page, f"{number} === '2.2 mm' && {CHIP} === 'solved'", 5.0)
+
+
+def pressed(browser: Browser, words: str, kind: str = "button") -> None:
+    """Press the first button, or open the part, of some words."""
+    browser.run(f'[...document.querySelectorAll("{kind}")].find(n => n.innerText.trim().startsWith("{words}")).click()')
+
+
+def test_keys_move_a_slider_and_a_solve_is_stopped(page: Browser) -> None:
+    """By the keyboard alone; stopped, nothing is solved until it is asked for."""
+    number = "[...document.querySelectorAll('.sits-number')].map(n => n.innerText).join()"
+    before = page.run(number)
+    page.run("document.querySelector('[aria-label=\"target width\"] [tabindex]').focus()")
+    page.press("ArrowRight", 8)
+    until(page, f"{number} !== '{before}'")
+    pressed(page, "stop")
+    until(page, f"{CHIP}.endsWith(', stopped')")
+    time.sleep(1.0)
+    assert page.run(CHIP).endswith(", stopped")
+    pressed(page, "solve")
+    until(page, f"{CHIP} === 'solved'")
+
+
+def test_required_and_found(page: Browser) -> None:
+    """Limits beside figures and as lines over the curves; a search shows its designs, and opens what it found."""
+    pressed(page, "required", ".q-item")
+    area = "[...document.querySelectorAll('.sits-text textarea')].at(-1)"
+    until(page, f"{area}?.value.includes('[require]')")
+    text = (
+        '[loads]\\nF_z = ["0 N", "1 N"]\\n[vary]\\n"elastomer.thickness" = ["2 mm", "2.5 mm"]\\n'
+        '[require]\\nheight = "2.5 mm"\\n'
+    )
+    page.run(f"(t => {{t.value = `{text}`; t.dispatchEvent(new Event('input'))}})({area})")
+    time.sleep(0.3)
+    pressed(page, "find")
+    until(page, "document.querySelector('.sits-search').innerText.includes('every limit holds')")
+    until(page, f"!!{IN_FRAME}.querySelector('.sits-asked.solved')")
+    assert "at most 2.5 mm" in page.run(f"{IN_FRAME}.querySelector('.sits-asked').innerText")
+    assert page.run(f"{IN_FRAME}.querySelectorAll('.asked').length") >= 3
+    page.run("document.querySelector('.sits-search button').click()")
+    until(page, "document.querySelector('.sits-number').textContent === '2 mm'")
 
 
 @pytest.mark.slow
 def test_wrong_input_is_said_and_nothing_lost(page: Browser) -> None:
-    """The message of the command line; the last table stays."""
-    page.run('[...document.querySelectorAll(".q-expansion-item__container .q-item")][1].click()')
+    """The message of the command line, at the field where it was typed; the last table stays."""
+    pressed(page, "all keys", ".q-item")
+    until(page, "[...document.querySelectorAll('.sits-part .q-item')].length > 3")
+    pressed(page, "target", ".sits-part .q-item")
+    field = "document.querySelector('.sits-part input[aria-label=\"thickness\"]')"
+    until(page, f"{field}?.offsetHeight > 0")
+    page.run(f"(t => {{t.focus(); t.select()}})({field})")
+    page.ask("Input.insertText", text="-1")
+    page.press("Tab")
+    assert "must be a length" in until(page, "document.querySelector('.q-field--error')?.innerText")
+    pressed(page, "scene file", ".q-item")
     until(page, "document.querySelector('.sits-text textarea')?.offsetHeight > 0")
     page.run(
         '(t => {t.value = t.value.replace("thickness = 0.0002", "thickness = -1.0");'
         't.dispatchEvent(new Event("input"))})(document.querySelector(".sits-text textarea"))'
     )
     time.sleep(0.3)
-    page.run('[...document.querySelectorAll("button")].find(b => b.innerText.toLowerCase() === "take over").click()')
+    pressed(page, "take over")
     assert "target.thickness: must be a length" in until(page, "document.querySelector('.sits-wrong').textContent")
     assert page.run(f"{IN_FRAME}.getElementById('v-L_v_percent').textContent")
 

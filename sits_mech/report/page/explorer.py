@@ -10,7 +10,8 @@ from __future__ import annotations
 import html
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib import resources
 from string import Template
 from typing import Any
@@ -77,14 +78,26 @@ _MARKUP = """<p class="hint">Move the load: what the coils show, and where the t
 Record = dict[str, Any]
 
 
-def explorer(sensor: Sensor, data: xr.Dataset, read: Readings) -> tuple[str, str]:
+@dataclass(frozen=True)
+class Asked:
+    """What is required, as lines over the explorer, and what it is required of."""
+
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of components of the load [N, N m]
+    height: float | None = None  # of the highest place that is allowed, from the coils' top [m]
+    items: Sequence[Record] = ()  # as of `items_of`, with values (*loads) and a limit, each along a component
+
+
+def explorer(sensor: Sensor, data: xr.Dataset, read: Readings, asked: Asked | None = None) -> tuple[str, str]:
     """Return the explorer's section and script; the table must vary at least one component of the load."""
-    items = items_of(sensor, data, read)
-    curves = charts(data, items)
+    asked = asked or Asked()
+    items = [*items_of(sensor, data, read), *(_item(each) for each in asked.items)]
+    data = data.assign({each["name"]: (varied(data), each["values"]) for each in asked.items})
+    curves = charts(data, items, asked)
     small = sum(1 + ("error" in item) for item in items) * data["status"].size <= _MOST
     hint = "" if small else " This table is large: it stands here with six digits and without errors."
     markup = Template(_MARKUP).substitute(sliders=sliders(data), cards=cards(items), figures=figures(curves), hint=hint)
-    record = table(sensor, data, read, items, small=small) | {"charts": curves}
+    record = table(sensor, data, read, items, small=small) | {"charts": curves, "asked": dict(asked.ranges)}
+    record["most_high"] = None if asked.height is None else _MM * asked.height
     return markup, script_of(record, [page_file(f"{name}.js") for name in ("table", "scene", "charts", "page")])
 
 
@@ -147,15 +160,24 @@ def sliders(data: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def charts(data: xr.Dataset, items: list[Record]) -> list[Record]:
+def _item(asked: Record) -> Record:
+    """Return the item of what is required."""
+    return {name: value for name, value in asked.items() if name not in ("values", "along", "limit")}
+
+
+def charts(data: xr.Dataset, items: list[Record], asked: Asked) -> list[Record]:
     """Return the curves that are drawn: each signal against the force that it answers, at several values of another."""
-    varies = several(data)
+    varies, limits = several(data), {each["name"]: each for each in asked.items}
     own, found = {signal: force for force, signal in signals_of(data).items()}, []
+    own |= {name: each["along"] for name, each in limits.items()}
     for item in items:
-        along = own.get(item["name"])
+        along, name = own.get(item["name"]), item["name"]
         if along in varies:
             family = next((name for name in ("F_z", "F_x", *varies) if name in varies and name != along), None)
-            found.append({"name": item["name"], "label": item["label"], "along": along, "family": family})
+            words = (item["label"], item["unit"]) if name in limits else (name.removesuffix("_percent"), "% of L0")
+            curve = {"name": name, "label": item["label"], "along": along, "family": family}
+            limit = {"limit": limits[name]["limit"]} if name in limits else {}
+            found.append(curve | {"axis": "{} [{}]".format(*words)} | limit)
     return found
 
 

@@ -95,11 +95,12 @@ function sectionView() {
   const svg = byId("stage"), deep = Math.max(...scene.coils.map((coil) => coil.thickness / 2 - Math.min(...coil.heights)));
   const width = Math.max(...(scene.pad ? scene.pad.loops.flat().map((p) => Math.hypot(...p)) : [0])), flat = !place.has("F_y") && !place.has("M_x");
   const reach = Math.max(scene.pad ? (flat ? reaches(scene.pad.loops)[0] : width) * 1.12 : 0, ...scene.coils.map((coil) => Math.abs(coil.centre[0]) + outer(coil)), ...(scene.target ? reaches(scene.target.loops) : [])) + 0.3;
-  const thick = scene.target ? scene.target.thickness : 0, top = scene.rest + thick + 2.4, bend = scene.substrate ? reach * reach / scene.substrate / 2 : 0;
+  const thick = scene.target ? scene.target.thickness : 0, top = Math.max(scene.rest + thick + 2.4, (data.most_high ?? 0) + 0.3), bend = scene.substrate ? reach * reach / scene.substrate / 2 : 0;
   const view = { x: -reach, y: -top, width: 2 * reach, height: top + deep + 0.5 + bend };
   svg.setAttribute("viewBox", [view.x, view.y, view.width, view.height].join(" "));
   svgNode("rect", { x: view.x, y: 0, width: view.width, height: view.y + view.height, fill: "#d9e6dd" }, svg);
   svgNode("line", { x1: view.x, x2: -view.x, y1: 0, y2: 0, stroke: "#9db3a6", "stroke-width": 0.03 }, svg);
+  if (data.most_high !== null) svgNode("line", { x1: view.x, x2: -view.x, y1: -data.most_high, y2: -data.most_high, stroke: INK.out, "stroke-width": 0.06, "stroke-dasharray": "0.3 0.2", class: "asked" }, svg);
   const bars = svgNode("g", {}, svg), layer = svgNode("path", { fill: INK.pad, stroke: INK.padRim, "stroke-width": 0.04, opacity: 0.92 }, svg);
   const ghost = svgNode("path", { fill: "none", stroke: INK.ghost, "stroke-width": 0.05, "stroke-dasharray": "0.18 0.14" }, svg);
   const plate = svgNode("path", { fill: INK.copper, stroke: INK.rim, "stroke-width": 0.04, id: "plate" }, svg), arrow = arrowNodes(svg);

@@ -1,0 +1,159 @@
+"""What is required of a scene: its figures beside their limits, as rows and as lines over the explorer."""
+
+from __future__ import annotations
+
+import html
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.quantities import Array
+from sits_mech.readout.loads import varied
+from sits_mech.report.page.explorer import Asked
+from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.synthesis.answer import TITLES, Figure, Share, figures_of, made_share, unit_of
+from sits_mech.synthesis.answered import Answered, Task
+from sits_mech.synthesis.glance import at_a_glance
+from sits_mech.synthesis.requirements import LEAST, Requirements, requirements_of
+from sits_mech.synthesis.space import size_of
+
+_WIDEST = 1.5  # of a limit: what a bar is cut at
+_ROW = '<tr class="{kind}"><td>{name}</td><td>{value}</td><td>{limit}</td><td>{bar}</td><td>{holds}</td></tr>'
+_BAR = (
+    '<svg viewBox="0 0 150 12" width="150" height="12" role="img" aria-label="{words}"><rect y="2" width="{size:.1f}" '
+    'height="8" fill="{colour}"/><line x1="{low:.1f}" x2="{high:.1f}" y1="6" y2="6" stroke="#16213a"/>'
+    '<line x1="100" x2="100" y1="0" y2="12" stroke="#c0392b" stroke-width="2"/></svg>'
+)
+_COLOURS = {"yes": "#2f9e6e", "no": "#c0392b"}
+
+
+def read_asked(text: str, sensor: Sensor) -> Requirements:
+    """Return the requirements of a file's text for the scene that is shown; SceneError for anything wrong."""
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"requirements: must be TOML; got: {error}") from None
+    return requirements_of({key: part for key, part in table.items() if key != "scene"}, sensor=sensor)
+
+
+def first_words(most: Mapping[str, float], sensor: Sensor) -> str:
+    """Return requirements to begin with, as text: loads that are shown, a pad from half to twice of its thickness."""
+    ends = ((name, 0.0 if name == "F_z" else -size, size) for name, size in most.items())
+    loads = "".join(f'{name} = ["{low:g} N", "{high:g} N"]\n' for name, low, high in ends)
+    thick = 0.0 if sensor.elastomer is None else 1e3 * sensor.elastomer.thickness
+    each = ", ".join(f'{name} = "{{}}"' for name in most)
+    resolution, error = each.replace("{}", "10 mN"), each.replace("{}", "5 %")
+    return (
+        f"[loads]\n{loads}[vary]\n"
+        f'"elastomer.thickness" = {{ from = "{0.5 * thick:.3g} mm", to = "{2.0 * thick:.3g} mm" }}\n'
+        f'[require]\nresolution = {{ {resolution} }}\nerror = {{ {error} }}\n'
+        f'height = "{2e3 * size_of(sensor)["height"]:.2g} mm"\n'
+        '[tolerance]\n"elastomer.thickness" = "0.05 mm"\nmodulus = "5 %"\n[goal]\nminimise = "error.F_z"\n'
+    )
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A scene's figures, by a table alone (no error by tolerances, drift, strain) or solved as `design` does."""
+
+    solved: bool
+    asked: Requirements
+    task: Task
+    found: Answered
+
+    @property
+    def rows(self) -> tuple[Figure, ...]:
+        """The figures with their limits, those that have one first."""
+        rows = [each for each in figures_of(self.task, self.found) if self.solved or not each.name.startswith("error.")]
+        return tuple(sorted(rows, key=lambda each: each.limit is None))
+
+    @property
+    def share(self) -> Share:
+        """The share of the sensors made that hold every limit."""
+        return made_share(self.task, self.found)
+
+
+def glanced(asked: Requirements, sensor: Sensor, data: xr.Dataset, like: Judged | None = None) -> Judged | None:
+    """Return the figures that a table tells, of a preview by those of its base; None where they cannot be told."""
+    try:
+        return Judged(False, asked, *at_a_glance(asked, sensor, data, None if like is None else like.found))
+    except (ValueError, ArithmeticError):
+        return None
+
+
+def lines(judged: Judged, sensor: Sensor, data: xr.Dataset) -> Asked:
+    """Return the requirements as lines over the explorer of a table."""
+    asked, own = judged.asked, size_of(sensor)
+    top = 0.0 if sensor.elastomer is None else sensor.elastomer.standoff + sensor.elastomer.thickness
+    top += 0.0 if sensor.target is None else sensor.target.thickness
+    height = asked.limits.get("height")
+    return Asked(asked.loads, None if height is None else top - own["height"] + height, _curves(judged, data))
+
+
+def _curves(judged: Judged, data: xr.Dataset) -> list[dict[str, Any]]:
+    """Return resolution and error over the loads of a table, those that have a limit."""
+    table, judge, names = judged.found.table, judged.task.judge, varied(data)
+    order, found = judge.operator.loads.names, list[dict[str, Any]]()
+    if table is None or not set(order) <= set(names):
+        return []
+    grid = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)
+    points = grid.reshape(-1, len(names))[:, [names.index(name) for name in order]]
+    low, high = np.array([axis[[0, -1]] for axis in judge.operator.loads.axes]).T
+    inside = np.all((points >= low - 1e-9) & (points <= high + 1e-9), axis=1)
+    resolution, error = judge.over_loads(table, points)
+    each = {"resolution": resolution} | ({"error": error / judge.operator.loads.span} if judged.solved else {})
+    for kind, values in each.items():
+        for k, name in enumerate(order):
+            limit = judged.asked.limits.get(f"{kind}.{name}")
+            if limit is not None:
+                own = np.where(inside, values[:, k], np.nan).reshape(grid.shape[:-1])
+                found.append(_item(f"{kind}.{name}", name, own, limit))
+    return found
+
+
+def _item(figure: str, along: str, values: Array, limit: float) -> dict[str, Any]:
+    """Return a curve of the explorer."""
+    unit, scale = unit_of(figure)
+    kind = figure.partition(".")[0]
+    return {
+        "name": figure.replace(".", "_"), "label": f"{kind} of {along}", "scale": scale, "digits": 3, "unit": unit,
+        "values": values, "along": along, "limit": limit,
+    }
+
+
+def rows_html(judged: Judged) -> str:
+    """Return the figures as a table: value with error, limit, a bar whose line is the limit, whether it holds."""
+    rows, share, least = [_row(each, judged.solved) for each in judged.rows], np.nan, judged.asked.least_yield
+    if judged.solved:
+        share = judged.share.value
+    if np.isfinite(share):
+        held, (now, limit) = "yes" if share >= least else "no", (f"{100.0 * each:.3g} %" for each in (share, least))
+        name = "sensors that hold all"
+        rows.append(_ROW.format(kind=held, name=name, value=now, limit=f"at least {limit}", bar="", holds=held))
+    if judged.found.reason:
+        rows.append(f'<tr class="no"><td colspan="5">{html.escape(judged.found.reason)}</td></tr>')
+    head = "<tr><th>figure</th><th>now</th><th>limit</th><th></th><th>holds</th></tr>"
+    return f'<table class="sits-asked {"solved" if judged.solved else "preview"}">{head}{"".join(rows)}</table>'
+
+
+def _row(each: Figure, solved: bool) -> str:
+    """Return the row of a figure."""
+    least = each.name in LEAST
+    value, unit = f"{each.value:.3g}", f" {each.unit}" if each.unit else ""
+    value += f" ± {each.error:.2g}{unit}" if np.isfinite(each.error) and each.error > 0.0 else unit
+    name = html.escape(TITLES.get(each.name) or each.name.replace(".", " of "))
+    if each.limit is None:
+        return _ROW.format(kind="", name=name, value=value, limit="", bar="", holds="")
+    size, error = each.value / each.limit, (each.error if np.isfinite(each.error) else 0.0) / each.limit
+    ends = [100.0 * min(max(share, 0.0), _WIDEST) for share in (size, size - error, size + error)]
+    colour = _COLOURS.get(each.holds, "#f5a623") if solved else "#f5a623"
+    spare = 100.0 * ((size - 1.0) if least else (1.0 - size))
+    said = f"{100.0 * size:.3g} % of the limit"
+    bar = _BAR.format(size=ends[0], low=ends[1], high=ends[2], colour=colour, words=said)
+    limit = f"{'at least' if least else 'at most'} {each.limit:.3g}{unit}"
+    words = each.holds if each.holds not in _COLOURS else f"{each.holds}, {spare:+.0f} %"
+    return _ROW.format(kind=each.holds, name=name, value=value, limit=limit, bar=bar, holds=words)

@@ -1,0 +1,157 @@
+"""What the studio asks its solving process: loads that a pad bears, tables, their slopes, figures of merit, searches.
+
+Tables and slopes are kept between runs where the command line keeps what it prepares (disk_cache.py).
+"""
+
+from __future__ import annotations
+
+import io
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.disk_cache import kept
+from sits_mech.scene.sensor import Sensor, scene_hash
+from sits_mech.synthesis.requirements import Requirements
+
+_ACROSS = 5
+_ROOMS = ("chain", "geometry", "magnetics", "maps", "mechanics", "meshing", "readout", "scene", "silicone")
+Told = Callable[..., None]
+"""Called with how far an answer is: done, of how many, and where there are some, words."""
+
+
+@dataclass(frozen=True)
+class Question(ABC):
+    """A scene under loads, by models: mechanical and magnetic one, tolerance of the signals."""
+
+    sensor: Sensor
+    loads: tuple[tuple[str, tuple[float, ...]], ...]
+    models: tuple[str, str, float]
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What tells it from others."""
+        return type(self).__name__, scene_hash(self.sensor), self.loads, self.models, *self._more
+
+    @property
+    def _more(self) -> tuple[Any, ...]:
+        """What else tells it from others of its kind."""
+        return ()
+
+    @property
+    def _options(self) -> dict[str, Any]:
+        """The models as arguments."""
+        return dict(zip(("mechanics", "magnetics", "tolerance"), self.models, strict=True))
+
+    @abstractmethod
+    def answer(self, told: Told) -> Any:
+        """Return the answer."""
+
+
+class Borne(Question):
+    """Which of the loads that `calibrate` takes by default does the pad bear? Of no loads; answers with a grid."""
+
+    def answer(self, told: Told) -> tuple[tuple[str, tuple[float, ...]], ...]:
+        """Return the grid."""
+        from sits_mech.analysis.envelope import borne_share
+        from sits_mech.chain.request import usual_loads
+        from sits_mech.quantities import Wrench
+
+        most = usual_loads(self.sensor)
+        share = borne_share(self.sensor, Wrench(**most), self.models[0])
+        return tuple((name, grid_of(name, share * size)) for name, size in most.items())
+
+
+class Table(Question):
+    """What does the sensor show?"""
+
+    def answer(self, told: Told) -> xr.Dataset:
+        """Return the table of `calibrate`."""
+        from sits_mech.chain.calibrate import calibrate
+
+        axes: dict[str, Any] = {name: list(values) for name, values in self.loads}
+        return _kept(self, lambda: calibrate(self.sensor, **axes, **self._options, progress=told))
+
+
+@dataclass(frozen=True)
+class Slopes(Question):
+    """How does that change with numbers of the scene?"""
+
+    numbers: tuple[str, ...]
+
+    @property
+    def _more(self) -> tuple[Any, ...]:
+        """The numbers."""
+        return self.numbers
+
+    def answer(self, told: Told) -> xr.Dataset:
+        """Return the derivatives."""
+        from sits_mech.chain.gradient_grid import gradient_on_grid
+
+        return _kept(self, lambda: gradient_on_grid(self.sensor, self.numbers, dict(self.loads), **self._options))
+
+
+@dataclass(frozen=True)
+class Figures(Question):
+    """What are its figures of merit, by the loads of requirements?"""
+
+    asked: Requirements
+
+    @property
+    def _more(self) -> tuple[Any, ...]:
+        """What is required, of whatever scene."""
+        asked = self.asked
+        return str((asked.loads, asked.overload, asked.limits, asked.tolerance, asked.goal, asked.least_yield)),
+
+    def answer(self, told: Told) -> Any:
+        """Return task and answer, as `design` solves one of its designs."""
+        from sits_mech.scene.sensor import scene_text
+        from sits_mech.synthesis.solve import Solver
+        from sits_mech.synthesis.space import Design, Space
+
+        asked = replace(self.asked, scene=scene_text(self.sensor), space=Space(self.sensor, (), {}))
+        solver = Solver(asked, self.models[2])
+        return solver.task, solver.answered(Design((), ()))
+
+
+@dataclass(frozen=True)
+class Search(Question):
+    """Which sensor holds requirements best? What was solved stands in a folder, for when it is stopped."""
+
+    asked: Requirements
+    folder: Path
+
+    @property
+    def _more(self) -> tuple[Any, ...]:
+        """The requirements."""
+        return self.asked.identity,
+
+    def answer(self, told: Told) -> Any:
+        """Return the answer of `design`."""
+        from sits_mech.synthesis.run import design
+
+        return design(self.asked, folder=self.folder, told=told)
+
+
+def grid_of(name: str, most: float) -> tuple[float, ...]:
+    """Return the values of a force up to its largest: shear to both sides."""
+    return tuple(np.linspace(0.0 if name == "F_z" else -most, most, _ACROSS).tolist())
+
+
+def _kept(question: Question, make: Callable[[], xr.Dataset]) -> xr.Dataset:
+    """Return a dataset that was made before, or make and keep it."""
+
+    def pack(data: xr.Dataset) -> Mapping[str, Any]:
+        """Return it as the bytes of its file."""
+        return {"table": np.frombuffer(data.to_netcdf(engine="h5netcdf"), dtype=np.uint8)}
+
+    def unpack(arrays: Mapping[str, Any]) -> xr.Dataset:
+        """Return it from them."""
+        return xr.load_dataset(io.BytesIO(arrays["table"].tobytes()), engine="h5netcdf")
+
+    return kept(("studio", question.key), make, pack, unpack, _ROOMS)

@@ -1,0 +1,41 @@
+"""Judge a sensor by a table that is there: figures without tolerances, overload and derivatives."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.analysis.bench import own_inductances
+from sits_mech.readout.loads import several, varied
+from sits_mech.scene.sensor import Sensor
+from sits_mech.synthesis.answered import Answered, Task
+from sits_mech.synthesis.figures import Judge, Loads, Operator, Table
+from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.solve import Solver, errors_of
+from sits_mech.synthesis.space import Design, size_of
+
+
+def at_a_glance(
+    asked: Requirements, sensor: Sensor, data: xr.Dataset, like: Answered | None = None
+) -> tuple[Task, Answered]:
+    """Return what a table over any grid of loads tells of a sensor's figures, without tolerances and overload.
+
+    The task is that of the limits, figures are of the table's loads. Noise and rate are those of a sensor that is
+    `like` it, where one is given, and errors are left out. Raises ValueError where a load has no result.
+    """
+    loads = Loads(several(data), tuple(data[name].to_numpy() for name in several(data)))
+    L = own_inductances(sensor, data)["L"].transpose(*varied(data), "coil").to_numpy().reshape(-1, len(sensor.coils))
+    if not np.isfinite(L).all():
+        raise ValueError("loads: every one must have a result for figures of merit")
+    solver = Solver(asked, float(json.loads(data.attrs["request"])["tolerance"]))
+    if like is None or like.table is None:
+        noise, rate = solver.converter(sensor, data)
+        known = errors_of(sensor, data, noise)
+    else:
+        noise, rate, known = like.table.noise, like.plain["rate"], {}
+    none = np.zeros((0, *L.shape))
+    task = Task(Judge(Operator(loads), np.zeros(0), asked.limits, asked.least_yield), asked.limits, asked.goal)
+    plain = size_of(sensor) | {"rate": rate}
+    return task, Answered(Design((), ()), "", Table(L, none, noise), none, plain, {}, known)

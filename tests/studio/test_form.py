@@ -1,0 +1,16 @@
+"""The fields of the form, by the scene's schema; their elements are tested in a browser (test_studio.py)."""
+
+from sits_mech.scene.sensor import load_sensor
+from sits_mech.studio.form import entry
+from sits_mech.studio.previews import numbers_of
+
+
+def test_every_key_of_a_scene_is_described() -> None:
+    """Units, choices, bounds and meaning; nothing of a key that the schema does not know."""
+    thickness, shape = entry("elastomer.thickness"), entry("elastomer.shape")
+    assert thickness["x-unit"] == "m" and thickness["minimum"] == 1e-9 and "z" in thickness["description"]
+    assert shape["enum"] == ["box", "cylinder", "pillars"] and entry("coils.1.turns")["type"] == "integer"
+    assert "ecoflex-00-30" in entry("elastomer.material")["enum"] and entry("elastomer.nothing") == {}
+    for name in ("biorob2018-w15", "triaxial-4"):
+        for key in numbers_of(load_sensor(name)):
+            assert entry(key), key
