@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from sits_mech.analysis.bench import sensor_calibration
     from sits_mech.analysis.envelope import envelope
     from sits_mech.analysis.spectrum import spectrum
+    from sits_mech.batch.run import open_sweep
     from sits_mech.cases import sweep
     from sits_mech.chain.calibrate import calibrate
     from sits_mech.chain.gradient import gradient
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
-    "crosstalk", "design", "envelope", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan",
-    "save_sensor", "sensitivity", "sensor_calibration", "show", "simulate", "slopes", "spectrum", "sweep",
+    "crosstalk", "design", "envelope", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "open_sweep",
+    "plan", "save_sensor", "sensitivity", "sensor_calibration", "show", "simulate", "slopes", "spectrum", "sweep",
 ]
 
 _HOMES = {
@@ -46,6 +47,7 @@ _HOMES = {
     "report.shown": ("show",),
     "scene.sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
     "analysis.spectrum": ("spectrum",),
+    "batch.run": ("open_sweep",),
     "cases": ("sweep",),
 }
 

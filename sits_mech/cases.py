@@ -1,38 +1,38 @@
 """Call a function over a grid: one labelled table, in which a case that fails is a row with status and reason.
 
 The grid is the product of its names' values, or takes them side by side. The function may be any callable; the executor
-may be any of `concurrent.futures` or what behaves like one. Finished points are kept on disk, one file per point, so
-that a run that was stopped goes on where it was.
+may be any of `concurrent.futures` or what behaves like one. Finished points are kept on disk (store.py), so that a run
+that was stopped goes on where it was. The table is filled as points are finished: no row stays in memory.
 """
 
 from __future__ import annotations
 
-import hashlib
 import itertools
-import json
 import math
+import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
-from contextlib import closing
+from contextlib import closing, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from sits_mech.quantities import SolveFailed, as_jsonable
-from sits_mech.scene.files import replaced, write_text
-from sits_mech.status import FAILED, OK, WORDS
+from sits_mech.quantities import Array, SolveFailed
+from sits_mech.scene.files import replaced
+from sits_mech.status import FAILED, OK, UNFINISHED
+from sits_mech.store import Cases, Row, case_name, opened
 from sits_mech.units import SceneError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Row = dict[str, Any]
 Progress = Callable[[int, int], None]
 Combine = Literal["product", "zip"]
-_CHECKSUM = "sha256"
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
+_FIRST, _APART = 10.0, 50.0  # seconds to the first snapshot; then as many times what it took, so that all take 2 %
 
 
 def sweep(
@@ -44,7 +44,9 @@ def sweep(
     chunk: int = 1,
     folder: Path | None = None,
     key: str | Callable[[Row], str] = "",
+    group: Callable[[Row], Hashable] | None = None,
     progress: Progress | None = None,
+    snapshot: Callable[[xr.Dataset], None] | None = None,
 ) -> xr.Dataset:
     """Call `function` at every point of a grid.
 
@@ -61,11 +63,16 @@ def sweep(
     chunk : int
         Points that go to the executor at once: many where a call is short.
     folder : Path, optional
-        Where finished points are kept, and looked for first.
+        Where finished points are kept, in ``cases.sqlite``, and looked for first; one run at a time has it.
     key : str, or callable
         Stands for everything besides the point that the result depends on, or gives for a point what stands for all.
+    group : callable, optional
+        Gives what a point's call prepares; points with the same are called one after the other, most of them first.
     progress : callable, optional
         Called with the number of finished points and of all.
+    snapshot : callable, optional
+        Called now and then, for at most some 2 % of the time, with the table so far; "unfinished" is the ``status`` of
+        the points that are still to come.
 
     Returns
     -------
@@ -76,7 +83,7 @@ def sweep(
     Raises
     ------
     ValueError
-        When zipped values are not equally many.
+        When zipped values are not equally many, or the folder cannot be written or is another run's.
 
     Examples
     --------
@@ -84,15 +91,23 @@ def sweep(
     >>> table["area"].values.tolist()
     [[3.0, 4.0], [6.0, 8.0]]
     """
-    points = grid_points(grid, combine)
-    names = [(key, point) if isinstance(key, str) else (key(point), {}) for point in points]
-    paths = [case_path(folder, *name) for name in names]
-    rows: dict[int, Row] = {}
-    for index, row in _rows(function, points, paths, executor, chunk):
-        rows[index] = row
-        if progress is not None:
-            progress(len(rows), len(points))
-    return table(grid, [rows[index] for index in range(len(points))], combine)
+    points, columns = grid_points(grid, combine), Columns(grid, combine)
+    seldom = None if snapshot is None else _seldom(lambda: snapshot(columns.table()))
+    with nullcontext() if folder is None else opened(folder) as cases:
+        names = [] if cases is None else [_name(key, point) for point in points]
+        work = _Work(function, points, names, cases)
+        for done, (index, row) in enumerate(work.rows(executor, chunk, group), 1):
+            columns.put(index, row)
+            if progress is not None:
+                progress(done, len(points))
+            if seldom is not None:
+                seldom()
+    return columns.table()
+
+
+def _name(key: str | Callable[[Row], str], point: Row) -> str:
+    """Return the name that a point's row is kept under."""
+    return case_name(key, point) if isinstance(key, str) else case_name(key(point), {})
 
 
 def grid_points(grid: Mapping[str, Sequence[Any]], combine: Combine = "product") -> list[Row]:
@@ -106,34 +121,69 @@ def grid_points(grid: Mapping[str, Sequence[Any]], combine: Combine = "product")
     return [dict(zip(grid, values, strict=True)) for values in itertools.product(*grid.values())]
 
 
-def _rows(
-    function: Callable[..., Mapping[str, Any]],
-    points: Sequence[Row],
-    paths: Sequence[Path | None],
-    executor: Executor | None,
-    chunk: int,
-) -> Iterable[tuple[int, Row]]:
-    """Yield number and row of each point as it is finished, those on disk first."""
-    missing = []
-    for index, path in enumerate(paths):
-        row = read_case(path)
-        if row is None:
-            missing.append(index)
-        else:
-            yield index, row
-    if executor is None:
+@dataclass(frozen=True)
+class _Work:
+    """Points to call a function at, with the names under which their rows are kept."""
+
+    function: Callable[..., Mapping[str, Any]]
+    points: Sequence[Row]
+    names: Sequence[str]  # none where nothing is kept
+    cases: Cases | None
+
+    def rows(
+        self, executor: Executor | None, chunk: int, group: Callable[[Row], Hashable] | None
+    ) -> Iterable[tuple[int, Row]]:
+        """Yield number and row of each point as it is finished, those that are kept first."""
+        missing = []
+        for index in range(len(self.points)):
+            row = self.cases.get(self.names[index]) if self.cases is not None else None
+            if row is None:
+                missing.append(index)
+            else:
+                yield index, row
+        parts = list(self._parts(missing, chunk, group))
+        if executor is None:
+            for index in itertools.chain.from_iterable(parts):
+                yield from self._kept([index], _attempts(self.function, [self.points[index]]))
+            return
+        futures = {executor.submit(_attempts, self.function, [self.points[i] for i in part]): part for part in parts}
+        try:
+            for future in as_completed(futures):
+                yield from self._kept(futures.pop(future), future.result())
+        finally:
+            for future in futures:
+                future.cancel()
+
+    def _kept(self, part: Sequence[int], rows: Sequence[Row]) -> Iterable[tuple[int, Row]]:
+        """Keep rows, and yield them with their points' numbers."""
+        found = list(zip(part, rows, strict=True))
+        if self.cases is not None:
+            self.cases.put([(self.names[index], row) for index, row in found])
+        return found
+
+    def _parts(
+        self, missing: Sequence[int], chunk: int, group: Callable[[Row], Hashable] | None
+    ) -> Iterable[Sequence[int]]:
+        """Yield the numbers of points that are called at once: largest groups first, none of two groups."""
+        groups = dict[Hashable, list[int]]()
         for index in missing:
-            yield index, finish(paths[index], attempt(function, points[index]))
-        return
-    parts = [missing[first : first + chunk] for first in range(0, len(missing), chunk)]
-    futures = {executor.submit(_attempts, function, [points[i] for i in part]): part for part in parts}
-    try:
-        for future in as_completed(futures):
-            for index, row in zip(futures[future], future.result(), strict=True):
-                yield index, finish(paths[index], row)
-    finally:
-        for future in futures:
-            future.cancel()
+            groups.setdefault(None if group is None else group(self.points[index]), []).append(index)
+        for own in sorted(groups.values(), key=len, reverse=True):
+            yield from (own[first : first + chunk] for first in range(0, len(own), chunk))
+
+
+def _seldom(act: Callable[[], None]) -> Callable[[], None]:
+    """Return a function that acts when first called after `_FIRST`, then once in `_APART` times what that took."""
+    due = time.monotonic() + _FIRST
+
+    def acted() -> None:
+        nonlocal due
+        began = time.monotonic()
+        if began >= due:
+            act()
+            due = time.monotonic() + _APART * (time.monotonic() - began)
+
+    return acted
 
 
 def _attempts(function: Callable[..., Mapping[str, Any]], points: Sequence[Row]) -> list[Row]:
@@ -157,69 +207,68 @@ def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]
     return row | {"seconds": time.perf_counter() - began}
 
 
-def case_path(folder: Path | None, key: str, point: Mapping[str, Any]) -> Path | None:
-    """Return the file of a point under `folder`, named by a hash of `key` and the point; None without a folder."""
-    if folder is None:
-        return None
-    text = json.dumps([key, as_jsonable(dict(point))], sort_keys=True, default=str)
-    return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:24]}.json"
-
-
-def read_case(path: Path | None) -> Row | None:
-    """Return the row kept in `path`, or None when there is none as it was written: one that was edited is none."""
-    if path is None or not path.exists():
-        return None
-    try:
-        row = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return None
-    if not isinstance(row, dict) or row.pop(_CHECKSUM, None) != _checksum(row):
-        return None
-    return row if row.get("status") in WORDS else None
-
-
-def _checksum(row: Row) -> str:
-    """Return a hash of a row; numbers keep every digit in the text that it is of."""
-    return hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
-
-
-def finish(path: Path | None, row: Row) -> Row:
-    """Keep a row in `path`, unless another try may give a better one, and return it."""
-    if path is not None and row["lasting"]:
-        kept = as_jsonable(row)
-        write_text(path, json.dumps(kept | {_CHECKSUM: _checksum(kept)}))
-    return row
-
-
-def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row], combine: Combine = "product") -> xr.Dataset:
-    """Return rows in the order of `grid_points` as one labelled table, a variable for each name in any row.
+class Columns:
+    """A table that is filled row by row: a variable for each name in any row.
 
     NaN fills what a row lacks, and arrays that are shorter than another row's.
     """
-    import xarray as xr
 
-    zipped = combine == "zip"
-    dims = ("case",) if zipped else tuple(grid)
-    shape = (len(rows),) if zipped else tuple(len(values) for values in grid.values())
-    names = dict.fromkeys(name for row in rows for name in row if name != "lasting")
-    variables = {name: _column([row.get(name) for row in rows], dims, shape) for name in names}
-    return xr.Dataset(variables, {name: (dims if zipped else (name,), list(values)) for name, values in grid.items()})
+    def __init__(self, grid: Mapping[str, Sequence[Any]], combine: Combine = "product") -> None:
+        self._grid, self._zipped = grid, combine == "zip"
+        sizes = [len(values) for values in grid.values()]
+        self._shape = tuple(sizes[:1] if self._zipped else sizes)
+        self._count = math.prod(self._shape)
+        self._inner: dict[str, tuple[str, ...]] = {}  # each variable's own dimensions
+        self._values: dict[str, Array] = {}  # (points, *own sizes)
+        self._place: dict[str, tuple[int, int]] = {}  # in the first row that has it: the variables' order
 
+    def put(self, index: int, row: Mapping[str, Any]) -> None:
+        """Put a row in the place of its point."""
+        for place, (name, item) in enumerate(row.items()):
+            if item is None or name == "lasting":
+                continue
+            inner, value = item if isinstance(item, tuple | list) else ((), item)
+            if name not in self._values:
+                self._begin(name, (inner,) if isinstance(inner, str) else tuple(inner), value)
+            self._place[name] = min(self._place[name], (index, place))
+            values = self._values[name]
+            if values.ndim == 1:
+                values[index] = sys.intern(value) if isinstance(value, str) else value
+                continue
+            own = np.shape(value)
+            if any(size > here for size, here in zip(own, values.shape[1:], strict=True)):
+                values = self._wider(name, own)
+            values[index][tuple(map(slice, own))] = value
 
-def _column(items: list[Any], dims: tuple[str, ...], shape: tuple[int, ...]) -> tuple[tuple[str, ...], Any]:
-    """Return dimensions and array of one variable: a number or a text a row, or an array with its own dimensions."""
-    found = next(item for item in items if item is not None)
-    inner, value = found if isinstance(found, tuple | list) else ((), found)
-    inner = (inner,) if isinstance(inner, str) else tuple(inner)
-    shapes = [np.shape(item[1]) for item in items if item is not None] if inner else [np.shape(value)]
-    size, text = tuple(max(each) for each in zip(*shapes, strict=True)), np.asarray(value).dtype.kind in "UO"
-    values = np.full((len(items), *size), "" if text else math.nan, dtype=object if text else float)
-    for index, item in enumerate(items):
-        if item is not None:
-            own = item[1] if inner else item
-            place: Any = (index, *map(slice, np.shape(own)))
-            values[place] = own
-    return (*dims, *inner), values.reshape(*shape, *size)
+    def _begin(self, name: str, inner: tuple[str, ...], value: Any) -> None:
+        """Make an empty column for values such as one."""
+        text = np.asarray(value).dtype.kind in "UO"
+        fill = (UNFINISHED if name == "status" else "") if text else math.nan
+        size = np.shape(value) if inner else ()
+        self._values[name] = np.full((self._count, *size), fill, dtype=object if text else float)
+        self._inner[name], self._place[name] = inner, (self._count, 0)
+
+    def _wider(self, name: str, own: tuple[int, ...]) -> Array:
+        """Return a column, made wide enough for a value of a shape."""
+        old = self._values[name]
+        size = tuple(map(max, own, old.shape[1:]))
+        new = np.full((len(old), *size), "" if old.dtype == object else math.nan, dtype=old.dtype)
+        new[tuple(map(slice, old.shape))] = old
+        self._values[name] = new
+        return new
+
+    def table(self) -> xr.Dataset:
+        """Return what was put so far, in the order of `grid_points`; it shares its numbers with the columns."""
+        import xarray as xr
+
+        dims = ("case",) if self._zipped else tuple(self._grid)
+        names = sorted(self._values, key=self._place.__getitem__)
+        variables = {
+            name: ((*dims, *self._inner[name]), self._values[name].reshape(self._shape + self._values[name].shape[1:]))
+            for name in names
+        }
+        along = {name: (dims if self._zipped else (name,), list(values)) for name, values in self._grid.items()}
+        return xr.Dataset(variables, along)
 
 
 def save_table(dataset: xr.Dataset, path: Path) -> None:
@@ -233,7 +282,7 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
         dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 
 
-_DAMAGED = OSError, ValueError, LookupError, RuntimeError
+DAMAGED = OSError, ValueError, LookupError, RuntimeError
 """What HDF5 raises of files that are none, or damaged."""
 
 
@@ -244,11 +293,11 @@ def glance(path: Path) -> tuple[dict[str, Any], int]:
     try:
         with h5py.File(path) as file:
             return dict(file.attrs), int(file["status"].size) if "status" in file else 0
-    except _DAMAGED as error:
-        raise _no_table(path, error) from None
+    except DAMAGED as error:
+        raise no_table(path, error) from None
 
 
-def _no_table(path: Path, error: Exception) -> SceneError:
+def no_table(path: Path, error: Exception) -> SceneError:
     """Return the error for a file that is no table."""
     return SceneError(f"{path}: must be a table of this package; got: {' '.join(str(error).split())}")
 
@@ -259,5 +308,5 @@ def read_table(path: Path) -> xr.Dataset:
 
     try:
         return xr.load_dataset(path, engine="h5netcdf")
-    except _DAMAGED as error:
-        raise _no_table(path, error) from None
+    except DAMAGED as error:
+        raise no_table(path, error) from None

@@ -20,6 +20,8 @@ ANSWERED = WORDS[:4]
 """Of rows that hold an answer."""
 FINER = 0.1
 """Of what the last mesh changed of the stretch, what the next one changed: at most, of 9 loads of the catalogue."""
+UNFINISHED = "unfinished"
+"""Of cases that a table of a run that goes on, or was stopped, has no row of yet: neither an answer nor a failure."""
 OK, INTERPOLATED, ABOVE, BEYOND, NOT_CARRIED, FAILED = WORDS
 EXIT_DOUBTFUL, EXIT_NO_ANSWER = 4, 3
 

@@ -27,7 +27,6 @@ from common.outputs import study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.interpolate import LoadGrid, loads_of, poses_on_grid
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model, plan
@@ -39,6 +38,7 @@ from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
 from sits_mech.quantities import Bounded, Pose, Wrench
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.store import Row
 
 LONG = ("elastomer.length=0.5", "target.length=0.5")
 FERRITE = (

@@ -24,12 +24,12 @@ from common.outputs import study_arguments, write_rows
 from scipy.linalg import lu_factor
 from threadpoolctl import threadpool_limits
 
-from sits_mech.cases import Row
 from sits_mech.chain.models import MAGNETICS, MECHANICS
 from sits_mech.chain.prices.costs import COSTS
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.store import Row
 
 LONG = ("elastomer.length=0.5", "target.length=0.5")
 DISC = (

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from sits_mech.cases import glance, read_table, save_table, sweep
 from sits_mech.quantities import SolveFailed, SolveReport
+from sits_mech.store import opened
 from sits_mech.units import SceneError
 
 GRID = {"a": [1.0, 2.0, 3.0], "b": [10.0, 20.0]}
@@ -27,6 +29,12 @@ def root(a: float, b: float) -> dict[str, object]:
     if (a, b) == (3.0, 20.0):
         raise OSError("disk full")
     return {"c": math.sqrt(a - 1.5)}
+
+
+def kept(folder: Path) -> set[str]:
+    """Return the names of the points that are kept in a folder."""
+    with opened(folder) as cases:
+        return cases.names
 
 
 def test_values_stand_at_their_place() -> None:
@@ -68,7 +76,7 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         sweep(stopped, GRID, folder=tmp_path, key="k")
-    assert len(list(tmp_path.iterdir())) == 3
+    assert len(kept(tmp_path)) == 3 and os.listdir(tmp_path) == ["cases.sqlite"]
     found = sweep(stopped, GRID, folder=tmp_path, key="k")
     assert len(calls) == 4 + 3
     np.testing.assert_array_equal(found["both"], sweep(product, GRID)["both"])
@@ -79,21 +87,50 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
 def test_point_that_was_edited_is_solved_anew(tmp_path: Path) -> None:
     """A digit of a kept point is changed: the checksum no longer holds, and the table does not take it."""
     sweep(product, GRID, folder=tmp_path)
-    edited = next(path for path in tmp_path.iterdir() if '"c": 60.0' in path.read_text())
-    edited.write_text(edited.read_text().replace('"c": 60.0', '"c": 61.0'))
+    with opened(tmp_path) as cases, cases.file:
+        cases.file.execute("UPDATE cases SET row = replace(row, '60.0', '61.0')")
     found = sweep(product, GRID, folder=tmp_path)
     assert float(found["c"].sel(a=3.0, b=20.0)) == 60.0
-    assert '"c": 60.0' in edited.read_text()
+    with opened(tmp_path) as cases:
+        assert any('"c": 60.0' in row for (row,) in cases.file.execute("SELECT row FROM cases"))
 
 
 def test_passing_failures_are_tried_again(tmp_path: Path) -> None:
-    """A full disk may be emptied; a load that is too large stays so. A torn file is no result."""
+    """A full disk may be emptied; a load that is too large stays so."""
     sweep(root, GRID, folder=tmp_path)
-    assert len(list(tmp_path.iterdir())) == 5
-    next(iter(tmp_path.iterdir())).write_text('{"status": "conv')
+    assert len(kept(tmp_path)) == 5
     done = []
     sweep(root, GRID, folder=tmp_path, progress=lambda n, of: done.append((n, of)))
-    assert done == [(n, 6) for n in range(1, 7)] and len(list(tmp_path.iterdir())) == 5
+    assert done == [(n, 6) for n in range(1, 7)] and len(kept(tmp_path)) == 5
+
+
+def test_a_snapshot_is_the_table_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Points that are to come are unfinished, their numbers NaN; the next is due in fifty times what one took."""
+    monkeypatch.setattr("sits_mech.cases._FIRST", 0.0)
+    monkeypatch.setattr("sits_mech.cases._APART", 0.0)
+    seen = []
+    found = sweep(product, GRID, snapshot=lambda data: seen.append(data.copy(deep=True)))
+    assert [int((data["status"] == "unfinished").sum()) for data in seen] == [5, 4, 3, 2, 1, 0]
+    assert np.isnan(seen[2]["c"]).sum() == 3 and seen[2]["reason"].to_numpy().ravel().tolist() == [""] * 6
+    xr.testing.assert_identical(seen[-1], found)
+    np.testing.assert_array_equal(seen[2]["both"].to_numpy().reshape(6, 2)[:3], [[1, 10], [1, 20], [2, 10]])
+    seen.clear()
+    monkeypatch.setattr("sits_mech.cases._APART", 1e6)
+    sweep(product, GRID, snapshot=seen.append)
+    assert len(seen) == 1
+
+
+def test_points_that_share_something_are_neighbours() -> None:
+    """The largest group first, in the order of the grid within; the table is the same."""
+    asked = []
+
+    def told(a: float, b: float) -> dict[str, object]:
+        asked.append((a, b))
+        return product(a, b)
+
+    grouped = sweep(told, GRID | {"b": [10.0, 20.0, 30.0, 40.0]}, group=lambda point: point["b"] > 15.0)
+    assert [b > 15.0 for _, b in asked] == [True] * 9 + [False] * 3 and asked[:2] == [(1.0, 20.0), (1.0, 30.0)]
+    assert grouped.drop_vars("seconds").equals(sweep(product, dict(grouped.indexes)).drop_vars("seconds"))
 
 
 def test_tables_survive_the_disk(tmp_path: Path) -> None:

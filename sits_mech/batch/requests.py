@@ -18,7 +18,6 @@ import xarray as xr
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.analysis.limits import limits_of
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
-from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
 from sits_mech.chain.plan import choose_mechanics
@@ -38,6 +37,7 @@ from sits_mech.readout.quality import quality
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
 from sits_mech.status import flags_of, marked
+from sits_mech.store import Row
 from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, shown
 
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}

@@ -1,4 +1,4 @@
-"""Run a whole study: its cases anywhere, kept one by one, joined to one labelled table.
+"""Run a whole study: its cases anywhere, kept as they end, joined to one labelled table that grows with them.
 
 A case is named by a hash of its resolved scene, the request with its arguments in SI, and the version: what is there is
 not computed again, whatever wrote it.
@@ -7,6 +7,7 @@ not computed again, whatever wrote it.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,13 +17,16 @@ import xarray as xr
 
 from sits_mech.batch.requests import Variant
 from sits_mech.batch.study import Study
-from sits_mech.cases import Progress, Row, case_path, grid_points, save_table, sweep
+from sits_mech.cases import DAMAGED, Progress, grid_points, no_table, save_table, sweep
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, scene_hash
+from sits_mech.store import Row, case_name, opened
 from sits_mech.units import si_label, si_unit
 from sits_mech.version import __version__
+
+TABLE = "result.nc"
 
 
 @dataclass(frozen=True)
@@ -36,51 +40,97 @@ class Case:
         variant, arguments = self.study.case(point)
         return self.study.request.answer(variant, self.study.request.in_si(arguments))
 
-    def key(self, point: Row) -> str:
-        """Return what the answer at a point depends on."""
-        variant, arguments = self.study.case(point)
-        try:
-            scene = scene_hash(variant.sensor)
-        except SceneError as error:  # a case of its own: the row that says so
-            scene = str(error)
-        return json.dumps([__version__, scene, self.study.name, self.study.request.in_si(arguments)], sort_keys=True)
+
+def keys(study: Study) -> Callable[[Row], str]:
+    """Return a function that gives what the answer at a point depends on; it looks at each scene once."""
+    scenes = dict[Variant, str]()
+
+    def key(point: Row) -> str:
+        variant, arguments = study.case(point)
+        if variant not in scenes:
+            try:
+                scenes[variant] = scene_hash(variant.sensor)
+            except SceneError as error:  # a case of its own: the row that says so
+                scenes[variant] = str(error)
+        return json.dumps([__version__, scenes[variant], study.name, study.request.in_si(arguments)], sort_keys=True)
+
+    return key
 
 
 def run_study(
     study: Study, folder: Path, *, executor: Executor | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Run what a study has not yet run, keep cases under ``cases/`` of the folder and write its table ``result.nc``.
+    """Run what a study has not yet run, keep cases in ``cases.sqlite`` of the folder, write its table ``result.nc``.
 
     Return the answers along what varies, in SI, with ``status`` and ``reason`` of each case; attributes hold the study.
-    `progress` gets the numbers of cases done and of all. Raise SceneError when the folder is another study's or cannot
-    be written.
+    While it runs, ``result.nc`` is the table so far. `progress` gets the numbers of cases done and of all. Raise
+    SceneError when the folder is another study's or another run's, or cannot be written.
     """
     claim(folder, study)
-    case = Case(study)
     data = sweep(
-        case, study.vary, combine=study.combine, executor=executor, chunk=study.request.chunk, folder=folder / "cases",
-        key=case.key, progress=progress,
+        Case(study), study.vary, combine=study.combine, executor=executor, chunk=study.request.chunk, folder=folder,
+        key=keys(study), group=study.scene_of, progress=progress,
+        snapshot=lambda table: save_table(_labelled(table, study), folder / TABLE),
     )
     data = _labelled(data, study)
-    save_table(data, folder / "result.nc")
+    save_table(data, folder / TABLE)
     return data
+
+
+def open_sweep(folder: str | Path) -> xr.Dataset:
+    """Open the table of a sweep's folder, also while the sweep runs; numbers are read when they are asked for.
+
+    Parameters
+    ----------
+    folder : str or Path
+        That of `sits-mech sweep -o`.
+
+    Returns
+    -------
+    Dataset
+        The answers along what varies, in SI with ``units``; ``status`` is "unfinished" where a case was still to come
+        when the table was written. A running sweep writes it again now and then: open it anew for what has come since.
+
+    Raises
+    ------
+    SceneError
+        When there is no table of a sweep.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from sits_mech.batch.run import run_study
+    >>> from sits_mech.batch.study import read_study
+    >>> lines = 'scene = "biorob2018"', 'request = "pose"', 'vary.fz = ["0 N", "1 N"]', 'fixed.model = "linear"'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "study.toml"
+    ...     _ = path.write_text("\\n".join(lines))
+    ...     _ = run_study(read_study(path), Path(folder) / "out")
+    ...     with sm.open_sweep(Path(folder) / "out") as data:
+    ...         dict(data.sizes), data["d_v"].units
+    ({'fz': 2}, 'm')
+    """
+    try:
+        found = xr.open_dataset(Path(folder) / TABLE, engine="h5netcdf")
+    except DAMAGED as error:
+        raise no_table(Path(folder) / TABLE, error) from None
+    return found
 
 
 def cases_aside(study: Study, folder: Path) -> int:
     """Return how many finished cases in a study's folder are of values outside it; `run_study` leaves them out."""
-    kept = {path.name for path in (folder / "cases").glob("[!.]*.json")}
-    if not kept:
-        return 0
-    case = Case(study)
-    paths = (case_path(folder, case.key(point), {}) for point in grid_points(study.vary, study.combine))
-    return len(kept - {path.name for path in paths if path is not None})
+    with opened(folder) as cases:
+        kept = cases.names
+    key = keys(study)
+    return len(kept.difference(case_name(key(point), {}) for point in grid_points(study.vary, study.combine)))
 
 
 def claim(folder: Path, study: Study) -> None:
     """Claim a folder for a study; raise SceneError when it is another study's, or cannot be written to."""
     path = folder / "study.json"
     try:
-        (folder / "cases").mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
         if path.exists():
             if path.read_text(encoding="utf-8") != study.identity:
                 what = "must be a new folder, or that of a study with the same scene, request, keys and fixed values"

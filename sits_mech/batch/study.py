@@ -24,10 +24,11 @@ from typing import Any
 import numpy as np
 
 from sits_mech.batch.requests import REQUESTS, Request, Variant
-from sits_mech.cases import Combine, Row, grid_points
+from sits_mech.cases import Combine, grid_points
 from sits_mech.scene.files import check_keys, literal, read_as
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError, load_beside, scene_text
+from sits_mech.store import Row
 from sits_mech.units import shown, split_quantity
 
 KEYS = ("scene", "request", "combine", "vary", "fixed")
@@ -56,6 +57,16 @@ class Study:
     def identity(self) -> str:
         """Return the study's identity as JSON: scene, request, names of what varies, whose values may grow."""
         return json.dumps([self.scene, self.name, sorted(self.vary), self.fixed, self.combine], indent=1)
+
+    @property
+    def count(self) -> int:
+        """Return how many cases it has."""
+        sizes = [len(values) for values in self.vary.values()]
+        return math.prod(sizes) if self.combine == "product" else max(sizes)
+
+    def scene_of(self, point: Row) -> tuple[str, ...]:
+        """Return the changes of the scene at a point: those with the same share what is made of it."""
+        return _overrides(point, self.request)
 
     def case(self, point: Row) -> tuple[Variant, Row]:
         """Return scene and arguments of a point."""
@@ -115,10 +126,8 @@ def _check_names(name: str, request: Request, varied: Row, fixed: Row) -> None:
 
 def _check_cases(study: Study) -> None:
     """Refuse a study that is too large, whose arguments are none, or with values that no possible scene has."""
-    sizes = [len(values) for values in study.vary.values()]
-    count = math.prod(sizes) if study.combine == "product" else max(sizes)
-    if count > _MOST:
-        raise SceneError(f"vary: must give at most {_MOST} cases; got {count}")
+    if study.count > _MOST:
+        raise SceneError(f"vary: must give at most {_MOST} cases; got {study.count}")
     study.request.in_si(study.fixed)
     for name, values in study.vary.items():
         for value in values:

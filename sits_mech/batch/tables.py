@@ -6,11 +6,11 @@ import json
 import tomllib
 from typing import TYPE_CHECKING
 
-from sits_mech.cases import Row
 from sits_mech.labels import labelled
 from sits_mech.quantities import WRENCH
 from sits_mech.scene.sensor import Sensor, sensor_from
 from sits_mech.status import ANSWERED, marked
+from sits_mech.store import Row
 
 if TYPE_CHECKING:
     import xarray as xr

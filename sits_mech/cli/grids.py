@@ -111,13 +111,14 @@ def sweep(
     from sits_mech.batch.run import cases_aside, run_study
     from sits_mech.batch.study import read_study
     from sits_mech.report.tables.cases import case_failures, case_table
+    from sits_mech.store import STORE
 
     asked = read_study(study)
     with workers(processes, dask) as executor, progress_bar("cases") as progress:
         data = run_study(asked, output, executor=executor, progress=progress)
     show(case_table(data))
     aside = cases_aside(asked, output)
-    others = f"not in this table: {aside} finished case(s) of other values, kept in {output / 'cases'}"
+    others = f"not in this table: {aside} finished case(s) of other values, kept in {output / STORE}"
     for line in [*case_failures(data), *([others] if aside else []), f"written to {output}"]:
         warn(line)
     return ended(data["status"].to_numpy().ravel().tolist(), accept)

@@ -15,12 +15,13 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from sits_mech.cases import Progress, Row, attempt, case_path, finish, read_case
+from sits_mech.cases import Progress, attempt
 from sits_mech.mechanics.levels.answer import load_words
 from sits_mech.mechanics.symmetry import Symmetry, symmetrised, turned
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, scene_hash
 from sits_mech.status import OK
+from sits_mech.store import Row, case_path, finish, read_case
 from sits_mech.version import __version__
 
 _KEPT_OF_REPORT = ("model", "unknowns", "iterations", "estimated_error", "notes", "min_J", "stretch")

@@ -15,7 +15,8 @@ from sits_mech.cases import glance, read_table
 from sits_mech.quantities import WRENCH
 from sits_mech.readout.loads import points
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
-from sits_mech.status import ANSWERED
+from sits_mech.status import ANSWERED, UNFINISHED
+from sits_mech.store import STORE
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -88,7 +89,8 @@ def _checked(folder: Path, case: int | None) -> dict[str, Any]:
     """Return the attributes of the table in a folder; refuse a folder or a case that is not there."""
     path = folder / "result.nc"
     if not path.exists():
-        state = "a calibration that was stopped: repeat its command" if cases_folder(folder).is_dir() else "none"
+        stopped = cases_folder(folder).is_dir() or (folder / STORE).exists()
+        state = "a calibration that was stopped: repeat its command" if stopped else "none"
         raise SceneError(f"{folder}: must be the folder of a finished calibration (sits-mech calibrate); got {state}")
     attributes, count = glance(path)
     swept = attributes.get("request") in SWEPT
@@ -114,6 +116,7 @@ def _case(folder: Path, data: xr.Dataset, case: int) -> tuple[Sensor, xr.Dataset
     """Return sensor and table of a case of a sweep, or refuse one that has none."""
     row = list(points(data))[case - 1]
     if "load_status" not in row or not row["load_status"].isin(ANSWERED).any():
-        why = row["reason"].item() or "no load converged"
+        unfinished = row["status"].item() == UNFINISHED
+        why = "unfinished" if unfinished else row["reason"].item() or "no load converged"
         raise SceneError(f"{folder}: --case {case} must be a case with a table; it has none: {why}")
     return case_calibration(row)

@@ -29,7 +29,6 @@ import xarray as xr
 
 from sits_mech.analysis.bench import coil_table, own_inductances, sensor_calibration, sensor_front_end
 from sits_mech.analysis.limits import corners
-from sits_mech.cases import case_path, finish, read_case
 from sits_mech.chain.gradient_grid import gradient_on_grid
 from sits_mech.chain.models import MECHANICS, mechanical_model
 from sits_mech.chain.omissions import strain_bound
@@ -43,6 +42,7 @@ from sits_mech.readout.quality import quality
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.silicone.history import loop_width
 from sits_mech.status import ANSWERED, NOT_CARRIED, OK
+from sits_mech.store import case_path, finish, read_case
 from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task
 from sits_mech.synthesis.figures import Judge, Operator, Table, loads_between
 from sits_mech.synthesis.requirements import INVERSE, Requirements

@@ -16,12 +16,12 @@ import numpy as np
 from scipy.stats import qmc
 
 from sits_mech.analysis.bench import own_inductances
-from sits_mech.cases import case_path, finish, read_case
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array, SolveFailed
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import ANSWERED, OK
+from sits_mech.store import case_path, finish, read_case
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.search import Search

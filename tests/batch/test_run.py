@@ -5,17 +5,18 @@ import os
 import signal
 import subprocess
 import sys
-import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech import store
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.batch import requests
 from sits_mech.batch.executors import workers
-from sits_mech.batch.run import run_study
+from sits_mech.batch.run import open_sweep, run_study
 from sits_mech.batch.study import read_study
 from sits_mech.cases import read_table
 from sits_mech.chain.calibrate import calibrate
@@ -30,6 +31,7 @@ from sits_mech.units import SceneError
 HEAD = 'scene = "biorob2018"\nrequest = "inductance"\n'
 GAPS = 'dv = { from = "1 mm", to = "5 mm", count = 5 }\n'
 COARSE = "[fixed]\ntolerance = 1e-2\n"
+PLANAR = COARSE + 'model = "planar"\n'
 
 
 def written(folder: Path, text: str) -> Path:
@@ -52,7 +54,7 @@ def test_magnetic_cases_stand_at_their_place(tmp_path: Path) -> None:
     alone = model.impedance(Pose(0.0, 3e-3), sensor.frequency)
     np.testing.assert_allclose(data["L"].sel({"target.width": 8e-3, "dv": 3e-3}, method="nearest"), alone.L, rtol=1e-12)
     assert read_table(tmp_path / "out" / "result.nc").identical(data)
-    assert len(list((tmp_path / "out" / "cases").iterdir())) == 10
+    assert sorted(os.listdir(tmp_path / "out")) == ["cases.sqlite", "result.nc", "study.json"]
 
 
 def test_zipped_values_go_side_by_side(tmp_path: Path) -> None:
@@ -187,50 +189,100 @@ def test_folders_and_clusters_that_are_none(tmp_path: Path, capsys: pytest.Captu
 
 def test_a_full_disk_leaves_whole_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One clear line, nothing half-written; with room again only the missing cases are computed."""
-    study, out = read_study(written(tmp_path, HEAD + "[vary]\n" + GAPS + COARSE)), tmp_path / "out"
-    real, room = os.replace, [3]
+    study, out = read_study(written(tmp_path, HEAD + "[vary]\n" + GAPS + PLANAR)), tmp_path / "out"
+    real, room = store.Cases.put, [3]
 
-    def full(source: str, target: str) -> None:
+    def full(self: store.Cases, rows: Iterable[tuple[str, dict[str, object]]]) -> None:
         room[0] -= 1
         if room[0] < 0:
-            raise OSError(28, "No space left on device")
-        real(source, target)
+            self.file.execute("PRAGMA max_page_count = 1")
+        real(self, [(name, row | {"more": "x" * 20_000 * (room[0] < 0)}) for name, row in rows])
 
     with monkeypatch.context() as patch:
-        patch.setattr("os.replace", full)
-        with pytest.raises(SceneError, match="must be writable; got: No space left on device"):
+        patch.setattr(store.Cases, "put", full)
+        with pytest.raises(SceneError, match="got: database or disk is full"):
             run_study(study, out)
-    assert len(os.listdir(out / "cases")) == 2 and not (out / "result.nc").exists()
-    kept = {name: (out / "cases" / name).stat().st_mtime_ns for name in os.listdir(out / "cases")}
-    assert run_study(study, out).identical(run_study(study, tmp_path / "again").assign(seconds=read_seconds(out)))
-    assert all((out / "cases" / name).stat().st_mtime_ns == when for name, when in kept.items())
+    assert not (out / "result.nc").exists()
+    with store.opened(out) as cases:
+        before = {name: cases.get(name) for name in cases.names}
+    assert len(before) == 2
+    run_study(study, out)
+    with store.opened(out) as cases:
+        assert {name: cases.get(name) for name in before} == before and len(cases.names) == 5
 
 
-def read_seconds(folder: Path) -> xr.DataArray:
-    """Return the run times of a result, which no two runs share."""
-    return read_table(folder / "result.nc")["seconds"]
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from sits_mech.batch.executors import workers
+from sits_mech.batch.run import open_sweep, run_study
+from sits_mech.batch.study import read_study
+
+def end(done, of):
+    if done >= 20:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+if __name__ == "__main__":
+    with workers(int(sys.argv[3])) as executor:
+        run_study(read_study(Path(sys.argv[1])), Path(sys.argv[2]), executor=executor, progress=end)
+"""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [[], ["-j", "2"]], ids=["alone", "two processes"])
-def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize("processes", [1, 2], ids=["alone", "two processes"])
+def test_a_killed_run_goes_on(processes: int, tmp_path: Path) -> None:
     """kill -9 in the middle: no case is lost or torn, the resumed result is that of a run without a stop."""
-    text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm", "10 mm"]\n' + GAPS.replace("5 }", "50 }") + COARSE
-    text += 'model = "planar"\n'
-    path, cases = written(tmp_path, text), tmp_path / "out" / "cases"
-    begin = [sys.executable, "-c", "from sits_mech.cli.main import main; main()", "sweep", str(path), "-o"]
-    words = [*begin, str(cases.parent), *words]
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    while len(list(cases.glob("[!.]*.json"))) < 20 and process.poll() is None:  # however long a busy machine takes
-        time.sleep(0.005)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    kept = {path.name: path.stat().st_mtime_ns for path in cases.glob("[!.]*.json")}
-    assert 20 <= len(kept) < 150
-    assert run(["sweep", str(path), "-o", str(cases.parent)]) == 0
-    assert all((cases / name).stat().st_mtime_ns == when for name, when in kept.items())
+    text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm", "10 mm"]\n' + GAPS.replace("5 }", "50 }") + PLANAR
+    path, out = written(tmp_path, text), tmp_path / "out"
+    (tmp_path / "killed.py").write_text(KILLED)
+    words = [sys.executable, str(tmp_path / "killed.py"), str(path), str(out), str(processes)]
+    assert subprocess.run(words, timeout=120).returncode == -signal.SIGKILL
+    with store.opened(out) as cases:
+        before = {name: cases.get(name) for name in cases.names}
+    assert 20 <= len(before) < 150
+    assert run(["sweep", str(path), "-o", str(out)]) == 0
+    with store.opened(out) as cases:
+        assert {name: cases.get(name) for name in before} == before
     whole = run_study(read_study(path), tmp_path / "whole")
-    assert read_table(cases.parent / "result.nc").assign(seconds=whole["seconds"]).identical(whole)
+    assert read_table(out / "result.nc").assign(seconds=whole["seconds"]).identical(whole)
+
+
+def test_a_folder_of_an_earlier_version_goes_on(tmp_path: Path) -> None:
+    """Its cases, in files, are not computed again; a study that is made wider computes the new ones alone."""
+    text = HEAD + '[vary]\ndv = ["2 mm", "3 mm"]\n' + PLANAR
+    data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
+    with store.opened(tmp_path / "out") as cases:
+        rows = {name: cases.get(name) for name in cases.names}
+    (tmp_path / "old" / "cases").mkdir(parents=True)
+    (tmp_path / "out" / "study.json").rename(tmp_path / "old" / "study.json")
+    for name, row in rows.items():
+        store.finish(tmp_path / "old" / "cases" / f"{name}.json", row)
+    study = read_study(written(tmp_path, text.replace('"2 mm"', '"1 mm", "2 mm"')))
+    wider = run_study(study, tmp_path / "old")
+    xr.testing.assert_identical(wider.isel(dv=[1, 2]), data)  # seconds of each case, too
+
+
+def test_a_sweep_is_opened_while_it_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each snapshot is a whole table with units, read when it is asked for; another run is refused meanwhile."""
+    monkeypatch.setattr("sits_mech.cases._FIRST", 0.0)
+    monkeypatch.setattr("sits_mech.cases._APART", 0.0)
+    study = read_study(written(tmp_path, HEAD + '[vary]\ndv = ["2 mm", "3 mm"]\n' + PLANAR))
+    out, seen = tmp_path / "out", []
+
+    def look(done: int, of: int) -> None:
+        if done > 1:
+            with open_sweep(out) as data:
+                assert not data["L"].variable._in_memory and data["L"].units == "H/m" and data["dv"].units == "m"
+                seen.append((data["status"].values.tolist(), np.isnan(data["L"][:, 0, 0]).values.tolist()))
+            with pytest.raises(SceneError, match="one run at a time"):
+                run_study(study, out)
+
+    run_study(study, out, progress=look)
+    assert seen == [(["ok", "unfinished"], [False, True])]
+    with open_sweep(out) as data:
+        assert "unfinished" not in data["status"]
+    with pytest.raises(SceneError, match="must be a table of this package"):
+        open_sweep(tmp_path / "nowhere")
 
 
 PROBE = """

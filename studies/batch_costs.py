@@ -1,0 +1,185 @@
+"""What does a batch add to its solves, and what is left of one that is killed?
+
+A hundred thousand magnetic cases over three plates (`inductance` in section) run in one process: what the engine adds
+to a case is the processor time less that of the requests; beside it the memory, the files that it leaves, and what it
+costs to open the table and to find every case done. Snapshots are the tables that were written before the last one.
+Then loads of the nonlinear layer in one and in two processes, one BLAS thread each: what a second process costs in
+processor time (its start, what it prepares anew), and what gain that leaves on two idle cores. Last a run that is
+killed (SIGKILL) at instants by chance and begun again: rows that were kept and are no longer what they were, and
+whether the table is that of a run without a stop.
+
+Checked are counts and ratios, not seconds; the exit code is 1 where one is above its limit.
+Run ``python studies/batch_costs.py [--coarse] --output DIR``.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from common.outputs import study_arguments, write_rows
+
+import sits_mech as sm
+from sits_mech import cases
+from sits_mech.batch import run
+from sits_mech.batch.executors import workers
+from sits_mech.batch.study import read_study
+from sits_mech.cases import read_table
+from sits_mech.store import STORE, Row, opened
+
+MAGNETIC = """
+scene = "biorob2018"
+request = "inductance"
+[vary]
+"target.width" = ["8 mm", "10 mm", "12 mm"]
+dh = {{ from = "-1 mm", to = "1 mm", count = {0} }}
+dv = {{ from = "2 mm", to = "3 mm", count = {1} }}
+[fixed]
+model = "planar"
+"""
+LOADS = """
+scene = "biorob2018"
+request = "pose"
+[vary]
+fx = {{ from = "0.1 N", to = "1 N", count = {0} }}
+fz = {{ from = "1 N", to = "4 N", count = {1} }}
+[fixed]
+model = "planar"
+tolerance = {2}
+"""
+Found = list[tuple[str, float, float]]
+"""What, value, and its limit: NaN of none."""
+FREE = float("nan")
+STUDY_FILES = 4  # with SQLite's own
+
+
+class Watch:
+    """Processor seconds of the requests, and tables written, of runs in this process."""
+
+    def __init__(self) -> None:
+        self.solves, self.tables = 0.0, 0
+        self._attempt, self._save = cases.attempt, run.save_table
+        cases.attempt, run.save_table = self.attempt, self.save
+
+    def attempt(self, function: Any, point: Mapping[str, Any]) -> Row:
+        """Answer a case."""
+        began = time.process_time()
+        row = self._attempt(function, point)
+        self.solves += time.process_time() - began
+        return row
+
+    def save(self, *table: Any) -> None:
+        """Write a table."""
+        self.tables += 1
+        self._save(*table)
+
+
+def timed(path: Path, folder: Path, processes: int = 1) -> float:
+    """Return the processor seconds of a study, of this process and those that it started and that ended."""
+    before = os.times()
+    with workers(processes) as executor:
+        run.run_study(read_study(path), folder, executor=executor)
+    return sum(os.times()[:4]) - sum(before[:4])
+
+
+def written(folder: Path, name: str, text: str) -> tuple[Path, Path]:
+    """Return a study's file and a folder for it that holds nothing of an earlier run."""
+    path = folder / f"{name}.toml"
+    path.write_text(text)
+    shutil.rmtree(folder / name, ignore_errors=True)
+    return path, folder / name
+
+
+def overhead(folder: Path, counts: tuple[int, int], most: float) -> Found:
+    """Return what the engine adds to a magnetic case, what it leaves, and what a run costs that finds all done."""
+    path, out = written(folder, "magnetic", MAGNETIC.format(*counts))
+    timed(*written(folder, "first", MAGNETIC.format(2, 2)))  # imports, which a batch has once
+    watch, count = Watch(), 3 * counts[0] * counts[1]
+    whole = timed(path, out)
+    first, tables, solves = 1e3 * (whole - watch.solves) / count, watch.tables, watch.solves
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    before = time.process_time()
+    with sm.open_sweep(out) as data:
+        size = float(data["status"].size)
+    opening = time.process_time() - before
+    again = timed(path, out)
+    return [
+        ("magnetic cases", size, FREE), ("a solve [ms]", 1e3 * solves / count, FREE),
+        ("overhead a case [ms]", first, FREE), ("overhead over solves", (whole - solves) / solves, most),
+        ("snapshots", tables - 1, FREE), ("files", len(os.listdir(out)), STUDY_FILES), ("memory [MiB]", memory, 600.0),
+        ("kept a case [bytes]", (out / STORE).stat().st_size / count, 2500.0),
+        ("table opened in [s]", opening, FREE), ("the same again, all done, a case [ms]", 1e3 * again / count, FREE),
+        ("solved again", float(watch.solves > solves), 0.0),
+    ]
+
+
+def two_processes(folder: Path, counts: tuple[int, int, float]) -> Found:
+    """Return what a second process costs with loads of the layer, and the gain that leaves."""
+    text = LOADS.format(*counts)
+    one, both = timed(*written(folder, "one", text)), timed(*written(folder, "two", text), 2)
+    return [
+        ("mechanical cases", counts[0] * counts[1], FREE), ("processor, one process [s]", one, FREE),
+        ("processor, two [s]", both, FREE), ("two over one, idle cores", 2.0 * one / both, FREE),
+        ("another table", float(not same(folder / "one", folder / "two")), 0.0),
+    ]
+
+
+def same(one: Path, other: Path) -> bool:
+    """Return whether the tables of two folders are the same to the last digit, but for the seconds."""
+    first, second = (read_table(folder / run.TABLE).drop_vars("seconds") for folder in (one, other))
+    return first.identical(second)
+
+
+def killed(folder: Path, counts: tuple[int, int], times: int) -> Found:
+    """Return what is left of a run that is killed so many times, begun again, and at last let go on."""
+    some, text = np.random.default_rng(36), MAGNETIC.format(*counts)
+    path, out = written(folder, "killed", text)
+    command = [sys.executable, "-c", "from sits_mech.cli.main import main; main()", "sweep", str(path), "-o", str(out)]
+    known, lost, kills, most = dict[str, Row | None](), 0, 0, 0
+    while kills < times:
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            process.wait(some.uniform(1.0, 5.0))  # two seconds or three go by before the first case
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            kills += 1
+        else:
+            break
+        with opened(out) as found:
+            rows = {name: found.get(name) for name in found.names}
+        lost += sum(rows.get(name) != row for name, row in known.items())
+        known, most = rows, max(most, len(rows) - len(known))
+    timed(path, out)
+    timed(*written(folder, "whole", text))
+    return [
+        ("kills", kills, FREE), ("kept at the last", len(known), FREE), ("most of one run", most, FREE),
+        ("kept rows lost", lost, 0.0),
+        ("another table than without a stop", float(not same(out, folder / "whole")), 0.0),
+    ]
+
+
+def main() -> int:
+    """Run the batches and write what they cost."""
+    coarse, folder = study_arguments(__doc__ or "")
+    found = [
+        *(overhead(folder, (10, 20), 0.5) if coarse else overhead(folder, (160, 210), 0.2)),
+        *two_processes(folder, (3, 2, 3e-2) if coarse else (8, 6, 3e-3)),
+        *killed(folder, (10, 20) if coarse else (40, 40), 3 if coarse else 20),
+    ]
+    rows = [{"what": what, "value": value, "limit": "" if limit != limit else limit} for what, value, limit in found]
+    print(write_rows(rows, folder / "batch.csv"))
+    return int(any(value > limit for _, value, limit in found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
