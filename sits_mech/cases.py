@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], None]
 Combine = Literal["product", "zip"]
+Group = Callable[[Row], tuple[Hashable, Hashable]]
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
 _FIRST, _APART = 10.0, 50.0  # seconds to the first snapshot; then as many times what it took, so that all take 2 %
 
@@ -44,7 +45,7 @@ def sweep(
     chunk: int = 1,
     folder: Path | None = None,
     key: str | Callable[[Row], str] = "",
-    group: Callable[[Row], Hashable] | None = None,
+    group: Group | None = None,
     progress: Progress | None = None,
     snapshot: Callable[[xr.Dataset], None] | None = None,
 ) -> xr.Dataset:
@@ -67,7 +68,8 @@ def sweep(
     key : str, or callable
         Stands for everything besides the point that the result depends on, or gives for a point what stands for all.
     group : callable, optional
-        Gives what a point's call prepares; points with the same are called one after the other, most of them first.
+        Gives what a point's call prepares, the dearest first. Points with the same are called one after the other,
+        first those whose dearest is shared by most.
     progress : callable, optional
         Called with the number of finished points and of all.
     snapshot : callable, optional
@@ -130,9 +132,7 @@ class _Work:
     names: Sequence[str]  # none where nothing is kept
     cases: Cases | None
 
-    def rows(
-        self, executor: Executor | None, chunk: int, group: Callable[[Row], Hashable] | None
-    ) -> Iterable[tuple[int, Row]]:
+    def rows(self, executor: Executor | None, chunk: int, group: Group | None) -> Iterable[tuple[int, Row]]:
         """Yield number and row of each point as it is finished, those that are kept first."""
         missing = []
         for index in range(len(self.points)):
@@ -141,7 +141,8 @@ class _Work:
                 missing.append(index)
             else:
                 yield index, row
-        parts = list(self._parts(missing, chunk, group))
+        each = grouped(self.points, missing, group)
+        parts = [own[first : first + chunk] for own in each for first in range(0, len(own), chunk)]
         if executor is None:
             for index in itertools.chain.from_iterable(parts):
                 yield from self._kept([index], _attempts(self.function, [self.points[index]]))
@@ -161,15 +162,15 @@ class _Work:
             self.cases.put([(self.names[index], row) for index, row in found])
         return found
 
-    def _parts(
-        self, missing: Sequence[int], chunk: int, group: Callable[[Row], Hashable] | None
-    ) -> Iterable[Sequence[int]]:
-        """Yield the numbers of points that are called at once: largest groups first, none of two groups."""
-        groups = dict[Hashable, list[int]]()
-        for index in missing:
-            groups.setdefault(None if group is None else group(self.points[index]), []).append(index)
-        for own in sorted(groups.values(), key=len, reverse=True):
-            yield from (own[first : first + chunk] for first in range(0, len(own), chunk))
+
+def grouped(points: Sequence[Row], numbers: Iterable[int], group: Group | None) -> list[list[int]]:
+    """Return the numbers of points by what they share, in the order of the calls; without a group all together."""
+    groups = dict[Hashable, dict[Hashable, list[int]]]()
+    for index in numbers:
+        first, then = (None, None) if group is None else group(points[index])
+        groups.setdefault(first, {}).setdefault(then, []).append(index)
+    longest = sorted(groups.values(), key=lambda own: sum(map(len, own.values())), reverse=True)
+    return [part for own in longest for part in own.values()]
 
 
 def _seldom(act: Callable[[], None]) -> Callable[[], None]:

@@ -13,8 +13,8 @@ import hashlib
 import os
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -42,6 +42,18 @@ def keep_by_default() -> None:
 def keep_nothing() -> None:
     """Neither read nor write from here on."""
     os.environ[VARIABLE] = OFF
+
+
+@contextmanager
+def nothing_kept() -> Iterator[None]:
+    """Neither read nor write within."""
+    before = os.environ.get(VARIABLE)
+    keep_nothing()
+    try:
+        yield
+    finally:
+        del os.environ[VARIABLE]
+        os.environ |= {} if before is None else {VARIABLE: before}
 
 
 def folder() -> Path | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from sits_mech.units import SceneError
@@ -73,3 +74,12 @@ def input_text(path: str | Path, what: str, most: int = 64, errors: str = "stric
     if len(content) > most * _MIB:
         raise SceneError(f"{path}: must be {what} of at most {most} MiB; got more")
     return content.decode("utf-8-sig", errors)
+
+
+def peak_memory() -> float | None:
+    """Return the most memory that this process has had [bytes]; None where the system does not say."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)

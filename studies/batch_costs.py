@@ -60,6 +60,7 @@ Found = list[tuple[str, float, float]]
 """What, value, and its limit: NaN of none."""
 FREE = float("nan")
 STUDY_FILES = 4  # with SQLite's own
+FIRST = 20_000  # bytes of SQLite's log, more than before the first case
 
 
 class Watch:
@@ -144,11 +145,14 @@ def killed(folder: Path, counts: tuple[int, int], times: int) -> Found:
     some, text = np.random.default_rng(36), MAGNETIC.format(*counts)
     path, out = written(folder, "killed", text)
     command = [sys.executable, "-c", "from sits_mech.cli.main import main; main()", "sweep", str(path), "-o", str(out)]
+    log = out / f"{STORE}-wal"  # SQLite's, of what a run has written; the rows themselves are the run's alone
     known, lost, kills, most = dict[str, Row | None](), 0, 0, 0
     while kills < times:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while process.poll() is None and (not log.exists() or log.stat().st_size < FIRST):
+            time.sleep(0.01)
         try:
-            process.wait(some.uniform(1.0, 5.0))  # two seconds or three go by before the first case
+            process.wait(some.uniform(0.0, 1.0))
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGKILL)
             process.wait()

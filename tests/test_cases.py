@@ -128,8 +128,9 @@ def test_points_that_share_something_are_neighbours() -> None:
         asked.append((a, b))
         return product(a, b)
 
-    grouped = sweep(told, GRID | {"b": [10.0, 20.0, 30.0, 40.0]}, group=lambda point: point["b"] > 15.0)
-    assert [b > 15.0 for _, b in asked] == [True] * 9 + [False] * 3 and asked[:2] == [(1.0, 20.0), (1.0, 30.0)]
+    grouped = sweep(told, GRID | {"b": [10.0, 20.0, 30.0, 40.0]}, group=lambda point: (point["b"] > 15.0, point["a"]))
+    assert [b > 15.0 for _, b in asked] == [True] * 9 + [False] * 3
+    assert asked[:4] == [(1.0, 20.0), (1.0, 30.0), (1.0, 40.0), (2.0, 20.0)]
     assert grouped.drop_vars("seconds").equals(sweep(product, dict(grouped.indexes)).drop_vars("seconds"))
 
 

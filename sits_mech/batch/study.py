@@ -16,7 +16,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ import numpy as np
 
 from sits_mech.batch.requests import REQUESTS, Request, Variant
 from sits_mech.cases import Combine, grid_points
+from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
 from sits_mech.scene.files import check_keys, literal, read_as
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError, load_beside, scene_text
@@ -33,6 +34,8 @@ from sits_mech.units import shown, split_quantity
 
 KEYS = ("scene", "request", "combine", "vary", "fixed")
 TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
+_NOT_OF_COILS = ("elastomer", "readout", "tolerances", "mechanics")
+_NOT_OF_PAD = ("coils", "conductors", "frequency", "substrate_radius", "readout", "tolerances", "magnetics")
 _MOST = 1_000_000  # cases of a study
 _LOOKS = 3_000  # scenes that are looked at before a run whether a value is possible, a second
 _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
@@ -64,9 +67,14 @@ class Study:
         sizes = [len(values) for values in self.vary.values()]
         return math.prod(sizes) if self.combine == "product" else max(sizes)
 
-    def scene_of(self, point: Row) -> tuple[str, ...]:
-        """Return the changes of the scene at a point: those with the same share what is made of it."""
-        return _overrides(point, self.request)
+    def shared(self, point: Row) -> tuple[Hashable, Hashable]:
+        """Return what a case prepares: coils with their plates, pad with its meshes, by all that varies of each."""
+        still = {name: str(item) for name, item in point.items() if name not in (*LOAD_ARGUMENTS, *POSE_ARGUMENTS)}
+        coils, pad = (
+            tuple(item for item in still.items() if item[0].partition(".")[0] not in other)
+            for other in (_NOT_OF_COILS, _NOT_OF_PAD)
+        )
+        return () if self.name == "pose" else coils, pad if self.request.layer else ()
 
     def case(self, point: Row) -> tuple[Variant, Row]:
         """Return scene and arguments of a point."""

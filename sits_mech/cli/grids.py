@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from os import times
 from pathlib import Path
 from time import process_time
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -24,6 +25,10 @@ from sits_mech.cli.options import (
     check_readable,
     sensor_of,
 )
+from sits_mech.units import SceneError
+
+if TYPE_CHECKING:
+    from sits_mech.batch.study import Study
 
 
 @app.command
@@ -86,7 +91,8 @@ def calibrate(
 @app.command
 def sweep(
     study: Annotated[Path, Parameter(help="Study file: scene, request, vary, fixed.")], *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder for the result and finished cases.")],
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Folder for result and cases.")] = None,
+    plan: Annotated[bool, Parameter(negative="", help="Try a few cases, and tell what all would take.")] = False,
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Parallel processes.")] = 1,
     dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
     accept: Accept = False,
@@ -108,17 +114,55 @@ def sweep(
     check_readable(study, "a readable scene file")
 
     from sits_mech.batch.executors import workers
+    from sits_mech.batch.forecast import noted
     from sits_mech.batch.run import cases_aside, run_study
     from sits_mech.batch.study import read_study
     from sits_mech.report.tables.cases import case_failures, case_table
     from sits_mech.store import STORE
 
     asked = read_study(study)
+    if plan:
+        return _plan(asked, output, processes)
+    if output is None:
+        raise SceneError("--output must be given: a folder for the result and finished cases; it is missing")
     with workers(processes, dask) as executor, progress_bar("cases") as progress:
+        planned = None if dask else noted(output)
         data = run_study(asked, output, executor=executor, progress=progress)
     show(case_table(data))
     aside = cases_aside(asked, output)
     others = f"not in this table: {aside} finished case(s) of other values, kept in {output / STORE}"
     for line in [*case_failures(data), *([others] if aside else []), f"written to {output}"]:
         warn(line)
+    if planned is not None:
+        warn(f"planned: {planned:.3g} s of processor time; taken: {sum(times()[:4]):.3g} s")
     return ended(data["status"].to_numpy().ravel().tolist(), accept)
+
+
+def _plan(study: Study, output: Path | None, processes: int) -> int:
+    """Print what is left of a study, and what it takes; cases that are tried are kept where there is a folder."""
+    from tempfile import TemporaryDirectory
+
+    import xarray as xr
+
+    from sits_mech.batch.forecast import forecast, note
+    from sits_mech.batch.run import claim
+    from sits_mech.cases import save_table
+    from sits_mech.report.tables.cases import plan_table
+    from sits_mech.store import opened
+
+    if processes < 1:
+        raise SceneError(f"processes must be one or more; got {processes}")
+    with TemporaryDirectory() as folder:  # imports what a run takes at its end
+        save_table(xr.Dataset({"status": ("case", ["ok"])}), Path(folder) / "result.nc")
+    begun = process_time()
+    if output is None:
+        found = forecast(study, begun=begun)
+    else:
+        claim(output, study)
+        with opened(output) as cases:
+            found = forecast(study, cases, begun=begun)
+            note(found, cases)
+    show(plan_table(found, study.name, processes))
+    count, seconds = found.tried
+    warn(f"tried {count} cases in {seconds:.2g} s{'' if output is None else f', kept in {output}'}")
+    return 0

@@ -1,6 +1,8 @@
-"""Tabulate a study: a line for each case, and one for each reason why cases have no result."""
+"""Tabulate a study: its plan, a line for each case, and one for each reason why cases have no result."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -8,11 +10,15 @@ from rich.table import Table
 
 from sits_mech.batch.tables import SWEPT
 from sits_mech.labels import unit_of
+from sits_mech.memory import GIB
 from sits_mech.readout.loads import points
 from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import point_name
 from sits_mech.report.tables.solves import column_table
 from sits_mech.status import ANSWERED
+
+if TYPE_CHECKING:
+    from sits_mech.batch.forecast import Forecast
 
 _POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
 _SHOWN = {
@@ -22,6 +28,7 @@ _SHOWN = {
     "calibrate": ("failed_loads",),
     "quality": ("resolution", "error_by_model", "linearity", "crosstalk", "condition", "failed_loads"),
 }
+_PLANNED = ("", "times", "s each", "s in all", "s saved by sharing")
 _MOST = 40  # lines: the file holds all
 
 
@@ -40,6 +47,21 @@ def case_table(data: xr.Dataset) -> Table:
             break
         values = [_text(row[name].to_numpy()) for name in (*where, *names, "seconds")]
         found.add_row(*[str(number + 1)] * numbered, *values, str(row["status"].item()))
+    return found
+
+
+def plan_table(plan: Forecast, asked: str, processes: int) -> Table:
+    """Return what is left of a study: how often each step is made, its seconds, and those that sharing saves."""
+    whole = plan.cases + plan.kept
+    found = column_table(f"{asked}: {whole} cases, {plan.kept} of them kept", _PLANNED, justify="right")
+    names = ("processes", "coils and plates", "pads", "cases")
+    for row in zip(names, plan.counts(processes), plan.steps, plan.saved, strict=True):
+        name, count, each, saved = row
+        found.add_row(name, f"{count:g}", f"{each:.3g}", f"{count * each:.3g}", f"{saved:.3g}")
+    memory = "" if plan.memory is None else f", {(processes + (processes > 1)) * plan.memory / GIB:.2g} GiB"
+    found.caption = (
+        f"{plan.seconds(processes):.3g} s of processor time, {plan.wall(processes):.3g} s with -j {processes}{memory}"
+    )
     return found
 
 

@@ -1,0 +1,187 @@
+"""Forecast what a study takes, by a few of its cases, which are solved in this process.
+
+    seconds = P s + C p + D q + N c
+
+for P processes, C sets of coils with their plates and D pads with their meshes, each counted in every process that
+meets it, and N cases. A case prepares what none before it has: those that are tried take s + p + q + c, p + q + c,
+q + c or c, of which s, p, q, c >= 0 follow by least squares. Tried are, at both ends of the run's order, a case, the
+next one, and the first with the next pad of the same coils; then in the middle, if those are less than half of the
+forecast, and at places between, as long as all are less than a fiftieth. What the disk holds of earlier preparations is
+not used. Neglected: what a case costs beside its solve (0.4 ms), and how cases differ between those that are tried.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time
+from bisect import bisect
+from collections import Counter
+from collections.abc import Collection, Hashable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import accumulate
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+from threadpoolctl import threadpool_limits
+
+from sits_mech.batch.run import Case, keys
+from sits_mech.batch.study import Study
+from sits_mech.cases import attempt, grid_points, grouped
+from sits_mech.disk_cache import nothing_kept
+from sits_mech.memory import input_text, peak_memory
+from sits_mech.scene.files import write_text
+from sits_mech.store import Cases, Row, case_name, opened
+
+Shared = tuple[Hashable, Hashable]
+_SHARES = (math.inf, math.inf, 0.5)  # of the forecast, what may have been tried before the first places
+_NOTE = "plan.json"
+_SHARE = 0.02  # and before further ones
+
+
+class Steps(NamedTuple):
+    """Of each step of a study a number: how often it is made, or the processor seconds that it takes."""
+
+    process: float
+    coils: float
+    pad: float
+    case: float
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What the cases take that a study has not yet kept."""
+
+    left: tuple[tuple[int, ...], tuple[int, ...]]  # cases of each set of coils, and of each pad with them
+    chunk: int  # cases that go to a process at once
+    steps: Steps = Steps(0.0, 0.0, 0.0, 0.0)  # processor seconds of each
+    kept: int = 0
+    tried: tuple[int, float] = (0, 0.0)  # cases, and their processor seconds
+    memory: float | None = None  # of a process [bytes]
+
+    @property
+    def cases(self) -> int:
+        """Cases that are left."""
+        return sum(self.left[0])
+
+    def counts(self, processes: int = 1) -> Steps:
+        """Return how often each step is made by so many processes, of which each prepares what it meets."""
+        coils, pads = (sum(min(processes, -(-own // self.chunk)) for own in counts) for counts in self.left)
+        return Steps(processes + (processes > 1) if self.cases else 0, coils, pads, self.cases)
+
+    def seconds(self, processes: int = 1) -> float:
+        """Return the processor seconds of all that is left, on so many processes."""
+        return float(np.dot(self.steps, self.counts(processes)))
+
+    def wall(self, processes: int) -> float:
+        """Return the seconds until the end, if each process has a core, as far as there are some."""
+        return self.seconds(processes) / min(processes, os.cpu_count() or 1)
+
+    @property
+    def saved(self) -> Steps:
+        """The seconds that cases do not take because they share a process, coils or a pad."""
+        process, coils, pad, case = (
+            (self.cases - count) * each for count, each in zip(self.counts(), self.steps, strict=True)
+        )
+        return Steps(process, coils, pad, case)
+
+
+def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) -> Forecast:
+    """Try some cases of a study, keep them in `cases`, and forecast the others.
+
+    `begun` are the seconds that a process takes before its first case, beside what that one imports.
+    """
+    points, key = grid_points(study.vary, study.combine), keys(study)
+    names = [] if cases is None else [case_name(key(point), {}) for point in points]
+    known = set[str]() if cases is None else cases.names
+    missing = [index for index in range(len(points)) if cases is None or names[index] not in known]
+    shared = {index: study.shared(points[index]) for index in missing}
+    trial, tried = _Trial(Case(study)), set[int]()
+    whole = _counted(shared.values(), study.request.chunk)
+    for number, near in enumerate(_places(grouped(points, missing, study.shared), shared)):
+        share = _SHARES[number] if number < len(_SHARES) else _SHARE
+        if number and trial.spent > share * float(np.dot(trial.steps, whole.counts())):
+            break
+        for index in near:
+            if index not in tried:
+                tried.add(index)
+                row = trial.solved(points[index], shared[index])
+                if cases is not None:
+                    cases.put([(names[index], row)])
+    left = _counted([own for index, own in shared.items() if cases is None or index not in tried], study.request.chunk)
+    steps = trial.steps
+    return replace(
+        left, steps=steps._replace(process=steps.process + begun), kept=len(points) - left.cases,
+        tried=(len(tried), trial.spent), memory=peak_memory(),
+    )
+
+
+def note(plan: Forecast, cases: Cases) -> None:
+    """Write beside the cases what is planned, for `noted`."""
+    said = {"seconds": plan.seconds(), "kept": len(cases.names)}
+    write_text(cases.path.parent / _NOTE, json.dumps(said))
+
+
+def noted(folder: Path) -> float | None:
+    """Return the processor seconds that were planned for what a folder lacks; None where it holds other cases now."""
+    path = folder / _NOTE
+    if not path.exists():
+        return None
+    said = json.loads(input_text(path, "a plan of a sweep"))
+    with opened(folder) as cases:
+        return float(said["seconds"]) if said["kept"] == len(cases.names) else None
+
+
+def _counted(shared: Collection[Shared], chunk: int) -> Forecast:
+    """Return what is left to do, without its seconds."""
+    coils, pads = Counter(own[0] for own in shared), Counter(shared)
+    return Forecast((tuple(coils.values()), tuple(pads.values())), chunk)
+
+
+def _places(groups: list[list[int]], shared: Mapping[int, Shared]) -> Iterator[list[int]]:
+    """Yield cases to try of the order of a run: at its ends, in the middle, in the middles between; some at each."""
+    order, ends = [index for own in groups for index in own], list(accumulate(map(len, groups)))
+    halves = (k / 2**level for level in range(1, 5) for k in range(1, 2**level, 2))
+    for part in (0.0, 1.0, *halves) if order else ():
+        at = round(part * max(len(order) - 2, 0))
+        then = ends[bisect(ends, at)]
+        near = order[at : at + 2]
+        if then < len(order) and shared[order[then]][0] == shared[order[at]][0]:
+            near.append(order[then])
+        yield near
+
+
+class _Trial:
+    """Cases that are solved here one after the other, with their processor seconds."""
+
+    def __init__(self, case: Case) -> None:
+        self._case, self._met = case, set[object]()
+        self._rows: list[list[float]] = []
+        self._seconds: list[float] = []
+
+    def solved(self, point: Row, shared: Shared) -> Row:
+        """Return the row of a case."""
+        new = [None not in self._met, (shared[0],) not in self._met, shared not in self._met]
+        self._met |= {None, (shared[0],), shared}
+        began = time.process_time()
+        with nothing_kept(), threadpool_limits(1):
+            row = attempt(self._case, point)
+        self._seconds.append(time.process_time() - began)
+        self._rows.append([*map(float, new), 1.0])
+        return row
+
+    @property
+    def spent(self) -> float:
+        """The processor seconds of all."""
+        return sum(self._seconds)
+
+    @property
+    def steps(self) -> Steps:
+        """The processor seconds of each step."""
+        if not self._rows:
+            return Steps(0.0, 0.0, 0.0, 0.0)
+        process, coils, pad, case = nnls(np.array(self._rows), np.array(self._seconds))[0].tolist()
+        return Steps(process, coils, pad, case)

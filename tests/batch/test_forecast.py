@@ -1,0 +1,116 @@
+"""What a study takes: counted by what its cases share, forecast from a few of them, beside what it took."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from sits_mech.batch import forecast as forecasts
+from sits_mech.batch.forecast import Forecast, Steps, forecast
+from sits_mech.batch.run import Case
+from sits_mech.batch.study import Study, read_study
+from sits_mech.cli.main import run
+from sits_mech.store import STORE, opened
+
+SIMULATE = """
+scene = "biorob2018"
+request = "simulate"
+vary."elastomer.thickness" = ["2 mm", "3 mm", "4 mm"]
+vary."target.width" = ["8 mm", "10 mm"]
+vary.fz = { from = "0.1 N", to = "1 N", count = 10 }
+"""
+INDUCTANCE = """
+scene = "biorob2018"
+request = "inductance"
+vary."target.width" = ["8 mm", "10 mm"]
+vary.dv = { from = "2 mm", to = "3 mm", count = 30 }
+fixed.model = "planar"
+"""
+TRUE = Steps(process=3.0, coils=2.0, pad=0.5, case=0.1)
+
+
+def written(folder: Path, text: str) -> Path:
+    """Return the path of a study file with a text."""
+    path = folder / "study.toml"
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture
+def slow(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Let cases take what `TRUE` says, on a clock of their own; return its seconds so far."""
+    clock, met = [0.0], set[object]()
+
+    def answer(self: Case, **point: object) -> dict[str, float]:
+        coils, pad = self.study.shared(point)
+        new = {None: TRUE.process, (coils,): TRUE.coils, (coils, pad): TRUE.pad}
+        clock[0] += TRUE.case + sum(seconds for what, seconds in new.items() if what not in met)
+        met.update(new)
+        return {"c": 1.0}
+
+    monkeypatch.setattr(Case, "__call__", answer)
+    monkeypatch.setattr(forecasts, "time", type("Clock", (), {"process_time": lambda: clock[0]}))
+    return clock
+
+
+def test_steps_follow_from_a_few_cases(slow: list[float], tmp_path: Path) -> None:
+    """Two sets of coils, three pads with each, sixty cases: exactly what all of them take, from five."""
+    study = read_study(written(tmp_path, SIMULATE))
+    found = forecast(study)
+    assert found.steps == pytest.approx(TRUE, rel=1e-9) and found.counts() == (1, 2, 6, 60)
+    assert found.seconds() == pytest.approx(3.0 + 2 * 2.0 + 6 * 0.5 + 60 * 0.1)
+    assert found.tried == (5, pytest.approx(slow[0])) and found.kept == 0
+    assert found.saved == pytest.approx((59 * 3.0, 58 * 2.0, 54 * 0.5, 0.0))
+
+
+def test_each_process_prepares_what_it_meets() -> None:
+    """A task goes to one process: three cannot meet coils of two tasks."""
+    plan = Forecast(((50, 60), (50, 30, 30)), 25, TRUE)
+    assert plan.counts(1) == (1, 2, 3, 110) and plan.counts(3) == (4, 5, 6, 110)
+    assert Forecast(((), ()), 1, TRUE).seconds(2) == 0.0
+
+
+def test_more_are_tried_where_that_is_cheap(slow: list[float], tmp_path: Path) -> None:
+    """Of a long study more places than of a short one, and never more than a tenth of the forecast."""
+    long = forecast(read_study(written(tmp_path, SIMULATE.replace("count = 10", "count = 3000"))))
+    assert long.tried[0] > 20 and long.tried[1] < 0.1 * long.seconds()
+
+
+def test_what_cases_share(tmp_path: Path) -> None:
+    """Coils with their plates by target, frequency and models, pads by elastomer and target; loads are free."""
+    study = read_study(written(tmp_path, SIMULATE))
+    point = {"elastomer.thickness": "2 mm", "target.width": "8 mm", "fz": "1 N"}
+    coils, pad = study.shared(point)
+    assert study.shared(point | {"fz": "2 N"}) == (coils, pad)
+    assert study.shared(point | {"elastomer.thickness": "3 mm"})[0] == coils
+    assert study.shared(point | {"target.width": "9 mm"})[0] != coils
+    assert study.shared(point | {"frequency": "1 MHz"}) == ((*coils, ("frequency", "1 MHz")), pad)
+    other = Study(study.scene, "pose", study.vary, {})
+    assert other.shared(point) == ((), pad)
+
+
+def test_the_command_plans_and_keeps_what_it_tried(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without a folder nothing is written; with one the run has those cases, and tells planned and taken."""
+    path, out = written(tmp_path, INDUCTANCE), tmp_path / "out"
+    assert run(["sweep", str(path), "--plan"]) == 0
+    said = capsys.readouterr()
+    assert "inductance: 60 cases, 0 of them kept" in said.out and "with -j 1" in said.out and not out.exists()
+    assert run(["sweep", str(path), "--plan", "-o", str(out), "-j", "2"]) == 0
+    with opened(out) as cases:
+        kept = cases.names
+    said = capsys.readouterr()
+    assert f"60 cases, {len(kept)} of them kept" in said.out and f"tried {len(kept)} cases in" in said.err
+    assert json.loads((out / "plan.json").read_text())["kept"] == len(kept) > 3
+    assert run(["sweep", str(path), "-o", str(out), "--accept"]) == 0
+    assert "planned: " in capsys.readouterr().err
+    assert run(["sweep", str(path), "-o", str(out), "--accept"]) == 0
+    assert "planned: " not in capsys.readouterr().err
+    assert run(["sweep", str(path), "--plan", "-o", str(out)]) == 0
+    assert "60 cases, 60 of them kept" in capsys.readouterr().out and (out / STORE).exists()
+
+
+def test_bad_words_of_a_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One line each."""
+    for words, message in (([], "--output must be given"), (["--plan", "-j", "0"], "processes must be one or more")):
+        assert run(["sweep", str(written(tmp_path, INDUCTANCE)), *words]) == 2
+        assert message in capsys.readouterr().err
