@@ -32,6 +32,8 @@ from sits_mech.scene.sensor import SceneError, load_beside, scene_text
 from sits_mech.store import Row
 from sits_mech.units import shown, split_quantity
 
+COMPONENTS = {name: argument for argument, name in (LOAD_ARGUMENTS | POSE_ARGUMENTS).items()}
+"""Arguments by the names that their components have in Python, which study files may use as well."""
 KEYS = ("scene", "request", "combine", "vary", "fixed")
 TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
 _NOT_OF_COILS = ("elastomer", "readout", "tolerances", "mechanics")
@@ -109,11 +111,14 @@ def _study(table: Mapping[str, Any], folder: Path) -> Study:
 
 
 def _table(table: Mapping[str, Any], name: str) -> Row:
-    """Return a table of the file; [vary] must have keys."""
-    part = table.get(name, {})
+    """Return a table of the file, loads and poses by the names of arguments; [vary] must have keys."""
+    part: Row = table.get(name, {})
     if not isinstance(part, dict) or (name == "vary" and not part):
         raise SceneError(f"{name}: must be a table of keys and their values; got {shown(part)}")
-    return part
+    for key in part:
+        if key in COMPONENTS and COMPONENTS[key] in part and COMPONENTS[key] != key:
+            raise SceneError(f"{name}.{COMPONENTS[key]}: must be given once; got {key} beside it")
+    return {COMPONENTS.get(key, key): item for key, item in part.items()}
 
 
 def _check_names(name: str, request: Request, varied: Row, fixed: Row) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sits_mech.batch.requests import REQUESTS, Request
-from sits_mech.batch.study import KEYS, TOP
+from sits_mech.batch.study import COMPONENTS, KEYS, TOP
 from sits_mech.scene.bounds import quantity_schema
 from sits_mech.schemas.scene import DIALECT
 
@@ -40,15 +40,21 @@ def study_schema() -> Schema:
 
 def _of_request(name: str, request: Request) -> Schema:
     """Return the arguments that a request has, and those it needs."""
-    known = {"anyOf": [{"enum": [*request.arguments, *TOP]}, {"pattern": _DOTTED}]}
-    fixed = {argument: _argument(request, argument) for argument in request.arguments}
+    fixed = {name: _argument(request, argument) for argument in request.arguments for name in _spelt(argument)}
+    known = {"anyOf": [{"enum": [*fixed, *TOP]}, {"pattern": _DOTTED}]}
     tables: Schema = {"vary": {"propertyNames": known}, "fixed": {"propertyNames": known, "properties": fixed}}
     for argument in request.ranges:
-        tables["vary"].setdefault("properties", {})[argument] = False
+        tables["vary"].setdefault("properties", {}).update(dict.fromkeys(_spelt(argument), False))
     then: Schema = {"properties": tables}
     if request.needed:
-        then["allOf"] = [{"anyOf": [_holds("vary", key), _holds("fixed", key)]} for key in request.needed]
+        places = [[(part, name) for part in tables for name in _spelt(key)] for key in request.needed]
+        then["allOf"] = [{"anyOf": [_holds(*place) for place in each]} for each in places]
     return {"if": {"properties": {"request": {"const": name}}}, "then": then}
+
+
+def _spelt(argument: str) -> list[str]:
+    """Return the names that an argument may have in a study file."""
+    return [argument, *(name for name, own in COMPONENTS.items() if own == argument != name)]
 
 
 def _holds(table: str, key: str) -> Schema:

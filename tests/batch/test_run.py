@@ -132,6 +132,8 @@ REFUSED = {
     HEAD + '[vary]\ndv = { from = "1 mm", to = "1 cm", count = 3 }\n': "dv: must be a list",
     HEAD + '[vary]\ndv = ["1 mm", "1 N"]\n': "dv: must be a length",
     HEAD + '[vary]\ndvv = ["1 mm"]\n': "argument of inductance must be one of .*; got dvv|argument of inductance .*dvv",
+    HEAD + '[vary]\nDv = ["1 mm"]\n': 'got Dv|argument of inductance .*"Dv" .did you mean "dv"',
+    HEAD + '[vary]\ndv = ["1 mm"]\nd_v = ["2 mm"]\n': "vary.dv: must be given once; got d_v beside it",
     HEAD + '[vary]\ndh = ["1 mm"]\n': "dv: must be given",
     HEAD + '[vary]\ndv = ["1 mm"]\n[fixed]\ndv = "2 mm"\n': "it stands under both",
     HEAD + '[vary]\ndv = ["1 mm"]\n"target.widht" = [1]\n': "target.widht",
@@ -151,6 +153,13 @@ REFUSED = {
     'request = "pose"\n': "scene: must be given",
     "vary = ": "must be a TOML file",
 }
+
+
+def test_components_have_their_names_in_python_too(tmp_path: Path) -> None:
+    """The same study, whichever is written."""
+    text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["1 N"]\nmoment = [0.0]\n[fixed]\nfx = "1 N"\n'
+    other = text.replace("fz", "F_z").replace("moment", "M").replace("fx", "F_x")
+    assert read_study(written(tmp_path, text)) == read_study(written(tmp_path, other))
 
 
 @pytest.mark.parametrize("text", REFUSED, ids=list(REFUSED.values()))

@@ -31,6 +31,8 @@ model = "planar"
         ("count = 3", "count = 1", False),
         ('dv = { from = "1 mm", to = "5 mm", count = 3 }', "", False),
         ('dv = { from = "1 mm", to = "5 mm", count = 3 }', 'fz = ["1 N"]', False),
+        ("dv = {", "d_v = {", True),
+        ("dv = {", "F_z = {", False),
         ('model = "planar"', 'model = "block"', False),
         ('model = "planar"', "tolerance = 1e-3", True),
         ('combine = "product"', 'combine = "all"', False),
@@ -54,4 +56,6 @@ def test_ranges_stand_under_fixed() -> None:
     table = {"scene": "biorob2018", "request": "calibrate", "vary": {"target.width": ["8 mm"]}}
     assert STUDY.is_valid(table | {"fixed": {"fx": "-1 N:1 N:3", "fz": "0 N:2 N:3"}})
     assert not STUDY.is_valid(table | {"fixed": {"fx": "-1 N:1 N:3"}})
+    assert STUDY.is_valid(table | {"fixed": {"F_x": "-1 N:1 N:3", "fz": "0 N:2 N:3"}})
+    assert not STUDY.is_valid(table | {"vary": {"F_x": ["1 N"]}, "fixed": {"fx": "0 N:1 N:3", "fz": "0 N:2 N:3"}})
     assert not STUDY.is_valid(table | {"vary": {"fx": ["1 N"]}, "fixed": {"fz": "0 N:2 N:3"}})
