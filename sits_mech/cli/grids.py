@@ -96,6 +96,7 @@ def sweep(
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Parallel processes.")] = 1,
     dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
     accept: Accept = False,
+    yes: Annotated[bool, Parameter(negative="", help="Run more than a day, or than the disk holds.")] = False,
 ) -> int:
     """Run the cases of a study and join them to one table; a stopped run is resumed.
 
@@ -126,7 +127,7 @@ def sweep(
     if output is None:
         raise SceneError("--output must be given: a folder for the result and finished cases; it is missing")
     with workers(processes, dask) as executor, progress_bar("cases") as progress:
-        planned = None if dask else noted(output)
+        planned = None if dask else noted(output, processes, yes=yes)
         data = run_study(asked, output, executor=executor, progress=progress)
     show(case_table(data))
     aside = cases_aside(asked, output)

@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 
 from sits_mech.batch import forecast as forecasts
-from sits_mech.batch.forecast import Forecast, Steps, forecast
+from sits_mech.batch.forecast import Forecast, Steps, forecast, note, noted
 from sits_mech.batch.run import Case
 from sits_mech.batch.study import Study, read_study
 from sits_mech.cli.main import run
 from sits_mech.store import STORE, opened
+from sits_mech.units import SceneError
 
 SIMULATE = """
 scene = "biorob2018"
@@ -107,6 +108,23 @@ def test_the_command_plans_and_keeps_what_it_tried(tmp_path: Path, capsys: pytes
     assert "planned: " not in capsys.readouterr().err
     assert run(["sweep", str(path), "--plan", "-o", str(out)]) == 0
     assert "60 cases, 60 of them kept" in capsys.readouterr().out and (out / STORE).exists()
+
+
+def test_more_than_a_day_or_than_the_disk_is_asked_for(tmp_path: Path) -> None:
+    """One line that says how much; two processes have two days' time; a plan of other cases says nothing."""
+    with opened(tmp_path) as cases:
+        cases.put([("a", {"status": "ok", "lasting": True})])
+        note(Forecast(((100_000,), (100_000,)), 1, Steps(0.0, 0.0, 0.0, 1.0)), cases)
+    assert noted(tmp_path, 2) == noted(tmp_path, yes=True) == 100_000.0
+    with pytest.raises(SceneError, match=r"must be planned for a day at most; 1.2 days \(--yes\)"):
+        noted(tmp_path)
+    with opened(tmp_path) as cases:
+        note(Forecast(((10**12,), (10**12,)), 1), cases)
+    with pytest.raises(SceneError, match="must be on a disk with room for what is planned; it needs some .* GiB of "):
+        noted(tmp_path)
+    with opened(tmp_path) as cases:
+        cases.put([("b", {"status": "ok", "lasting": True})])
+    assert noted(tmp_path) is None
 
 
 def test_bad_words_of_a_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
