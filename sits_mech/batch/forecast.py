@@ -81,8 +81,12 @@ class Forecast:
         return float(np.dot(self.steps, self.counts(processes)))
 
     def wall(self, processes: int) -> float:
-        """Return the seconds until the end, if each process has a core, as far as there are some."""
-        return self.seconds(processes) / min(processes, os.cpu_count() or 1)
+        """Return the seconds until the end, if each process has a core, as far as there are some.
+
+        The process that starts the others does so before them.
+        """
+        whole, first = self.seconds(processes), self.steps.process * (processes > 1 and self.cases > 0)
+        return first + (whole - first) / min(processes, os.cpu_count() or 1)
 
     @property
     def saved(self) -> Steps:

@@ -64,10 +64,13 @@ def test_steps_follow_from_a_few_cases(slow: list[float], tmp_path: Path) -> Non
     assert found.saved == pytest.approx((59 * 3.0, 58 * 2.0, 54 * 0.5, 0.0))
 
 
-def test_each_process_prepares_what_it_meets() -> None:
-    """A task goes to one process: three cannot meet coils of two tasks."""
+def test_each_process_prepares_what_it_meets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A task goes to one process: three cannot meet coils of two tasks. The first starts the others."""
     plan = Forecast(((50, 60), (50, 30, 30)), 25, TRUE)
     assert plan.counts(1) == (1, 2, 3, 110) and plan.counts(3) == (4, 5, 6, 110)
+    assert plan.wall(1) == plan.seconds() == 3.0 + 2 * 2.0 + 3 * 0.5 + 110 * 0.1
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    assert plan.wall(3) == pytest.approx(3.0 + (3 * 3.0 + 5 * 2.0 + 6 * 0.5 + 110 * 0.1) / 2)
     assert Forecast(((), ()), 1, TRUE).seconds(2) == 0.0
 
 
