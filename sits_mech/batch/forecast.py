@@ -143,15 +143,19 @@ def noted(folder: Path, processes: int = 1, *, yes: bool = False) -> float | Non
     path = folder / _NOTE
     if not path.exists():
         return None
-    said = json.loads(input_text(path, "a plan of a sweep"))
+    try:
+        said = json.loads(input_text(path, "a plan of a sweep"))
+        seconds, needs, kept = (float(said[key]) for key in ("seconds", "bytes", "kept"))
+    except (ValueError, LookupError, TypeError):
+        raise SceneError(f"{path}: must be as --plan wrote it; remove it, or plan again") from None
     with opened(folder) as cases:
-        if said["kept"] != len(cases.names):
+        if kept != len(cases.names):
             return None
-    seconds, free = float(said["seconds"]), disk_usage(folder).free
+    free = disk_usage(folder).free
     if not yes and seconds > processes * _DAY:
         raise SceneError(f"{folder}: must be planned for a day at most; {seconds / processes / _DAY:.2g} days (--yes)")
-    if not yes and said["bytes"] > free:
-        needed = f"some {said['bytes'] / GIB:.2g} GiB of {free / GIB:.2g}"
+    if not yes and needs > free:
+        needed = f"some {needs / GIB:.2g} GiB of {free / GIB:.2g}"
         raise SceneError(f"{folder}: must be on a disk with room for what is planned; it needs {needed} (--yes)")
     return seconds
 

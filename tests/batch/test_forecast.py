@@ -128,6 +128,9 @@ def test_more_than_a_day_or_than_the_disk_is_asked_for(tmp_path: Path) -> None:
     with opened(tmp_path) as cases:
         cases.put([("b", {"status": "ok", "lasting": True})])
     assert noted(tmp_path) is None
+    (tmp_path / "plan.json").write_text("{}")
+    with pytest.raises(SceneError, match="plan.json: must be as --plan wrote it"):
+        noted(tmp_path)
 
 
 def test_bad_words_of_a_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
