@@ -30,7 +30,7 @@ from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array
 from sits_mech.readout.measured import Measured
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 SENSORS = {"biorob2018-w15": (100, {"F_x": 0.7, "F_z": 2.8}), "triaxial-4": (40, {"F_x": 0.8, "F_z": 3.2})}

@@ -12,8 +12,8 @@ from common.outputs import study_arguments, write_rows
 
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.quantities import Pose
-from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.report.pictures.fields import CURRENT_HEIGHT, draw_current, draw_potential, potential_height
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, changed, load_sensor
 
 # d_h, d_v [mm], f [Hz], radius where A = 0 [mm] (None: no net current), Delta L1, L2, M12 [H/m], R1, R2 [ohm/m]

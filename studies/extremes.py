@@ -34,7 +34,7 @@ from extreme.solids import solids
 from extreme.walls import walls
 from threadpoolctl import threadpool_limits
 
-from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
+from sits_mech.report.pictures.style import COLUMN, new_figure, save_figure
 
 
 def mechanics(coarse: bool) -> Iterator[Row]:

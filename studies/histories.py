@@ -26,7 +26,7 @@ from sits_mech.analysis.histories.response import in_time
 from sits_mech.chain.models import mechanical_model
 from sits_mech.mechanics.histories import LoadHistory, motion_of
 from sits_mech.quantities import Wrench
-from sits_mech.report.pictures.curves import new_figure, save_figure, strokes
+from sits_mech.report.pictures.style import new_figure, save_figure, strokes
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 PEAK = Wrench(F_z=2.0)

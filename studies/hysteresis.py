@@ -18,7 +18,7 @@ from common.outputs import study_arguments, write_rows
 
 from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.quantities import Wrench
-from sits_mech.report.pictures.curves import new_figure, save_figure, strokes
+from sits_mech.report.pictures.style import new_figure, save_figure, strokes
 from sits_mech.scene.sensor import Sensor, load_sensor, sensor_from
 from sits_mech.silicone.material import table_of
 

@@ -28,7 +28,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.histories import LoadHistory, motion_of
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import WRENCH, Array, SolveFailed
-from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
+from sits_mech.report.pictures.style import COLUMN, new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 STORED = Path(__file__).parent / "common" / "reference_histories.json"

@@ -26,7 +26,7 @@ from threadpoolctl import threadpool_limits
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import MechanicalModel, SolveFailed
-from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
+from sits_mech.report.pictures.style import COLUMN, new_figure, save_figure
 
 TOLERANCES = (1e-2, 3e-3, 1e-3)
 DRAWN = (

@@ -36,7 +36,7 @@ from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.loads import Settled, settle
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
 from sits_mech.quantities import Bounded, Pose, Wrench
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 from sits_mech.store import Row
 

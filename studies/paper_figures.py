@@ -57,7 +57,7 @@ from scipy.optimize import minimize_scalar
 
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.pictures.curves import add_polygons, new_figure, save_figure
+from sits_mech.report.pictures.style import add_polygons, new_figure, save_figure
 
 SHOWN = (STATED, FITTING, SPATIAL)
 FIGURE_7 = (STATED, ALONE, FITTING, SPATIAL)

@@ -31,7 +31,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.readout.calibration import Calibration
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 SENSOR = "biorob2018-w15"

@@ -34,7 +34,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import Calibration
 from sits_mech.readout.measured import Measured
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 RANGES = {"F_x": 0.7, "F_z": 2.8}

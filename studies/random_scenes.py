@@ -36,7 +36,7 @@ from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheets import not_representable, sheets
 from sits_mech.mechanics.block import block_pad
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, Wrench
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
 
 MM, ASKED = 1e-3, 1e-2

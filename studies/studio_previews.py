@@ -18,10 +18,11 @@ from common.outputs import study_arguments, write_rows
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.gradient_grid import gradient_on_grid
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
+from sits_mech.scene.parameters import numbers_of
 from sits_mech.scene.sensor import changed, load_sensor
-from sits_mech.studio.previews import Solved, numbers_of, preview
-from sits_mech.studio.session import BESIDE, open_share
+from sits_mech.studio.previews import Solved, open_share, preview
+from sits_mech.studio.session import BESIDE
 
 KEYS = ("elastomer.thickness", "elastomer.width", "target.width")
 NAMES = ("d_h", "d_v", "L", "L_v_percent", "L_h_percent")

@@ -130,6 +130,7 @@ UNMIRRORED = {
         "tests/report/pictures/test_spatial.py: requests drawn and refused",
     ),
     "report/pictures/section.py": "tests/report/pictures/test_curves.py: sections drawn",
+    "report/pictures/style.py": "tests/report/pictures/test_curves.py: figures of the style, written",
     **dict.fromkeys(
         ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
     ),

@@ -14,6 +14,7 @@ from sits_mech.chain.prices.ends import ROUGH
 from sits_mech.chain.prices.forecast import Look
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
+from sits_mech.scene.coils import resolved_shear
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.material import implausible
 
@@ -23,14 +24,9 @@ USUAL = {"F_x": 1.0, "F_y": 1.0, "F_z": 4.0}
 """Largest forces of a grid by default [N]."""
 
 
-def resolved_shear(sensor: Sensor) -> tuple[str, ...]:
-    """Return the shear forces that coils resolve: along axes on which not all have one place."""
-    return tuple(name for k, name in enumerate(("F_x", "F_y")) if len({coil.centre[k] for coil in sensor.coils}) > 1)
-
-
 def usual_loads(sensor: Sensor) -> dict[str, float]:
     """Return the largest forces of a grid by default [N]: the first shear that coils resolve, and the normal force."""
-    return {name: USUAL[name] for name in (*resolved_shear(sensor)[:1], "F_z")}
+    return {name: USUAL[name] for name in (*resolved_shear(sensor.coils)[:1], "F_z")}
 
 
 @dataclass(frozen=True)

@@ -128,8 +128,8 @@ def fit(
         if path is not None:
             check_readable(path, "a readable tensile test")
 
-    from sits_mech.report.pictures.curves import save_figure
     from sits_mech.report.pictures.fit import fit_figure, fitted_tables
+    from sits_mech.report.pictures.style import save_figure
     from sits_mech.silicone.histories.fitted import fit_tests
     from sits_mech.silicone.material import Silicone, implausible
     from sits_mech.units import SceneError

@@ -210,8 +210,8 @@ def compare(
     from sits_mech.readout.loads import fixed, several
     from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_calibration
-    from sits_mech.report.pictures.curves import save_figure
     from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
+    from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.tables.solves import key_table
     from sits_mech.scene.sensor import load_sensor
 

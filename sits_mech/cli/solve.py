@@ -192,7 +192,7 @@ def over_temperature(
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.chain.temperature import relative_slopes
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.tables.drift import drift_figure, temperatures_record, temperatures_table
 
     coils, T = sensors[0].coil_names, [sensor.temperature for sensor in sensors]
@@ -226,7 +226,7 @@ def envelope(
     from sits_mech.cli.console import progress_bar
     from sits_mech.report.envelope import envelope_figure, envelope_record, envelope_table
     from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.records import json_text
     from sits_mech.scene.files import write_text
 

@@ -84,7 +84,7 @@ def cycle(
     from sits_mech.analysis.histories.full_cycle import full_cycle
     from sits_mech.cases import save_table
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.tables.loops import difference_record, difference_table, loop_curves, loop_record, loop_table
 
     try:

@@ -16,9 +16,9 @@ from sits_mech.labels import labelled
 from sits_mech.quantities import SolveFailed, Wrench, as_jsonable
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table, pictures_part
-from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.design import choice_words, design_pictures
 from sits_mech.report.pictures.section import load_view
+from sits_mech.report.pictures.style import save_figure
 from sits_mech.report.tables.design import asked_table, design_record, design_tables
 from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.files import write_text

@@ -10,7 +10,8 @@ from scipy.interpolate import CubicSpline
 
 from sits_mech.analysis.envelope import Envelope
 from sits_mech.quantities import Wrench, shown_unit
-from sits_mech.report.pictures.curves import MARKS, load_label, new_figure
+from sits_mech.report.pictures.curves import load_label
+from sits_mech.report.pictures.style import MARKS, new_figure
 from sits_mech.report.tables.solves import key_table, with_error
 
 if TYPE_CHECKING:

@@ -17,7 +17,8 @@ from sits_mech.cases import save_table
 from sits_mech.chain.omissions import Omission
 from sits_mech.quantities import POSE, WRENCH, shown_unit
 from sits_mech.readout.signals import told
-from sits_mech.report.pictures.curves import new_figure, save_figure, signal_label, strokes
+from sits_mech.report.pictures.curves import signal_label
+from sits_mech.report.pictures.style import new_figure, save_figure, strokes
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import shown_scale, sizes_of, with_error
 from sits_mech.scene.files import write_text

@@ -22,8 +22,9 @@ from sits_mech.readout.loads import several
 from sits_mech.report.folder import check_table
 from sits_mech.report.page.explorer import Asked, explorer, page_file
 from sits_mech.report.page.parts import figures_part, scene_part, subtitle
-from sits_mech.report.pictures.curves import calibration_pictures, figure_bytes
+from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.drawing import scene_drawing
+from sits_mech.report.pictures.style import figure_bytes
 from sits_mech.scene.files import write_text
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.plausible import slips

@@ -8,7 +8,7 @@ otherwise, and along the points of a `path`. Vias are no part of a coil: its tra
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -314,3 +314,8 @@ class Coil(BaseModel):
         if self.layer_z or self.shape == "path":
             return self.track_thickness / 2 - self.heights[-1]
         return (self.layers - 1) * self.layer_pitch + self.track_thickness
+
+
+def resolved_shear(coils: Sequence[Coil]) -> tuple[str, ...]:
+    """Return the shear forces that coils resolve: along axes on which not all have one place."""
+    return tuple(name for k, name in enumerate(("F_x", "F_y")) if len({coil.centre[k] for coil in coils}) > 1)

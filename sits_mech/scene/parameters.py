@@ -168,6 +168,24 @@ def keys_of(sensor: Sensor, key: str) -> list[str]:
     return [each for each, _ in _ends(scene_table(sensor), key.split("."), ())]
 
 
+def numbers_of(sensor: Sensor) -> dict[str, Any]:
+    """Return what a scene gives, by dotted key, entries of lists by number."""
+    found: dict[str, Any] = {}
+
+    def read(part: Any, path: str) -> None:
+        if isinstance(part, Mapping):
+            for key, item in part.items():
+                read(item, f"{path}{key}.")
+        elif isinstance(part, list | tuple) and any(isinstance(item, Mapping) for item in part):
+            for number, item in enumerate(part):
+                read(item, f"{path}{number}.")
+        else:
+            found[path[:-1]] = part
+
+    read(scene_table(sensor), "")
+    return found
+
+
 def _ends(part: Any, steps: list[str], way: tuple[str, ...]) -> list[tuple[str, Any]]:
     """Return keys and values at the end of some steps down from a part; None where it has none."""
     if not steps:

@@ -10,10 +10,10 @@ from typing import Any
 
 from nicegui import ui
 
-from sits_mech.chain.request import resolved_shear
+from sits_mech.scene.coils import resolved_shear
 from sits_mech.scene.materials import silicones
+from sits_mech.scene.parameters import numbers_of
 from sits_mech.scene.sensor import SceneError
-from sits_mech.studio.previews import numbers_of
 from sits_mech.studio.session import SLIDERS, Session
 
 _THROTTLE = 0.08  # seconds between moves of a slider that are followed
@@ -45,7 +45,7 @@ class Form:
             if sensor.elastomer is not None and isinstance(sensor.elastomer.material, str):
                 ui.select(sorted(silicones()), label="silicone", value=sensor.elastomer.material,
                           on_change=lambda event: self._changes("elastomer.material", json.dumps(event.value)))
-            for name in dict.fromkeys((*self.session.most, *resolved_shear(sensor), "F_z")):
+            for name in dict.fromkeys((*self.session.most, *resolved_shear(sensor.coils), "F_z")):
                 unit = "N" if name.startswith("F") else "N m"
                 field = ui.number(f"largest {name} [{unit}]", value=self.session.most.get(name), format="%.4g")
                 field.on("change", partial(self._bears, name, field)).classes("w-full").props("dense")

@@ -22,7 +22,7 @@ from sits_mech.scene.plausible import slips
 from sits_mech.scene.sensor import SceneError, Sensor, catalogue, scene_hash, scene_text, sensor_from
 from sits_mech.studio.form import Form
 from sits_mech.studio.guard import Guard
-from sits_mech.studio.session import Session, View, open_share
+from sits_mech.studio.session import Session, View
 from sits_mech.studio.solver import Solver
 
 _COLOURS = {"drawing": "grey", "preview": "orange", "solved": "green"}
@@ -193,9 +193,10 @@ class _Page:
         self.text.set_value(scene_text(view.sensor))
         self.drawing_soon.cancel()
         if view.data is None:
-            self.drawing_soon = asyncio.get_running_loop().call_later(_RESTS, self._draw_plainly, view.sensor)
+            self.drawing_soon = asyncio.get_running_loop().call_later(_RESTS * bool(self.drawing.content), self._draw_plainly, view.sensor)
             self.open.set_text("")
             return
+        from sits_mech.studio.previews import open_share
         from sits_mech.studio.shown import cost, frame, pictures
 
         words = f"signals within {100.0 * open_share(view.data):.3g} % of their range"
@@ -206,8 +207,8 @@ class _Page:
 
     def _draw_plainly(self, sensor: Sensor) -> None:
         """Draw plan and section of a scene of which no table is known; the last table stays, pale."""
-        from sits_mech.report.pictures.curves import figure_bytes
         from sits_mech.report.pictures.drawing import scene_drawing
+        from sits_mech.report.pictures.style import figure_bytes
 
         if self.client.id in type(self.client).instances:
             with self.client:

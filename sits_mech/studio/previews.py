@@ -27,30 +27,13 @@ import xarray as xr
 from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.quantities import POSE, Array
 from sits_mech.readout.loads import varied
-from sits_mech.readout.signals import rows_of, signals
-from sits_mech.scene.sensor import Sensor, scene_table
+from sits_mech.readout.signals import rows_of, signals, told
+from sits_mech.scene.parameters import numbers_of
+from sits_mech.scene.sensor import Sensor
 
 _DOUBLES = 0.15  # l: a tenth of the target's width misses 0.56 of its change (0.19), 15 % of the thickness 0.1 (1.6)
 _LEAST = 1e-3  # of f: where a coil hardly sees the target, its logarithm tells nothing
 _PAIR = ("coil", "coil_2")
-
-
-def numbers_of(sensor: Sensor) -> dict[str, Any]:
-    """Return what a scene gives, by dotted key."""
-    found: dict[str, Any] = {}
-
-    def read(part: Any, path: str) -> None:
-        if isinstance(part, Mapping):
-            for key, item in part.items():
-                read(item, f"{path}{key}.")
-        elif isinstance(part, list | tuple) and any(isinstance(item, Mapping) for item in part):
-            for number, item in enumerate(part):
-                read(item, f"{path}{number}.")
-        else:
-            found[path[:-1]] = part
-
-    read(scene_table(sensor), "")
-    return found
 
 
 @dataclass(frozen=True)
@@ -193,3 +176,10 @@ def _table(base: Solved, sensor: Sensor, own: tuple[Array, Array], rest: tuple[A
     for name, shown in signals(L0 + own[0], L0, weights, own[1] @ np.abs(rows_of(weights)).T).known.items():
         put(name, base.flat(data[name]) + shown if name.startswith("error_") else np.asarray(shown))
     return data
+
+
+def open_share(data: xr.Dataset) -> float:
+    """Return the largest error of a signal of a table, over the range of all."""
+    names = [name for name in told(data) if name in data]
+    ranges = max(float(np.nanmax(data[name]) - np.nanmin(data[name])) for name in names)
+    return max(float(np.nanmax(data[f"error_{name}"])) for name in names) / ranges

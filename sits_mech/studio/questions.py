@@ -10,14 +10,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from sits_mech.disk_cache import kept
-from sits_mech.scene.sensor import Sensor, scene_hash
-from sits_mech.synthesis.requirements import Requirements
+from sits_mech.scene.sensor import Sensor, scene_hash, scene_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sits_mech.synthesis.requirements import Requirements
 
 _ACROSS = 5
 _ROOMS = ("chain", "geometry", "magnetics", "maps", "mechanics", "meshing", "readout", "scene", "silicone")
@@ -110,7 +113,6 @@ class Figures(Question):
 
     def answer(self, told: Told) -> Any:
         """Return task and answer, as `design` solves one of its designs."""
-        from sits_mech.scene.sensor import scene_text
         from sits_mech.synthesis.solve import Solver
         from sits_mech.synthesis.space import Design, Space
 
@@ -152,6 +154,8 @@ def _kept(question: Question, make: Callable[[], xr.Dataset]) -> xr.Dataset:
 
     def unpack(arrays: Mapping[str, Any]) -> xr.Dataset:
         """Return it from them."""
+        import xarray as xr
+
         return xr.load_dataset(io.BytesIO(arrays["table"].tobytes()), engine="h5netcdf")
 
     return kept(("studio", question.key), make, pack, unpack, _ROOMS)

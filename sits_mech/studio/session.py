@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Literal
-
-import numpy as np
-import xarray as xr
+from typing import TYPE_CHECKING, Any, Literal
 
 from sits_mech.quantities import LOAD_ARGUMENTS, UNITS, WRENCH
-from sits_mech.readout.signals import told
-from sits_mech.scene.parameters import keys_of
+from sits_mech.scene.parameters import keys_of, numbers_of
 from sits_mech.scene.sensor import Sensor, changed, load_sensor
-from sits_mech.studio.asked import Judged, glanced, read_asked
-from sits_mech.studio.previews import Solved, numbers_of, preview
 from sits_mech.studio.questions import Borne, Figures, Question, Search, Slopes, Table, grid_of
 from sits_mech.studio.solver import Solver
-from sits_mech.synthesis.answer import DesignAnswer
-from sits_mech.synthesis.requirements import Requirements
+
+if TYPE_CHECKING:  # these come with the first table: the first picture does not wait for them
+    import xarray as xr
+
+    from sits_mech.studio.asked import Judged
+    from sits_mech.studio.previews import Solved
+    from sits_mech.synthesis.answer import DesignAnswer
+    from sits_mech.synthesis.requirements import Requirements
 
 SLIDERS = {
     "elastomer.thickness": "pad thickness", "elastomer.width": "pad width", "elastomer.length": "pad length",
@@ -67,8 +67,8 @@ class Session:
         self.search: Search | None = None
         self.tried = list[str]()  # designs of the search, in words
         self.found: DesignAnswer | None = None
-        self._glances = dict[tuple[Any, ...], Judged | None]()  # by the requirements of now
-        self._tables = dict[tuple[Any, ...], Solved]()
+        self._glances: dict[tuple[Any, ...], Judged | None] = {}  # by the requirements of now
+        self._tables: dict[tuple[Any, ...], Solved] = {}
         self._shown: tuple[tuple[Any, ...], View] | None = None
 
     def open(self, source: str, keys: dict[str, str] | None = None, most: dict[str, float] | None = None) -> None:
@@ -107,6 +107,8 @@ class Session:
 
     def require(self, text: str) -> None:
         """Judge scenes by requirements, the text of their file, and show the loads of these; SceneError as theirs."""
+        from sits_mech.studio.asked import read_asked
+
         self.asked = read_asked(text, self.sensor)
         self._glances.clear()
         self.most = {name: max(map(abs, ends)) for name, ends in self.asked.loads.items()}
@@ -114,6 +116,8 @@ class Session:
 
     def find(self, text: str) -> None:
         """Search the sensor that holds requirements best, of the scenes that they let vary."""
+        from sits_mech.studio.asked import read_asked
+
         asked = read_asked(text, self.sensor)
         self.search, self.found = Search(self.sensor, (), self.models, asked, self.solver.folder), None
         self.tried = []
@@ -170,6 +174,8 @@ class Session:
             data = self.solver.kept[own.key]
             return View("solved", self.sensor, data, "", self._judged(data))
         for base in sorted(known, key=lambda each: each.slopes is None):
+            from sits_mech.studio.previews import preview
+
             data = preview(base, known, self.sensor)
             if data is not None:
                 return View("preview", self.sensor, data, "", self._judged(data, base))
@@ -185,6 +191,8 @@ class Session:
         asked, question = self.asked, self._figures
         if asked is None or question is None:
             return None
+        from sits_mech.studio.asked import Judged, glanced
+
         if question.key in self.solver.kept:
             return Judged(True, asked, *self.solver.kept[question.key])
         if base is not None:
@@ -195,6 +203,8 @@ class Session:
         """Return the figures that a table tells at a glance, kept."""
         key = self.question(sensor).key
         if key not in self._glances and self.asked is not None:
+            from sits_mech.studio.asked import glanced
+
             self._glances[key] = glanced(self.asked, sensor, data)
         return self._glances.get(key)
 
@@ -235,6 +245,10 @@ class Session:
 
     def _known(self) -> list[Solved]:
         """Return the tables of the scenes that were seen, under these loads, with their slopes, latest first."""
+        if not self.visited:
+            return []
+        from sits_mech.studio.previews import Solved
+
         kept, numbers, found = self.solver.kept, self._numbers, []
         for sensor in reversed(self.visited):
             own, by = self.question(sensor).key, self.question(sensor, numbers).key
@@ -279,10 +293,3 @@ class Session:
         if kind in ("done", "failed"):
             self.search = None
         self.draw(self.view(f"searching: {what[0]} of at most {what[1]} designs" if kind == "progress" else ""))
-
-
-def open_share(data: xr.Dataset) -> float:
-    """Return the largest error of a signal of a table, over the range of all."""
-    names = [name for name in told(data) if name in data]
-    ranges = max(float(np.nanmax(data[name]) - np.nanmin(data[name])) for name in names)
-    return max(float(np.nanmax(data[f"error_{name}"])) for name in names) / ranges

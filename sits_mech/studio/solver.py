@@ -137,7 +137,8 @@ class Solver:
         self._folder.cleanup()
 
     def _serve(self) -> None:
-        """Answer wishes, one after the other."""
+        """Answer wishes, one after the other, by a process that is started before there are any."""
+        self._started()
         while True:
             with self._changed:
                 while not self._wishes and not self._ended:

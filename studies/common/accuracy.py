@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_info
 
 from sits_mech.chain.ladder import Asked, power, sentence
 from sits_mech.chain.ladder import forget as forget
-from sits_mech.report.pictures.curves import COLUMN, MARKS, new_figure, save_figure
+from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
 
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
 

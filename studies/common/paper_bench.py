@@ -23,7 +23,7 @@ from common.paper import DEGREE, FREE_MEASURED, MEASURED, MM
 
 from sits_mech.analysis.built.comparison import Comparison, compare
 from sits_mech.readout.measured import Measured
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 NOISE = 0.3e-2 * 3.2e-6  # of a reading [H]

@@ -33,7 +33,7 @@ from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import coil_inductances, mutual_loops
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.sensor import Sensor, Target
 

@@ -32,7 +32,7 @@ from elsewhere.rubber import EXTENSION, MEASURED_E, MEASURED_K, PULLED, SQUARE_C
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.quantities import Array, Wrench
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 
 LINDLEY = "Lindley, Engineering Design with Natural Rubber, table 3, by rivt-example-04 (MIT)"
 MATERIALS = {40: (1.50, 0.45, 0.85), 30: (0.92, 0.30, 0.93), 45: (1.80, 0.54, 0.80)}

@@ -32,7 +32,7 @@ from scipy.optimize import least_squares
 from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import series_inductance
 from sits_mech.quantities import Array, Complex
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 
 SWEPT = "repository carabedo/iamend_test, iamend_ci/datos/pp1_manual"
 FLAT = "repository carabedo/iamend_ci, datos/pancake/p40/29_04_24"

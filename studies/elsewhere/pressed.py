@@ -31,7 +31,7 @@ from sits_mech.maps.fit import Free, fit_parameters
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.quantities import Array, SolveFailed
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 from sits_mech.silicone.homogeneous import engineering_stress
 

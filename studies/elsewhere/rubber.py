@@ -22,7 +22,7 @@ from scipy.special import i0, i1
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_layer, linear_pad
 from sits_mech.quantities import Array, Wrench
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 GENT = "Gent and Lindley 1959 (Proc. Inst. Mech. Eng. 173, 111), as in Strojniski vestnik 60 (2014) 506"

@@ -42,7 +42,7 @@ from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import series_inductance
 from sits_mech.magnetics.coils.ring_field import spectrum
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.coils import Coil
 
 SOURCE = 'documentation of Simple AF, page "Switching Probes"'

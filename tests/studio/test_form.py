@@ -1,8 +1,8 @@
 """The fields of the form, by the scene's schema; their elements are tested in a browser (test_studio.py)."""
 
+from sits_mech.scene.parameters import numbers_of
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.studio.form import entry
-from sits_mech.studio.previews import numbers_of
 
 
 def test_every_key_of_a_scene_is_described() -> None:

@@ -9,9 +9,9 @@ import pytest
 
 from sits_mech.cli.main import run
 from sits_mech.scene.sensor import SceneError, scene_text
-from sits_mech.studio.previews import Solved
+from sits_mech.studio.previews import Solved, open_share
 from sits_mech.studio.questions import Question, grid_of
-from sits_mech.studio.session import Session, View, open_share
+from sits_mech.studio.session import Session, View
 
 
 class Waiting:

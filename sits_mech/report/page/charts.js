@@ -5,7 +5,7 @@ function curveChart(curve, number) {
   const svg = byId("chart" + number);
   const item = named.get(curve.name), values = data.values[curve.name], force = forces[place.get(curve.along)], family = curve.family ? forces[place.get(curve.family)] : null;
   const xs = force.nodes.map((x) => x * force.scale), flat = range(curve.limit === undefined ? values : [...values, curve.limit]).map((v) => v * item.scale);
-  const ends = [xs[0], xs[xs.length - 1]], wanted = (data.asked[curve.along] || []).map((x) => x * force.scale), seen = range([...ends, ...wanted]), high = widened(flat);
+  const ends = [xs[0], xs[xs.length - 1]], wanted = (data.asked?.[curve.along] ?? []).map((x) => x * force.scale), seen = range([...ends, ...wanted]), high = widened(flat);
   const [X, Y] = axes(svg, [420, 260], seen, high, axisName(force), curve.axis);
   const line = (x, y) => svgNode("line", { x1: X(x[0]), x2: X(x[1]), y1: Y(y[0]), y2: Y(y[1]), stroke: INK.out, "stroke-width": 1.4, "stroke-dasharray": "6 4", class: "asked" }, svg);
   for (const x of wanted) line([x, x], high);

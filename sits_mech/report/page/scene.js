@@ -100,7 +100,7 @@ function sectionView() {
   svg.setAttribute("viewBox", [view.x, view.y, view.width, view.height].join(" "));
   svgNode("rect", { x: view.x, y: 0, width: view.width, height: view.y + view.height, fill: "#d9e6dd" }, svg);
   svgNode("line", { x1: view.x, x2: -view.x, y1: 0, y2: 0, stroke: "#9db3a6", "stroke-width": 0.03 }, svg);
-  if (data.most_high !== null) svgNode("line", { x1: view.x, x2: -view.x, y1: -data.most_high, y2: -data.most_high, stroke: INK.out, "stroke-width": 0.06, "stroke-dasharray": "0.3 0.2", class: "asked" }, svg);
+  if (data.most_high != null) svgNode("line", { x1: view.x, x2: -view.x, y1: -data.most_high, y2: -data.most_high, stroke: INK.out, "stroke-width": 0.06, "stroke-dasharray": "0.3 0.2", class: "asked" }, svg);
   const bars = svgNode("g", {}, svg), layer = svgNode("path", { fill: INK.pad, stroke: INK.padRim, "stroke-width": 0.04, opacity: 0.92 }, svg);
   const ghost = svgNode("path", { fill: "none", stroke: INK.ghost, "stroke-width": 0.05, "stroke-dasharray": "0.18 0.14" }, svg);
   const plate = svgNode("path", { fill: INK.copper, stroke: INK.rim, "stroke-width": 0.04, id: "plate" }, svg), arrow = arrowNodes(svg);

@@ -10,7 +10,7 @@ import numpy as np
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.prior import SURE
 from sits_mech.quantities import UNITS, Array
-from sits_mech.report.pictures.curves import COLUMN, MARKS, new_figure
+from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

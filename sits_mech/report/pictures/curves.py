@@ -7,13 +7,10 @@ differ in colour, marker and dashes, so that a grey print tells them apart. matp
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from functools import cache, partial
-from io import BytesIO
-from pathlib import Path
+from collections.abc import Callable
+from functools import partial
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -21,80 +18,13 @@ import xarray as xr
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
 from sits_mech.readout.loads import at_middle, several
-from sits_mech.scene.files import write_bytes
+from sits_mech.report.pictures.style import label_bar, new_figure, strokes
 from sits_mech.scene.sensor import SceneError
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
 _KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}  # others are moments
-COLUMN = 88.0 / 25.4  # width of a paper's column [in]
-STYLE = Path(__file__).with_name("paper.mplstyle")
-"""The style file of every picture, for matplotlib's `style.use` as well."""
-TRACKS = ("#d55e00", "#0072b2")
-"""Colours of tracks whose positive current runs to the left of a section's direction, and of those that return it."""
-MARKS = "os^Dv<>PX"
-"""Of the curves of a family, in order."""
-_DASHES = ("-", "--", "-.", ":")
-_DATES: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out of files
-
-
-@contextmanager
-def paper_style() -> Iterator[None]:
-    """Set matplotlib to the style file; raise SceneError when matplotlib is not installed."""
-    try:
-        from matplotlib import rc_context
-    except ImportError:
-        raise SceneError("pictures need matplotlib: pip install 'sits-mech[view]'") from None
-    with rc_context(_parameters()):
-        yield
-
-
-@cache
-def _parameters() -> Any:
-    """Return the settings of the style file."""
-    from matplotlib import rc_params_from_file
-
-    return rc_params_from_file(STYLE, use_default_template=False)
-
-
-@contextmanager
-def new_figure(
-    height: float = 0.75,
-    columns: int = 1,
-    rows: int = 1,
-    *,
-    width: float = COLUMN,
-    shares: Sequence[float] | None = None,
-) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Yield a figure in the paper's style and its axes row by row; raise SceneError without matplotlib.
-
-    `height` is relative to `width` [in]; `shares` are the rows' relative heights.
-    """
-    with paper_style():
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(width, width * height), layout="constrained")
-        FigureCanvasAgg(figure)
-        yield figure, list(figure.subplots(rows, columns, squeeze=False, height_ratios=shares).ravel())
-
-
-def add_polygons(axes: Axes, corners: Array, **style: Any) -> PolyCollection:
-    """Draw polygons of one number of corners, shape (m, k, 2), and return what was drawn."""
-    from matplotlib.collections import PolyCollection
-
-    found = PolyCollection(list(corners), **style)
-    axes.add_collection(found)
-    return found
-
-
-def label_bar(bar: Any, text: str) -> None:
-    """Label the scale of colours of a picture."""
-    bar.set_label(text, fontsize=7)
-    bar.ax.tick_params(labelsize=6)
 
 
 def calibration_pictures(data: xr.Dataset) -> dict[str, Callable[[], Figure]]:
@@ -177,17 +107,6 @@ def _symbol(signal: str) -> str:
     return signal.replace("dL", r"\Delta L")
 
 
-def strokes(count: int) -> list[dict[str, Any]]:
-    """Return colour, marker and dashes of each curve of an ordered family, apart in grey and to the colour-blind."""
-    from matplotlib import colormaps
-
-    shades = colormaps["viridis"](np.linspace(0.0, 0.9, count))
-    return [
-        {"color": shade, "marker": MARKS[k % len(MARKS)], "linestyle": _DASHES[k % len(_DASHES)]}
-        for k, shade in enumerate(shades)
-    ]
-
-
 def crosstalk_map(data: xr.Dataset) -> Figure:
     """Plot the crosstalk of each component into the others' signals [% of the signal's own full scale].
 
@@ -264,21 +183,3 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
     return figure
 
 
-def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure by an atomic rename, 300 dots per inch; raise SceneError when it cannot be written."""
-    write_bytes(path, figure_bytes(figure, path.suffix[1:]))
-
-
-def figure_bytes(figure: Figure, form: str) -> bytes:
-    """Return a figure as a file of a format, png, pdf or svg, 300 dots per inch."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    stream = BytesIO()
-    with paper_style():
-        if form != "png":
-            figure.savefig(stream, format=form, dpi=300, metadata=_DATES[form])
-            return stream.getvalue()
-        figure.set_dpi(300)
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(stream)  # `savefig` would draw twice
-    return stream.getvalue()

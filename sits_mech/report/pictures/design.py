@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import new_figure
+from sits_mech.report.pictures.style import new_figure
 from sits_mech.synthesis.answer import DesignAnswer, unit_of
 from sits_mech.synthesis.answered import STRAIN, Answered, Task
 from sits_mech.synthesis.around import Landscape

@@ -18,8 +18,8 @@ from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, chords, coil_cut, names_cut, upright
+from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Elastomer, Sensor, Target
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import TRACKS, add_polygons, label_bar
+from sits_mech.report.pictures.style import TRACKS, add_polygons, label_bar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

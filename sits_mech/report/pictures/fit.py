@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.report.pictures.curves import new_figure
+from sits_mech.report.pictures.style import new_figure
 from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.files import literal
 from sits_mech.silicone.fitting import Fit

@@ -9,7 +9,7 @@ import numpy as np
 
 from sits_mech.analysis.built.comparison import Comparison
 from sits_mech.analysis.built.unknowns import PARAMETERS
-from sits_mech.report.pictures.curves import MARKS, new_figure
+from sits_mech.report.pictures.style import MARKS, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

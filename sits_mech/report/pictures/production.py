@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.analysis.built.production import Production
-from sits_mech.report.pictures.curves import COLUMN, new_figure
+from sits_mech.report.pictures.style import COLUMN, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,10 +10,10 @@ from sits_mech.geometry.tracks import section_refusal
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.refusals import refuse_beside
 from sits_mech.report.pictures.asked import Kind, driven_coil
-from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import field_view, load_view
 from sits_mech.report.pictures.spatial import spatial_view
+from sits_mech.report.pictures.style import save_figure
 from sits_mech.scene.sensor import SceneError, Sensor
 
 

@@ -11,7 +11,7 @@ from rich.table import Table
 from sits_mech.chain.simulate import Simulation
 from sits_mech.quantities import Array, as_jsonable, shown_unit
 from sits_mech.readout.drift import Drift
-from sits_mech.report.pictures.curves import new_figure
+from sits_mech.report.pictures.style import new_figure
 from sits_mech.report.records import simulation_record
 from sits_mech.report.tables.solves import column_table, short
 from sits_mech.scene.thermal import CAUSES

@@ -14,7 +14,8 @@ from rich.table import Table
 from sits_mech.analysis.histories.full_cycle import difference
 from sits_mech.quantities import POSE, WRENCH, Array
 from sits_mech.readout.signals import told
-from sits_mech.report.pictures.curves import load_label, new_figure, signal_label, strokes
+from sits_mech.report.pictures.curves import load_label, signal_label
+from sits_mech.report.pictures.style import new_figure, strokes
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, figure_text
 from sits_mech.status import joined

@@ -17,8 +17,8 @@ from sits_mech.quantities import POSE, Impedance, Pose, SolveReport
 from sits_mech.readout.loads import several
 from sits_mech.readout.measured import Measured, read_measured
 from sits_mech.report.folder import cases_folder
-from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.measured import comparison_figure
+from sits_mech.report.pictures.style import save_figure
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor
 from sits_mech.silicone.material import table_of
 

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from sits_mech.magnetics.field import PlanarField, planar_fem
 from sits_mech.quantities import Pose
-from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.report.pictures.fields import CURRENT_HEIGHT, draw_current, draw_potential, potential_height
+from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import load_sensor
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.fit import fit_figure, fit_rows
+from sits_mech.report.pictures.style import save_figure
 from sits_mech.silicone.fitting import fit_law
 from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.tensile import TensileTest
