@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from sits_mech.units import SceneError
@@ -39,6 +41,12 @@ def _limit(variable: str, usual: float, unit: str) -> float:
 def limit_memory(gib: float) -> None:
     """Set the limit of this process and those it starts [GiB]; raise ValueError where it is not positive."""
     _set_limit(VARIABLE, gib, "memory", "GiB")
+
+
+def give_back() -> None:
+    """Return freed memory to the system, where the C library can: one that stays holds on to a third of its peak else."""
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def limit_seconds(seconds: float) -> None:

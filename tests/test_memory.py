@@ -4,7 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from sits_mech.memory import GIB, TIME, VARIABLE, check_seconds, input_text, limit_memory, limit_seconds, memory_limit
+from sits_mech.memory import (
+    GIB,
+    TIME,
+    VARIABLE,
+    check_seconds,
+    give_back,
+    input_text,
+    limit_memory,
+    limit_seconds,
+    memory_limit,
+)
 
 
 def test_limit_is_four_gib_unless_it_is_set(monkeypatch):
@@ -61,3 +71,9 @@ def test_step_that_takes_too_long_is_refused_before_it_begins(monkeypatch):
         check_seconds(2.0, "the step")
     with pytest.raises(ValueError, match="got 0"):
         limit_seconds(0.0)
+
+
+def test_freed_memory_is_given_back_where_there_is_a_call_for_it(monkeypatch):
+    give_back()
+    monkeypatch.setattr("ctypes.CDLL", lambda name: object())  # another C library has none
+    give_back()

@@ -20,6 +20,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from sits_mech.memory import give_back
 from sits_mech.studio.questions import Question
 
 _KEPT = 40
@@ -83,6 +84,8 @@ def work(pipe: Connection, stops: Connection) -> None:
             except KeyboardInterrupt:
                 found = "stopped", None
             pipe.send(found)
+            del found
+            give_back()
 
 
 class Solver:

@@ -3,6 +3,7 @@
 import shlex
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,6 +20,7 @@ class Waiting:
 
     def __init__(self) -> None:
         self.kept: dict[Any, Any] = {}
+        self.folder = Path("nowhere")
         self.asked: Sequence[tuple[Question, bool]] = ()
 
     def ask(self, tab: str, questions: Sequence[tuple[Question, bool]], told: Callable[..., None]) -> None:
@@ -75,6 +77,33 @@ def test_the_command_gives_the_same(session: tuple[Session, Waiting, list[View]]
 
     tab.take(sensor_of(text))
     assert tab.sensor.elastomer.thickness == 0.0025 and tab.keys["elastomer.thickness"] == "0.0025"
+
+
+def test_requirements_are_judged_and_searched(session: tuple[Session, Waiting, list[View]], base: Solved) -> None:
+    """Their loads are shown; figures at a glance until they are solved; a search that is stopped is asked no more."""
+    tab, solver, views = session
+    text = (
+        '[loads]\nF_x = ["-0.5 N", "0.5 N"]\nF_z = ["0 N", "2 N"]\n[vary]\n"elastomer.thickness" = ["2 mm", "3 mm"]\n'
+        '[require]\nheight = "4 mm"\n'
+    )
+    tab.find(text)
+    assert tab.most == {"F_x": 0.5, "F_z": 2.0}
+    kinds = [type(question).__name__ for question, _ in solver.asked]
+    assert kinds[:3] == ["Table", "Search", "Figures"]
+    table, search, figures = (question for question, _ in solver.asked[:3])
+    solver.answers(table, base.data)
+    assert views[-1].judged is not None and not views[-1].judged.solved
+    solver.told(search, "progress", (1, 72, "thickness 2 mm"))
+    assert tab.tried == ["thickness 2 mm"] and "1 of at most 72" in views[-1].state
+    solver.answers(figures, (views[-1].judged.task, views[-1].judged.found))
+    assert views[-1].judged is not None and views[-1].judged.solved
+    solver.told(search, "failed", "loads: no design within the bounds answers them")
+    assert tab.search is None and tab.tried[-1].startswith("loads: ")
+    tab.find(text)
+    tab.stop()
+    assert solver.asked == [] and views[-1].state == "stopped" and tab.search is None
+    with pytest.raises(SceneError, match="loads: "):
+        tab.require(text.replace("F_z", "F_q"))
 
 
 def test_wrong_input_changes_nothing(session: tuple[Session, Waiting, list[View]]) -> None:

@@ -99,6 +99,7 @@ def pressed(browser: Browser, words: str, kind: str = "button") -> None:
     browser.run(f'[...document.querySelectorAll("{kind}")].find(n => n.innerText.trim().startsWith("{words}")).click()')
 
 
+@pytest.mark.slow
 def test_keys_move_a_slider_and_a_solve_is_stopped(page: Browser) -> None:
     """By the keyboard alone; stopped, nothing is solved until it is asked for."""
     number = "[...document.querySelectorAll('.sits-number')].map(n => n.innerText).join()"
@@ -192,3 +193,21 @@ def test_another_tab_of_another_scene(page: Browser, address: str, tmp_path: Pat
         other.close()
     assert page.run("document.querySelector('.sits-scene input').value ?? ''") is not None
     assert page.run(CHIP) == "solved"
+
+
+@pytest.mark.slow
+def test_files_are_handed_out(page: Browser, tmp_path: Path) -> None:
+    """Scene, table, report and pictures of what is solved; the scene makes the same sensor."""
+    page.ask("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    pressed(page, "out", ".q-item")
+    until(page, "document.querySelector('a.sits-command')?.offsetHeight > 0")
+    for name in ("scene.toml", "table.csv", "report.html", "picture"):
+        pressed(page, name)
+    end = time.monotonic() + 30.0
+    names = {"scene.toml", "table.csv", "report.html", "drawing.svg"}
+    while time.monotonic() < end and {each.name for each in tmp_path.iterdir()} != names:
+        time.sleep(0.1)
+    assert {each.name for each in tmp_path.iterdir()} == names
+    width = page.run("[...document.querySelectorAll('.sits-number')][4].innerText").split()[0]
+    assert 1e3 * load_sensor(tmp_path / "scene.toml").target.width == pytest.approx(float(width), rel=1e-3)
+    assert b"<svg" in (tmp_path / "drawing.svg").read_bytes() and b"explorer" in (tmp_path / "report.html").read_bytes()
