@@ -153,10 +153,13 @@ def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
     fixed = study.request.in_si(study.fixed)
     names: dict[str, Any] = {name: fixed.get(argument) for argument, name in LOAD_ARGUMENTS.items()}
     if "coil" in data.dims:
-        names |= dict.fromkeys(("coil", "coil_2"), [coil.name for coil in Variant(study.scene).sensor.coils])
+        coils = sorted((Variant(scene).sensor.coil_names for scene in study.scenes.values()), key=len)
+        alike = all(own == coils[-1][: len(own)] for own in coils)
+        names |= dict.fromkeys(("coil", "coil_2"), coils[-1] if alike else None)
     if "forces" in data:  # the same of all cases, but for those that have none
         names["force"] = max(data["forces"].to_numpy().reshape(-1, data.sizes["force"]).tolist())
         data = data.drop_vars("forces")
-    data = data.assign_coords({name: values for name, values in names.items() if name in data.dims})
-    asked = {"request": study.name, "fixed": json.dumps(study.fixed), "combine": study.combine}
+    data = data.assign_coords({name: values for name, values in names.items() if name in data.dims and values})
+    written = {key: item if isinstance(item, int) else json.dumps(item) for key, item in study.asked.items()}
+    asked = written | {"request": study.name, "fixed": json.dumps(study.fixed), "combine": study.combined}
     return labelled(data.assign_attrs(scene=study.scene, **asked, version=__version__))

@@ -2,13 +2,28 @@
 
     scene = "biorob2018"              # a scene file beside the study, or a name of the catalogue
     request = "inductance"            # or pose, simulate, calibrate, quality
-    combine = "product"               # or "zip"
+    combine = "product"               # or "zip", or samples: "sobol", "latin", "saltelli"
     [vary]                            # keys of the scene in quotes, arguments of the request bare
     "target.width" = ["8 mm", "15 mm", "22 mm"]
     dv = { from = "1 mm", to = "5 mm", count = 41 }
     [fixed]
     frequency = "5 MHz"
     model = "planar"
+
+Beside these: `scene` may be a list, which varies as a key of [vary] called `scene` would. Samples take `samples` and
+`seed`, and in [vary] ranges without a count; of a list they draw evenly. [derive] gives keys of the scene or arguments
+from others, each by a text (expressions.py); `where` is a list of conditions, and a case that breaks one is left out.
+Samples, derived keys and conditions make cases stand side by side, as those of "zip", along the dimension `case`.
+
+    scene = ["biorob2018", "biorob2018-w15"]
+    combine = "sobol"
+    samples = 64                      # the first 64: with 128 later these are kept
+    seed = 0
+    where = ["target.width <= elastomer.width", "dv > 0.5 * target.thickness + 0.2 mm"]
+    [vary]
+    "target.width" = { from = "8 mm", to = "22 mm" }
+    [derive]
+    "target.length" = "0.5 * target.width"
 """
 
 from __future__ import annotations
@@ -17,28 +32,32 @@ import itertools
 import json
 import math
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sits_mech.batch.expressions import expression, names_of
 from sits_mech.batch.requests import REQUESTS, Request, Variant
+from sits_mech.batch.samples import MOST, SAMPLED, checked_count, cube, derived, sampled
 from sits_mech.cases import Combine, grid_points
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
 from sits_mech.scene.files import check_keys, literal, read_as
 from sits_mech.scene.materials import unknown
-from sits_mech.scene.sensor import SceneError, load_beside, scene_text
+from sits_mech.scene.sensor import SceneError, load_beside, scene_table, scene_text
 from sits_mech.store import Row
-from sits_mech.units import shown, split_quantity
+from sits_mech.units import shown, si_label, split_quantity
 
 COMPONENTS = {name: argument for argument, name in (LOAD_ARGUMENTS | POSE_ARGUMENTS).items()}
 """Arguments by the names that their components have in Python, which study files may use as well."""
-KEYS = ("scene", "request", "combine", "vary", "fixed")
+KEYS = ("scene", "request", "combine", "samples", "seed", "where", "vary", "derive", "fixed")
+COMBINE = ("product", "zip", *SAMPLED)
+SCENE = "scene"
+"""What varies with a list of scenes."""
 TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
 _NOT_OF_COILS = ("elastomer", "readout", "tolerances", "mechanics")
 _NOT_OF_PAD = ("coils", "conductors", "frequency", "substrate_radius", "readout", "tolerances", "magnetics")
-_MOST = 1_000_000  # cases of a study
 _LOOKS = 3_000  # scenes that are looked at before a run whether a value is possible, a second
 _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
 
@@ -47,11 +66,18 @@ _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one 
 class Study:
     """A study as its file says; made by `read_study`."""
 
-    scene: str  # of `scene_text`, the fixed keys of the scene applied
+    scenes: dict[str, str]  # of `scene_text`, the fixed keys of the scene applied, by their names in the file
     name: str  # a key of `REQUESTS`
     vary: dict[str, list[Any]]  # values of each varied key or argument as written, ranges written out
     fixed: Row  # arguments that are the same in all cases
     combine: Combine = "product"
+    asked: Row = field(default_factory=dict)  # as written: combine, samples, seed, where, derive
+    left_out: int = 0  # cases that break a condition
+
+    @property
+    def scene(self) -> str:
+        """Return the text of the scene; of several a JSON table by their names."""
+        return json.dumps(self.scenes) if len(self.scenes) > 1 else next(iter(self.scenes.values()))
 
     @property
     def request(self) -> Request:
@@ -61,7 +87,12 @@ class Study:
     @property
     def identity(self) -> str:
         """Return the study's identity as JSON: scene, request, names of what varies, whose values may grow."""
-        return json.dumps([self.scene, self.name, sorted(self.vary), self.fixed, self.combine], indent=1)
+        return json.dumps([self.scene, self.name, sorted(self.vary), self.fixed, self.combined], indent=1)
+
+    @property
+    def combined(self) -> str:
+        """Return how cases are combined, as it is written."""
+        return str(self.asked.get("combine", "product"))
 
     @property
     def count(self) -> int:
@@ -80,7 +111,8 @@ class Study:
 
     def case(self, point: Row) -> tuple[Variant, Row]:
         """Return scene and arguments of a point."""
-        return Variant(self.scene, _overrides(point, self.request)), self.fixed | _arguments(point, self.request)
+        scene = self.scenes[point[SCENE]] if SCENE in point else next(iter(self.scenes.values()))
+        return Variant(scene, _overrides(point, self.request)), self.fixed | _arguments(point, self.request)
 
 
 def read_study(path: Path) -> Study:
@@ -94,20 +126,73 @@ def read_study(path: Path) -> Study:
 def _study(table: Mapping[str, Any], folder: Path) -> Study:
     """Return the study of a file's tables."""
     check_keys(table, KEYS, ("scene", "request", "vary"))
-    combine: Combine = table.get("combine", "product")
-    for key, value, known in (("request", table["request"], tuple(REQUESTS)), ("combine", combine, ("product", "zip"))):
-        if value not in known:
-            raise SceneError(f"{key} {unknown(str(value), known)}")
+    for key, known in (("request", tuple(REQUESTS)), ("combine", COMBINE)):
+        if table.get(key, known[0]) not in known:
+            raise SceneError(f"{key} {unknown(str(table[key]), known)}")
     request = REQUESTS[table["request"]]
-    varied, fixed = _table(table, "vary"), _table(table, "fixed")
-    _check_names(table["request"], request, varied, fixed)
-    scene = load_beside(folder, str(table["scene"]), _overrides(fixed, request))
-    if not request.layer and not any(key.startswith("elastomer.") for key in varied):
-        scene = scene.model_copy(update={"elastomer": None})
-    vary = {name: _values(name, item) for name, item in varied.items()}
-    study = Study(scene_text(scene), table["request"], vary, _arguments(fixed, request), combine)
+    varied, derive, fixed = (_table(table, name) for name in ("vary", "derive", "fixed"))
+    _check_names(table["request"], request, varied, derive, fixed)
+    names = table["scene"] if isinstance(table["scene"], list) else [str(table["scene"])]
+    scenes = {name: load_beside(folder, name, _overrides(fixed, request)) for name in _scenes(names)}
+    varied = {SCENE: list(scenes)} | varied if len(scenes) > 1 else varied
+    whole = _combined(table, varied, Study({}, table["request"], {}, _arguments(fixed, request)))
+    study = _derived(table, derive, whole, {name: names_of(scene_table(scene)) for name, scene in scenes.items()})
+    if not request.layer and not any(key.startswith("elastomer.") for key in study.vary):
+        scenes = {name: scene.model_copy(update={"elastomer": None}) for name, scene in scenes.items()}
+    study = replace(study, scenes={name: scene_text(scene) for name, scene in scenes.items()})
     _check_cases(study)
     return study
+
+
+def _scenes(names: list[Any]) -> list[str]:
+    """Return the names of scenes; refuse what is none, or stands twice."""
+    if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise SceneError(f"scene: must be a scene, or a list of different ones; got {shown(names)}")
+    return names
+
+
+def _combined(table: Mapping[str, Any], varied: Row, study: Study) -> Study:
+    """Return a study with the values of what varies, before what is derived; refuse one that is too large."""
+    combine = table.get("combine", "product")
+    if combine in SAMPLED:
+        for name, item in varied.items():
+            if isinstance(item, list):
+                _values(name, item)
+        count, seed = checked_count(combine, table.get("samples"), table.get("seed", 0), len(varied))
+        vary = sampled(varied, cube(combine, count, seed, len(varied)))
+        return replace(study, vary=vary, combine="zip", asked={"combine": combine, "samples": count, "seed": seed})
+    for key in ("samples", "seed"):
+        if key in table:
+            raise SceneError(f"{key}: must stand beside combine = {', '.join(SAMPLED)}; got {combine}")
+    vary = {name: _values(name, item) for name, item in varied.items()}
+    study = replace(study, vary=vary, combine=combine, asked={} if combine == "product" else {"combine": combine})
+    if study.count > MOST:
+        raise SceneError(f"vary: must give at most {MOST} cases; got {study.count}")
+    if combine == "zip":
+        grid_points(vary, "zip")  # refuses what is not equally many
+    return study
+
+
+def _derived(table: Mapping[str, Any], derive: Row, study: Study, scenes: Mapping[str, Row]) -> Study:
+    """Return a study with its derived keys, without the cases that break a condition; scenes' keys by their names."""
+    where = table.get("where", [])
+    if not isinstance(where, list):
+        raise SceneError(f"where: must be a list of conditions; got {shown(where)}")
+    if where and study.combined == "saltelli":
+        raise SceneError("where: must not stand beside saltelli, whose indices need all cases")
+    if not where and not derive:
+        return study
+    texts = {name: expression(f"derive.{name}", text) for name, text in derive.items()}
+    tests = [expression("where", text, condition=True) for text in where]
+    fixed = {name: si_label(item) for name, item in study.fixed.items()}
+    known = {name: keys | fixed for name, keys in scenes.items()}
+    first, points = next(iter(known)), grid_points(study.vary, study.combine)
+    found = derived(points, texts, tests, lambda point: known[point.get(SCENE, first)])
+    return replace(
+        study, vary={name: [point[name] for point in found] for name in found[0]}, combine="zip",
+        asked=study.asked | ({"where": where} if where else {}) | ({"derive": derive} if derive else {}),
+        left_out=len(points) - len(found),
+    )
 
 
 def _table(table: Mapping[str, Any], name: str) -> Row:
@@ -121,13 +206,18 @@ def _table(table: Mapping[str, Any], name: str) -> Row:
     return {COMPONENTS.get(key, key): item for key, item in part.items()}
 
 
-def _check_names(name: str, request: Request, varied: Row, fixed: Row) -> None:
+def _check_names(name: str, request: Request, vary: Row, derive: Row, fixed: Row) -> None:
     """Refuse arguments that a request does not know, lacks, or cannot vary."""
+    for key in derive:
+        if key in vary:
+            raise SceneError(f"{key}: must stand under vary or under derive; it stands under both")
+    varied = vary | derive
     for key in (*varied, *fixed):
         if not _of_scene(key, request) and key not in request.arguments:
             raise SceneError(f"argument of {name} {unknown(key, request.arguments)}, or a dotted key of the scene")
         if key in varied and key in fixed:
-            raise SceneError(f"{key}: must stand under vary or under fixed; it stands under both")
+            one = "vary" if key in vary else "derive"
+            raise SceneError(f"{key}: must stand under {one} or under fixed; it stands under both")
     for key in request.needed:
         if key not in varied and key not in fixed:
             raise SceneError(f"{key}: must be given under vary or fixed for {name}; it is missing")
@@ -138,34 +228,60 @@ def _check_names(name: str, request: Request, varied: Row, fixed: Row) -> None:
 
 
 def _check_cases(study: Study) -> None:
-    """Refuse a study that is too large, whose arguments are none, or with values that no possible scene has."""
-    if study.count > _MOST:
-        raise SceneError(f"vary: must give at most {_MOST} cases; got {study.count}")
+    """Refuse a study whose arguments are none, or with values that no possible scene has."""
     study.request.in_si(study.fixed)
     for name, values in study.vary.items():
         for value in values:
             study.request.in_si(_arguments({name: value}, study.request))
     if study.combine == "zip":
-        grid_points(study.vary, "zip")  # refuses what is not equally many
+        _check_side_by_side(study)
+        return
     for name, values in study.vary.items():
         for value in values if _of_scene(name, study.request) else ():
             refusal = _refusal(study, name, value)
             if refusal is not None:
-                raise SceneError(f"vary: {name} = {shown(value)} must leave a possible scene; the first one: {refusal}")
+                raise _impossible(f"{name} = {shown(value)}", refusal)
+
+
+def _check_side_by_side(study: Study) -> None:
+    """Refuse values that no possible scene has; of what is drawn from ranges or derived one must be possible."""
+    whole = study.combined == "zip" and not study.asked.get("derive")
+    names = [name for name in study.vary if _of_scene(name, study.request)]
+    left = {name: {json.dumps(value) for value in study.vary[name]} for name in names}
+    drawn = {name: {""} for name in names if not whole and 2 * len(left[name]) > study.count}
+    left, first = left | drawn, dict[tuple[str, str], SceneError]()
+    for point in grid_points(study.vary, "zip"):
+        texts = {name: "" if name in drawn else json.dumps(point[name]) for name in names}
+        if all(text not in left[name] for name, text in texts.items()):
+            continue
+        try:
+            study.case(point)[0].sensor  # noqa: B018  the look at it is the check
+        except SceneError as error:
+            for key in texts.items():
+                first.setdefault(key, error)
+            if len(first) > _LOOKS:
+                return
+            continue
+        for name, text in texts.items():
+            left[name].discard(text)
+    for (name, text), refusal in first.items():
+        if text in left[name]:
+            raise _impossible(f"{name} = {text}" if text else "some case", refusal)
+
+
+def _impossible(what: str, error: SceneError) -> SceneError:
+    """Return the refusal of what varies by the first scene with it."""
+    return SceneError(f"vary: {what} must leave a possible scene; the first one: {error}")
 
 
 def _refusal(study: Study, name: str, value: Any) -> SceneError | None:
-    """Return why no scene of a study with a value is possible; one that only some others rule out is left to them."""
-    varied = {key: values for key, values in study.vary.items() if _of_scene(key, study.request)}
-    keys = varied | {name: [value]}
-    if study.combine == "zip":
-        points = (point for point in grid_points(study.vary, "zip") if point[name] == value)
-    else:
-        points = (dict(zip(keys, values, strict=True)) for values in itertools.product(*keys.values()))
+    """Return why no scene of a product with a value is possible; one that only some others rule out is left to them."""
+    keys = {key: values for key, values in study.vary.items() if key == SCENE or _of_scene(key, study.request)}
+    keys |= {name: [value]}
     first = None
-    for count, point in enumerate(points):
+    for count, values in enumerate(itertools.product(*keys.values())):
         try:
-            study.case(point)[0].sensor  # noqa: B018  the look at it is the check
+            study.case(dict(zip(keys, values, strict=True)))[0].sensor  # noqa: B018  the look at it is the check
             return None
         except SceneError as error:
             first = first or error
@@ -182,7 +298,7 @@ def _values(name: str, item: Any) -> list[Any]:
         raise SceneError(f"{name}: must be a list of different values; got {shown(item)}")
     if isinstance(item, dict) and set(item) == {"from", "to", "count"}:
         count = item["count"]
-        if isinstance(count, int) and not isinstance(count, bool) and 2 <= count <= _MOST:
+        if isinstance(count, int) and not isinstance(count, bool) and 2 <= count <= MOST:
             (first, unit), (last, other) = (split_quantity(item[end], f"{name}.{end}") for end in ("from", "to"))
             if unit == other and first != last:
                 numbers = [float(f"{number:.15g}") for number in np.linspace(first, last, count)]
@@ -197,7 +313,7 @@ def _of_scene(name: str, request: Request) -> bool:
 
 def _arguments(names: Row, request: Request) -> Row:
     """Return the arguments of the request."""
-    return {name: item for name, item in names.items() if not _of_scene(name, request)}
+    return {name: item for name, item in names.items() if name != SCENE and not _of_scene(name, request)}
 
 
 def _overrides(names: Row, request: Request) -> tuple[str, ...]:

@@ -110,6 +110,8 @@ def sweep(
         [fixed]
         frequency = "5 MHz"
 
+    It may also have several scenes, samples, derived keys and conditions: see "A batch" in the how-to pages.
+
     Example: sits-mech sweep study.toml -o widths -j 2
     """
     check_readable(study, "a readable scene file")
@@ -132,11 +134,18 @@ def sweep(
     show(case_table(data))
     aside = cases_aside(asked, output)
     others = f"not in this table: {aside} finished case(s) of other values, kept in {output / STORE}"
-    for line in [*case_failures(data), *([others] if aside else []), f"written to {output}"]:
+    others += " (latin: other samples for each number; sobol keeps them)" if asked.combined == "latin" else ""
+    for line in [*case_failures(data), *_left_out(asked), *([others] if aside else []), f"written to {output}"]:
         warn(line)
     if planned is not None:
         warn(f"planned: {planned:.3g} s of processor time; taken: {sum(times()[:4]):.3g} s")
     return ended(data["status"].to_numpy().ravel().tolist(), accept)
+
+
+def _left_out(study: Study) -> list[str]:
+    """Return a line on the cases that conditions leave out."""
+    left = study.left_out
+    return [f"left out: {left} of {left + study.count} cases, which break a condition of where"] if left else []
 
 
 def _plan(study: Study, output: Path | None, processes: int) -> int:
@@ -164,6 +173,8 @@ def _plan(study: Study, output: Path | None, processes: int) -> int:
             found = forecast(study, cases, begun=begun)
             note(found, cases)
     show(plan_table(found, study.name, processes))
+    for line in _left_out(study):
+        warn(line)
     count, seconds = found.tried
     warn(f"tried {count} cases in {seconds:.2g} s{'' if output is None else f', kept in {output}'}")
     return 0

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from sits_mech.batch.expressions import LONGEST
 from sits_mech.batch.requests import REQUESTS, Request
-from sits_mech.batch.study import COMPONENTS, KEYS, TOP
+from sits_mech.batch.samples import MOST, SAMPLED
+from sits_mech.batch.study import COMBINE, COMPONENTS, KEYS, TOP
 from sits_mech.scene.bounds import quantity_schema
 from sits_mech.schemas.scene import DIALECT
 
@@ -18,15 +20,21 @@ def study_schema() -> Schema:
     """Return the schema of a study file."""
     ends = {"anyOf": [{"type": "number"}, {"type": "string"}]}
     span = {
-        "type": "object", "additionalProperties": False, "required": ["from", "to", "count"],
+        "type": "object", "additionalProperties": False, "required": ["from", "to"],
         "properties": {"from": ends, "to": ends, "count": {"type": "integer", "minimum": 2}},
-        "description": "From one end to the other, evenly.",
+        "description": "From one end to the other, evenly; of samples without a count.",
     }
     values = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, span]}
+    one = {"type": "string", "description": "A scene file in the same folder, or a name of the catalogue."}
+    text = {"type": "string", "maxLength": LONGEST}
     said = {
-        "scene": {"type": "string", "description": "A scene file in the same folder, or a name of the catalogue."},
+        "scene": {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]},
         "request": {"enum": list(REQUESTS), "description": "The request of every case."},
-        "combine": {"enum": ["product", "zip"], "default": "product", "description": "All with all, or in step."},
+        "combine": {"enum": list(COMBINE), "default": "product", "description": "All, in step, or samples."},
+        "samples": {"type": "integer", "minimum": 1, "maximum": MOST, "description": "Number of samples."},
+        "seed": {"type": "integer", "minimum": 0, "default": 0, "description": "Of the samples."},
+        "where": {"type": "array", "items": text, "description": "Conditions: cases that break one are left out."},
+        "derive": {"type": "object", "additionalProperties": text, "description": "Keys and arguments by others."},
         "vary": {"type": "object", "minProperties": 1, "additionalProperties": values,
                  "description": "Keys of the scene in quotes, arguments of the request bare: lists or ranges."},
         "fixed": {"type": "object", "description": "What is the same in all cases."},
@@ -34,17 +42,33 @@ def study_schema() -> Schema:
     return {
         "$schema": DIALECT, "title": "Study of sits-mech", "type": "object", "additionalProperties": False,
         "required": ["scene", "request", "vary"], "properties": {key: said[key] for key in KEYS},
-        "allOf": [_of_request(name, request) for name, request in REQUESTS.items()],
+        "allOf": [_of_request(name, request) for name, request in REQUESTS.items()] + [_of_samples()],
     }
+
+
+def _of_samples() -> Schema:
+    """Return that samples have a number, no conditions on Saltelli's, and ranges without a count; others with one."""
+
+    def spans(form: Schema) -> Schema:
+        return {"additionalProperties": {"if": {"type": "object"}, "then": form}}
+
+    drawn = {"required": ["combine"], "properties": {"combine": {"enum": list(SAMPLED)}}}
+    whole = {"properties": {"combine": {"const": "saltelli"}}}
+    then = {"required": ["samples"], "properties": {"vary": spans({"not": {"required": ["count"]}})},
+            "if": whole, "then": {"properties": {"where": {"maxItems": 0}}}}
+    plain = {"vary": spans({"required": ["count"]}), "samples": False, "seed": False}
+    return {"if": drawn, "then": then, "else": {"properties": plain}}
 
 
 def _of_request(name: str, request: Request) -> Schema:
     """Return the arguments that a request has, and those it needs."""
     fixed = {name: _argument(request, argument) for argument in request.arguments for name in _spelt(argument)}
     known = {"anyOf": [{"enum": [*fixed, *TOP]}, {"pattern": _DOTTED}]}
-    tables: Schema = {"vary": {"propertyNames": known}, "fixed": {"propertyNames": known, "properties": fixed}}
+    tables: Schema = {name: {"propertyNames": known} for name in ("vary", "derive", "fixed")}
+    tables["fixed"]["properties"] = fixed
     for argument in request.ranges:
-        tables["vary"].setdefault("properties", {}).update(dict.fromkeys(_spelt(argument), False))
+        for table in ("vary", "derive"):
+            tables[table].setdefault("properties", {}).update(dict.fromkeys(_spelt(argument), False))
     then: Schema = {"properties": tables}
     if request.needed:
         places = [[(part, name) for part in tables for name in _spelt(key)] for key in request.needed]

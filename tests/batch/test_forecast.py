@@ -89,7 +89,7 @@ def test_what_cases_share(tmp_path: Path) -> None:
     assert study.shared(point | {"elastomer.thickness": "3 mm"})[0] == coils
     assert study.shared(point | {"target.width": "9 mm"})[0] != coils
     assert study.shared(point | {"frequency": "1 MHz"}) == ((*coils, ("frequency", "1 MHz")), pad)
-    other = Study(study.scene, "pose", study.vary, {})
+    other = Study(study.scenes, "pose", study.vary, {})
     assert other.shared(point) == ((), pad)
 
 

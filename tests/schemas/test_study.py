@@ -59,3 +59,38 @@ def test_ranges_stand_under_fixed() -> None:
     assert STUDY.is_valid(table | {"fixed": {"F_x": "-1 N:1 N:3", "fz": "0 N:2 N:3"}})
     assert not STUDY.is_valid(table | {"vary": {"F_x": ["1 N"]}, "fixed": {"fx": "0 N:1 N:3", "fz": "0 N:2 N:3"}})
     assert not STUDY.is_valid(table | {"vary": {"fx": ["1 N"]}, "fixed": {"fz": "0 N:2 N:3"}})
+
+
+SAMPLES = GOOD.replace('"product"', '"sobol"\nsamples = 4').replace(", count = 3", "")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "good"),
+    [
+        ("", "", True),
+        ("samples = 4", "", False),
+        ("samples = 4", "samples = 4\nseed = 1", True),
+        ("samples = 4", "samples = 0", False),
+        ('"sobol"', '"product"', False),
+        ('to = "5 mm"', 'to = "5 mm", count = 3', False),
+        ("samples = 4", 'samples = 4\nwhere = ["dv > 2 mm"]', True),
+        ("samples = 4", 'samples = 4\nwhere = "dv > 2 mm"', False),
+        ('"sobol"', '"saltelli"\nwhere = ["dv > 2 mm"]', False),
+        ('"biorob2018"', '["biorob2018", "biorob2018-w15"]', True),
+        ('"biorob2018"', "[]", False),
+        ("[fixed]", '[derive]\ndh = "0.1 * dv"\n[fixed]', True),
+        ("[fixed]", "[derive]\ndh = 1\n[fixed]", False),
+        ("[fixed]", '[derive]\nfz = "dv"\n[fixed]', False),
+        ('dv = { from = "1 mm", to = "5 mm" }', '[derive]\ndv = "0.2 * target.width"', True),
+    ],
+)
+def test_they_agree_on_samples_too(old: str, new: str, good: bool, tmp_path: Path) -> None:
+    """And on conditions, derived keys, several scenes."""
+    text = SAMPLES.replace(old, new)
+    assert STUDY.is_valid(tomllib.loads(text)) == good
+    (tmp_path / "study.toml").write_text(text)
+    if good:
+        read_study(tmp_path / "study.toml")
+    else:
+        with pytest.raises(SceneError):
+            read_study(tmp_path / "study.toml")

@@ -1,0 +1,131 @@
+"""Evaluate the texts of a study: names of keys, numbers with units, + - * / and comparisons; all in SI.
+
+    "target.width <= elastomer.width"     "1 mm < dv - 0.5 * target.thickness < 4 mm"     'target.material != "brass"'
+
+A unit of several factors stands in quotes with its number: 'moment <= "2 N*mm"'. Texts are parsed by `ast`; what is not
+listed here is refused, and nothing of a text is executed. Units of what is compared are not: 2 mm < 5 Hz is false.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sits_mech.scene.materials import unknown
+from sits_mech.units import SceneError, shown, si_label
+
+_SIGNED: Mapping[type, Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+_JOINED: Mapping[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+}
+_COMPARED: Mapping[type, Callable[[Any, Any], Any]] = {
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+}
+_WITH_UNIT = re.compile(r"""("[^"]*"|'[^']*')|(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([A-Za-zµμΩ°%]+)""")
+LONGEST = 400  # letters of a text, so that its tree is no deeper than may be walked
+_WORDS = "names of keys, numbers with units, + - * /"
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A text of a study that can be evaluated; made by `expression`."""
+
+    where: str  # what an error names: the text's place
+    text: str
+    tree: ast.expr
+
+    def __call__(self, values: Mapping[str, Any]) -> Any:
+        """Return the value at a point, whose keys have `values` in SI; raise SceneError where there is none."""
+        try:
+            found = _value(self.tree, values)
+        except KeyError as error:
+            was = unknown(error.args[0], list(values)).partition("; got ")[2]
+            what = "must name what the study varies, derives or fixes, or what its scene has"
+            raise SceneError(f"{self.where}: {what}; got {was}") from None
+        except (TypeError, ArithmeticError) as error:
+            raise SceneError(f"{self.where}: must be of numbers; {shown(self.text)}: {error}") from None
+        return found
+
+
+def expression(where: str, text: object, *, condition: bool = False) -> Expression:
+    """Return a condition, or what gives a number, from its text; raise SceneError naming `where` for anything else."""
+    form = f"a comparison of {_WORDS}" if condition else f"made of {_WORDS}"
+    refusal = SceneError(f"{where}: must be {form}; got {shown(text)}")
+    if not isinstance(text, str) or len(text) > LONGEST:
+        raise refusal
+    try:
+        tree = ast.parse(_WITH_UNIT.sub(_quoted, text).strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise refusal from None
+    if isinstance(tree, ast.Compare) != condition or not _allowed(tree, top=True):
+        raise refusal
+    for each in ast.walk(tree):
+        if isinstance(each, ast.Constant) and re.match(r"\s*[-+.]?\d", str(each.value)) and not _number(each):
+            raise SceneError(f"{where}: must have numbers with units that exist; got {shown(each.value)}")
+    return Expression(where, text, tree)
+
+
+def names_of(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Return tables as one, keys joined by dots, entries of lists of tables by their names."""
+    found = dict[str, Any]()
+    for key, item in values.items():
+        if isinstance(item, list) and item and all(isinstance(each, dict) and "name" in each for each in item):
+            item = {each["name"]: each for each in item}
+        found |= names_of(item, f"{before}{key}.") if isinstance(item, dict) else {f"{before}{key}": item}
+    return found
+
+
+def _quoted(match: re.Match[str]) -> str:
+    """Return a quantity in quotes, and what is in quotes as it is."""
+    return match[1] or f'"{match[2]} {match[3]}"'
+
+
+def _number(node: ast.Constant) -> bool:
+    """Tell whether a constant is a finite number, or a quantity with a unit that exists."""
+    value = si_label(node.value)
+    return isinstance(value, float) and math.isfinite(value)
+
+
+def _allowed(node: ast.expr, top: bool = False) -> bool:
+    """Tell whether a tree has no other nodes than a text may have; a comparison stands at its top alone."""
+    match node:
+        case ast.Compare(left, signs, others):
+            return top and all(type(sign) in _COMPARED for sign in signs) and all(map(_allowed, (left, *others)))
+        case ast.BinOp(left, sign, right):
+            return type(sign) in _JOINED and _allowed(left) and _allowed(right)
+        case ast.UnaryOp(sign, inner):
+            return type(sign) in _SIGNED and _allowed(inner)
+        case ast.Constant(value):
+            return isinstance(value, int | float | str) and not isinstance(value, bool)
+        case _:
+            return _name(node) is not None
+
+
+def _name(node: ast.expr) -> str | None:
+    """Return the key that a node names, with its dots."""
+    if isinstance(node, ast.Attribute):
+        before = _name(node.value)
+        return None if before is None else f"{before}.{node.attr}"
+    return node.id if isinstance(node, ast.Name) else None
+
+
+def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
+    """Return the value of an allowed tree; raise KeyError of a key that has none."""
+    match node:
+        case ast.Compare(left, signs, others):
+            each = [_value(item, values) for item in (left, *others)]
+            return all(_COMPARED[type(sign)](*each[k : k + 2]) for k, sign in enumerate(signs))
+        case ast.BinOp(left, sign, right):
+            return _JOINED[type(sign)](_value(left, values), _value(right, values))
+        case ast.UnaryOp(sign, inner):
+            return _SIGNED[type(sign)](_value(inner, values))
+        case ast.Constant(value):
+            return si_label(value)
+        case _:
+            return values[str(_name(node))]
