@@ -21,7 +21,7 @@ from sits_mech.cases import DAMAGED, Progress, grid_points, no_table, save_table
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.scene.files import write_text
-from sits_mech.scene.sensor import SceneError, scene_hash
+from sits_mech.scene.sensor import SceneError, key_unit, scene_hash
 from sits_mech.store import Row, case_name, opened
 from sits_mech.units import si_label, si_unit
 from sits_mech.version import __version__
@@ -143,7 +143,10 @@ def claim(folder: Path, study: Study) -> None:
 
 def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
     """Return a table with SI labels, and the names of coils and forces where those are dimensions."""
-    units = {name: study.request.units.get(name) or si_unit(values[0]) for name, values in study.vary.items()}
+    units = {
+        name: study.request.units.get(name) or si_unit(values[0]) or key_unit(name)
+        for name, values in study.vary.items()
+    }
     data = data.assign_coords(
         {
             name: (data[name].dims, [*map(si_label, values)], {"units": units[name]} if units[name] else {})

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import ended, kept_promise, not_converged, progress_bar, show, terminal_width, warn
+from sits_mech.cli.console import answer, ended, kept_promise, not_converged, progress_bar, show, terminal_width, warn
 from sits_mech.cli.options import (
     Accept,
     Best,
+    Json,
     LoadGrid,
     Models,
     Output,
@@ -140,6 +141,29 @@ def sweep(
     if planned is not None:
         warn(f"planned: {planned:.3g} s of processor time; taken: {sum(times()[:4]):.3g} s")
     return ended(data["status"].to_numpy().ravel().tolist(), accept)
+
+
+@app.command
+def sensitivity(
+    folder: Annotated[Path, Parameter(help='Folder of a sweep with combine = "saltelli".')], *,
+    of: Annotated[str, Parameter(help="Variable of its table, such as L_v_percent.")], as_json: Json = False,
+) -> int:
+    """Sobol' indices: how much of a quantity's variance each varied key makes, alone and with others.
+
+    Example: sits-mech sensitivity widths --of L_v_percent
+    """
+    from sits_mech.batch.run import open_sweep
+    from sits_mech.batch.sensitivity import sensitivity as indices
+    from sits_mech.quantities import as_jsonable
+    from sits_mech.report.tables.cases import sensitivity_tables
+
+    with open_sweep(folder) as data:
+        found = indices(data, of)
+    used, asked = found.design_rows
+    if used < asked:
+        warn(f"{used} of {asked} rows of the design: others have a case without a number, or are over a power of two")
+    answer(as_jsonable(asdict(found)), sensitivity_tables(found), as_json)
+    return 0
 
 
 def _left_out(study: Study) -> list[str]:

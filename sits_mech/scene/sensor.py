@@ -7,6 +7,8 @@ file, key, what it must be, what came.
 from __future__ import annotations
 
 import hashlib
+import json
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import resources
@@ -264,6 +266,14 @@ def _fills_the_target(sensor: Sensor) -> bool:
     """Return whether the layer is of pillars in the field that they have by default."""
     layer, target = sensor.elastomer, sensor.target
     return layer is not None and target is not None and layer.kind == "pillars" and layer.extent == target.extent
+
+
+def key_unit(key: str) -> str:
+    """Return the SI unit of a dotted key by the schema of its part, "" where it has none."""
+    steps = key.split(".")
+    schema = _PARTS.get(steps[0] if len(steps) > 1 else "", Sensor).model_json_schema()
+    found = re.search(r'"x-unit": "([^"]+)"', json.dumps(schema["properties"].get(steps[-1])))
+    return "" if found is None or found[1] == "1" else found[1]
 
 
 def scene_text(sensor: Sensor) -> str:

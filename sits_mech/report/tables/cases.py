@@ -19,6 +19,7 @@ from sits_mech.status import ANSWERED
 
 if TYPE_CHECKING:
     from sits_mech.batch.forecast import Forecast
+    from sits_mech.batch.sensitivity import Sensitivity
 
 _POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
 _SHOWN = {
@@ -96,3 +97,17 @@ def _text(values: np.ndarray) -> str:
     if np.all(np.isnan(values)):
         return "-"
     return f"{np.nanmin(values):.5g} to {np.nanmax(values):.5g}"
+
+
+def sensitivity_tables(found: Sensitivity) -> list[Table]:
+    """Return the indices of a quantity with their intervals, a table for each of its parts."""
+    tables, spans = [], (found.first_interval, found.total_interval)
+    for k, part in enumerate(found.parts):
+        name = f"{found.of}[{part}]" if part else found.of
+        table = column_table(f"Sobol' indices of {name}", ("", "first order", "95 %", "total", "95 %"), justify="right")
+        for i, key in enumerate(found.keys):
+            own = (f"{x:.3f}" for x in (found.first_order[k, i], found.total_order[k, i]))
+            ends = (f"{span[0, k, i]:.3f} to {span[1, k, i]:.3f}" for span in spans)
+            table.add_row(key, *(text for pair in zip(own, ends, strict=True) for text in pair))
+        tables.append(table)
+    return tables
