@@ -157,11 +157,13 @@ def design(
 
 @app.command
 def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
-    """Write a calibration, or one case of a sweep of them, as one HTML file with an explorer; it needs no network.
+    """Write a calibration, a sweep, or one case of a sweep of calibrations, as one HTML file; it needs no network.
+
+    Of a sweep: parallel coordinates, slices over two keys, and failed cases with commands that repeat each alone.
 
     Example: sits-mech report calibration -o report.html
     """
-    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.folder import is_sweep, read_calibration
     from sits_mech.scene.files import is_open_end
     from sits_mech.scene.sensor import SceneError
 
@@ -169,6 +171,13 @@ def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
     path = folder / own if output is None else output
     if path.suffix not in (".html", ".htm") and not is_open_end(path):
         raise SceneError(f"--output: must end in .html; got {path.name!r}")
+    if case is None and is_sweep(folder):
+        from sits_mech.report.page.sweep import write_sweep
+
+        for scene in write_sweep(folder, path):
+            warn(f"scene of failed cases written to {scene}")
+        warn(f"written to {path}")
+        return 0
     sensor, data = read_calibration(folder, case)
 
     from sits_mech.report.page.html import write_html

@@ -85,6 +85,12 @@ def look_at(folder: Path) -> tuple[Sensor, tuple[str, ...]]:
     return load_sensor(folder / "scene.toml"), tuple(name for name in WRENCH if np.size(asked.get(name, 0.0)) > 1)
 
 
+def is_sweep(folder: Path) -> bool:
+    """Tell whether a folder has the table of a sweep."""
+    path = folder / "result.nc"
+    return path.exists() and "combine" in glance(path)[0]
+
+
 def _checked(folder: Path, case: int | None) -> dict[str, Any]:
     """Return the attributes of the table in a folder; refuse a folder or a case that is not there."""
     path = folder / "result.nc"
