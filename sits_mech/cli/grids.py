@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, ended, kept_promise, not_converged, progress_bar, show, terminal_width, warn
+from sits_mech.cli.console import (
+    answer,
+    ended,
+    kept_promise,
+    not_converged,
+    progress_bar,
+    show,
+    terminal_width,
+    warn,
+    write,
+)
 from sits_mech.cli.options import (
     Accept,
     Best,
@@ -91,12 +101,13 @@ def calibrate(
 
 @app.command
 def sweep(
-    study: Annotated[Path, Parameter(help="Study file: scene, request, vary, fixed.")], *,
+    study: Annotated[Path, Parameter(help="Study file: scene, request, vary, fixed; a folder for --watch.")], *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Folder for result and cases.")] = None,
     plan: Annotated[bool, Parameter(negative="", help="Try a few cases, and tell what all would take.")] = False,
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Parallel processes.")] = 1,
     dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
     accept: Accept = False,
+    watch: Annotated[bool, Parameter(negative="", help="Tell how far the sweep in a folder is.")] = False,
     yes: Annotated[bool, Parameter(negative="", help="Run more than a day, or than the disk holds.")] = False,
 ) -> int:
     """Run the cases of a study and join them to one table; a stopped run is resumed.
@@ -115,6 +126,12 @@ def sweep(
 
     Example: sits-mech sweep study.toml -o widths -j 2
     """
+    if watch:
+        from sits_mech.batch.watch import watched
+
+        for line in watched(study):
+            write(f"{line}\n")
+        return 0
     check_readable(study, "a readable scene file")
 
     from sits_mech.batch.executors import workers

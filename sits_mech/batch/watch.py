@@ -1,0 +1,78 @@
+"""Tell how far the sweep in a folder is, from its table, which the run writes anew now and then.
+
+The file of cases belongs to the run alone while it lasts; that it is taken says that there is a run. The rate is that
+of the cases between the first table that was looked at and the last one.
+"""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import timedelta
+from pathlib import Path
+
+from sits_mech.batch.run import TABLE, open_sweep
+from sits_mech.status import ANSWERED, UNFINISHED
+from sits_mech.store import STORE
+from sits_mech.units import SceneError
+
+_NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")  # what failures of one kind differ in
+
+
+def watched(folder: Path, pause: float = 2.0) -> Iterator[str]:
+    """Yield lines on a sweep as its table changes, until no run has its folder; raise SceneError for no sweep."""
+    if not (folder / STORE).exists():
+        raise SceneError(f"{folder}: must be the folder of a sweep, for --watch; it has no {STORE}")
+    first, last, known, idle, done, count = None, 0.0, Counter[str](), True, 0, 1
+    if not (folder / TABLE).exists():
+        yield "no table yet: the first one comes some ten seconds after the first case"
+    while True:
+        runs = is_taken(folder)
+        path = folder / TABLE
+        written = path.stat().st_mtime if path.exists() else 0.0
+        if written > last:
+            done, count, failures = _look(folder)
+            first, last = first or (written, done), written
+            yield _progress(done, count, sum(failures.values()), (written - first[0], done - first[1]), runs)
+            yield from (f"  {number} {kind}" for kind, number in failures.items() if known[kind] != number)
+            known = failures
+        if idle and not runs:  # for a pause, after which a run has written its last table
+            yield "all cases are done" if done == count else "no run has this folder: its command goes on from here"
+            return
+        idle = not runs
+        time.sleep(pause)
+
+
+def is_taken(folder: Path) -> bool:
+    """Tell whether a run has the folder of a sweep."""
+    with closing(sqlite3.connect(f"{(folder / STORE).absolute().as_uri()}?mode=rw", uri=True, timeout=0.0)) as file:
+        try:
+            file.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        except sqlite3.Error as error:
+            return "locked" in str(error)
+    return False
+
+
+def _look(folder: Path) -> tuple[int, int, Counter[str]]:
+    """Return how many cases are done, how many there are, and how many failed by kinds: status and reason."""
+    with open_sweep(folder) as data:
+        states, reasons = (data[name].to_numpy().ravel().tolist() for name in ("status", "reason"))
+    failures = Counter(
+        f"{state}: {_NUMBER.sub('#', reason)}" for state, reason in zip(states, reasons, strict=True)
+        if state not in (*ANSWERED, UNFINISHED)
+    )
+    return len(states) - states.count(UNFINISHED), len(states), failures
+
+
+def _progress(done: int, count: int, failed: int, since: tuple[float, int], runs: bool) -> str:
+    """Return a line on progress; the rate is of cases `since` some seconds ago."""
+    seconds, more = since
+    text = f"{done} of {count} cases"
+    if runs and more > 0 and seconds > 0.0:
+        left = timedelta(seconds=round((count - done) * seconds / more))
+        text += f", {more / seconds:.3g} a second, some {left} left"
+    return f"{text}; {failed} failed" if failed else text
