@@ -44,7 +44,7 @@ def limit_memory(gib: float) -> None:
 
 
 def give_back() -> None:
-    """Return freed memory to the system, where the C library can: one that stays holds on to a third of its peak else."""
+    """Return freed memory to the system, where the C library can: a process that stays holds on to it else."""
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)
 

@@ -193,7 +193,8 @@ class _Page:
         self.text.set_value(scene_text(view.sensor))
         self.drawing_soon.cancel()
         if view.data is None:
-            self.drawing_soon = asyncio.get_running_loop().call_later(_RESTS * bool(self.drawing.content), self._draw_plainly, view.sensor)
+            rests = _RESTS if self.drawing.content else 0.0
+            self.drawing_soon = asyncio.get_running_loop().call_later(rests, self._draw_plainly, view.sensor)
             self.open.set_text("")
             return
         from sits_mech.studio.previews import open_share
