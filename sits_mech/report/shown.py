@@ -148,14 +148,19 @@ def _sensor_of(data: xr.Dataset, sensor: Sensor | None) -> Sensor:
 
 
 def calibration_page(
-    sensor: Sensor, data: xr.Dataset, head: str = "", asked: Asked | None = None, required: str = ""
+    sensor: Sensor, data: xr.Dataset, head: str = "", asked: Asked | None = None, below: str | None = None
 ) -> str:
-    """Return a calibration as one HTML text for a frame: below `head` the report's explorer and figures of merit.
+    """Return a calibration as one HTML text for a frame: below `head` the report's explorer, then figures of merit.
 
-    What is asked for stands as lines in the explorer; `required` stands below it.
+    What is asked for stands as lines in the explorer; `below` it something else may stand.
     """
     body, script = explorer(sensor, data, readings(sensor, data), asked)
-    return _page(sensor.name, f"{head}{body}{required}<h2>Figures of merit</h2>{figures_part(data)}", script)
+    return _page(sensor.name, f"{head}{body}{merit(data) if below is None else below}", script)
+
+
+def merit(data: xr.Dataset) -> str:
+    """Return the figures of merit of a calibration as HTML."""
+    return f"<h2>Figures of merit</h2>{figures_part(data)}"
 
 
 def drawing(sensor: Sensor) -> str:

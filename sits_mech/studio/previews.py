@@ -155,27 +155,27 @@ def _of_both(one: Sequence[Array], other: Sequence[Array]) -> Array:
 
 def _table(base: Solved, sensor: Sensor, own: tuple[Array, Array], rest: tuple[Array, Array]) -> xr.Dataset:
     """Return the first table with other numbers, as of `Solved.shown`, each with what is left open of it."""
-    data, loads = base.data.copy(), varied(base.data)
-    shape, L0 = tuple(base.data.sizes[name] for name in loads), np.diagonal(data["L0"].to_numpy())
+    loads, found = varied(base.data), dict[str, tuple[tuple[str, ...], Array]]()
+    shape, L0 = tuple(base.data.sizes[name] for name in loads), np.diagonal(base.data["L0"].to_numpy())
     n, count = len(L0), len(base.pose)
 
     def put(name: str, values: Array, dims: tuple[str, ...] = ()) -> None:
-        """Set a variable over all loads."""
-        data[name] = ((*loads, *dims), values.reshape(*shape, *values.shape[1:]))
+        """Hold a variable over all loads."""
+        found[name] = ((*loads, *dims), values.reshape(*shape, *values.shape[1:]))
 
     for k, name in enumerate(base.pose):
         put(name, rest[0][:, k])
-        put(f"error_{name}", base.flat(data[f"error_{name}"]) + rest[1][:, k])
+        put(f"error_{name}", base.flat(base.data[f"error_{name}"]) + rest[1][:, k])
     for name, first in (("R", count), ("L", count + n * n)):
         values, left = (part[:, first : first + n * n].reshape(-1, n, n) for part in rest)
         if name == "L":
             values[:, range(n), range(n)], left[:, range(n), range(n)] = L0 + own[0], own[1]
         put(name, values, _PAIR)
-        put(f"error_{name}", base.flat(data[f"error_{name}"]) + left, _PAIR)
+        put(f"error_{name}", base.flat(base.data[f"error_{name}"]) + left, _PAIR)
     weights = signal_weights(sensor)
     for name, shown in signals(L0 + own[0], L0, weights, own[1] @ np.abs(rows_of(weights)).T).known.items():
-        put(name, base.flat(data[name]) + shown if name.startswith("error_") else np.asarray(shown))
-    return data
+        put(name, base.flat(base.data[name]) + shown if name.startswith("error_") else np.asarray(shown))
+    return base.data.assign(found)
 
 
 def open_share(data: xr.Dataset) -> float:

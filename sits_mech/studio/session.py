@@ -174,7 +174,7 @@ class Session:
             data = self.solver.kept[own.key]
             return View("solved", self.sensor, data, "", self._judged(data))
         for base in sorted(known, key=lambda each: each.slopes is None):
-            from sits_mech.studio.previews import preview
+            from sits_mech.studio.previews import preview  # known: it is there
 
             data = preview(base, known, self.sensor)
             if data is not None:
@@ -257,6 +257,7 @@ class Session:
                 if known is None or known.slopes is not kept.get(by):
                     known = self._tables[own] = Solved(sensor, kept[own], kept.get(by))
                 found.append(known)
+        self._tables = {own: known for own, known in self._tables.items() if own in kept}
         return found
 
     def _heard(self, question: Question, kind: str, what: Any) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.report.page.html import page as report_page
-from sits_mech.report.shown import Shown, calibration_page
+from sits_mech.report.shown import Shown, calibration_page, merit
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.sensor import SceneError, scene_text
 from sits_mech.studio.asked import lines, rows_html
@@ -17,11 +17,14 @@ from sits_mech.studio.session import View
 
 
 def frame(view: View, data: xr.Dataset) -> str:
-    """Return the page of a view's table, as the report's explorer shows it, with what is required."""
-    if view.judged is None:
-        return calibration_page(view.sensor, data)
-    required = f"<h2>Required</h2>{rows_html(view.judged)}"
-    return calibration_page(view.sensor, data, asked=lines(view.judged, view.sensor, data), required=required)
+    """Return the page of a view's table, as the report's explorer shows it, with what is required.
+
+    Figures of merit take three times as long as the rest, and wait for a solved one.
+    """
+    asked, below = None, ""
+    if view.judged is not None:
+        asked, below = lines(view.judged, view.sensor, data), f"<h2>Required</h2>{rows_html(view.judged)}"
+    return calibration_page(view.sensor, data, "", asked, below + (merit(data) if view.kind == "solved" else ""))
 
 
 def pictures(view: View) -> tuple[str, ...]:

@@ -56,7 +56,7 @@ def opened(browser: Browser, address: str) -> None:
     until(browser, f"{CHIP}.startsWith('solved')", 60.0)
 
 
-def until(browser: Browser, script: str, seconds: float = 30.0) -> Any:
+def until(browser: Browser, script: str, seconds: float = 120.0) -> Any:
     """Return an expression of the page as soon as it is true."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -91,7 +91,7 @@ def test_a_slider_is_previewed_then_solved(page: Browser) -> None:
     value = float(data["L_v_percent"][3, 3])
     until(page, f'Math.abs(parseFloat({IN_FRAME}.getElementById("v-L_v_percent").textContent) - {value}) < 1e-3')
     slid(page, "pad thickness", 0.4)
-    until(page, f"{number} === '2.2 mm' && {CHIP} === 'solved'", 5.0)
+    until(page, f"{number} === '2.2 mm' && {CHIP} === 'solved'", 20.0)
 
 
 def pressed(browser: Browser, words: str, kind: str = "button") -> None:
