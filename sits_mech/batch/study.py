@@ -40,18 +40,19 @@ import numpy as np
 
 from sits_mech.batch.expressions import expression, names_of
 from sits_mech.batch.requests import REQUESTS, Request, Variant
-from sits_mech.batch.samples import MOST, SAMPLED, checked_count, cube, derived, sampled
+from sits_mech.batch.samples import MOST, SAMPLED, checked_count, cube, derived, ends, is_whole, sampled, written
 from sits_mech.cases import Combine, grid_points
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
 from sits_mech.scene.files import check_keys, literal, read_as
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError, load_beside, scene_table, scene_text
 from sits_mech.store import Row
-from sits_mech.units import shown, si_label, split_quantity
+from sits_mech.units import shown, si_label
 
 COMPONENTS = {name: argument for argument, name in (LOAD_ARGUMENTS | POSE_ARGUMENTS).items()}
 """Arguments by the names that their components have in Python, which study files may use as well."""
 KEYS = ("scene", "request", "combine", "samples", "seed", "where", "vary", "derive", "fixed")
+_TABLES = ("vary", "derive", "fixed")
 COMBINE = ("product", "zip", *SAMPLED)
 SCENE = "scene"
 """What varies with a list of scenes."""
@@ -126,26 +127,33 @@ def read_study(path: Path) -> Study:
 def _study(table: Mapping[str, Any], folder: Path) -> Study:
     """Return the study of a file's tables."""
     check_keys(table, KEYS, ("scene", "request", "vary"))
-    for key, known in (("request", tuple(REQUESTS)), ("combine", COMBINE)):
-        if table.get(key, known[0]) not in known:
-            raise SceneError(f"{key} {unknown(str(table[key]), known)}")
+    _check_choice("request", table["request"], tuple(REQUESTS))
+    _check_choice("combine", table.get("combine", "product"), COMBINE)
     request = REQUESTS[table["request"]]
-    varied, derive, fixed = (_table(table, name) for name in ("vary", "derive", "fixed"))
-    _check_names(table["request"], request, varied, derive, fixed)
-    names = table["scene"] if isinstance(table["scene"], list) else [str(table["scene"])]
-    scenes = {name: load_beside(folder, name, _overrides(fixed, request)) for name in _scenes(names)}
+    varied, derive, fixed = tables = [_table(table, name) for name in _TABLES]
+    _check_once(tables)
+    _check_names(table["request"], varied | derive, fixed)
+    scenes = {name: load_beside(folder, name, _overrides(fixed, request)) for name in _scenes(table["scene"])}
     varied = {SCENE: list(scenes)} | varied if len(scenes) > 1 else varied
     whole = _combined(table, varied, Study({}, table["request"], {}, _arguments(fixed, request)))
     study = _derived(table, derive, whole, {name: names_of(scene_table(scene)) for name, scene in scenes.items()})
-    if not request.layer and not any(key.startswith("elastomer.") for key in study.vary):
-        scenes = {name: scene.model_copy(update={"elastomer": None}) for name, scene in scenes.items()}
-    study = replace(study, scenes={name: scene_text(scene) for name, scene in scenes.items()})
+    layer = request.layer or any(key.startswith("elastomer.") for key in study.vary)
+    changes = {} if layer else {"elastomer": None}
+    texts = {name: scene_text(scene.model_copy(update=changes)) for name, scene in scenes.items()}
+    study = replace(study, scenes=texts)
     _check_cases(study)
     return study
 
 
-def _scenes(names: list[Any]) -> list[str]:
+def _check_choice(key: str, value: object, known: tuple[str, ...]) -> None:
+    """Refuse a value that is none of those known."""
+    if value not in known:
+        raise SceneError(f"{key} {unknown(str(value), known)}")
+
+
+def _scenes(asked: Any) -> list[str]:
     """Return the names of scenes; refuse what is none, or stands twice."""
+    names = asked if isinstance(asked, list) else [str(asked)]
     if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
         raise SceneError(f"scene: must be a scene, or a list of different ones; got {shown(names)}")
     return names
@@ -175,11 +183,7 @@ def _combined(table: Mapping[str, Any], varied: Row, study: Study) -> Study:
 
 def _derived(table: Mapping[str, Any], derive: Row, study: Study, scenes: Mapping[str, Row]) -> Study:
     """Return a study with its derived keys, without the cases that break a condition; scenes' keys by their names."""
-    where = table.get("where", [])
-    if not isinstance(where, list):
-        raise SceneError(f"where: must be a list of conditions; got {shown(where)}")
-    if where and study.combined == "saltelli":
-        raise SceneError("where: must not stand beside saltelli, whose indices need all cases")
+    where = _conditions(table, study.combined)
     if not where and not derive:
         return study
     texts = {name: expression(f"derive.{name}", text) for name, text in derive.items()}
@@ -188,11 +192,21 @@ def _derived(table: Mapping[str, Any], derive: Row, study: Study, scenes: Mappin
     known = {name: keys | fixed for name, keys in scenes.items()}
     first, points = next(iter(known)), grid_points(study.vary, study.combine)
     found = derived(points, texts, tests, lambda point: known[point.get(SCENE, first)])
+    asked = {key: item for key, item in (("where", where), ("derive", derive)) if item}
     return replace(
         study, vary={name: [point[name] for point in found] for name in found[0]}, combine="zip",
-        asked=study.asked | ({"where": where} if where else {}) | ({"derive": derive} if derive else {}),
-        left_out=len(points) - len(found),
+        asked=study.asked | asked, left_out=len(points) - len(found),
     )
+
+
+def _conditions(table: Mapping[str, Any], combined: str) -> list[Any]:
+    """Return the conditions of a file; refuse what is no list, and any on Saltelli's design."""
+    where = table.get("where", [])
+    if not isinstance(where, list):
+        raise SceneError(f"where: must be a list of conditions; got {shown(where)}")
+    if where and combined == "saltelli":
+        raise SceneError("where: must not stand beside saltelli, whose indices need all cases")
+    return where
 
 
 def _table(table: Mapping[str, Any], name: str) -> Row:
@@ -206,18 +220,20 @@ def _table(table: Mapping[str, Any], name: str) -> Row:
     return {COMPONENTS.get(key, key): item for key, item in part.items()}
 
 
-def _check_names(name: str, request: Request, vary: Row, derive: Row, fixed: Row) -> None:
+def _check_once(tables: list[Row]) -> None:
+    """Refuse a key that stands in two of the tables."""
+    for (one, own), (other, others) in itertools.combinations(zip(_TABLES, tables, strict=True), 2):
+        for key in own:
+            if key in others:
+                raise SceneError(f"{key}: must stand under {one} or under {other}; it stands under both")
+
+
+def _check_names(name: str, varied: Row, fixed: Row) -> None:
     """Refuse arguments that a request does not know, lacks, or cannot vary."""
-    for key in derive:
-        if key in vary:
-            raise SceneError(f"{key}: must stand under vary or under derive; it stands under both")
-    varied = vary | derive
-    for key in (*varied, *fixed):
+    request = REQUESTS[name]
+    for key in varied | fixed:
         if not _of_scene(key, request) and key not in request.arguments:
             raise SceneError(f"argument of {name} {unknown(key, request.arguments)}, or a dotted key of the scene")
-        if key in varied and key in fixed:
-            one = "vary" if key in vary else "derive"
-            raise SceneError(f"{key}: must stand under {one} or under fixed; it stands under both")
     for key in request.needed:
         if key not in varied and key not in fixed:
             raise SceneError(f"{key}: must be given under vary or fixed for {name}; it is missing")
@@ -238,35 +254,40 @@ def _check_cases(study: Study) -> None:
         return
     for name, values in study.vary.items():
         for value in values if _of_scene(name, study.request) else ():
-            refusal = _refusal(study, name, value)
+            refusal = _refusal_of_all(study, name, value)
             if refusal is not None:
                 raise _impossible(f"{name} = {shown(value)}", refusal)
 
 
 def _check_side_by_side(study: Study) -> None:
     """Refuse values that no possible scene has; of what is drawn from ranges or derived one must be possible."""
-    whole = study.combined == "zip" and not study.asked.get("derive")
-    names = [name for name in study.vary if _of_scene(name, study.request)]
-    left = {name: {json.dumps(value) for value in study.vary[name]} for name in names}
-    drawn = {name: {""} for name in names if not whole and 2 * len(left[name]) > study.count}
-    left, first = left | drawn, dict[tuple[str, str], SceneError]()
-    for point in grid_points(study.vary, "zip"):
-        texts = {name: "" if name in drawn else json.dumps(point[name]) for name in names}
-        if all(text not in left[name] for name, text in texts.items()):
+    columns, possible, first = _looked_at(study), set[tuple[str, str]](), dict[tuple[str, str], SceneError]()
+    for number, point in enumerate(grid_points(study.vary, "zip")):
+        values = [(name, texts[number]) for name, texts in columns.items()]
+        if possible.issuperset(values):
             continue
-        try:
-            study.case(point)[0].sensor  # noqa: B018  the look at it is the check
-        except SceneError as error:
-            for key in texts.items():
-                first.setdefault(key, error)
-            if len(first) > _LOOKS:
-                return
+        refusal = _refusal(study, point)
+        if refusal is None:
+            possible.update(values)
             continue
-        for name, text in texts.items():
-            left[name].discard(text)
+        for value in values:
+            first.setdefault(value, refusal)
+        if len(first) > _LOOKS:
+            return
     for (name, text), refusal in first.items():
-        if text in left[name]:
+        if (name, text) not in possible:
             raise _impossible(f"{name} = {text}" if text else "some case", refusal)
+
+
+def _looked_at(study: Study) -> dict[str, list[str]]:
+    """Return the values of the scene's keys in each case as texts; "" where any value of many will do."""
+    whole, found = study.combined == "zip" and not study.asked.get("derive"), dict[str, list[str]]()
+    for name, values in study.vary.items():
+        if _of_scene(name, study.request):
+            texts = [json.dumps(value) for value in values]
+            many = not whole and 2 * len(set(texts)) > study.count
+            found[name] = [""] * len(texts) if many else texts
+    return found
 
 
 def _impossible(what: str, error: SceneError) -> SceneError:
@@ -274,19 +295,25 @@ def _impossible(what: str, error: SceneError) -> SceneError:
     return SceneError(f"vary: {what} must leave a possible scene; the first one: {error}")
 
 
-def _refusal(study: Study, name: str, value: Any) -> SceneError | None:
+def _refusal(study: Study, point: Row) -> SceneError | None:
+    """Return why the scene of a point is impossible; None where it is possible."""
+    try:
+        study.case(point)[0].sensor  # noqa: B018  the look at it is the check
+    except SceneError as error:
+        return error
+    return None
+
+
+def _refusal_of_all(study: Study, name: str, value: Any) -> SceneError | None:
     """Return why no scene of a product with a value is possible; one that only some others rule out is left to them."""
     keys = {key: values for key, values in study.vary.items() if key == SCENE or _of_scene(key, study.request)}
     keys |= {name: [value]}
     first = None
     for count, values in enumerate(itertools.product(*keys.values())):
-        try:
-            study.case(dict(zip(keys, values, strict=True)))[0].sensor  # noqa: B018  the look at it is the check
+        refusal = _refusal(study, dict(zip(keys, values, strict=True)))
+        if refusal is None or count == _LOOKS:
             return None
-        except SceneError as error:
-            first = first or error
-        if count == _LOOKS:
-            return None
+        first = first or refusal
     return first
 
 
@@ -296,13 +323,10 @@ def _values(name: str, item: Any) -> list[Any]:
         if len({json.dumps(value, default=str) for value in item}) == len(item):
             return item
         raise SceneError(f"{name}: must be a list of different values; got {shown(item)}")
-    if isinstance(item, dict) and set(item) == {"from", "to", "count"}:
-        count = item["count"]
-        if isinstance(count, int) and not isinstance(count, bool) and 2 <= count <= MOST:
-            (first, unit), (last, other) = (split_quantity(item[end], f"{name}.{end}") for end in ("from", "to"))
-            if unit == other and first != last:
-                numbers = [float(f"{number:.15g}") for number in np.linspace(first, last, count)]
-                return [f"{number!r} {unit}" if unit else number for number in numbers]
+    if isinstance(item, dict) and set(item) == {"from", "to", "count"} and is_whole(item["count"], 2, MOST):
+        span = ends(name, item)
+        if span is not None:
+            return written(np.linspace(*span[:2], item["count"]), span[2])
     raise SceneError(f"{name}: must be a list of values that is not empty, or a range {_RANGE}; got {shown(item)}")
 
 
@@ -318,6 +342,4 @@ def _arguments(names: Row, request: Request) -> Row:
 
 def _overrides(names: Row, request: Request) -> tuple[str, ...]:
     """Return the keys of the scene as overrides of the command line."""
-    return tuple(
-        f"{name}={literal(item)}" for name, item in names.items() if _of_scene(name, request)
-    )
+    return tuple(f"{name}={literal(item)}" for name, item in names.items() if _of_scene(name, request))
