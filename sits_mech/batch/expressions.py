@@ -29,6 +29,7 @@ _COMPARED: Mapping[type, Callable[[Any, Any], Any]] = {
 }
 _WITH_UNIT = re.compile(r"""("[^"]*"|'[^']*')|(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([A-Za-zµμΩ°%]+)""")
 LONGEST = 400  # letters of a text, so that its tree is no deeper than may be walked
+_NODES = (ast.BinOp, ast.UnaryOp, ast.Name, ast.Load, *_SIGNED, *_JOINED, *_COMPARED)
 _WORDS = "names of keys, numbers with units, + - * /"
 
 
@@ -55,20 +56,14 @@ class Expression:
 
 def expression(where: str, text: object, *, condition: bool = False) -> Expression:
     """Return a condition, or what gives a number, from its text; raise SceneError naming `where` for anything else."""
-    form = f"a comparison of {_WORDS}" if condition else f"made of {_WORDS}"
-    refusal = SceneError(f"{where}: must be {form}; got {shown(text)}")
-    if not isinstance(text, str) or len(text) > LONGEST:
-        raise refusal
-    try:
-        tree = ast.parse(_WITH_UNIT.sub(_quoted, text).strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise refusal from None
-    if isinstance(tree, ast.Compare) != condition or not _allowed(tree, top=True):
-        raise refusal
+    tree = _parsed(text)
+    if tree is None or isinstance(tree, ast.Compare) != condition:
+        form = f"a comparison of {_WORDS}" if condition else f"made of {_WORDS}"
+        raise SceneError(f"{where}: must be {form}; got {shown(text)}")
     for each in ast.walk(tree):
         if isinstance(each, ast.Constant) and re.match(r"\s*[-+.]?\d", str(each.value)) and not _number(each):
             raise SceneError(f"{where}: must have numbers with units that exist; got {shown(each.value)}")
-    return Expression(where, text, tree)
+    return Expression(where, str(text), tree)
 
 
 def names_of(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:
@@ -79,6 +74,17 @@ def names_of(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:
             item = {each["name"]: each for each in item}
         found |= names_of(item, f"{before}{key}.") if isinstance(item, dict) else {f"{before}{key}": item}
     return found
+
+
+def _parsed(text: object) -> ast.expr | None:
+    """Return the tree of a text; None where it is none, or has what no text may have."""
+    if not isinstance(text, str) or len(text) > LONGEST:
+        return None
+    try:
+        tree = ast.parse(_WITH_UNIT.sub(_quoted, text).strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return None
+    return tree if all(_allowed(node, tree) for node in ast.walk(tree)) else None
 
 
 def _quoted(match: re.Match[str]) -> str:
@@ -92,19 +98,17 @@ def _number(node: ast.Constant) -> bool:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def _allowed(node: ast.expr, top: bool = False) -> bool:
-    """Tell whether a tree has no other nodes than a text may have; a comparison stands at its top alone."""
+def _allowed(node: ast.AST, tree: ast.expr) -> bool:
+    """Tell whether a tree may have a node: a comparison at its top, attributes of names, numbers and texts."""
     match node:
-        case ast.Compare(left, signs, others):
-            return top and all(type(sign) in _COMPARED for sign in signs) and all(map(_allowed, (left, *others)))
-        case ast.BinOp(left, sign, right):
-            return type(sign) in _JOINED and _allowed(left) and _allowed(right)
-        case ast.UnaryOp(sign, inner):
-            return type(sign) in _SIGNED and _allowed(inner)
+        case ast.Compare():
+            return node is tree
+        case ast.Attribute(value):
+            return isinstance(value, ast.Attribute | ast.Name)
         case ast.Constant(value):
-            return isinstance(value, int | float | str) and not isinstance(value, bool)
+            return type(value) in (int, float, str)
         case _:
-            return _name(node) is not None
+            return type(node) in _NODES
 
 
 def _name(node: ast.expr) -> str | None:
