@@ -18,14 +18,15 @@ import os
 import time
 from bisect import bisect
 from collections import Counter
-from collections.abc import Collection, Hashable, Iterator, Mapping
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
+from itertools import accumulate, chain, repeat
 from pathlib import Path
 from shutil import disk_usage
 from typing import NamedTuple
 
 import numpy as np
+from scipy.constants import day
 from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
@@ -39,11 +40,8 @@ from sits_mech.store import Cases, Row, case_name, opened
 from sits_mech.units import SceneError
 
 Shared = tuple[Hashable, Hashable]
-_SHARES = (math.inf, math.inf, 0.5)  # of the forecast, what may have been tried before the first places
 _NOTE = "plan.json"
-_DAY = 86400.0  # s
 _ON_DISK = 1.4  # of the cases' file, that and the table: 1405 and 432 bytes of 100,000 cases
-_SHARE = 0.02  # and before further ones
 
 
 class Steps(NamedTuple):
@@ -102,29 +100,33 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
 
     `begun` are the seconds that a process takes before its first case, beside what that one imports.
     """
-    points, key = grid_points(study.vary, study.combine), keys(study)
-    names = [] if cases is None else [case_name(key(point), {}) for point in points]
-    known = set[str]() if cases is None else cases.names
-    missing = [index for index in range(len(points)) if cases is None or names[index] not in known]
+    points, chunk = grid_points(study.vary, study.combine), study.request.chunk
+    missing = _missing(study, points, cases)
     shared = {index: study.shared(points[index]) for index in missing}
-    trial, tried = _Trial(Case(study)), set[int]()
-    whole = _counted(shared.values(), study.request.chunk)
-    for number, near in enumerate(_places(grouped(points, missing, study.shared), shared)):
-        share = _SHARES[number] if number < len(_SHARES) else _SHARE
-        if number and trial.spent > share * float(np.dot(trial.steps, whole.counts())):
+    trial, rows, whole = _Trial(Case(study)), dict[int, Row](), _counted(shared.values(), chunk)
+    for near, share in zip(_places(grouped(points, missing, study.shared), shared), _shares(), strict=False):
+        if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
         for index in near:
-            if index not in tried:
-                tried.add(index)
-                row = trial.solved(points[index], shared[index])
+            if index not in rows:
+                rows[index] = trial.solved(points[index], shared[index])
                 if cases is not None:
-                    cases.put([(names[index], row)])
-    left = _counted([own for index, own in shared.items() if cases is None or index not in tried], study.request.chunk)
+                    cases.put([(missing[index], rows[index])])
+    left = whole if cases is None else _counted([own for index, own in shared.items() if index not in rows], chunk)
     steps = trial.steps
     return replace(
         left, steps=steps._replace(process=steps.process + begun), kept=len(points) - left.cases,
-        tried=(len(tried), trial.spent), memory=peak_memory(),
+        tried=(len(rows), trial.spent), memory=peak_memory(),
     )
+
+
+def _missing(study: Study, points: Sequence[Row], cases: Cases | None) -> dict[int, str]:
+    """Return the numbers of the points that are not kept, with the names to keep them by."""
+    if cases is None:
+        return dict.fromkeys(range(len(points)), "")
+    key, known = keys(study), cases.names
+    names = {index: case_name(key(point), {}) for index, point in enumerate(points)}
+    return {index: name for index, name in names.items() if name not in known}
 
 
 def note(plan: Forecast, cases: Cases) -> None:
@@ -152,8 +154,8 @@ def noted(folder: Path, processes: int = 1, *, yes: bool = False) -> float | Non
         if kept != len(cases.names):
             return None
     free = disk_usage(folder).free
-    if not yes and seconds > processes * _DAY:
-        raise SceneError(f"{folder}: must be planned for a day at most; {seconds / processes / _DAY:.2g} days (--yes)")
+    if not yes and seconds > processes * day:
+        raise SceneError(f"{folder}: must be planned for a day at most; {seconds / processes / day:.2g} days (--yes)")
     if not yes and needs > free:
         needed = f"some {needs / GIB:.2g} GiB of {free / GIB:.2g}"
         raise SceneError(f"{folder}: must be on a disk with room for what is planned; it needs {needed} (--yes)")
@@ -177,6 +179,11 @@ def _places(groups: list[list[int]], shared: Mapping[int, Shared]) -> Iterator[l
         if then < len(order) and shared[order[then]][0] == shared[order[at]][0]:
             near.append(order[then])
         yield near
+
+
+def _shares() -> Iterator[float]:
+    """Yield what part of the forecast may have been tried before each place: both ends, the middle, further ones."""
+    return chain((math.inf, math.inf, 0.5), repeat(0.02))
 
 
 class _Trial:
