@@ -143,22 +143,11 @@ def claim(folder: Path, study: Study) -> None:
 
 def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
     """Return a table with SI labels, and the names of coils and forces where those are dimensions."""
-    units = {
-        name: study.request.units.get(name) or si_unit(values[0]) or key_unit(name)
-        for name, values in study.vary.items()
-    }
-    data = data.assign_coords(
-        {
-            name: (data[name].dims, [*map(si_label, values)], {"units": units[name]} if units[name] else {})
-            for name, values in study.vary.items()
-        }
-    )
+    data = data.assign_coords({name: (data[name].dims, *_si_values(study, name)) for name in study.vary})
     fixed = study.request.in_si(study.fixed)
     names: dict[str, Any] = {name: fixed.get(argument) for argument, name in LOAD_ARGUMENTS.items()}
     if "coil" in data.dims:
-        coils = sorted((Variant(scene).sensor.coil_names for scene in study.scenes.values()), key=len)
-        alike = all(own == coils[-1][: len(own)] for own in coils)
-        names |= dict.fromkeys(("coil", "coil_2"), coils[-1] if alike else None)
+        names |= dict.fromkeys(("coil", "coil_2"), _coil_names(study))
     if "forces" in data:  # the same of all cases, but for those that have none
         names["force"] = max(data["forces"].to_numpy().reshape(-1, data.sizes["force"]).tolist())
         data = data.drop_vars("forces")
@@ -166,3 +155,17 @@ def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
     written = {key: item if isinstance(item, int) else json.dumps(item) for key, item in study.asked.items()}
     asked = written | {"request": study.name, "fixed": json.dumps(study.fixed), "combine": study.combined}
     return labelled(data.assign_attrs(scene=study.scene, **asked, version=__version__))
+
+
+def _si_values(study: Study, name: str) -> tuple[list[Any], dict[str, str]]:
+    """Return the values of what varies in SI, and the attribute with their unit."""
+    values = study.vary[name]
+    unit = study.request.units.get(name) or si_unit(values[0]) or key_unit(name)
+    return [*map(si_label, values)], {"units": unit} if unit else {}
+
+
+def _coil_names(study: Study) -> list[str] | None:
+    """Return the names of the coils of all scenes; None where a scene names the same places otherwise."""
+    coils = sorted((Variant(scene).sensor.coil_names for scene in study.scenes.values()), key=len)
+    alike = all(own == coils[-1][: len(own)] for own in coils)
+    return coils[-1] if alike else None
