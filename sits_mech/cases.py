@@ -141,12 +141,16 @@ class _Work:
                 missing.append(index)
             else:
                 yield index, row
-        each = grouped(self.points, missing, group)
-        parts = [own[first : first + chunk] for own in each for first in range(0, len(own), chunk)]
-        if executor is None:
-            for index in itertools.chain.from_iterable(parts):
-                yield from self._kept([index], _attempts(self.function, [self.points[index]]))
+        groups = grouped(self.points, missing, group)
+        if executor is not None:
+            yield from self._spread(executor, chunk, groups)
             return
+        for index in itertools.chain.from_iterable(groups):
+            yield from self._kept([index], [attempt(self.function, self.points[index])])
+
+    def _spread(self, executor: Executor, chunk: int, groups: Sequence[list[int]]) -> Iterable[tuple[int, Row]]:
+        """Yield number and row of each point of the groups as an executor finishes it."""
+        parts = [own[first : first + chunk] for own in groups for first in range(0, len(own), chunk)]
         futures = {executor.submit(_attempts, self.function, [self.points[i] for i in part]): part for part in parts}
         try:
             for future in as_completed(futures):
@@ -230,7 +234,7 @@ class Columns:
                 continue
             inner, value = item if isinstance(item, tuple | list) else ((), item)
             if name not in self._values:
-                self._begin(name, (inner,) if isinstance(inner, str) else tuple(inner), value)
+                self._begin(name, inner, value)
             self._place[name] = min(self._place[name], (index, place))
             values = self._values[name]
             if values.ndim == 1:
@@ -241,13 +245,14 @@ class Columns:
                 values = self._wider(name, own)
             values[index][tuple(map(slice, own))] = value
 
-    def _begin(self, name: str, inner: tuple[str, ...], value: Any) -> None:
-        """Make an empty column for values such as one."""
+    def _begin(self, name: str, inner: str | Sequence[str], value: Any) -> None:
+        """Make an empty column for values such as one, with its dimensions."""
         text = np.asarray(value).dtype.kind in "UO"
         fill = (UNFINISHED if name == "status" else "") if text else math.nan
         size = np.shape(value) if inner else ()
         self._values[name] = np.full((self._count, *size), fill, dtype=object if text else float)
-        self._inner[name], self._place[name] = inner, (self._count, 0)
+        self._inner[name] = (inner,) if isinstance(inner, str) else tuple(inner)
+        self._place[name] = self._count, 0
 
     def _wider(self, name: str, own: tuple[int, ...]) -> Array:
         """Return a column, made wide enough for a value of a shape."""
