@@ -64,15 +64,11 @@ def _of_request(name: str, request: Request) -> Schema:
     """Return the arguments that a request has, and those it needs."""
     fixed = {name: _argument(request, argument) for argument in request.arguments for name in _spelt(argument)}
     known = {"anyOf": [{"enum": [*fixed, *TOP]}, {"pattern": _DOTTED}]}
-    tables: Schema = {name: {"propertyNames": known} for name in ("vary", "derive", "fixed")}
-    tables["fixed"]["properties"] = fixed
-    for argument in request.ranges:
-        for table in ("vary", "derive"):
-            tables[table].setdefault("properties", {}).update(dict.fromkeys(_spelt(argument), False))
-    then: Schema = {"properties": tables}
+    barred = {name: False for argument in request.ranges for name in _spelt(argument)}
+    own = {"vary": barred, "derive": barred, "fixed": fixed}
+    then: Schema = {"properties": {table: {"propertyNames": known, "properties": own[table]} for table in own}}
     if request.needed:
-        places = [[(part, name) for part in tables for name in _spelt(key)] for key in request.needed]
-        then["allOf"] = [{"anyOf": [_holds(*place) for place in each]} for each in places]
+        then["allOf"] = [_given(key) for key in request.needed]
     return {"if": {"properties": {"request": {"const": name}}}, "then": then}
 
 
@@ -81,9 +77,10 @@ def _spelt(argument: str) -> list[str]:
     return [argument, *(name for name, own in COMPONENTS.items() if own == argument != name)]
 
 
-def _holds(table: str, key: str) -> Schema:
-    """Return that a table is there and has a key."""
-    return {"required": [table], "properties": {table: {"required": [key]}}}
+def _given(key: str) -> Schema:
+    """Return that a table is there and has an argument, by any of its names."""
+    places = [(table, name) for table in ("vary", "derive", "fixed") for name in _spelt(key)]
+    return {"anyOf": [{"required": [table], "properties": {table: {"required": [name]}}} for table, name in places]}
 
 
 def _argument(request: Request, name: str) -> Schema:
