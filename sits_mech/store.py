@@ -25,7 +25,7 @@ from sits_mech.units import SceneError
 Row = dict[str, Any]
 STORE = "cases.sqlite"
 _CHECKSUM = "sha256"
-_DIGITS = 24  # of the hash
+_DIGITS = 24  # of the hash: 96 bits, of which two of a million names are the same with a chance of 1e-17
 _BEGIN = (
     "PRAGMA locking_mode = EXCLUSIVE",
     "PRAGMA journal_mode = WAL",

@@ -25,7 +25,7 @@ from sits_mech.units import SceneError
 if TYPE_CHECKING:
     import xarray as xr
 
-_DRAWS = 999  # of the bootstrap
+_DRAWS = 999  # of the bootstrap; percentiles take some 1000 (B. Efron, R. Tibshirani, An Introduction to the Bootstrap)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def sensitivity(data: xr.Dataset, of: str) -> Sensitivity:
     asked = int(data.attrs["samples"])
     values = data[of].transpose(*inner, "case").to_numpy().reshape(len(parts), len(keys) + 2, asked)
     values = values[..., np.isfinite(values).all(axis=(0, 1))]
-    used = 1 << (values.shape[-1].bit_length() - 1) if values.shape[-1] else 0
+    used = 1 << values.shape[-1].bit_length() >> 1  # the highest power of two that is there, or none
     if used < 2:
         raise SceneError(f"--of {of}: must have numbers in two rows of the design at least; got {used} of {asked}")
     values = values[..., :used]

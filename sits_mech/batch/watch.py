@@ -28,12 +28,11 @@ def watched(folder: Path, pause: float = 2.0) -> Iterator[str]:
     if not (folder / STORE).exists():
         raise SceneError(f"{folder}: must be the folder of a sweep, for --watch; it has no {STORE}")
     first, last, known, idle, done, count = None, 0.0, Counter[str](), True, 0, 1
-    if not (folder / TABLE).exists():
+    if not _written(folder / TABLE):
         yield "no table yet: the first one comes some ten seconds after the first case"
     while True:
         runs = is_taken(folder)
-        path = folder / TABLE
-        written = path.stat().st_mtime if path.exists() else 0.0
+        written = _written(folder / TABLE)
         if written > last:
             done, count, failures = _look(folder)
             first, last = first or (written, done), written
@@ -55,6 +54,11 @@ def is_taken(folder: Path) -> bool:
         except sqlite3.Error as error:
             return "locked" in str(error)
     return False
+
+
+def _written(path: Path) -> float:
+    """Return when a table was last written, in seconds of the epoch; 0 for none yet."""
+    return path.stat().st_mtime if path.exists() else 0.0
 
 
 def _look(folder: Path) -> tuple[int, int, Counter[str]]:
