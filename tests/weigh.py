@@ -24,8 +24,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 50_906, "core lines": 32_154, "tokens": 439_942, "named numbers": 563, "branching functions": 126,
-    "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
+    "lines": 53_328, "core lines": 32_435, "tokens": 458_956, "named numbers": 572, "branching functions": 120,
+    "long signatures": 39, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

@@ -79,6 +79,7 @@ class _Page:
         self.session = Session(solver, self.client.id, self._show, models, later)
         self.drawn: tuple[Any, ...] = ()
         self.searched = 0, 0
+        self.framed = False
         self.drawing_soon = asyncio.get_running_loop().call_later(0.0, lambda: None)
         ui.add_head_html(f"<style>{(_file('studio.css'))}</style><script>{_file('frame.js')}</script>")
         with ui.row().classes("sits-page"):
@@ -193,10 +194,13 @@ class _Page:
         self.text.set_value(scene_text(view.sensor))
         self.drawing_soon.cancel()
         if view.data is None:
-            rests = _RESTS if self.drawing.content else 0.0
-            self.drawing_soon = asyncio.get_running_loop().call_later(rests, self._draw_plainly, view.sensor)
             self.open.set_text("")
+            if not self.drawing.content and not self.framed:  # the first one, before anything is solved
+                self._draw_plainly(view.sensor)
+                return
+            self.drawing_soon = asyncio.get_running_loop().call_later(_RESTS, self._draw_plainly, view.sensor)
             return
+        self.framed = True
         from sits_mech.studio.previews import open_share
         from sits_mech.studio.shown import cost, frame, pictures
 

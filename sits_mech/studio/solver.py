@@ -140,8 +140,7 @@ class Solver:
         self._folder.cleanup()
 
     def _serve(self) -> None:
-        """Answer wishes, one after the other, by a process that is started before there are any."""
-        self._started()
+        """Answer wishes, one after the other."""
         while True:
             with self._changed:
                 while not self._wishes and not self._ended:
