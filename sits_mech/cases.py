@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -131,17 +131,17 @@ class _Work:
     points: Sequence[Row]
     names: Sequence[str]  # none where nothing is kept
     cases: Cases | None
+    equal: dict[str, list[int]] = field(default_factory=dict)  # numbers of the points that are not kept, by name
 
     def rows(self, executor: Executor | None, chunk: int, group: Group | None) -> Iterable[tuple[int, Row]]:
-        """Yield number and row of each point as it is finished, those that are kept first."""
-        missing = []
+        """Yield number and row of each point as it is finished, those that are kept first; of equal ones one is."""
         for index in range(len(self.points)):
             row = self.cases.get(self.names[index]) if self.cases is not None else None
             if row is None:
-                missing.append(index)
+                self.equal.setdefault(self.names[index] if self.names else str(index), []).append(index)
             else:
                 yield index, row
-        groups = grouped(self.points, missing, group)
+        groups = grouped(self.points, [each[0] for each in self.equal.values()], group)
         if executor is not None:
             yield from self._spread(executor, chunk, groups)
             return
@@ -162,9 +162,10 @@ class _Work:
     def _kept(self, part: Sequence[int], rows: Sequence[Row]) -> Iterable[tuple[int, Row]]:
         """Keep rows, and yield them with their points' numbers."""
         found = list(zip(part, rows, strict=True))
-        if self.cases is not None:
-            self.cases.put([(self.names[index], row) for index, row in found])
-        return found
+        if self.cases is None:
+            return found
+        self.cases.put([(self.names[index], row) for index, row in found])
+        return [(other, row) for index, row in found for other in self.equal[self.names[index]]]
 
 
 def grouped(points: Sequence[Row], numbers: Iterable[int], group: Group | None) -> list[list[int]]:

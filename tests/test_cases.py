@@ -168,3 +168,18 @@ def test_arrays_of_different_lengths_are_filled_up() -> None:
     assert data["parts"].shape == (3, 3, 2) and not (data["status"] != "ok").any()
     np.testing.assert_array_equal(np.isfinite(data["parts"]).sum("part"), [[2, 2], [3, 3], [1, 1]])
     np.testing.assert_array_equal(data["parts"].isel(n=0, part=slice(2)), np.full((2, 2), 2.0))
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_equal_points_are_called_once_where_they_are_kept(tmp_path: Path, kept: bool) -> None:
+    """Each has its row; without a folder the function may be one of chance, and is called for each."""
+    calls = []
+
+    def square(x: float) -> dict[str, float]:
+        """Return a square, and remember the call."""
+        calls.append(x)
+        return {"square": x * x}
+
+    data = sweep(square, {"x": [2.0, 3.0, 2.0, 2.0]}, combine="zip", folder=tmp_path if kept else None)
+    assert data["square"].values.tolist() == [4.0, 9.0, 4.0, 4.0]
+    assert calls == ([2.0, 3.0] if kept else [2.0, 3.0, 2.0, 2.0])

@@ -112,7 +112,8 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
                 rows[index] = trial.solved(points[index], shared[index])
                 if cases is not None:
                     cases.put([(missing[index], rows[index])])
-    left = whole if cases is None else _counted([own for index, own in shared.items() if index not in rows], chunk)
+    again = [own for index, own in shared.items() if index not in rows or not rows[index]["lasting"]]
+    left = whole if cases is None else _counted(again, chunk)
     steps = trial.steps
     return replace(
         left, steps=steps._replace(process=steps.process + begun), kept=len(points) - left.cases,
@@ -121,12 +122,13 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
 
 
 def _missing(study: Study, points: Sequence[Row], cases: Cases | None) -> dict[int, str]:
-    """Return the numbers of the points that are not kept, with the names to keep them by."""
+    """Return the numbers of the points that are not kept, the first of equal ones, with the names to keep them by."""
     if cases is None:
         return dict.fromkeys(range(len(points)), "")
-    key, known = keys(study), cases.names
-    names = {index: case_name(key(point), {}) for index, point in enumerate(points)}
-    return {index: name for index, name in names.items() if name not in known}
+    key, known, first = keys(study), cases.names, dict[str, int]()
+    for index, point in enumerate(points):
+        first.setdefault(case_name(key(point), {}), index)
+    return {index: name for name, index in first.items() if name not in known}
 
 
 def note(plan: Forecast, cases: Cases) -> None:

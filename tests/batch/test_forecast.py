@@ -138,3 +138,19 @@ def test_bad_words_of_a_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     for words, message in (([], "--output must be given"), (["--plan", "-j", "0"], "processes must be one or more")):
         assert run(["sweep", str(written(tmp_path, INDUCTANCE)), *words]) == 2
         assert message in capsys.readouterr().err
+
+
+def test_a_case_that_another_try_may_better_is_not_counted_as_kept(
+    slow: list[float], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Its disk was full: the run solves it again, and the plan says so."""
+    study = read_study(written(tmp_path, SIMULATE))
+
+    def full(self: Case, **point: object) -> dict[str, float]:
+        """Fail as a full disk does."""
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(Case, "__call__", full)
+    with opened(tmp_path) as cases:
+        found = forecast(study, cases)
+        assert not cases.names and (found.kept, found.cases) == (0, 60)
