@@ -112,8 +112,8 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
                 rows[index] = trial.solved(points[index], shared[index])
                 if cases is not None:
                     cases.put([(missing[index], rows[index])])
-    again = [own for index, own in shared.items() if index not in rows or not rows[index]["lasting"]]
-    left = whole if cases is None else _counted(again, chunk)
+    done = dict(filter(lambda item: item[1]["lasting"], rows.items()))  # another try may better what is not
+    left = whole if cases is None else _counted([own for index, own in shared.items() if index not in done], chunk)
     steps = trial.steps
     return replace(
         left, steps=steps._replace(process=steps.process + begun), kept=len(points) - left.cases,

@@ -29,6 +29,7 @@ _BAR = (
     '<line x1="100" x2="100" y1="0" y2="12" stroke="#c0392b" stroke-width="2"/></svg>'
 )
 _COLOURS = {"yes": "#2f9e6e", "no": "#c0392b"}
+_OPEN = "#f5a623"
 
 
 def read_asked(text: str, sensor: Sensor) -> Requirements:
@@ -142,18 +143,21 @@ def rows_html(judged: Judged) -> str:
 
 def _row(each: Figure, solved: bool) -> str:
     """Return the row of a figure."""
-    least = each.name in LEAST
     value, unit = f"{each.value:.3g}", f" {each.unit}" if each.unit else ""
     value += f" ± {each.error:.2g}{unit}" if np.isfinite(each.error) and each.error > 0.0 else unit
     name = html.escape(TITLES.get(each.name) or each.name.replace(".", " of "))
     if each.limit is None:
         return _ROW.format(kind="", name=name, value=value, limit="", bar="", holds="")
-    size, error = each.value / each.limit, (each.error if np.isfinite(each.error) else 0.0) / each.limit
-    ends = [100.0 * min(max(share, 0.0), _WIDEST) for share in (size, size - error, size + error)]
-    colour = _COLOURS.get(each.holds, "#f5a623") if solved else "#f5a623"
+    least, size = each.name in LEAST, each.value / each.limit
     spare = 100.0 * ((size - 1.0) if least else (1.0 - size))
-    said = f"{100.0 * size:.3g} % of the limit"
-    bar = _BAR.format(size=ends[0], low=ends[1], high=ends[2], colour=colour, words=said)
     limit = f"{'at least' if least else 'at most'} {each.limit:.3g}{unit}"
     words = each.holds if each.holds not in _COLOURS else f"{each.holds}, {spare:+.0f} %"
+    bar = _bar(size, np.nan_to_num(each.error / each.limit), _COLOURS.get(each.holds if solved else "", _OPEN))
     return _ROW.format(kind=each.holds, name=name, value=value, limit=limit, bar=bar, holds=words)
+
+
+def _bar(size: float, error: float, colour: str) -> str:
+    """Return the bar of a figure over its limit, with its error."""
+    ends = [100.0 * min(max(share, 0.0), _WIDEST) for share in (size, size - error, size + error)]
+    said = f"{100.0 * size:.3g} % of the limit"
+    return _BAR.format(size=ends[0], low=ends[1], high=ends[2], colour=colour, words=said)

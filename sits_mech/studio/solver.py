@@ -167,22 +167,7 @@ class Solver:
             return "done", self.kept[key]
         wish.told("started", None)
         try:
-            pipe, stops = self._started()
-            self._number += 1
-            pipe.send((self._number, wish.question))
-            asked_to_stop = 0.0
-            while True:
-                if wish.stopped.is_set() and not asked_to_stop:
-                    asked_to_stop = time.monotonic()
-                    stops.send(self._number)
-                if pipe.poll(_POLL):
-                    kind, what = pipe.recv()
-                    if kind != "progress":
-                        break
-                    wish.told(kind, what)
-                elif asked_to_stop and time.monotonic() > asked_to_stop + _PATIENCE:
-                    self._end()
-                    return "stopped", None
+            kind, what = self._conversed(wish)
         except (EOFError, OSError):  # it was killed from outside
             self._end()
             return "stopped" if wish.stopped.is_set() else "failed", "the solving process ended: ask again"
@@ -191,6 +176,25 @@ class Solver:
             while len(self.kept) > _KEPT:
                 self.kept.popitem(last=False)
         return kind, what
+
+    def _conversed(self, wish: _Wish) -> tuple[str, Any]:
+        """Put a question to the process, and return what it says last; EOFError or OSError where it ends."""
+        pipe, stops = self._started()
+        self._number += 1
+        pipe.send((self._number, wish.question))
+        asked_to_stop = 0.0
+        while True:
+            if wish.stopped.is_set() and not asked_to_stop:
+                asked_to_stop = time.monotonic()
+                stops.send(self._number)
+            if pipe.poll(_POLL):
+                kind, what = pipe.recv()
+                if kind != "progress":
+                    return kind, what
+                wish.told(kind, what)
+            elif asked_to_stop and time.monotonic() > asked_to_stop + _PATIENCE:
+                self._end()
+                return "stopped", None
 
     def _started(self) -> tuple[Connection, Connection]:
         """Return the process's pipe, and the one that stops it; started where there is none."""
