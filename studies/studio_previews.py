@@ -28,6 +28,7 @@ from sits_mech.studio.shown import frame
 KEYS = ("elastomer.thickness", "elastomer.width", "target.width")
 NAMES = ("d_h", "d_v", "L", "L_v_percent", "L_h_percent")
 MOST = 0.2  # of a number, a move
+LEAST = 95.0  # of the numbers within their errors [%]
 NOISE = 1e-3  # of the range: what two solves within their own errors may differ by
 
 
@@ -90,6 +91,8 @@ def main() -> None:
             "95 % shown within [ms]": float(np.quantile([r["ms"] for r in each], 0.95)),
         })
     print(write_rows(table, folder / "studio_previews.csv"))
+    if (least := min(row["numbers within [%]"] for row in table)) < LEAST:
+        raise SystemExit(f"previews: must hold {LEAST} % of the numbers within what they leave open; {least:.3g} % are")
     with new_figure() as (figure, (axes,)):
         for k, kind in enumerate(("slopes", "tables beside")):
             points = np.array([(r["said [%]"], r["error [%]"]) for r in rows if r["known"] == kind])
