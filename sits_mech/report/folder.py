@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FORMATS = (".png", ".pdf", ".svg")
-_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0", "request")  # variables, an attribute
+_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0")
 
 
 def prepare_folder(folder: Path, *, cases: bool = True) -> Path:
@@ -66,9 +66,12 @@ def read_calibration(folder: Path, case: int | None = None) -> tuple[Sensor, xr.
     return sensor, data
 
 
-def check_table(data: xr.Dataset, name: str) -> None:
-    """Raise SceneError where a table, called `name`, is no calibration of this version with a load that converged."""
-    missing = [need for need in _NEEDED if need not in data.variables and need not in data.attrs]
+def check_table(data: xr.Dataset, name: str, *more: str) -> None:
+    """Raise SceneError where a table, called `name`, is no calibration of this version with a load that converged.
+
+    It must have `more` attributes, where they are named.
+    """
+    missing = [need for need in (*_NEEDED, *more) if need not in data.variables and need not in data.attrs]
     if missing:
         raise SceneError(f"{name}: must be the table of a calibration; {missing[0]} is missing")
     loads = data["status"].dims

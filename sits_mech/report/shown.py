@@ -137,7 +137,7 @@ def show(what: Sensor | xr.Dataset | str | Path, sensor: Sensor | None = None) -
 
 def _sensor_of(data: xr.Dataset, sensor: Sensor | None) -> Sensor:
     """Return the sensor of a table, its own or the one that is given; refuse a table that is no calibration of it."""
-    check_table(data, "what")
+    check_table(data, "what", "request")
     own = sensor_from(tomllib.loads(data.attrs["scene"])) if "scene" in data.attrs else None
     found, coils = sensor or own, list(map(str, data["coil"].to_numpy()))
     if found is None:
