@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,7 +40,7 @@ def read_asked(text: str, sensor: Sensor) -> Requirements:
     return requirements_of({key: part for key, part in table.items() if key != "scene"}, sensor=sensor)
 
 
-def first_words(most: Mapping[str, float], sensor: Sensor) -> str:
+def first_words(most: dict[str, float], sensor: Sensor) -> str:
     """Return requirements to begin with, as text: loads that are shown, a pad from half to twice of its thickness."""
     ends = ((name, 0.0 if name == "F_z" else -size, size) for name, size in most.items())
     loads = "".join(f'{name} = ["{low:g} N", "{high:g} N"]\n' for name, low, high in ends)
@@ -53,7 +52,8 @@ def first_words(most: Mapping[str, float], sensor: Sensor) -> str:
         f'"elastomer.thickness" = {{ from = "{0.5 * thick:.3g} mm", to = "{2.0 * thick:.3g} mm" }}\n'
         f'[require]\nresolution = {{ {resolution} }}\nerror = {{ {error} }}\n'
         f'height = "{2e3 * size_of(sensor)["height"]:.2g} mm"\n'
-        '[tolerance]\n"elastomer.thickness" = "0.05 mm"\nmodulus = "5 %"\n[goal]\nminimise = "error.F_z"\n'
+        '[tolerance]\n"elastomer.thickness" = "0.05 mm"\nmodulus = "5 %"\n[goal]\n'
+        f'minimise = "error.{next(reversed(most))}"\n'
     )
 
 

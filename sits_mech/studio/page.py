@@ -18,6 +18,7 @@ from urllib.parse import urlencode
 
 from nicegui import app, ui
 
+from sits_mech.quantities import WRENCH
 from sits_mech.scene.plausible import slips
 from sits_mech.scene.sensor import SceneError, Sensor, catalogue, scene_hash, scene_text, sensor_from
 from sits_mech.studio.form import Form
@@ -93,8 +94,8 @@ class _Page:
                 self.drawing = ui.html(sanitize=False).classes("sits-drawing")
                 ui.html('<div id="sits-frames"></div>', sanitize=False).classes("w-full")
         self.client.on_disconnect(self.session.close)
-        most = {key: float(value) for key, value in asked.items() if key in ("F_x", "F_y", "F_z") and _is_number(value)}
-        keys = {key: value for key, value in asked.items() if key not in ("F_x", "F_y", "F_z")}
+        most = {key: float(value) for key, value in asked.items() if key in WRENCH and _is_number(value)}
+        keys = {key: value for key, value in asked.items() if key not in WRENCH}
         self._tried(lambda: self.session.open(str(self.scene.value), keys, most))
         if required:
             self._tried(lambda: self.session.require(required))

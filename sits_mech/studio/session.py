@@ -110,18 +110,23 @@ class Session:
         from sits_mech.studio.asked import read_asked
 
         self.asked = read_asked(text, self.sensor)
-        self._glances.clear()
-        self.most = {name: max(map(abs, ends)) for name, ends in self.asked.loads.items()}
-        self.update()
+        self._judge()
 
     def find(self, text: str) -> None:
         """Search the sensor that holds requirements best, of the scenes that they let vary."""
         from sits_mech.studio.asked import read_asked
 
-        asked = read_asked(text, self.sensor)
-        self.search, self.found = Search(self.sensor, (), self.models, asked, self.solver.folder), None
+        self.asked = read_asked(text, self.sensor)
+        self.search, self.found = Search(self.sensor, (), self.models, self.asked, self.solver.folder), None
         self.tried = []
-        self.require(text)
+        self._judge()
+
+    def _judge(self) -> None:
+        """Show the loads of what is required, and judge anew."""
+        self._glances.clear()
+        if self.asked is not None:
+            self.most = {name: max(map(abs, ends)) for name, ends in self.asked.loads.items()}
+        self.update()
 
     def stop(self) -> None:
         """Solve nothing until something is asked for again."""

@@ -23,6 +23,17 @@ model = "planar"
 """
 
 
+def agree(text: str, good: bool, folder: Path) -> None:
+    """Check that schema and reader both take a study's text, or both refuse it."""
+    assert STUDY.is_valid(tomllib.loads(text)) == good
+    (folder / "study.toml").write_text(text)
+    if good:
+        read_study(folder / "study.toml")
+    else:
+        with pytest.raises(SceneError):
+            read_study(folder / "study.toml")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "good"),
     [
@@ -41,14 +52,7 @@ model = "planar"
 )
 def test_the_reader_and_the_schema_agree(old: str, new: str, good: bool, tmp_path: Path) -> None:
     """On a study of poses and on what may be wrong in it."""
-    text = GOOD.replace(old, new)
-    assert STUDY.is_valid(tomllib.loads(text)) == good
-    (tmp_path / "study.toml").write_text(text)
-    if good:
-        read_study(tmp_path / "study.toml")
-    else:
-        with pytest.raises(SceneError):
-            read_study(tmp_path / "study.toml")
+    agree(GOOD.replace(old, new), good, tmp_path)
 
 
 def test_ranges_stand_under_fixed() -> None:
@@ -86,11 +90,4 @@ SAMPLES = GOOD.replace('"product"', '"sobol"\nsamples = 4').replace(", count = 3
 )
 def test_they_agree_on_samples_too(old: str, new: str, good: bool, tmp_path: Path) -> None:
     """And on conditions, derived keys, several scenes."""
-    text = SAMPLES.replace(old, new)
-    assert STUDY.is_valid(tomllib.loads(text)) == good
-    (tmp_path / "study.toml").write_text(text)
-    if good:
-        read_study(tmp_path / "study.toml")
-    else:
-        with pytest.raises(SceneError):
-            read_study(tmp_path / "study.toml")
+    agree(SAMPLES.replace(old, new), good, tmp_path)
