@@ -30,6 +30,7 @@ _COLOURS = {"drawing": "grey", "preview": "orange", "solved": "green"}
 _STALE = "document.querySelectorAll('#sits-frames iframe').forEach(one => one.classList.add('stale'))"
 _RESTS = 0.15  # seconds without another move, until a drawing is made: it takes as long
 _FILES = ("scene.toml", "table.csv", "report.html")
+_AWAY = 60.0  # seconds that a tab may be silent, as one whose machine is busy or sleeps, before its page is dropped
 
 
 def serve(
@@ -52,7 +53,7 @@ def serve(
     if browser:
         app.on_startup(lambda: webbrowser.open(address))
     ui.run(host="127.0.0.1", port=port, show=False, reload=False, show_welcome_message=False,
-           uvicorn_logging_level="error")
+           uvicorn_logging_level="error", reconnect_timeout=_AWAY)
 
 
 def _free_port() -> int:

@@ -53,7 +53,7 @@ def opened(browser: Browser, address: str) -> None:
             break
         except AssertionError:
             time.sleep(0.25)
-    until(browser, f"{CHIP}.startsWith('solved')", 60.0)
+    until(browser, f"{CHIP}.startsWith('solved')")
 
 
 def until(browser: Browser, script: str, seconds: float = 120.0) -> Any:
