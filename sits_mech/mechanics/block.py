@@ -38,7 +38,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded, packed
 from sits_mech.mechanics.equilibrium.control import Control, under
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import Solved, starts
-from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept
+from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept, of_one_pad
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.in_time import motion_in_time
@@ -206,6 +206,7 @@ def pad_family(sensor: Sensor) -> tuple[Levels, float]:
     return _family(sensor, 0.0, whole=False, depth=0.0), 0.5
 
 
+@of_one_pad
 def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
     """Make a family with or without a guard; coarser meshes have a larger contact depth."""
     shape = shape_of(*pad_parts(sensor))

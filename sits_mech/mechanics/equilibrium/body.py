@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
@@ -56,6 +57,11 @@ class Bonded:
         if self.shared is not None:
             return self.shared()
         return self._made(self.free)
+
+    @cached_property
+    def rests(self) -> dict[str, Any]:
+        """Rests that were found, by what was asked (remembered.py)."""
+        return {}
 
     def _made(self, free: Integers) -> Pattern:
         """Make the pattern with some displacements free."""

@@ -41,6 +41,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     stepped,
     way_of,
 )
+from sits_mech.mechanics.equilibrium.remembered import remembered
 from sits_mech.quantities import Array
 
 SETTLED = 1e-9
@@ -81,7 +82,8 @@ class Settled(NamedTuple):
     part: float = 0.0  # distance along the path, if it was to be found
 
 
-class Approach(NamedTuple):
+@dataclass(frozen=True)
+class Approach:
     """A target nearly at rest."""
 
     state: State
@@ -131,6 +133,7 @@ def newton(
     return Settled(here, stiffness, hidden_stiffness(body, made), length, part)
 
 
+@remembered
 def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> Approach | None:
     """Return the target nearly at rest, or None where that does not show.
 

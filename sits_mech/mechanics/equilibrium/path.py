@@ -35,6 +35,7 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.linearisation import Arc, Held
 from sits_mech.mechanics.equilibrium.newton import LONGEST, SETTLED, Settled, Verdict, Way, newton, rate, verdict
+from sits_mech.mechanics.equilibrium.remembered import remembered
 from sits_mech.quantities import Array
 
 _EASY = 5  # iterations up to which the next increment grows
@@ -52,6 +53,7 @@ _BEYOND = 1.1  # times the length at which the stiffness seems to vanish that is
 _MOST = 80  # steps
 
 
+@remembered
 def follow(
     body: Bonded, start: State, goals: tuple[Array, Array], *, smallest: float = 1e-3, held: Held | None = None,
     beside: Held | None = None, most: float = np.inf,

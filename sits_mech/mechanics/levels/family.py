@@ -51,9 +51,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, update_wrapper
 from math import prod, sqrt
-from typing import NamedTuple
+from typing import Concatenate, NamedTuple, ParamSpec
 
 import numpy as np
 
@@ -166,6 +166,26 @@ class Line:
     def last(self) -> range:
         """Integers of the families used where faces touch."""
         return range(len(self.makers) - PAIR, len(self.makers))
+
+
+_Asked = ParamSpec("_Asked")
+
+
+def of_one_pad(make: Callable[Concatenate[Sensor, _Asked], Levels]) -> Callable[Concatenate[Sensor, _Asked], Levels]:
+    """Keep the families of the last pad, with what its bodies remember: scenes with other coils ask for them again."""
+
+    @lru_cache(maxsize=1)
+    def of(*pad: object) -> dict[object, Levels]:
+        return {}
+
+    def made(sensor: Sensor, /, *asked: _Asked.args, **more: _Asked.kwargs) -> Levels:
+        families, name = of(sensor.target, sensor.elastomer), (*asked, *more.items())
+        if name not in families:
+            families[name] = make(sensor, *asked, **more)
+        return families[name]
+
+    update_wrapper(made, make)
+    return made
 
 
 Changed = Callable[[Sensor, int], Bonded | None]

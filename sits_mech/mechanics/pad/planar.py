@@ -24,7 +24,7 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.newton import small_strain
-from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept
+from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept, of_one_pad
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.pad.shapes import widened
 from sits_mech.quantities import Array
@@ -80,6 +80,7 @@ def order_of(sensor: Sensor, grading: float) -> float:
     return min(2.0 * exponent * grading, _HIGHEST)
 
 
+@of_one_pad
 def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
     """Make a family of one kind; coarser meshes have a larger contact depth."""
 
