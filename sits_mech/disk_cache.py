@@ -125,7 +125,9 @@ def _write(path: Path, arrays: Mapping[str, Any]) -> None:
 
 def _checksum(asked: object, rooms: tuple[str, ...] = FIELDS) -> str:
     """Return the checksum of what is asked and of the source of the rooms that answer."""
-    return fed(asked, _source(rooms)).hexdigest()
+    digest = hashlib.sha256(_source(rooms))
+    _feed(digest, asked)
+    return digest.hexdigest()
 
 
 @lru_cache(maxsize=4)
@@ -136,13 +138,6 @@ def _source(rooms: tuple[str, ...]) -> bytes:
         for path in sorted((Path(__file__).parent / room).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.digest()
-
-
-def fed(asked: object, first: bytes = b"") -> hashlib._Hash:
-    """Return the digest of what is asked, as of `kept`, bit by bit."""
-    digest = hashlib.sha256(first)
-    _feed(digest, asked)
-    return digest
 
 
 def _feed(digest: Any, part: Any) -> None:

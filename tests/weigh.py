@@ -24,8 +24,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 53_437, "core lines": 32_519, "tokens": 459_725, "named numbers": 574, "branching functions": 118,
-    "long signatures": 39, "skipped formats": 0, "large files": 3, "entered in space": 93, "entered in the plane": 78,
+    "lines": 53_418, "core lines": 32_500, "tokens": 459_625, "named numbers": 574, "branching functions": 118,
+    "long signatures": 39, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

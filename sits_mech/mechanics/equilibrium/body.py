@@ -12,10 +12,12 @@ too.
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
-from typing import Any
+from functools import cache, cached_property, update_wrapper
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -26,6 +28,11 @@ from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.quantities import Array, Integers
+
+ROOM = 2**25
+"""Bytes of the states that a body remembers: 25 on the finest mesh of a pad, 800 on its second one."""
+_Asked = ParamSpec("_Asked")
+_Rest = TypeVar("_Rest")
 
 
 @dataclass(frozen=True)
@@ -59,8 +66,8 @@ class Bonded:
         return self._made(self.free)
 
     @cached_property
-    def rests(self) -> dict[str, Any]:
-        """Rests that were found, by what was asked (remembered.py)."""
+    def rests(self) -> dict[bytes, Any]:
+        """What was found from what was asked, the last of it; see `remembered`."""
         return {}
 
     def _made(self, free: Integers) -> Pattern:
@@ -160,3 +167,29 @@ def smallest_volume(body: Bonded, u: Array, *, everywhere: bool, known: Deformed
     if body.mesh.nodal is None or not (everywhere or body.guarded):
         return least
     return min(least, float(deformation(body.mesh, u, body.mesh.nodal)[1].min()))
+
+
+def remembered(solve: Callable[Concatenate[Bonded, State, _Asked], _Rest]) -> Callable[
+    Concatenate[Bonded, State, _Asked], _Rest
+]:
+    """Return a solution from a state, a dataclass with a `state` or None, that a body finds once for the same numbers.
+
+    It depends on these alone, to the last digit, not on what was asked before. The deformation of its state, much
+    larger, is made again where it is asked for.
+    """
+
+    def found(body: Bonded, start: State, /, *asked: _Asked.args, **more: _Asked.kwargs) -> _Rest:
+        numbers = pickle.dumps((solve.__name__, replace(start, known=None), asked, more))
+        name = hashlib.sha256(numbers).digest()
+        if name in body.rests:
+            rest: _Rest = body.rests[name]
+            return rest
+        own: Any = solve(body, start, *asked, **more)
+        body.rests[name] = None if own is None else replace(own, state=replace(own.state, known=None))
+        while 8 * body.size * len(body.rests) > ROOM:
+            del body.rests[next(iter(body.rests))]
+        rest = own
+        return rest
+
+    update_wrapper(found, solve)
+    return found

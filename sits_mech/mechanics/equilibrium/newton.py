@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, rest, smallest_volume
+from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, remembered, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
     Arc,
@@ -41,7 +41,6 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     stepped,
     way_of,
 )
-from sits_mech.mechanics.equilibrium.remembered import remembered
 from sits_mech.quantities import Array
 
 SETTLED = 1e-9

@@ -32,10 +32,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import Bonded, State
+from sits_mech.mechanics.equilibrium.body import Bonded, State, remembered
 from sits_mech.mechanics.equilibrium.linearisation import Arc, Held
 from sits_mech.mechanics.equilibrium.newton import LONGEST, SETTLED, Settled, Verdict, Way, newton, rate, verdict
-from sits_mech.mechanics.equilibrium.remembered import remembered
 from sits_mech.quantities import Array
 
 _EASY = 5  # iterations up to which the next increment grows

@@ -9,7 +9,7 @@ import pytest
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.mechanics.block import BlockPad, block_pad
 from sits_mech.mechanics.element.assembly import Pattern
-from sits_mech.mechanics.equilibrium import remembered
+from sits_mech.mechanics.equilibrium import body as bodies
 from sits_mech.mechanics.equilibrium.newton import unloaded
 from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.quantities import Wrench
@@ -86,7 +86,7 @@ def test_the_oldest_rests_go(factors: list[int], monkeypatch: pytest.MonkeyPatch
     """As many stay as there is room for; a path that fails is remembered as well."""
     pad: BlockPad = block_pad(load_sensor("biorob2018"))
     body = pad.half[0].coarse
-    monkeypatch.setattr(remembered, "ROOM", 2 * 8 * body.size)
+    monkeypatch.setattr(bodies, "ROOM", 2 * 8 * body.size)
     goals = [np.array([0.0, -force, 0.0]) for force in (0.1, 0.2, 0.3)]
     ends = [follow(body, unloaded(body), (0.0 * goal, goal)) for goal in goals]
     assert len(body.rests) == 2 and all(end.reached == 1.0 for end in ends)
