@@ -116,7 +116,7 @@ UNMIRRORED = {
     ),
     "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",
     **dict.fromkeys(
-        (f"mechanics/equilibrium/{name}.py" for name in ("body", "newton", "linearisation")),
+        (f"mechanics/equilibrium/{name}.py" for name in ("newton", "linearisation")),
         "tests/mechanics/test_layer.py: every rest is found by them",
     ),
     "mechanics/equilibrium/path.py": "tests/mechanics/equilibrium/test_limit.py: paths that end at limits",
