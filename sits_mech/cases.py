@@ -11,6 +11,7 @@ import itertools
 import math
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from contextlib import closing, nullcontext
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], None]
 Combine = Literal["product", "zip"]
-Group = Callable[[Row], tuple[Hashable, Hashable]]
+Group = Callable[[Row], tuple[Hashable, ...]]
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
 _FIRST, _APART = 10.0, 50.0  # seconds to the first snapshot; then as many times what it took, so that all take 2 %
 
@@ -68,8 +69,8 @@ def sweep(
     key : str, or callable
         Stands for everything besides the point that the result depends on, or gives for a point what stands for all.
     group : callable, optional
-        Gives what a point's call prepares, the dearest first. Points with the same are called one after the other,
-        first those whose dearest is shared by most.
+        Gives what a point's call prepares, from what the most share. Points with the same are called one after the
+        other, of each the largest group first, and points that share all of it go to the executor together.
     progress : callable, optional
         Called with the number of finished points and of all.
     snapshot : callable, optional
@@ -170,12 +171,19 @@ class _Work:
 
 def grouped(points: Sequence[Row], numbers: Iterable[int], group: Group | None) -> list[list[int]]:
     """Return the numbers of points by what they share, in the order of the calls; without a group all together."""
-    groups = dict[Hashable, dict[Hashable, list[int]]]()
+    parts, sizes, ranks = dict[tuple[Hashable, ...], list[int]](), Counter[Hashable](), dict[Hashable, int]()
     for index in numbers:
-        first, then = (None, None) if group is None else group(points[index])
-        groups.setdefault(first, {}).setdefault(then, []).append(index)
-    longest = sorted(groups.values(), key=lambda own: sum(map(len, own.values())), reverse=True)
-    return [part for own in longest for part in own.values()]
+        key = () if group is None else group(points[index])
+        parts.setdefault(key, []).append(index)
+        for first in itertools.accumulate((item,) for item in key):
+            sizes[first] += 1
+            ranks.setdefault(first, len(ranks))
+
+    def place(key: tuple[Hashable, ...]) -> list[tuple[int, int]]:
+        """Return the place of a part: at each of its levels the largest first, then the first."""
+        return [(-sizes[first], ranks[first]) for first in itertools.accumulate((item,) for item in key)]
+
+    return [parts[key] for key in sorted(parts, key=place)]
 
 
 def _seldom(act: Callable[[], None]) -> Callable[[], None]:

@@ -1,13 +1,14 @@
 """Forecast what a study takes, by a few of its cases, which are solved in this process.
 
-    seconds = P s + C p + D q + N c
+    seconds = P s + C p + D q + R r + N c
 
-for P processes, C sets of coils with their plates and D pads with their meshes, each counted in every process that
-meets it, and N cases. A case prepares what none before it has: those that are tried take s + p + q + c, p + q + c,
-q + c or c, of which s, p, q, c >= 0 follow by least squares. Tried are, at both ends of the run's order, a case, the
-next one, and the first with the next pad of the same coils; then in the middle, if those are less than half of the
-forecast, and at places between, as long as all are less than a fiftieth. What the disk holds of earlier preparations is
-not used. Neglected: what a case costs beside its solve (0.4 ms), and how cases differ between those that are tried.
+for P processes, C sets of coils with their plates, D pads with their meshes and R loads that bring a pad to rest, each
+counted in every process that meets it, and N cases. A case prepares what none before it has: those that are tried take
+c and some of s, p, q and r, which are zero or more and follow by least squares; where no two cases share a rest, r is
+part of c. Tried are, at both ends of the run's order, a case, the next one, and the first ones with the next rest and
+the next pad; then in the middle, if those are less than half of the forecast, and at places between, as long as all are
+less than a fiftieth. What the disk holds of earlier preparations is not used. Neglected: what a case costs beside its
+solve (0.4 ms), and how cases differ between those that are tried.
 """
 
 from __future__ import annotations
@@ -16,11 +17,10 @@ import json
 import math
 import os
 import time
-from bisect import bisect
 from collections import Counter
-from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate, chain, repeat
+from itertools import chain, islice, repeat
 from pathlib import Path
 from shutil import disk_usage
 from typing import NamedTuple
@@ -31,7 +31,7 @@ from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
 from sits_mech.batch.run import Case, keys
-from sits_mech.batch.study import Study
+from sits_mech.batch.study import Shared, Study
 from sits_mech.cases import attempt, grid_points, grouped
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.memory import GIB, input_text, peak_memory
@@ -39,7 +39,6 @@ from sits_mech.scene.files import write_text
 from sits_mech.store import Cases, Row, case_name, opened
 from sits_mech.units import SceneError
 
-Shared = tuple[Hashable, Hashable]
 _NOTE = "plan.json"
 _ON_DISK = 1.4  # of the cases' file, that and the table: 1405 and 432 bytes of 100,000 cases
 
@@ -50,6 +49,7 @@ class Steps(NamedTuple):
     process: float
     coils: float
     pad: float
+    rest: float
     case: float
 
 
@@ -57,9 +57,9 @@ class Steps(NamedTuple):
 class Forecast:
     """What the cases take that a study has not yet kept."""
 
-    left: tuple[tuple[int, ...], tuple[int, ...]]  # cases of each set of coils, and of each pad with them
+    left: tuple[tuple[int, ...], ...]  # cases of each set of coils, of each pad, of each rest
     chunk: int  # cases that go to a process at once
-    steps: Steps = Steps(0.0, 0.0, 0.0, 0.0)  # processor seconds of each
+    steps: Steps = Steps(0.0, 0.0, 0.0, 0.0, 0.0)  # processor seconds of each
     kept: int = 0
     tried: tuple[int, float] = (0, 0.0)  # cases, and their processor seconds
     memory: float | None = None  # of a process [bytes]
@@ -71,8 +71,8 @@ class Forecast:
 
     def counts(self, processes: int = 1) -> Steps:
         """Return how often each step is made by so many processes, of which each prepares what it meets."""
-        coils, pads = (sum(min(processes, -(-own // self.chunk)) for own in counts) for counts in self.left)
-        return Steps(processes + (processes > 1) if self.cases else 0, coils, pads, self.cases)
+        coils, pads, rests = (sum(min(processes, -(-own // self.chunk)) for own in counts) for counts in self.left)
+        return Steps(processes + (processes > 1) if self.cases else 0, coils, pads, rests, self.cases)
 
     def seconds(self, processes: int = 1) -> float:
         """Return the processor seconds of all that is left, on so many processes."""
@@ -88,11 +88,8 @@ class Forecast:
 
     @property
     def saved(self) -> Steps:
-        """The seconds that cases do not take because they share a process, coils or a pad."""
-        process, coils, pad, case = (
-            (self.cases - count) * each for count, each in zip(self.counts(), self.steps, strict=True)
-        )
-        return Steps(process, coils, pad, case)
+        """The seconds that cases do not take because they share a process, coils, a pad or its rest."""
+        return Steps(*((self.cases - count) * each for count, each in zip(self.counts(), self.steps, strict=True)))
 
 
 def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) -> Forecast:
@@ -103,8 +100,10 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
     points, chunk = grid_points(study.vary, study.combine), study.request.chunk
     missing = _missing(study, points, cases)
     shared = {index: study.shared(points[index]) for index in missing}
-    trial, rows, whole = _Trial(Case(study)), dict[int, Row](), _counted(shared.values(), chunk)
-    for near, share in zip(_places(grouped(points, missing, study.shared), shared), _shares(), strict=False):
+    rows, whole = dict[int, Row](), _counted(shared.values(), chunk)
+    trial = _Trial(Case(study), len(whole.left[-1]) < whole.cases)
+    order = list(chain.from_iterable(grouped(points, missing, lambda point: study.shared(point).order)))
+    for near, share in zip(_places(order, shared), _shares(), strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
         for index in near:
@@ -171,21 +170,19 @@ def noted(folder: Path, processes: int = 1, *, yes: bool = False) -> float | Non
 
 def _counted(shared: Collection[Shared], chunk: int) -> Forecast:
     """Return what is left to do, without its seconds."""
-    coils, pads = Counter(own[0] for own in shared), Counter(shared)
-    return Forecast((tuple(coils.values()), tuple(pads.values())), chunk)
+    kinds = ([own.coils for own in shared], [own.pad for own in shared], [(own.pad, own.load) for own in shared])
+    return Forecast(tuple(tuple(Counter(each).values()) for each in kinds), chunk)
 
 
-def _places(groups: list[list[int]], shared: Mapping[int, Shared]) -> Iterator[list[int]]:
+def _places(order: Sequence[int], shared: Mapping[int, Shared]) -> Iterator[list[int]]:
     """Yield cases to try of the order of a run: at its ends, in the middle, in the middles between; some at each."""
-    order, ends = [index for own in groups for index in own], list(accumulate(map(len, groups)))
     halves = (k / 2**level for level in range(1, 5) for k in range(1, 2**level, 2))
     for part in (0.0, 1.0, *halves) if order else ():
         at = round(part * max(len(order) - 2, 0))
-        then = ends[bisect(ends, at)]
-        near = order[at : at + 2]
-        if then < len(order) and shared[order[then]][0] == shared[order[at]][0]:
-            near.append(order[then])
-        yield near
+        here, later = shared[order[at]], [(index, shared[index]) for index in order[at + 1 :]]
+        rests = (index for index, own in later if own[1:] != here[1:])
+        pads = (index for index, own in later if own.pad != here.pad)
+        yield [*order[at : at + 2], *islice(rests, 1), *islice(pads, 1)]
 
 
 def _shares() -> Iterator[float]:
@@ -196,15 +193,16 @@ def _shares() -> Iterator[float]:
 class _Trial:
     """Cases that are solved here one after the other, with their processor seconds."""
 
-    def __init__(self, case: Case) -> None:
-        self._case, self._met = case, set[object]()
+    def __init__(self, case: Case, rests: bool) -> None:
+        self._case, self._met, self._rests = case, set[object](), rests  # whether some cases share one
         self._rows: list[list[float]] = []
         self._seconds: list[float] = []
 
     def solved(self, point: Row, shared: Shared) -> Row:
         """Return the row of a case."""
-        new = [None not in self._met, (shared[0],) not in self._met, shared not in self._met]
-        self._met |= {None, (shared[0],), shared}
+        made = ("process",), ("coils", shared.coils), ("pad", shared.pad), ("rest", shared[1:])
+        new = [each not in self._met and (self._rests or each[0] != "rest") for each in made]
+        self._met.update(made)
         began = time.process_time()
         with nothing_kept(), threadpool_limits(1):
             row = attempt(self._case, point)
@@ -221,6 +219,5 @@ class _Trial:
     def steps(self) -> Steps:
         """The processor seconds of each step."""
         if not self._rows:
-            return Steps(0.0, 0.0, 0.0, 0.0)
-        process, coils, pad, case = nnls(np.array(self._rows), np.array(self._seconds))[0].tolist()
-        return Steps(process, coils, pad, case)
+            return Steps(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Steps(*nnls(np.array(self._rows), np.array(self._seconds))[0].tolist())

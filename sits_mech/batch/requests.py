@@ -67,7 +67,7 @@ class Request:
     needed: tuple[str, ...] = ()  # arguments without default
     ranges: tuple[str, ...] = ()  # arguments like "-1 N:1 N:9", which a study cannot vary
     layer: bool = True  # whether the answer needs the elastomer; else it is left out of the scene
-    chunk: int = 1  # cases that go to a worker at once
+    chunk: int = 1  # cases with the same coils, or at the same rest, that go to a worker at once
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -191,7 +191,7 @@ _CHAIN = {"mechanics": tuple(MECHANICS), "magnetics": tuple(MAGNETICS)}
 REQUESTS: Mapping[str, Request] = {
     "pose": Request(_pose, _LOAD, {"model": _CHAIN["mechanics"]}),
     "inductance": Request(_inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25),
-    "simulate": Request(_simulate, _LOAD, _CHAIN),
+    "simulate": Request(_simulate, _LOAD, _CHAIN, chunk=4),
     **{
         name: Request(answer, _LOAD, _CHAIN, needed=("fx", "fz"), ranges=tuple(_LOAD))
         for name, answer in zip(SWEPT, (_calibrate, _quality), strict=True)

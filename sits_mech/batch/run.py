@@ -69,7 +69,7 @@ def run_study(
     claim(folder, study)
     data = sweep(
         Case(study), study.vary, combine=study.combine, executor=executor, chunk=study.request.chunk, folder=folder,
-        key=keys(study), group=study.shared, progress=progress,
+        key=keys(study), group=lambda point: study.shared(point).order, progress=progress,
         snapshot=lambda table: save_table(_labelled(table, study), folder / TABLE),
     )
     data = _labelled(data, study)

@@ -34,7 +34,7 @@ import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,14 +53,35 @@ COMPONENTS = {name: argument for argument, name in (LOAD_ARGUMENTS | POSE_ARGUME
 """Arguments by the names that their components have in Python, which study files may use as well."""
 KEYS = ("scene", "request", "combine", "samples", "seed", "where", "vary", "derive", "fixed")
 _TABLES = ("vary", "derive", "fixed")
+Item = tuple[str, str]
 COMBINE = ("product", "zip", *SAMPLED)
 SCENE = "scene"
 """What varies with a list of scenes."""
 TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
 _NOT_OF_COILS = ("elastomer", "readout", "tolerances", "mechanics")
 _NOT_OF_PAD = ("coils", "conductors", "frequency", "substrate_radius", "readout", "tolerances", "magnetics")
+_SILICONE = "elastomer.material"
 _LOOKS = 3_000  # scenes that are looked at before a run whether a value is possible, a second
 _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
+
+
+class Shared(NamedTuple):
+    """What a case prepares: coils with their plates, pad with its meshes, and the load that brings this to rest."""
+
+    coils: tuple[Item, ...]
+    pad: tuple[Item, ...]
+    load: tuple[Item, ...]
+
+    @property
+    def order(self) -> tuple[Hashable, ...]:
+        """What cases are ordered by: what both have, the pad, its silicone, the load; by coils where there is no pad.
+
+        Cases that differ in coils alone take the rest of the one before; pads of two silicones have one mesh.
+        """
+        both = tuple(item for item in self.coils if item in self.pad)
+        own = tuple(item for item in self.pad if item not in both)
+        sizes = tuple(item for item in own if not item[0].startswith(_SILICONE))
+        return (both, sizes, own, self.load) if self.pad or self.load else (self.coils,)
 
 
 @dataclass(frozen=True)
@@ -101,14 +122,17 @@ class Study:
         sizes = [len(values) for values in self.vary.values()]
         return math.prod(sizes) if self.combine == "product" else max(sizes)
 
-    def shared(self, point: Row) -> tuple[Hashable, Hashable]:
-        """Return what a case prepares: coils with their plates, pad with its meshes, by all that varies of each."""
-        still = {name: str(item) for name, item in point.items() if name not in (*LOAD_ARGUMENTS, *POSE_ARGUMENTS)}
-        coils, pad = (
-            tuple(item for item in still.items() if item[0].partition(".")[0] not in other)
-            for other in (_NOT_OF_COILS, _NOT_OF_PAD)
-        )
-        return () if self.name == "pose" else coils, pad if self.request.layer else ()
+    def shared(self, point: Row) -> Shared:
+        """Return what a case prepares, by what varies of it."""
+        coils, pad, load = list[Item](), list[Item](), list[Item]()
+        for name, value in point.items():
+            item, part = (name, str(value)), name.partition(".")[0]
+            if name in LOAD_ARGUMENTS:
+                load.append(item)
+            elif name not in POSE_ARGUMENTS:
+                coils += [item] if self.name != "pose" and part not in _NOT_OF_COILS else []
+                pad += [item] if self.request.layer and part not in _NOT_OF_PAD else []
+        return Shared(tuple(coils), tuple(pad), tuple(load))
 
     def case(self, point: Row) -> tuple[Variant, Row]:
         """Return scene and arguments of a point."""

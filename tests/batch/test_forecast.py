@@ -27,7 +27,8 @@ vary."target.width" = ["8 mm", "10 mm"]
 vary.dv = { from = "2 mm", to = "3 mm", count = 30 }
 fixed.model = "planar"
 """
-TRUE = Steps(process=3.0, coils=2.0, pad=0.5, case=0.1)
+TRUE = Steps(process=3.0, coils=2.0, pad=0.5, rest=0.3, case=0.1)
+ALONE = TRUE._replace(rest=0.0, case=0.4)  # no two cases share a rest
 
 
 def written(folder: Path, text: str) -> Path:
@@ -43,8 +44,9 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     clock, met = [0.0], set[object]()
 
     def answer(self: Case, **point: object) -> dict[str, float]:
-        coils, pad = self.study.shared(point)
-        new = {None: TRUE.process, (coils,): TRUE.coils, (coils, pad): TRUE.pad}
+        shared = self.study.shared(point)
+        new = {None: TRUE.process, ("coils", shared.coils): TRUE.coils, ("pad", shared.pad): TRUE.pad}
+        new[("rest", shared.pad, shared.load)] = TRUE.rest
         clock[0] += TRUE.case + sum(seconds for what, seconds in new.items() if what not in met)
         met.update(new)
         return {"c": 1.0}
@@ -55,23 +57,30 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def test_steps_follow_from_a_few_cases(slow: list[float], tmp_path: Path) -> None:
-    """Two sets of coils, three pads with each, sixty cases: exactly what all of them take, from five."""
+    """Two sets of coils, three pads with each, sixty cases: exactly what all of them take, from seven."""
     study = read_study(written(tmp_path, SIMULATE))
     found = forecast(study)
-    assert found.steps == pytest.approx(TRUE, rel=1e-9) and found.counts() == (1, 2, 6, 60)
-    assert found.seconds() == pytest.approx(3.0 + 2 * 2.0 + 6 * 0.5 + 60 * 0.1)
-    assert found.tried == (5, pytest.approx(slow[0])) and found.kept == 0
-    assert found.saved == pytest.approx((59 * 3.0, 58 * 2.0, 54 * 0.5, 0.0))
+    assert found.steps == pytest.approx(ALONE, rel=1e-9, abs=1e-9) and found.counts() == (1, 2, 6, 60, 60)
+    assert found.seconds() == pytest.approx(3.0 + 2 * 2.0 + 6 * 0.5 + 60 * 0.4)
+    assert found.tried == (7, pytest.approx(slow[0])) and found.kept == 0
+    assert found.saved == pytest.approx((59 * 3.0, 58 * 2.0, 54 * 0.5, 0.0, 0.0), abs=1e-6)
+
+
+def test_a_rest_counts_once_for_all_coils(slow: list[float], tmp_path: Path) -> None:
+    """Two pads under three loads each with four frequencies: six rests, and what a case takes besides."""
+    text = SIMULATE.replace('["8 mm", "10 mm"]', '["8 mm"]').replace("count = 10", "count = 3").replace(', "4 mm"', "")
+    found = forecast(read_study(written(tmp_path, text + 'vary.frequency = ["1 MHz", "2 MHz", "3 MHz", "4 MHz"]\n')))
+    assert found.steps == pytest.approx(TRUE, rel=1e-9) and found.counts() == (1, 4, 2, 6, 24)
 
 
 def test_each_process_prepares_what_it_meets(monkeypatch: pytest.MonkeyPatch) -> None:
     """A task goes to one process: three cannot meet coils of two tasks. The first starts the others."""
-    plan = Forecast(((50, 60), (50, 30, 30)), 25, TRUE)
-    assert plan.counts(1) == (1, 2, 3, 110) and plan.counts(3) == (4, 5, 6, 110)
-    assert plan.wall(1) == plan.seconds() == 3.0 + 2 * 2.0 + 3 * 0.5 + 110 * 0.1
+    plan = Forecast(((50, 60), (50, 30, 30), (110,)), 25, TRUE)
+    assert plan.counts(1) == (1, 2, 3, 1, 110) and plan.counts(3) == (4, 5, 6, 3, 110)
+    assert plan.wall(1) == plan.seconds() == pytest.approx(3.0 + 2 * 2.0 + 3 * 0.5 + 0.3 + 110 * 0.1)
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-    assert plan.wall(3) == pytest.approx(3.0 + (3 * 3.0 + 5 * 2.0 + 6 * 0.5 + 110 * 0.1) / 2)
-    assert Forecast(((), ()), 1, TRUE).seconds(2) == 0.0
+    assert plan.wall(3) == pytest.approx(3.0 + (3 * 3.0 + 5 * 2.0 + 6 * 0.5 + 3 * 0.3 + 110 * 0.1) / 2)
+    assert Forecast(((), (), ()), 1, TRUE).seconds(2) == 0.0
 
 
 def test_more_are_tried_where_that_is_cheap(slow: list[float], tmp_path: Path) -> None:
@@ -84,13 +93,15 @@ def test_what_cases_share(tmp_path: Path) -> None:
     """Coils with their plates by target, frequency and models, pads by elastomer and target; loads are free."""
     study = read_study(written(tmp_path, SIMULATE))
     point = {"elastomer.thickness": "2 mm", "target.width": "8 mm", "fz": "1 N"}
-    coils, pad = study.shared(point)
-    assert study.shared(point | {"fz": "2 N"}) == (coils, pad)
-    assert study.shared(point | {"elastomer.thickness": "3 mm"})[0] == coils
-    assert study.shared(point | {"target.width": "9 mm"})[0] != coils
-    assert study.shared(point | {"frequency": "1 MHz"}) == ((*coils, ("frequency", "1 MHz")), pad)
-    other = Study(study.scenes, "pose", study.vary, {})
-    assert other.shared(point) == ((), pad)
+    found = study.shared(point)
+    assert study.shared(point | {"fz": "2 N"}) == found._replace(load=(("fz", "2 N"),))
+    assert study.shared(point | {"elastomer.thickness": "3 mm"})[::2] == found[::2]
+    assert study.shared(point | {"target.width": "9 mm"}).coils != found.coils
+    other = study.shared(point | {"frequency": "1 MHz"})
+    assert other == found._replace(coils=(*found.coils, ("frequency", "1 MHz"))) and other.order == found.order
+    assert Study(study.scenes, "pose", study.vary, {}).shared(point) == ((), *found[1:])
+    silicone = study.shared(point | {"elastomer.material": "ecoflex-00-50"}).order
+    assert silicone[:2] == found.order[:2] and silicone[2] != found.order[2]
 
 
 def test_the_command_plans_and_keeps_what_it_tried(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -117,12 +128,12 @@ def test_more_than_a_day_or_than_the_disk_is_asked_for(tmp_path: Path) -> None:
     """One line that says how much; two processes have two days' time; a plan of other cases says nothing."""
     with opened(tmp_path) as cases:
         cases.put([("a", {"status": "ok", "lasting": True})])
-        note(Forecast(((100_000,), (100_000,)), 1, Steps(0.0, 0.0, 0.0, 1.0)), cases)
+        note(Forecast(((100_000,),) * 3, 1, Steps(0.0, 0.0, 0.0, 0.0, 1.0)), cases)
     assert noted(tmp_path, 2) == noted(tmp_path, yes=True) == 100_000.0
     with pytest.raises(SceneError, match=r"must be planned for a day at most; 1.2 days \(--yes\)"):
         noted(tmp_path)
     with opened(tmp_path) as cases:
-        note(Forecast(((10**12,), (10**12,)), 1), cases)
+        note(Forecast(((10**12,),) * 3, 1), cases)
     with pytest.raises(SceneError, match="must be on a disk with room for what is planned; it needs some .* GiB of "):
         noted(tmp_path)
     with opened(tmp_path) as cases:

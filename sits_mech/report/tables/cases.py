@@ -55,7 +55,7 @@ def plan_table(plan: Forecast, asked: str, processes: int) -> Table:
     """Return what is left of a study: how often each step is made, its seconds, and those that sharing saves."""
     whole = plan.cases + plan.kept
     found = column_table(f"{asked}: {whole} cases, {plan.kept} of them kept", _PLANNED, justify="right")
-    names = ("processes", "coils and plates", "pads", "cases")
+    names = ("processes", "coils and plates", "pads", "rests", "cases")
     for row in zip(names, plan.counts(processes), plan.steps, plan.saved, strict=True):
         name, count, each, saved = row
         found.add_row(name, f"{count:g}", f"{each:.3g}", f"{count * each:.3g}", f"{saved:.3g}")
