@@ -1,7 +1,8 @@
 """Tell how far the sweep in a folder is, from its table, which the run writes anew now and then.
 
 The file of cases belongs to the run alone while it lasts; that it is taken says that there is a run. The rate is that
-of the cases between the first table that was looked at and the last one.
+of the cases between the first table that was looked at and the last one. Groups are the cases of one scene, which a run
+takes one after the other.
 """
 
 from __future__ import annotations
@@ -14,12 +15,18 @@ from collections.abc import Iterator
 from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from sits_mech.batch.run import TABLE, open_sweep
+from sits_mech.batch.study import SCENE
 from sits_mech.status import ANSWERED, UNFINISHED
 from sits_mech.store import STORE
 from sits_mech.units import SceneError
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SHOWN = 5  # groups under way: some processes, and what they left
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")  # what failures of one kind differ in
 
 
@@ -27,18 +34,19 @@ def watched(folder: Path, pause: float = 2.0) -> Iterator[str]:
     """Yield lines on a sweep as its table changes, until no run has its folder; raise SceneError for no sweep."""
     if not (folder / STORE).exists():
         raise SceneError(f"{folder}: must be the folder of a sweep, for --watch; it has no {STORE}")
-    first, last, known, idle, done, count = None, 0.0, Counter[str](), True, 0, 1
+    first, last, known, idle, done, count = None, 0.0, set[str](), True, 0, 1
     if not _written(folder / TABLE):
         yield "no table yet: the first one comes some ten seconds after the first case"
     while True:
         runs = is_taken(folder)
         written = _written(folder / TABLE)
         if written > last:
-            done, count, failures = _look(folder)
+            done, count, failures, groups = _look(folder)
             first, last = first or (written, done), written
             yield _progress(done, count, sum(failures.values()), (written - first[0], done - first[1]), runs)
-            yield from (f"  {number} {kind}" for kind, number in failures.items() if known[kind] != number)
-            known = failures
+            told = [*groups, *(f"{number} {kind}" for kind, number in failures.items())]
+            yield from (f"  {line}" for line in told if line not in known)
+            known = set(told)
         if idle and not runs:  # for a pause, after which a run has written its last table
             yield "all cases are done" if done == count else "no run has this folder: its command goes on from here"
             return
@@ -61,15 +69,33 @@ def _written(path: Path) -> float:
     return path.stat().st_mtime if path.exists() else 0.0
 
 
-def _look(folder: Path) -> tuple[int, int, Counter[str]]:
-    """Return how many cases are done, how many there are, and how many failed by kinds: status and reason."""
+def _look(folder: Path) -> tuple[int, int, Counter[str], list[str]]:
+    """Return how many cases are done, how many there are, how many failed by kinds (status and reason), and groups."""
     with open_sweep(folder) as data:
         states, reasons = (data[name].to_numpy().ravel().tolist() for name in ("status", "reason"))
+        groups = _groups(data["status"])
     failures = Counter(
         f"{state}: {_NUMBER.sub('#', reason)}" for state, reason in zip(states, reasons, strict=True)
         if state not in (*ANSWERED, UNFINISHED)
     )
-    return len(states) - states.count(UNFINISHED), len(states), failures
+    return len(states) - states.count(UNFINISHED), len(states), failures, groups
+
+
+def _groups(status: xr.DataArray) -> list[str]:
+    """Return how many groups are done, and how far each is that is under way; without keys of the scene none."""
+    keys = [str(name) for name in status.coords if "." in str(name) or name == SCENE]
+    values = (status[name].broadcast_like(status).to_numpy().ravel().tolist() for name in keys)
+    whole, left = Counter[tuple[object, ...]](), Counter[tuple[object, ...]]()
+    for group, state in zip(zip(*values, strict=True), status.to_numpy().ravel().tolist(), strict=False):
+        whole[group] += 1
+        left[group] += state == UNFINISHED
+    begun = {group: count for group, count in whole.items() if 0 < left[group] < count}
+    if not 1 < len(whole) < len(status.to_numpy().ravel()) or not begun:
+        return []
+    shown = [f"{', '.join(map(str, group))}: {count - left[group]} of {count}" for group, count in begun.items()]
+    more = [f"and {len(shown) - _SHOWN} more"] if len(shown) > _SHOWN else []
+    ended = sum(not left[group] for group in whole)
+    return [f"{', '.join(keys)}: {ended} of {len(whole)} done", *shown[:_SHOWN], *more]
 
 
 def _progress(done: int, count: int, failed: int, since: tuple[float, int], runs: bool) -> str:

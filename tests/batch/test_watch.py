@@ -43,6 +43,22 @@ def test_a_run_is_watched_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert not is_taken(tmp_path) and list(lines) == ["100 of 100 cases; 4 failed", "all cases are done"]
 
 
+def test_groups_that_are_under_way(tmp_path: Path) -> None:
+    """Cases of one scene, those that are done in one number; nothing where each case is a scene of its own."""
+    states = np.full((4, 5), "unfinished", dtype=object)
+    states[1], states[2, :3] = "ok", "failed"
+    along = {"target.width": [8e-3, 9e-3, 1e-2, 1.1e-2], "dv": range(5)}
+    data = xr.Dataset({"status": (tuple(along), states), "reason": (tuple(along), np.full((4, 5), ""))}, along)
+    with opened(tmp_path):
+        save_table(data, tmp_path / TABLE)
+        lines = watched(tmp_path, 0.0)
+        assert next(lines) == "8 of 20 cases; 3 failed"
+        assert [next(lines) for _ in range(3)] == ["  target.width: 1 of 4 done", "  0.01: 3 of 5", "  3 failed: "]
+        os.utime(tmp_path / TABLE, (1e9, 1e9))
+        save_table(data.isel(dv=[0]), tmp_path / TABLE)
+        assert next(lines).startswith("2 of 4 cases") and next(lines) == "  1 failed: "
+
+
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A sweep that was stopped goes on by its own command; no sweep is refused in one line."""
     with opened(tmp_path):
