@@ -3,7 +3,8 @@
 Held against the calibration's map at 10,000 random loads, and against loads solved anew by the whole chain (pad and
 coils), within what the twin states of itself: error of its map and of the solved inductances. The map of poses is held
 against the same solves at their own poses. Times are one core's processor time: numpy by batch, C99 compiled with -O2,
-a step of 4096 pads with three branches of relaxation, readings and codes included.
+a step of 4096 pads with three branches of relaxation, readings and codes included. On a graphics card, by torch or jax,
+times are the clock's; where there is none the table says "skipped".
 Run ``python studies/benchmark_twin.py [--coarse] --output DIR``.
 """
 
@@ -13,6 +14,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -148,6 +150,39 @@ def speed_in_c(folder: Path) -> dict[str, Any]:
     return found
 
 
+def to_torch() -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    """Return what puts an array on a device of torch, and what waits for one; ImportError or RuntimeError for none."""
+    torch = import_module("torch")
+    return lambda array: torch.as_tensor(array, device="cuda"), lambda found: torch.cuda.synchronize()
+
+
+def to_jax() -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    """Return the same of jax."""
+    jax = import_module("jax")
+    device = jax.devices("gpu")[0]
+    return lambda array: jax.device_put(array, device), lambda found: found.block_until_ready()
+
+
+def speed_on_devices(twin: Twin, cal: Calibration) -> dict[str, Any]:
+    """Return wrenches per second on a graphics card, by the clock; by name, where there is none."""
+    rows: dict[str, Any] = {}
+    wrench = np.zeros((2**20, 6), dtype=np.float32)
+    wrench[:, :2] = np.random.default_rng(3).uniform(cal.low, cal.high, (2**20, 2))
+    for name, place in (("torch, cuda", to_torch), ("jax, gpu", to_jax)):
+        try:
+            put, wait = place()
+            given = put(wrench)
+        except (ImportError, RuntimeError, AssertionError) as error:  # torch asserts that it was compiled for one
+            rows[name] = f"skipped: {type(error).__name__}"
+            continue
+        wait(twin.read(given).L)
+        began = time.perf_counter()
+        for _ in range(10):
+            wait(twin.read(given).L)
+        rows[name] = 10 * 2**20 / (time.perf_counter() - began)
+    return rows
+
+
 def main() -> None:
     """Write the table and print it."""
     coarse, folder = study_arguments(__doc__ or "")
@@ -159,7 +194,7 @@ def main() -> None:
     notes = write_twin(source, folder / "twin")
     twin = Twin.load(folder / "twin" / "sensor.npz")
     rows = against_map(twin, cal, 10_000) | against_chain(twin, source, cal, 5 if coarse else 200)
-    rows |= speed(twin, cal) | speed_in_c((folder / "twin").resolve())
+    rows |= speed(twin, cal) | speed_in_c((folder / "twin").resolve()) | speed_on_devices(twin, cal)
     print("\n".join(notes))
     print(write_rows([{"what": name, "value": value} for name, value in rows.items()], folder / "twin.csv"))
 
