@@ -12,6 +12,7 @@ Where several hold the worst is the status, and the flags are all of them, worst
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 WORDS = ("ok", "interpolated", "above tolerance", "beyond data", "not carried", "failed")
@@ -23,6 +24,7 @@ FINER = 0.1
 UNFINISHED = "unfinished"
 """Of cases that a table of a run that goes on, or was stopped, has no row of yet: neither an answer nor a failure."""
 OK, INTERPOLATED, ABOVE, BEYOND, NOT_CARRIED, FAILED = WORDS
+_NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
 EXIT_DOUBTFUL, EXIT_NO_ANSWER = 4, 3
 
 
@@ -50,6 +52,11 @@ def joined(rows: Iterable[str]) -> tuple[str, ...]:
     """Return all that holds of any of some rows, worst first, from the `flags` that they are `marked` with."""
     found = {word for row in rows for word in row.split("; ")} - {OK}
     return tuple(sorted(found, key=WORDS.index, reverse=True)) or (OK,)
+
+
+def kind_of(status: str, reason: str) -> str:
+    """Return a failure in words, numbers as #, by which failures of one kind are alike."""
+    return f"{status}: {_NUMBER.sub('#', reason)}"
 
 
 def counted(statuses: Sequence[str]) -> str:

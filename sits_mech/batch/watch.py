@@ -7,7 +7,6 @@ takes one after the other.
 
 from __future__ import annotations
 
-import re
 import sqlite3
 import time
 from collections import Counter
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from sits_mech.batch.run import TABLE, open_sweep
 from sits_mech.batch.study import SCENE
-from sits_mech.status import ANSWERED, UNFINISHED
+from sits_mech.status import ANSWERED, UNFINISHED, kind_of
 from sits_mech.store import STORE
 from sits_mech.units import SceneError
 
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SHOWN = 5  # groups under way: some processes, and what they left
-_NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")  # what failures of one kind differ in
 
 
 def watched(folder: Path, pause: float = 2.0) -> Iterator[str]:
@@ -75,7 +73,7 @@ def _look(folder: Path) -> tuple[int, int, Counter[str], list[str]]:
         states, reasons = (data[name].to_numpy().ravel().tolist() for name in ("status", "reason"))
         groups = _groups(data["status"])
     failures = Counter(
-        f"{state}: {_NUMBER.sub('#', reason)}" for state, reason in zip(states, reasons, strict=True)
+        kind_of(state, reason) for state, reason in zip(states, reasons, strict=True)
         if state not in (*ANSWERED, UNFINISHED)
     )
     return len(states) - states.count(UNFINISHED), len(states), failures, groups

@@ -23,8 +23,8 @@ function parallel(of) {
   const scales = axes.map((each) => { const [lo, hi] = span(each); return (v) => (v === null ? H - 8 : H - b - ((v - lo) / (hi - lo)) * (H - t - b)); });
   svg.replaceChildren();
   svg.setAttribute("viewBox", "0 0 " + W + " " + H);
-  const step = Math.ceil(size / LINES), order = [...Array(size).keys()].filter((i) => i % step === 0 || failed(i)).map((i) => [within(i), i]).sort((p, q) => p[0] - q[0]);
-  for (const [inside, i] of order) {
+  const step = Math.ceil(size / LINES), order = [...Array(size).keys()].filter((i) => i % step === 0 || failed(i)).map((i) => [within(i), !failed(i), i]).sort((p, q) => p[0] - q[0] || p[1] - q[1]);
+  for (const [inside, , i] of order) {
     const d = axes.map((each, k) => (k ? "L" : "M") + X(k).toFixed(1) + " " + scales[k](each.values[i]).toFixed(1)).join("");
     const line = svgNode("path", { d, fill: "none", stroke: inside ? colour(of, ends, i) : "#e3e7ee", "stroke-width": inside ? 1.3 : 0.7, opacity: inside ? 0.75 : 0.6 }, svg);
     if (inside) svgNode("title", {}, line).textContent = told(i, of);
@@ -88,7 +88,8 @@ function holders() {
     slider.style.width = "9rem";
     const hold = () => { held.set(each.name, values[slider.value]); out.textContent = word(each, each.values.indexOf(values[slider.value])); };
     slider.addEventListener("input", () => { hold(); draw(); });
-    label.append(each.label + " ", slider, out);
+    label.append(each.label + " ", slider, " ", out);
+    label.style.marginRight = "1rem";
     box.append(label);
     hold();
   }

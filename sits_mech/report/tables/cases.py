@@ -15,7 +15,7 @@ from sits_mech.readout.loads import points
 from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import point_name
 from sits_mech.report.tables.solves import column_table
-from sits_mech.status import ANSWERED
+from sits_mech.status import ANSWERED, kind_of
 
 if TYPE_CHECKING:
     from sits_mech.batch.forecast import Forecast
@@ -78,12 +78,15 @@ def _heading(data: xr.Dataset, name: str) -> str:
 
 
 def case_failures(data: xr.Dataset) -> list[str]:
-    """Return one line for each reason why cases have no result: how many they are, the first of them, the reason."""
-    found: dict[str, list[str]] = {}
+    """Return a line for each kind of reason why cases have no result: how many, the first of them, its reason."""
+    found: dict[str, list[xr.Dataset]] = {}
     for row in points(data):
         if row["status"].item() not in ANSWERED:
-            found.setdefault(f"{row['status'].item()}: {row['reason'].item()}", []).append(point_name(row))
-    return [f"{len(names)} of {data['status'].size} cases, first {names[0]}: {why}" for why, names in found.items()]
+            found.setdefault(kind_of(row["status"].item(), row["reason"].item()), []).append(row)
+    return [
+        f"{len(rows)} of {data['status'].size} cases, first {point_name(rows[0])}: {rows[0]['status'].item()}: "
+        f"{rows[0]['reason'].item()}" for rows in found.values()
+    ]
 
 
 def _text(values: np.ndarray) -> str:
