@@ -39,11 +39,10 @@ def watched(folder: Path, pause: float = 2.0) -> Iterator[str]:
         runs = is_taken(folder)
         written = _written(folder / TABLE)
         if written > last:
-            done, count, failures, groups = _look(folder)
+            done, count, failed, told = _look(folder)
             first, last = first or (written, done), written
-            yield _progress(done, count, sum(failures.values()), (written - first[0], done - first[1]), runs)
-            told = [*groups, *(f"{number} {kind}" for kind, number in failures.items())]
-            yield from (f"  {line}" for line in told if line not in known)
+            yield _progress(done, count, failed, (written - first[0], done - first[1]), runs)
+            yield from (line for line in told if line not in known)
             known = set(told)
         if idle and not runs:  # for a pause, after which a run has written its last table
             yield "all cases are done" if done == count else "no run has this folder: its command goes on from here"
@@ -67,8 +66,8 @@ def _written(path: Path) -> float:
     return path.stat().st_mtime if path.exists() else 0.0
 
 
-def _look(folder: Path) -> tuple[int, int, Counter[str], list[str]]:
-    """Return how many cases are done, how many there are, how many failed by kinds (status and reason), and groups."""
+def _look(folder: Path) -> tuple[int, int, int, list[str]]:
+    """Return how many cases are done, how many there are, how many failed, lines on groups and kinds of failures."""
     with open_sweep(folder) as data:
         states, reasons = (data[name].to_numpy().ravel().tolist() for name in ("status", "reason"))
         groups = _groups(data["status"])
@@ -76,24 +75,23 @@ def _look(folder: Path) -> tuple[int, int, Counter[str], list[str]]:
         kind_of(state, reason) for state, reason in zip(states, reasons, strict=True)
         if state not in (*ANSWERED, UNFINISHED)
     )
-    return len(states) - states.count(UNFINISHED), len(states), failures, groups
+    told = [*groups, *(f"{number} {kind}" for kind, number in failures.items())]
+    return len(states) - states.count(UNFINISHED), len(states), failures.total(), [f"  {line}" for line in told]
 
 
 def _groups(status: xr.DataArray) -> list[str]:
-    """Return how many groups are done, and how far each is that is under way; without keys of the scene none."""
+    """Return how many groups are done, and how far each is that is under way; none where each case is a scene."""
     keys = [str(name) for name in status.coords if "." in str(name) or name == SCENE]
-    values = (status[name].broadcast_like(status).to_numpy().ravel().tolist() for name in keys)
-    whole, left = Counter[tuple[object, ...]](), Counter[tuple[object, ...]]()
-    for group, state in zip(zip(*values, strict=True), status.to_numpy().ravel().tolist(), strict=False):
-        whole[group] += 1
-        left[group] += state == UNFINISHED
-    begun = {group: count for group, count in whole.items() if 0 < left[group] < count}
-    if not 1 < len(whole) < len(status.to_numpy().ravel()) or not begun:
+    values = [status[name].broadcast_like(status).to_numpy().ravel().tolist() for name in keys]
+    scenes, states = list(zip(*values, strict=True)), status.to_numpy().ravel().tolist()
+    whole = Counter(scenes)
+    left = Counter(scene for scene, state in zip(scenes, states, strict=False) if state == UNFINISHED)
+    begun = [scene for scene, count in left.items() if count < whole[scene]]
+    if not begun or not 1 < len(whole) < len(states):
         return []
-    shown = [f"{', '.join(map(str, group))}: {count - left[group]} of {count}" for group, count in begun.items()]
+    shown = [f"{', '.join(map(str, scene))}: {whole[scene] - left[scene]} of {whole[scene]}" for scene in begun]
     more = [f"and {len(shown) - _SHOWN} more"] if len(shown) > _SHOWN else []
-    ended = sum(not left[group] for group in whole)
-    return [f"{', '.join(keys)}: {ended} of {len(whole)} done", *shown[:_SHOWN], *more]
+    return [f"{', '.join(keys)}: {len(whole) - len(left)} of {len(whole)} done", *shown[:_SHOWN], *more]
 
 
 def _progress(done: int, count: int, failed: int, since: tuple[float, int], runs: bool) -> str:
