@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sits_mech.analysis.envelope import envelope
     from sits_mech.analysis.spectrum import spectrum
     from sits_mech.batch.run import open_sweep
-    from sits_mech.cases import sweep
+    from sits_mech.batch.sweep import sweep
     from sits_mech.chain.calibrate import calibrate
     from sits_mech.chain.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model, plan
@@ -48,7 +48,7 @@ _HOMES = {
     "scene.sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
     "analysis.spectrum": ("spectrum",),
     "batch.run": ("open_sweep",),
-    "cases": ("sweep",),
+    "batch.sweep": ("sweep",),
 }
 
 

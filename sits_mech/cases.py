@@ -13,7 +13,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -50,50 +50,7 @@ def sweep(
     progress: Progress | None = None,
     snapshot: Callable[[xr.Dataset], None] | None = None,
 ) -> xr.Dataset:
-    """Call `function` at every point of a grid.
-
-    Parameters
-    ----------
-    function : callable
-        Takes the grid's names as keywords; returns numbers or strings by name, or ``(dims, array)`` pairs.
-    grid : mapping of str to sequence
-        The values that each name takes.
-    combine : {"product", "zip"}
-        Whether the grid is their product, or the first values of all, the second ones, and so on.
-    executor : Executor, optional
-        Where the calls run; one after the other in this process by default.
-    chunk : int
-        Points that go to the executor at once: many where a call is short.
-    folder : Path, optional
-        Where finished points are kept, in ``cases.sqlite``, and looked for first; one run at a time has it.
-    key : str, or callable
-        Stands for everything besides the point that the result depends on, or gives for a point what stands for all.
-    group : callable, optional
-        Gives what a point's call prepares, from what the most share. Points with the same are called one after the
-        other, of each the largest group first, and points that share all of it go to the executor together.
-    progress : callable, optional
-        Called with the number of finished points and of all.
-    snapshot : callable, optional
-        Called now and then, for at most some 2 % of the time, with the table so far; "unfinished" is the ``status`` of
-        the points that are still to come.
-
-    Returns
-    -------
-    Dataset
-        The function's results, and ``status`` (a word of status.py), ``reason`` and ``seconds`` of every point. The
-        dimensions are those of `grid`; of a zipped one it is ``case``, with the grid's names along it.
-
-    Raises
-    ------
-    ValueError
-        When zipped values are not equally many, or the folder cannot be written or is another run's.
-
-    Examples
-    --------
-    >>> table = sm.sweep(lambda width, height: {"area": width * height}, {"width": [1.0, 2.0], "height": [3.0, 4.0]})
-    >>> table["area"].values.tolist()
-    [[3.0, 4.0], [6.0, 8.0]]
-    """
+    """Call a function at every point of a grid; arguments, table and errors as of `batch.sweep`, which is public."""
     points, columns = grid_points(grid, combine), Columns(grid, combine)
     seldom = None if snapshot is None else _seldom(lambda: snapshot(columns.table()))
     with nullcontext() if folder is None else opened(folder) as cases:
@@ -150,15 +107,47 @@ class _Work:
             yield from self._kept([index], [attempt(self.function, self.points[index])])
 
     def _spread(self, executor: Executor, chunk: int, groups: Sequence[list[int]]) -> Iterable[tuple[int, Row]]:
-        """Yield number and row of each point of the groups as an executor finishes it."""
-        parts = [own[first : first + chunk] for own in groups for first in range(0, len(own), chunk)]
-        futures = {executor.submit(_attempts, self.function, [self.points[i] for i in part]): part for part in parts}
+        """Yield number and row of each point of the groups as an executor finishes it.
+
+        Points that are lost together are tried again one by one, for a single one may be what ends their workers.
+        """
+        parts, lost = [own[first : first + chunk] for own in groups for first in range(0, len(own), chunk)], []
+        for part, found in self._finished(executor, parts):
+            if not isinstance(found, Exception):
+                yield from self._kept(part, found)
+            elif len(part) > 1:
+                lost.append(part)
+            else:
+                yield from self._kept(part, [_lost(found)])
+        if lost:
+            yield from self._spread(executor, 1, lost)
+
+    def _finished(
+        self, executor: Executor, parts: Sequence[list[int]]
+    ) -> Iterable[tuple[list[int], list[Row] | Exception]]:
+        """Yield parts with their rows, or why they have none, as they end; raise SceneError where the executor does."""
+        futures, ended = dict[Future[list[Row]], list[int]](), list[Exception]()
         try:
+            try:
+                for part in parts:
+                    futures[executor.submit(_attempts, self.function, [self.points[i] for i in part])] = part
+            except BrokenExecutor as error:  # what it has finished comes first
+                ended.append(error)
             for future in as_completed(futures):
-                yield from self._kept(futures.pop(future), future.result())
+                part = futures.pop(future)
+                try:
+                    yield part, future.result()
+                except (BrokenExecutor, CancelledError) as error:
+                    ended.append(error)
+                except Exception as error:  # of what carries the calls: it belongs to these points alone
+                    yield part, error
         finally:
             for future in futures:
                 future.cancel()
+        if ended:
+            what = "must live until the last case; those that are kept stay, and the same run goes on from them"
+            said = " ".join(f"{type(ended[0]).__name__}: {ended[0]}".split()).rstrip(":")
+            raise SceneError(f"executor: {what}; got {said}")
 
     def _kept(self, part: Sequence[int], rows: Sequence[Row]) -> Iterable[tuple[int, Row]]:
         """Keep rows, and yield them with their points' numbers."""
@@ -203,6 +192,14 @@ def _seldom(act: Callable[[], None]) -> Callable[[], None]:
 def _attempts(function: Callable[..., Mapping[str, Any]], points: Sequence[Row]) -> list[Row]:
     """Return the rows of a few points; runs where the executor puts it."""
     return [attempt(function, point) for point in points]
+
+
+def _lost(error: Exception) -> Row:
+    """Return the row of a point that its executor could not have called, which another run tries again."""
+    said = f"{type(error).__name__}: {error}"
+    if hasattr(error, "last_worker"):  # of dask, which names a task of its own
+        said = "each worker that it ran on was lost, as often as the scheduler tries"
+    return {"status": FAILED, "reason": said, "lasting": False, "seconds": math.nan}
 
 
 def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]) -> Row:

@@ -1,48 +1,72 @@
 """Run the cases of a sweep in this process, in processes of this machine, or on a dask cluster.
 
 Every worker computes on one BLAS thread, so that as many of them as there are cores do not get in each other's way.
+Tasks of a cluster run one at a time in each process, however many threads it has: Python lets one of them compute, and
+each would prepare the same models anew. They refuse to run in another version of the package than the client's.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import os
+import pydoc
+import socket
 import threading
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from functools import cache
 from multiprocessing.connection import wait
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
+from sits_mech.disk_cache import keep_by_default
 from sits_mech.units import SceneError, shown
+from sits_mech.version import __version__
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 _ANSWER_TIMEOUT = 10  # seconds a cluster may take to answer
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # what a BLAS asks for when it is loaded
+_ALONE = threading.Lock()
+_Found = TypeVar("_Found")
 
 
 @contextmanager
-def workers(processes: int = 1, address: str | None = None) -> Iterator[Executor | None]:
-    """Yield the executor of a sweep, None with one local process; close it in the end and drop what has not begun.
+def workers(processes: int = 1, where: str | Executor | Client | None = None) -> Iterator[Executor | None]:
+    """Yield the executor of a study, None with one local process; close what it began, and drop what has not begun.
 
-    `address` of a running dask scheduler, such as "tcp://127.0.0.1:8786", replaces local processes. Raise SceneError
-    when there are no processes, or no scheduler answers.
+    `where` replaces local processes: the address of a running dask scheduler, such as "tcp://127.0.0.1:8786", a client
+    of one, or an executor. Raise SceneError when there are no processes, no scheduler answers, or workers have another
+    version of the package, or none.
     """
     if processes < 1:
         raise SceneError(f"processes must be one or more; got {processes}")
-    if address is not None:
-        with _cluster(address) as executor:
-            yield executor
-        return
-    if processes == 1:
+    if isinstance(where, str):
+        with _client(where) as client:
+            yield _Cluster(client)
+    elif where is not None:
+        yield where if isinstance(where, Executor) else _Cluster(where)
+    elif processes == 1:
         with threadpool_limits(1):
             yield None
-        return
-    executor = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_start)
-    try:
-        yield executor
-    finally:
-        executor.shutdown(cancel_futures=True)
+    else:
+        executor = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_start)
+        try:
+            yield executor
+        finally:
+            executor.shutdown(cancel_futures=True)
+
+
+def cluster_size(address: str) -> int:
+    """Return how many cases a dask cluster computes at once: its worker processes; raise SceneError for none."""
+    with _client(address) as client:
+        count = len(client.nthreads())
+    if count == 0:
+        raise SceneError(f"dask: {address} must have workers; it has none yet")
+    return count
 
 
 def _start() -> None:
@@ -60,8 +84,8 @@ def _follow(sentinel: int) -> None:
 
 
 @contextmanager
-def _cluster(address: str) -> Iterator[Executor]:
-    """Give an executor on the cluster of a scheduler."""
+def _client(address: str) -> Iterator[Client]:
+    """Give a client of a scheduler."""
     try:
         from distributed import Client
     except ImportError:
@@ -72,8 +96,49 @@ def _cluster(address: str) -> Iterator[Executor]:
         line = " ".join(str(error).split()) or type(error).__name__
         raise SceneError(f"dask: {shown(address)} must be the address of a running scheduler; got: {line}") from None
     with client:
-        client.register_worker_callbacks(_limit_threads)
-        yield client.get_executor(pure=False)
+        yield client
+
+
+class _Cluster(Executor):
+    """An executor on the workers of a dask client, which have this version of the package."""
+
+    def __init__(self, client: Client) -> None:
+        _check_versions(client.run(pydoc.locate, "sits_mech.__version__", on_error="return"))
+        self._executor = client.get_executor(pure=False)
+
+    def submit(self, call: Callable[..., _Found], /, *arguments: Any, **options: Any) -> Future[_Found]:
+        """Put a call on a worker."""
+        future: Future[_Found] = self._executor.submit(_alone, __version__, call, *arguments, **options)
+        return future
+
+
+def _check_versions(found: Mapping[str, object]) -> None:
+    """Raise SceneError where the versions of some workers, by their addresses, are not that of this process."""
+    places = dict[str, list[str]]()
+    for address, version in found.items():
+        if version != __version__ and not isinstance(version, OSError):  # lost since; its tasks look again
+            places.setdefault("none" if version is None else str(version), []).append(address)
+    if places:
+        others = {version: f" and {len(own) - 1} more" if own[1:] else "" for version, own in places.items()}
+        got = "; ".join(f"{version} on {own[0]}{others[version]}" for version, own in places.items())
+        raise SceneError(f"dask: workers must have sits_mech {__version__}, as this process has; got {got}")
+
+
+def _alone(version: str, call: Callable[..., _Found], *arguments: Any) -> _Found:
+    """Return what a call gives on a worker, where it is the only one; refuse another version of the package."""
+    if version != __version__:
+        here = f"{socket.gethostname()} has {__version__}"
+        raise SceneError(f"dask: workers must have sits_mech {version}, as the client has; {here}")
+    with _ALONE:
+        _prepare()
+        return call(*arguments)
+
+
+@cache
+def _prepare() -> None:
+    """Make this process a cluster's worker: one BLAS thread, preparations in its machine's cache folder."""
+    _limit_threads()
+    keep_by_default()
 
 
 def _limit_threads() -> None:

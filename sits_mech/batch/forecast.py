@@ -78,13 +78,13 @@ class Forecast:
         """Return the processor seconds of all that is left, on so many processes."""
         return float(np.dot(self.steps, self.counts(processes)))
 
-    def wall(self, processes: int) -> float:
-        """Return the seconds until the end, if each process has a core, as far as there are some.
+    def wall(self, processes: int, cores: int | None = None) -> float:
+        """Return the seconds until the end, if each process has a core, as far as there are some: by default here.
 
         The process that starts the others does so before them.
         """
         whole, first = self.seconds(processes), self.steps.process * (processes > 1 and self.cases > 0)
-        return first + (whole - first) / min(processes, os.cpu_count() or 1)
+        return first + (whole - first) / min(processes, cores or os.cpu_count() or 1)
 
     @property
     def saved(self) -> Steps:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ TABLE = "result.nc"
 
 @dataclass(frozen=True)
 class Case:
-    """The function of a study's sweep: a point in, a row out."""
+    """The function of a study's sweep: a point in, a row out; workers need none of the values that vary."""
 
     study: Study
 
@@ -68,8 +68,8 @@ def run_study(
     """
     claim(folder, study)
     data = sweep(
-        Case(study), study.vary, combine=study.combine, executor=executor, chunk=study.request.chunk, folder=folder,
-        key=keys(study), group=lambda point: study.shared(point).order, progress=progress,
+        Case(replace(study, vary={})), study.vary, combine=study.combine, executor=executor, chunk=study.request.chunk,
+        folder=folder, key=keys(study), group=lambda point: study.shared(point).order, progress=progress,
         snapshot=lambda table: save_table(_labelled(table, study), folder / TABLE),
     )
     data = _labelled(data, study)

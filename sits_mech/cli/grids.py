@@ -143,7 +143,7 @@ def sweep(
 
     asked = read_study(study)
     if plan:
-        return _plan(asked, output, processes)
+        return _plan(asked, output, processes, dask)
     if output is None:
         raise SceneError("--output must be given: a folder for the result and finished cases; it is missing")
     with workers(processes, dask) as executor, progress_bar("cases") as progress:
@@ -189,12 +189,13 @@ def _left_out(study: Study) -> list[str]:
     return [f"left out: {left} of {left + study.count} cases, which break a condition of where"] if left else []
 
 
-def _plan(study: Study, output: Path | None, processes: int) -> int:
+def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -> int:
     """Print what is left of a study, and what it takes; cases that are tried are kept where there is a folder."""
     from tempfile import TemporaryDirectory
 
     import xarray as xr
 
+    from sits_mech.batch.executors import cluster_size
     from sits_mech.batch.forecast import forecast, note
     from sits_mech.batch.run import claim
     from sits_mech.cases import save_table
@@ -203,6 +204,7 @@ def _plan(study: Study, output: Path | None, processes: int) -> int:
 
     if processes < 1:
         raise SceneError(f"processes must be one or more; got {processes}")
+    processes = processes if dask is None else cluster_size(dask)
     with TemporaryDirectory() as folder:  # imports what a run takes at its end
         save_table(xr.Dataset({"status": ("case", ["ok"])}), Path(folder) / "result.nc")
     begun = process_time()
@@ -213,7 +215,7 @@ def _plan(study: Study, output: Path | None, processes: int) -> int:
         with opened(output) as cases:
             found = forecast(study, cases, begun=begun)
             note(found, cases)
-    show(plan_table(found, study.name, processes))
+    show(plan_table(found, study.name, processes, cluster=dask is not None))
     for line in _left_out(study):
         warn(line)
     count, seconds = found.tried

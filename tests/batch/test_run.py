@@ -15,7 +15,6 @@ import xarray as xr
 from sits_mech import store
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.batch import requests
-from sits_mech.batch.executors import workers
 from sits_mech.batch.run import open_sweep, run_study
 from sits_mech.batch.study import read_study
 from sits_mech.cases import read_table
@@ -292,62 +291,6 @@ def test_a_sweep_is_opened_while_it_runs(tmp_path: Path, monkeypatch: pytest.Mon
         assert "unfinished" not in data["status"]
     with pytest.raises(SceneError, match="must be a table of this package"):
         open_sweep(tmp_path / "nowhere")
-
-
-PROBE = """
-def threads():
-    import numpy, scipy.linalg, threadpoolctl
-    return [library["num_threads"] for library in threadpoolctl.threadpool_info()]
-
-if __name__ == "__main__":
-    from sits_mech.batch.executors import workers
-    with workers(2) as executor:
-        print(*executor.submit(threads).result())
-"""
-
-
-def test_a_worker_keeps_to_one_thread(tmp_path: Path) -> None:
-    """Also of libraries that come after it was started; the environment here asks for two."""
-    path = tmp_path / "probe.py"
-    path.write_text(PROBE)
-    asked = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "2")
-    words = [sys.executable, str(path)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True, env=os.environ | asked)
-    assert set(done.stdout.split()) == {"1"}
-
-
-@pytest.mark.slow
-def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
-    """Two worker processes, one killed in the middle: nothing is lost, and the result is that of one process."""
-    distributed = pytest.importorskip("distributed")
-    text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm"]\n' + GAPS.replace("5 }", "150 }") + COARSE
-    study, killed = read_study(written(tmp_path, text)), []
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        victim = next(iter(cluster.workers.values())).pid
-
-        def kill(done: int, total: int) -> None:
-            if done > total // 4 and not killed:
-                os.kill(victim, signal.SIGKILL)
-                killed.append(done)
-
-        with workers(address=cluster.scheduler_address) as executor:
-            data = run_study(study, tmp_path / "out", executor=executor, progress=kill)
-    assert killed and np.all(data["status"] == "above tolerance")
-    alone = run_study(study, tmp_path / "alone")
-    xr.testing.assert_allclose(data.drop_vars("seconds"), alone.drop_vars("seconds"), rtol=1e-9)
-
-
-def test_no_cluster_at_an_address(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """One line that names the address."""
-    pytest.importorskip("distributed")
-    monkeypatch.setattr("sits_mech.batch.executors._ANSWER_TIMEOUT", 1)
-    path = written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n' + COARSE)
-    assert run(["sweep", str(path), "-o", str(tmp_path / "out"), "--dask", "tcp://127.0.0.1:1"]) == 2
-    assert "tcp://127.0.0.1:1" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -51,8 +51,11 @@ def case_table(data: xr.Dataset) -> Table:
     return found
 
 
-def plan_table(plan: Forecast, asked: str, processes: int) -> Table:
-    """Return what is left of a study: how often each step is made, its seconds, and those that sharing saves."""
+def plan_table(plan: Forecast, asked: str, processes: int, *, cluster: bool = False) -> Table:
+    """Return what is left of a study: how often each step is made, its seconds, and those that sharing saves.
+
+    The processes are of this machine, or the workers of a cluster, which have a core each.
+    """
     whole = plan.cases + plan.kept
     found = column_table(f"{asked}: {whole} cases, {plan.kept} of them kept", _PLANNED, justify="right")
     names = ("processes", "coils and plates", "pads", "rests", "cases")
@@ -60,8 +63,9 @@ def plan_table(plan: Forecast, asked: str, processes: int) -> Table:
         name, count, each, saved = row
         found.add_row(name, f"{count:g}", f"{each:.3g}", f"{count * each:.3g}", f"{saved:.3g}")
     memory = "" if plan.memory is None else f", {(processes + (processes > 1)) * plan.memory / GIB:.2g} GiB"
+    wall, where = plan.wall(processes, processes if cluster else None), "on {} workers" if cluster else "with -j {}"
     found.caption = (
-        f"{plan.seconds(processes):.3g} s of processor time, {plan.wall(processes):.3g} s with -j {processes}{memory}"
+        f"{plan.seconds(processes):.3g} s of processor time, {wall:.3g} s {where.format(processes)}{memory}"
     )
     return found
 
