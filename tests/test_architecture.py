@@ -65,7 +65,6 @@ UNMIRRORED = {
     "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
     "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",
     "analysis/codes.py": "tests/report/page/test_html.py: the page's codes",
-    "batch/executors.py": "tests/batch/test_run.py: studies run by them",
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",
     "batch/study.py": "tests/batch/test_run.py: studies read and refused",

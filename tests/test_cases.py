@@ -64,6 +64,40 @@ def test_any_executor_gives_the_same(pool: type) -> None:
     np.testing.assert_array_equal(found["c"], sweep(product, GRID)["c"])
 
 
+class Losing(ThreadPoolExecutor):
+    """An executor that loses every call with some point in it."""
+
+    def submit(self, call, /, *arguments):  # noqa: ANN001, ANN002, ANN201
+        """Call, or fail as where a worker was lost."""
+        if {"a": 2.0, "b": 10.0} in arguments[1]:
+            return super().submit(divmod, 1, 0)
+        return super().submit(call, *arguments)
+
+
+def test_points_that_an_executor_loses_are_rows(tmp_path: Path) -> None:
+    """That one alone which does it, though others went with it; it is not kept, and is tried again."""
+    with Losing(1) as executor:
+        found = sweep(product, GRID, executor=executor, chunk=3, folder=tmp_path)
+    assert found["status"].values.tolist() == [["ok", "ok"], ["failed", "ok"], ["ok", "ok"]]
+    assert found["reason"].sel(a=2.0, b=10.0).item().startswith("ZeroDivisionError") and len(kept(tmp_path)) == 5
+    assert np.all(sweep(product, GRID, folder=tmp_path)["status"] == "ok")
+
+
+def fatal(a: float, b: float) -> dict[str, object]:
+    """End the process at a point."""
+    if (a, b) == (2.0, 20.0):
+        os._exit(1)
+    return product(a, b)
+
+
+def test_a_pool_that_breaks_ends_the_run(tmp_path: Path) -> None:
+    """In one line, with what it finished; the same run goes on."""
+    with ProcessPoolExecutor(1) as pool, pytest.raises(SceneError, match="executor: must live until .* got BrokenProc"):
+        sweep(fatal, GRID, executor=pool, folder=tmp_path)
+    assert len(kept(tmp_path)) == 3
+    assert np.all(sweep(product, GRID, folder=tmp_path)["status"] == "ok")
+
+
 def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
     """Ctrl-C leaves finished points; the next run computes the others only, and gives the same table."""
     calls = []
