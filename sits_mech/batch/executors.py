@@ -7,6 +7,7 @@ each would prepare the same models anew. They refuse to run in another version o
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import pydoc
@@ -90,6 +91,7 @@ def _client(address: str) -> Iterator[Client]:
         from distributed import Client
     except ImportError:
         raise SceneError("a dask cluster needs distributed: pip install 'sits-mech[cluster]'") from None
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # of a scheduler that is lost errors tell
     try:
         client = Client(address, timeout=_ANSWER_TIMEOUT)
     except (OSError, ValueError, TypeError) as error:
@@ -136,9 +138,16 @@ def _alone(version: str, call: Callable[..., _Found], *arguments: Any) -> _Found
 
 @cache
 def _prepare() -> None:
-    """Make this process a cluster's worker: one BLAS thread, preparations in its machine's cache folder."""
+    """Make this process a cluster's worker: one BLAS thread, preparations in its machine's cache folder.
+
+    Models are kept in its memory, of which a paused worker would let nothing go: it would wait for ever. So it goes on
+    until it is over its limit, where its nanny starts it anew.
+    """
+    from distributed import get_worker
+
     _limit_threads()
     keep_by_default()
+    get_worker().memory_manager.memory_pause_fraction = False
 
 
 def _limit_threads() -> None:
