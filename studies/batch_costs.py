@@ -6,7 +6,9 @@ costs to open the table and to find every case done. Snapshots are the tables th
 Then loads of the nonlinear layer in one and in two processes, one BLAS thread each: what a second process costs in
 processor time (its start, what it prepares anew), and what gain that leaves on two idle cores. Last a run that is
 killed (SIGKILL) at instants by chance and begun again: rows that were kept and are no longer what they were, and
-whether the table is that of a run without a stop.
+whether the table is that of a run without a stop. The same on a dask cluster of this machine, one of whose workers,
+by chance, is killed every 10 s for two minutes. And the processor time of four workers over that of two and of one: on
+two cores four are as fast as two, by as much as that ratio is near one.
 
 Checked are counts and ratios, not seconds; the exit code is 1 where one is above its limit.
 Run ``python studies/batch_costs.py [--coarse] --output DIR``.
@@ -20,6 +22,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,6 +30,7 @@ from typing import Any
 
 import numpy as np
 from common.outputs import study_arguments, write_rows
+from distributed import Client, LocalCluster
 
 import sits_mech as sm
 from sits_mech import cases
@@ -60,6 +64,7 @@ Found = list[tuple[str, float, float]]
 """What, value, and its limit: NaN of none."""
 FREE = float("nan")
 STUDY_FILES = 4  # with SQLite's own
+MORE = 1.2  # processor time of two more workers: their start, and three plates anew
 FIRST = 20_000  # bytes of SQLite's log, more than before the first case
 
 
@@ -172,6 +177,55 @@ def killed(folder: Path, counts: tuple[int, int], times: int) -> Found:
     ]
 
 
+def cluster(workers: int) -> LocalCluster:
+    """Return a cluster on this machine, of processes of one thread each."""
+    return LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50)
+
+
+def workers_killed(folder: Path, counts: tuple[int, int], pause: float, times: int) -> Found:
+    """Return what is lost where one of three workers is killed after each pause, so many times if the run lasts."""
+    some, text, kills = np.random.default_rng(36), MAGNETIC.format(*counts), list[float]()
+    path, out = written(folder, "lost", text)
+    with cluster(3) as found, Client(found) as client:
+        done = threading.Event()
+
+        def kill() -> None:
+            while len(kills) < times and not done.wait(pause):
+                alive = [worker.pid for worker in found.workers.values() if worker.pid]
+                os.kill(int(some.choice(alive)), signal.SIGKILL)
+                kills.append(time.monotonic())
+
+        killing = threading.Thread(target=kill)
+        killing.start()
+        data = sm.sweep(path, folder=out, executor=client)
+        done.set()
+        killing.join()
+    sm.sweep(written(folder, "unhurt", text)[0], folder=folder / "unhurt")
+    with opened(out) as kept:
+        lost = data["status"].size - len(kept.names)
+    return [
+        ("cases on three workers", data["status"].size, FREE), ("workers killed", len(kills), FREE),
+        ("seconds from first to last", kills[-1] - kills[0] if kills else 0.0, FREE), ("kept rows lost", lost, 0.0),
+        ("another table than of one process", float(not same(out, folder / "unhurt")), 0.0),
+    ]
+
+
+def worker_counts(folder: Path, counts: tuple[int, int]) -> Found:
+    """Return the processor time of four workers over that of two and of one, with the scheduler's and the run's own."""
+    seconds = dict[int, float]()
+    for count in (1, 2, 4):
+        path, out = written(folder, f"workers-{count}", MAGNETIC.format(*counts))
+        with cluster(count) as found, Client(found) as client:
+            before = time.process_time()
+            sm.sweep(path, folder=out, executor=client)
+            seconds[count] = time.process_time() - before + sum(client.run(time.process_time).values())
+    return [
+        ("processor, one worker [s]", seconds[1], FREE), ("four workers over one", seconds[4] / seconds[1], FREE),
+        ("four workers over two", seconds[4] / seconds[2], MORE),
+        ("another table of four", float(not same(folder / "workers-4", folder / "workers-1")), 0.0),
+    ]
+
+
 def main() -> int:
     """Run the batches and write what they cost."""
     coarse, folder = study_arguments(__doc__ or "")
@@ -179,6 +233,8 @@ def main() -> int:
         *(overhead(folder, (10, 20), 0.5) if coarse else overhead(folder, (160, 210), 0.2)),
         *two_processes(folder, (3, 2, 3e-2) if coarse else (8, 6, 3e-3)),
         *killed(folder, (10, 20) if coarse else (40, 40), 3 if coarse else 20),
+        *(workers_killed(folder, (10, 20), 4.0, 2) if coarse else workers_killed(folder, (80, 70), 10.0, 12)),
+        *([] if coarse else worker_counts(folder, (60, 50))),
     ]
     rows = [{"what": what, "value": value, "limit": "" if limit != limit else limit} for what, value, limit in found]
     print(write_rows(rows, folder / "batch.csv"))
