@@ -4,7 +4,7 @@ A hundred thousand magnetic cases over three plates (`inductance` in section) ru
 to a case is the processor time less that of the requests; beside it the memory, the files that it leaves, and what it
 costs to open the table and to find every case done. Snapshots are the tables that were written before the last one.
 Then loads of the nonlinear layer in one and in two processes, one BLAS thread each: what a second process costs in
-processor time (its start, what it prepares anew), and what gain that leaves on two idle cores. Last a run that is
+processor time (its start, what it prepares anew), and what gain that leaves on two idle cores. Then a run that is
 killed (SIGKILL) at instants by chance and begun again: rows that were kept and are no longer what they were, and
 whether the table is that of a run without a stop. The same on a dask cluster of this machine, one of whose workers,
 by chance, is killed every 10 s for two minutes. And the processor time of four workers over that of two and of one: on
@@ -28,6 +28,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import dask
 import numpy as np
 from common.outputs import study_arguments, write_rows
 from distributed import Client, LocalCluster
@@ -177,9 +178,10 @@ def killed(folder: Path, counts: tuple[int, int], times: int) -> Found:
     ]
 
 
-def cluster(workers: int) -> LocalCluster:
-    """Return a cluster on this machine, of processes of one thread each."""
-    return LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50)
+def cluster(count: int) -> LocalCluster:
+    """Return a cluster of this machine, of processes of one thread each, which may take their time to begin anew."""
+    dask.config.set({"distributed.deploy.lost-worker-timeout": "5 minutes"})
+    return LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=50)
 
 
 def workers_killed(folder: Path, counts: tuple[int, int], pause: float, times: int) -> Found:
@@ -191,9 +193,10 @@ def workers_killed(folder: Path, counts: tuple[int, int], pause: float, times: i
 
         def kill() -> None:
             while len(kills) < times and not done.wait(pause):
-                alive = [worker.pid for worker in found.workers.values() if worker.pid]
-                os.kill(int(some.choice(alive)), signal.SIGKILL)
-                kills.append(time.monotonic())
+                alive = [each.pid for each in found.workers.values() if each.worker_address in found.scheduler.workers]
+                if alive:  # else all are being begun anew; a nanny gives up a process that never was a worker
+                    os.kill(int(some.choice(alive)), signal.SIGKILL)
+                    kills.append(time.monotonic())
 
         killing = threading.Thread(target=kill)
         killing.start()

@@ -44,8 +44,9 @@ def cluster(workers: int, threads: int = 1, settings: dict[str, Any] | None = No
     """Give a cluster of processes on this machine."""
     distributed, dask = pytest.importorskip("distributed"), pytest.importorskip("dask")
     quiet = {"dashboard_address": None, "silence_logs": 50, "processes": True}
+    settings = {"deploy.lost-worker-timeout": "60s"} | (settings or {})  # a machine that is busy begins them slowly
     with (
-        dask.config.set({f"distributed.{name}": item for name, item in (settings or {}).items()}),
+        dask.config.set({f"distributed.{name}": item for name, item in settings.items()}),
         distributed.LocalCluster(n_workers=workers, threads_per_worker=threads, **quiet, **more) as found,
     ):
         yield found
