@@ -65,8 +65,8 @@ def sweep(
     key : str, or callable
         Stands for everything besides the point that the result depends on, or gives for a point what stands for all.
     group : callable, optional
-        Gives what a point's call prepares, the dearest first. Points with the same are called one after the other,
-        first those whose dearest is shared by most.
+        Gives what a point's call prepares, from what the most share. Points with the same are called one after the
+        other, of each the largest group first, and points that share all of it go to the executor together.
     snapshot : callable, optional
         Called now and then, for at most some 2 % of the time, with the table so far; "unfinished" is the ``status`` of
         the points that are still to come.
