@@ -11,8 +11,8 @@ import itertools
 import math
 import sys
 import time
-from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None]
 Combine = Literal["product", "zip"]
 Group = Callable[[Row], tuple[Hashable, ...]]
+Solve = Callable[[Iterable[int]], Iterator[tuple[int, Row]]]
+Choose = Callable[[Solve, Callable[[int, Row], None]], None]
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
 _FIRST, _APART = 10.0, 50.0  # seconds to the first snapshot; then as many times what it took, so that all take 2 %
 
@@ -49,25 +51,34 @@ def sweep(
     group: Group | None = None,
     progress: Progress | None = None,
     snapshot: Callable[[xr.Dataset], None] | None = None,
+    choose: Choose | None = None,
 ) -> xr.Dataset:
-    """Call a function at every point of a grid; arguments, table and errors as of `batch.sweep`, which is public."""
+    """Call a function at every point of a grid; arguments, table and errors as of `batch.sweep`, which is public.
+
+    `choose` chooses the points, which else are all: it gets a function that calls points of some numbers and yields
+    number and row of each as it is finished, and one that puts a row of its own in the place of a number.
+    """
     points, columns = grid_points(grid, combine), Columns(grid, combine)
     seldom = None if snapshot is None else _seldom(lambda: snapshot(columns.table()))
     with nullcontext() if folder is None else opened(folder) as cases:
-        names = [] if cases is None else [_name(key, point) for point in points]
-        work = _Work(function, points, names, cases)
-        for done, (index, row) in enumerate(work.rows(executor, chunk, group), 1):
-            columns.put(index, row)
+        work, done = _Work(function, points, key, cases), itertools.count(1)
+
+        def solve(numbers: Iterable[int]) -> Iterator[tuple[int, Row]]:
+            for index, row in work.rows(numbers, executor, chunk, group):
+                columns.put(index, row)
+                if progress is not None:
+                    progress(next(done), len(points))
+                if seldom is not None:
+                    seldom()
+                yield index, row
+
+        if choose is not None:
+            choose(solve, columns.put)
             if progress is not None:
-                progress(done, len(points))
-            if seldom is not None:
-                seldom()
+                progress(len(points), len(points))
+        else:
+            deque(solve(range(len(points))), maxlen=0)
     return columns.table()
-
-
-def _name(key: str | Callable[[Row], str], point: Row) -> str:
-    """Return the name that a point's row is kept under."""
-    return case_name(key, point) if isinstance(key, str) else case_name(key(point), {})
 
 
 def grid_points(grid: Mapping[str, Sequence[Any]], combine: Combine = "product") -> list[Row]:
@@ -83,20 +94,25 @@ def grid_points(grid: Mapping[str, Sequence[Any]], combine: Combine = "product")
 
 @dataclass(frozen=True)
 class _Work:
-    """Points to call a function at, with the names under which their rows are kept."""
+    """Points to call a function at, and where their rows are kept."""
 
     function: Callable[..., Mapping[str, Any]]
     points: Sequence[Row]
-    names: Sequence[str]  # none where nothing is kept
+    key: str | Callable[[Row], str]
     cases: Cases | None
-    equal: dict[str, list[int]] = field(default_factory=dict)  # numbers of the points that are not kept, by name
+    names: dict[int, str] = field(default_factory=dict)  # of the points that are called, to keep their rows by
+    equal: dict[str, list[int]] = field(default_factory=dict)  # numbers of those that are not kept, by name
 
-    def rows(self, executor: Executor | None, chunk: int, group: Group | None) -> Iterable[tuple[int, Row]]:
+    def rows(
+        self, numbers: Iterable[int], executor: Executor | None, chunk: int, group: Group | None
+    ) -> Iterable[tuple[int, Row]]:
         """Yield number and row of each point as it is finished, those that are kept first; of equal ones one is."""
-        for index in range(len(self.points)):
-            row = self.cases.get(self.names[index]) if self.cases is not None else None
+        self.equal.clear()
+        for index in numbers:
+            name = self.names[index] = self._name(index)
+            row = self.cases.get(name) if self.cases is not None else None
             if row is None:
-                self.equal.setdefault(self.names[index] if self.names else str(index), []).append(index)
+                self.equal.setdefault(name, []).append(index)
             else:
                 yield index, row
         groups = grouped(self.points, [each[0] for each in self.equal.values()], group)
@@ -105,6 +121,13 @@ class _Work:
             return
         for index in itertools.chain.from_iterable(groups):
             yield from self._kept([index], [attempt(self.function, self.points[index])])
+
+    def _name(self, index: int) -> str:
+        """Return the name that a point's row is kept under; where nothing is kept, one of its own."""
+        if self.cases is None:
+            return str(index)
+        point = self.points[index]
+        return case_name(self.key, point) if isinstance(self.key, str) else case_name(self.key(point), {})
 
     def _spread(self, executor: Executor, chunk: int, groups: Sequence[list[int]]) -> Iterable[tuple[int, Row]]:
         """Yield number and row of each point of the groups as an executor finishes it.

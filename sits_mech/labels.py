@@ -76,6 +76,7 @@ _VARIABLES = {name: (shown_unit(name), words) for name, words in _COMPONENTS.ite
 }
 """Unit, as a reader is shown it, and long name of each variable; texts have no unit."""
 _BEFORE = {
+    "error_map_": "estimated error of the map between solved cases, of the ",
     "error_": "estimated error of the ",
     "shared_": "part of the error that loads share, of the ",
     "alone_": "part of the error that each load has alone, of the ",

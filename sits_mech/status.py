@@ -1,7 +1,7 @@
 """State in one word what an answer is worth to a script, the same in tables, files, JSON and exit codes.
 
     ok               within the tolerance and the silicone's data
-    interpolated     the same, by a smooth map between loads that were solved
+    interpolated     the same, by a smooth map between loads, or cases of a sweep, that were solved
     above tolerance  an answer whose estimated error is larger than what was asked for, or not known
     beyond data      an answer; the layer is stretched further than the data behind its silicone's constants, or may be
     not carried      no answer: the layer could not be followed to the load

@@ -67,7 +67,10 @@ UNMIRRORED = {
     "analysis/codes.py": "tests/report/page/test_html.py: the page's codes",
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",
-    "batch/study.py": "tests/batch/test_run.py: studies read and refused",
+    **dict.fromkeys(
+        (f"batch/{name}.py" for name in ("asked", "possible", "study")),
+        "tests/batch/test_run.py: studies read and refused",
+    ),
     "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
     "chain/omissions.py": "tests/chain/test_plan.py: what is left out, and its size",
     **dict.fromkeys(

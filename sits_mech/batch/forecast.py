@@ -30,9 +30,10 @@ from scipy.constants import day
 from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
+from sits_mech.batch.adaptive import likely
+from sits_mech.batch.asked import Shared, Study
 from sits_mech.batch.run import Case, keys
-from sits_mech.batch.study import Shared, Study
-from sits_mech.cases import attempt, grid_points, grouped
+from sits_mech.cases import attempt, grouped
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.memory import GIB, input_text, peak_memory
 from sits_mech.scene.files import write_text
@@ -97,7 +98,7 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
 
     `begun` are the seconds that a process takes before its first case, beside what that one imports.
     """
-    points, chunk = grid_points(study.vary, study.combine), study.request.chunk
+    points, chunk = likely(study), study.request.chunk
     missing = _missing(study, points, cases)
     shared = {index: study.shared(points[index]) for index in missing}
     rows, whole = dict[int, Row](), _counted(shared.values(), chunk)

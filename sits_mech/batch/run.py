@@ -15,8 +15,9 @@ from typing import Any
 
 import xarray as xr
 
+from sits_mech.batch.adaptive import adaptively
+from sits_mech.batch.asked import Study
 from sits_mech.batch.requests import Variant
-from sits_mech.batch.study import Study
 from sits_mech.cases import DAMAGED, Progress, grid_points, no_table, save_table, sweep
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
@@ -68,8 +69,9 @@ def run_study(
     """
     claim(folder, study)
     data = sweep(
-        Case(replace(study, vary={})), study.vary, combine=study.combine, executor=executor, chunk=study.request.chunk,
-        folder=folder, key=keys(study), group=lambda point: study.shared(point).order, progress=progress,
+        Case(replace(study, vary={})), study.vary, combine=study.combine, executor=executor, folder=folder,
+        chunk=1 if study.adaptive else study.request.chunk,  # else one process has a round of few cases
+        key=keys(study), group=lambda point: study.shared(point).order, progress=progress, choose=adaptively(study),
         snapshot=lambda table: save_table(_labelled(table, study), folder / TABLE),
     )
     data = _labelled(data, study)

@@ -2,7 +2,7 @@
 
     scene = "biorob2018"              # a scene file beside the study, or a name of the catalogue
     request = "inductance"            # or pose, simulate, calibrate, quality
-    combine = "product"               # or "zip", or samples: "sobol", "latin", "saltelli"
+    combine = "product"               # or "zip", "adaptive", or samples: "sobol", "latin", "saltelli"
     [vary]                            # keys of the scene in quotes, arguments of the request bare
     "target.width" = ["8 mm", "15 mm", "22 mm"]
     dv = { from = "1 mm", to = "5 mm", count = 41 }
@@ -24,120 +24,45 @@ Samples, derived keys and conditions make cases stand side by side, as those of 
     "target.width" = { from = "8 mm", to = "22 mm" }
     [derive]
     "target.length" = "0.5 * target.width"
+
+"adaptive" solves as few cases of the product as predict variables of the table at the others (adaptive.py): within a
+share of their range or, with a limit, until each is known to be on one side of it.
+
+    combine = "adaptive"
+    [adaptive]
+    of = "relative"                   # or several
+    within = 1e-3
+    limit = 0.7                       # or a quantity; may be left out
 """
 
 from __future__ import annotations
 
 import itertools
 import json
-import math
-from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from sits_mech.batch.adaptive import ADAPTIVE, adaptive_of
+from sits_mech.batch.asked import COMPONENTS, SCENE, Study, arguments_of, of_scene, overrides_of
 from sits_mech.batch.expressions import expression, names_of
-from sits_mech.batch.requests import REQUESTS, Request, Variant
+from sits_mech.batch.possible import check_cases
+from sits_mech.batch.requests import REQUESTS
 from sits_mech.batch.samples import MOST, SAMPLED, checked_count, cube, derived, ends, is_whole, sampled, written
-from sits_mech.cases import Combine, grid_points
-from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
-from sits_mech.scene.files import check_keys, literal, read_as
+from sits_mech.cases import grid_points
+from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError, load_beside, scene_table, scene_text
 from sits_mech.store import Row
 from sits_mech.units import shown, si_label
 
-COMPONENTS = {name: argument for argument, name in (LOAD_ARGUMENTS | POSE_ARGUMENTS).items()}
-"""Arguments by the names that their components have in Python, which study files may use as well."""
-KEYS = ("scene", "request", "combine", "samples", "seed", "where", "vary", "derive", "fixed")
+KEYS = ("scene", "request", "combine", "samples", "seed", "where", "vary", "derive", "fixed", "adaptive")
 _TABLES = ("vary", "derive", "fixed")
-Item = tuple[str, str]
-COMBINE = ("product", "zip", *SAMPLED)
-SCENE = "scene"
-"""What varies with a list of scenes."""
-TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
-_NOT_OF_COILS = ("elastomer", "readout", "tolerances", "mechanics")
-_NOT_OF_PAD = ("coils", "conductors", "frequency", "substrate_radius", "readout", "tolerances", "magnetics")
-_SILICONE = "elastomer.material"
-_LOOKS = 3_000  # scenes that are looked at before a run whether a value is possible, a second
+COMBINE = ("product", "zip", *SAMPLED, ADAPTIVE)
 _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
-
-
-class Shared(NamedTuple):
-    """What a case prepares: coils with their plates, pad with its meshes, and the load that brings this to rest."""
-
-    coils: tuple[Item, ...]
-    pad: tuple[Item, ...]
-    load: tuple[Item, ...]
-
-    @property
-    def order(self) -> tuple[Hashable, ...]:
-        """What cases are ordered by: what both have, the pad, its silicone, the load; by coils where there is no pad.
-
-        Cases that differ in coils alone take the rest of the one before; pads of two silicones have one mesh.
-        """
-        both = tuple(item for item in self.coils if item in self.pad)
-        own = tuple(item for item in self.pad if item not in both)
-        sizes = tuple(item for item in own if not item[0].startswith(_SILICONE))
-        return (both, sizes, own, self.load) if self.pad or self.load else (self.coils,)
-
-
-@dataclass(frozen=True)
-class Study:
-    """A study as its file says; made by `read_study`."""
-
-    scenes: dict[str, str]  # of `scene_text`, the fixed keys of the scene applied, by their names in the file
-    name: str  # a key of `REQUESTS`
-    vary: dict[str, list[Any]]  # values of each varied key or argument as written, ranges written out
-    fixed: Row  # arguments that are the same in all cases
-    combine: Combine = "product"
-    asked: Row = field(default_factory=dict)  # as written: combine, samples, seed, where, derive
-    left_out: int = 0  # cases that break a condition
-
-    @property
-    def scene(self) -> str:
-        """Return the text of the scene; of several a JSON table by their names."""
-        return json.dumps(self.scenes) if len(self.scenes) > 1 else next(iter(self.scenes.values()))
-
-    @property
-    def request(self) -> Request:
-        """Return the request."""
-        return REQUESTS[self.name]
-
-    @property
-    def identity(self) -> str:
-        """Return the study's identity as JSON: scene, request, names of what varies, whose values may grow."""
-        return json.dumps([self.scene, self.name, sorted(self.vary), self.fixed, self.combined], indent=1)
-
-    @property
-    def combined(self) -> str:
-        """Return how cases are combined, as it is written."""
-        return str(self.asked.get("combine", "product"))
-
-    @property
-    def count(self) -> int:
-        """Return how many cases it has."""
-        sizes = [len(values) for values in self.vary.values()]
-        return math.prod(sizes) if self.combine == "product" else max(sizes)
-
-    def shared(self, point: Row) -> Shared:
-        """Return what a case prepares, by what varies of it."""
-        coils, pad, load = list[Item](), list[Item](), list[Item]()
-        for name, value in point.items():
-            item, part = (name, str(value)), name.partition(".")[0]
-            if name in LOAD_ARGUMENTS:
-                load.append(item)
-            elif name not in POSE_ARGUMENTS:
-                coils += [item] if self.name != "pose" and part not in _NOT_OF_COILS else []
-                pad += [item] if self.request.layer and part not in _NOT_OF_PAD else []
-        return Shared(tuple(coils), tuple(pad), tuple(load))
-
-    def case(self, point: Row) -> tuple[Variant, Row]:
-        """Return scene and arguments of a point."""
-        scene = self.scenes[point[SCENE]] if SCENE in point else next(iter(self.scenes.values()))
-        return Variant(scene, _overrides(point, self.request)), self.fixed | _arguments(point, self.request)
 
 
 def read_study(path: Path) -> Study:
@@ -157,15 +82,15 @@ def _study(table: Mapping[str, Any], folder: Path) -> Study:
     varied, derive, fixed = tables = [_table(table, name) for name in _TABLES]
     _check_once(tables)
     _check_names(table["request"], varied | derive, fixed)
-    scenes = {name: load_beside(folder, name, _overrides(fixed, request)) for name in _scenes(table["scene"])}
+    scenes = {name: load_beside(folder, name, overrides_of(fixed, request)) for name in _scenes(table["scene"])}
     varied = {SCENE: list(scenes)} | varied if len(scenes) > 1 else varied
-    whole = _combined(table, varied, Study({}, table["request"], {}, _arguments(fixed, request)))
+    whole = _combined(table, varied, Study({}, table["request"], {}, arguments_of(fixed, request)))
     study = _derived(table, derive, whole, {name: names_of(scene_table(scene)) for name, scene in scenes.items()})
     layer = request.layer or any(key.startswith("elastomer.") for key in study.vary)
     changes = {} if layer else {"elastomer": None}
     texts = {name: scene_text(scene.model_copy(update=changes)) for name, scene in scenes.items()}
     study = replace(study, scenes=texts)
-    _check_cases(study)
+    check_cases(study)
     return study
 
 
@@ -196,8 +121,12 @@ def _combined(table: Mapping[str, Any], varied: Row, study: Study) -> Study:
     for key in ("samples", "seed"):
         if key in table:
             raise SceneError(f"{key}: must stand beside combine = {', '.join(SAMPLED)}; got {combine}")
-    vary = {name: _values(name, item) for name, item in varied.items()}
-    study = replace(study, vary=vary, combine=combine, asked={} if combine == "product" else {"combine": combine})
+    vary, adaptive = {name: _values(name, item) for name, item in varied.items()}, table.get("adaptive")
+    asked = {} if combine == "product" else {"combine": combine}
+    if adaptive is not None or combine == ADAPTIVE:
+        asked["adaptive"], combine = adaptive, "product"
+        study = replace(study, adaptive=adaptive_of(adaptive, table.get("combine"), vary))
+    study = replace(study, vary=vary, combine=combine, asked=asked)
     if study.count > MOST:
         raise SceneError(f"vary: must give at most {MOST} cases; got {study.count}")
     if combine == "zip":
@@ -230,6 +159,9 @@ def _conditions(table: Mapping[str, Any], combined: str) -> list[Any]:
         raise SceneError(f"where: must be a list of conditions; got {shown(where)}")
     if where and combined == "saltelli":
         raise SceneError("where: must not stand beside saltelli, whose indices need all cases")
+    for key in ("where", "derive"):
+        if table.get(key) and combined == ADAPTIVE:
+            raise SceneError(f"{key}: must not stand beside {ADAPTIVE}, which refines a whole grid")
     return where
 
 
@@ -256,7 +188,7 @@ def _check_names(name: str, varied: Row, fixed: Row) -> None:
     """Refuse arguments that a request does not know, lacks, or cannot vary."""
     request = REQUESTS[name]
     for key in varied | fixed:
-        if not _of_scene(key, request) and key not in request.arguments:
+        if not of_scene(key, request) and key not in request.arguments:
             raise SceneError(f"argument of {name} {unknown(key, request.arguments)}, or a dotted key of the scene")
     for key in request.needed:
         if key not in varied and key not in fixed:
@@ -265,80 +197,6 @@ def _check_names(name: str, varied: Row, fixed: Row) -> None:
         if key in varied:
             form = 'such as "0 N:4 N:9"'
             raise SceneError(f"{key}: must be a range under fixed for {name}, {form}; it stands under vary")
-
-
-def _check_cases(study: Study) -> None:
-    """Refuse a study whose arguments are none, or with values that no possible scene has."""
-    study.request.in_si(study.fixed)
-    for name, values in study.vary.items():
-        for value in values:
-            study.request.in_si(_arguments({name: value}, study.request))
-    if study.combine == "zip":
-        _check_side_by_side(study)
-        return
-    for name, values in study.vary.items():
-        for value in values if _of_scene(name, study.request) else ():
-            refusal = _refusal_of_all(study, name, value)
-            if refusal is not None:
-                raise _impossible(f"{name} = {shown(value)}", refusal)
-
-
-def _check_side_by_side(study: Study) -> None:
-    """Refuse values that no possible scene has; of what is drawn from ranges or derived one must be possible."""
-    columns, possible, first = _looked_at(study), set[tuple[str, str]](), dict[tuple[str, str], SceneError]()
-    for number, point in enumerate(grid_points(study.vary, "zip")):
-        values = [(name, texts[number]) for name, texts in columns.items()]
-        if possible.issuperset(values):
-            continue
-        refusal = _refusal(study, point)
-        if refusal is None:
-            possible.update(values)
-            continue
-        for value in values:
-            first.setdefault(value, refusal)
-        if len(first) > _LOOKS:
-            return
-    for (name, text), refusal in first.items():
-        if (name, text) not in possible:
-            raise _impossible(f"{name} = {text}" if text else "some case", refusal)
-
-
-def _looked_at(study: Study) -> dict[str, list[str]]:
-    """Return the values of the scene's keys in each case as texts; "" where any value of many will do."""
-    whole, found = study.combined == "zip" and not study.asked.get("derive"), dict[str, list[str]]()
-    for name, values in study.vary.items():
-        if _of_scene(name, study.request):
-            texts = [json.dumps(value) for value in values]
-            many = not whole and 2 * len(set(texts)) > study.count
-            found[name] = [""] * len(texts) if many else texts
-    return found
-
-
-def _impossible(what: str, error: SceneError) -> SceneError:
-    """Return the refusal of what varies by the first scene with it."""
-    return SceneError(f"vary: {what} must leave a possible scene; the first one: {error}")
-
-
-def _refusal(study: Study, point: Row) -> SceneError | None:
-    """Return why the scene of a point is impossible; None where it is possible."""
-    try:
-        study.case(point)[0].sensor  # noqa: B018  the look at it is the check
-    except SceneError as error:
-        return error
-    return None
-
-
-def _refusal_of_all(study: Study, name: str, value: Any) -> SceneError | None:
-    """Return why no scene of a product with a value is possible; one that only some others rule out is left to them."""
-    keys = {key: values for key, values in study.vary.items() if key == SCENE or _of_scene(key, study.request)}
-    keys |= {name: [value]}
-    first = None
-    for count, values in enumerate(itertools.product(*keys.values())):
-        refusal = _refusal(study, dict(zip(keys, values, strict=True)))
-        if refusal is None or count == _LOOKS:
-            return None
-        first = first or refusal
-    return first
 
 
 def _values(name: str, item: Any) -> list[Any]:
@@ -352,18 +210,3 @@ def _values(name: str, item: Any) -> list[Any]:
         if span is not None:
             return written(np.linspace(*span[:2], item["count"]), span[2])
     raise SceneError(f"{name}: must be a list of values that is not empty, or a range {_RANGE}; got {shown(item)}")
-
-
-def _of_scene(name: str, request: Request) -> bool:
-    """Tell whether a name is a key of the scene, not an argument of the request."""
-    return name not in request.arguments and ("." in name or name in TOP)
-
-
-def _arguments(names: Row, request: Request) -> Row:
-    """Return the arguments of the request."""
-    return {name: item for name, item in names.items() if name != SCENE and not _of_scene(name, request)}
-
-
-def _overrides(names: Row, request: Request) -> tuple[str, ...]:
-    """Return the keys of the scene as overrides of the command line."""
-    return tuple(f"{name}={literal(item)}" for name, item in names.items() if _of_scene(name, request))

@@ -39,7 +39,7 @@ from sits_mech.cli.options import (
 from sits_mech.units import SceneError
 
 if TYPE_CHECKING:
-    from sits_mech.batch.study import Study
+    from sits_mech.batch.asked import Study
 
 
 @app.command
@@ -134,6 +134,7 @@ def sweep(
         return 0
     check_readable(study, "a readable scene file")
 
+    from sits_mech.batch.adaptive import refined
     from sits_mech.batch.executors import workers
     from sits_mech.batch.forecast import noted
     from sits_mech.batch.run import cases_aside, run_study
@@ -150,10 +151,12 @@ def sweep(
         planned = None if dask else noted(output, processes, yes=yes)
         data = run_study(asked, output, executor=executor, progress=progress)
     show(case_table(data))
-    aside = cases_aside(asked, output)
+    aside = 0 if asked.adaptive else cases_aside(asked, output)
     others = f"not in this table: {aside} finished case(s) of other values, kept in {output / STORE}"
     others += " (latin: other samples for each number; sobol keeps them)" if asked.combined == "latin" else ""
-    for line in [*case_failures(data), *_left_out(asked), *([others] if aside else []), f"written to {output}"]:
+    chosen = [refined(data, asked.adaptive)] if asked.adaptive else []
+    notes = [*_left_out(asked), *chosen, *([others] if aside else [])]
+    for line in [*case_failures(data), *notes, f"written to {output}"]:
         warn(line)
     if planned is not None:
         warn(f"planned: {planned:.3g} s of processor time; taken: {sum(times()[:4]):.3g} s")
@@ -218,6 +221,8 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
     show(plan_table(found, study.name, processes, cluster=dask is not None))
     for line in _left_out(study):
         warn(line)
+    if study.adaptive:
+        warn(f"adaptive: planned are the first cases of {study.count}; where the result bends more of them are solved")
     count, seconds = found.tried
     warn(f"tried {count} cases in {seconds:.2g} s{'' if output is None else f', kept in {output}'}")
     return 0

@@ -11,6 +11,11 @@ by how far the map before missed them (Gerstner & Griebel 2003). A block that is
 is, is expected to have a quarter of the largest of theirs, for each output; the error of the map is the root of the sum
 of the squares of all those, and the largest, with all below it, is solved next until the error is small enough. It need
 not have all below it solved to count: what is odd in one variable shows how it bends in another beside zero alone.
+
+Where only the side of a limit is asked for, a point is known once the limit is outside its value and error. Blocks are
+global, crossings are not: as soon as the points that are not known are no more than the next block would take, they are
+solved themselves, and the error of the map is at least what it missed them by. Such a map ends before its sizes are
+seen to fall: a block that is not solved is then taken to be as large as its neighbours below, not a quarter of them.
 Numbers only.
 """
 
@@ -18,7 +23,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import lt
 
 import numpy as np
@@ -37,6 +42,8 @@ _DECAY = 0.25  # of the size of a block's neighbours below, what it is expected 
 _TIE = 1.001  # of sizes: those that symmetry makes alike differ by less, by rounding
 _LEAST = 0.25  # of the largest range of an output, what every output is taken to have: solvers own to as much error
 
+_ROUNDING = 1e-13  # of an output's size: some hundred roundings, of splines and sums of an output that is constant
+
 
 @dataclass(frozen=True)
 class SolvedPart:
@@ -44,19 +51,20 @@ class SolvedPart:
 
     axes: Axes  # of the whole grid
     blocks: tuple[Block, ...]  # solved, each with those below it
-    values: Array  # (*sizes, n), outputs; nan if not solved
+    values: Array  # (*sizes, n), outputs; nan if not solved; with a limit also of points outside the blocks
     error: Array  # (n,), of the map between solved points
 
 
 def solve_part(
     solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: float, weights: ArrayLike = 1.0,
-    goal: Array | None = None,
+    goal: Array | None = None, limit: ArrayLike | None = None,
 ) -> SolvedPart | None:
     """Return a grid solved at as few points as predict the rest, or None where all are to be solved.
 
     That is so for small grids, and where a point fails. `solve` maps points to outputs (m, n), nan where it fails;
     `tolerance` is relative to each output's range, at least a quarter of the largest; `weights` (n,) make outputs
-    comparable. A `goal` (s, n) makes relative figures of outputs, whose errors are within the tolerance as well.
+    comparable. A `goal` (s, n) makes relative figures of outputs, whose errors are within the tolerance as well. With a
+    `limit` of outputs, in place of a goal, errors may be larger, as long as no point has it within value and error.
     """
     levels = _levels_of(axes)
     if _count(axes) <= _WHOLE:
@@ -71,14 +79,44 @@ def solve_part(
         ranges = np.ptp(known, axis=0)
         wanted = tolerance * np.maximum(ranges, _LEAST * np.max(ranges * weight) / np.maximum(weight, 1e-300))
         expected = {block: _expected(sizes, block) for block in _next_blocks(sizes, levels)}
+        wanted = np.maximum(wanted, _ROUNDING * np.max(np.abs(known), axis=0) + 1e-300)
         error = np.sqrt(np.sum(np.square([np.zeros_like(wanted), *expected.values()]), axis=0))
         if _share(error, wanted, goal, tolerance) <= 1.0:
             return SolvedPart(axes, tuple(sizes), found, error)
-        shares = {block: _share(size, wanted, goal, tolerance) for block, size in expected.items()}
-        worst = next(block for block, share in shares.items() if share >= max(shares.values()) / _TIE)
-        new = [block for block in itertools.product(*(range(level + 1) for level in worst)) if block not in sizes]
+        new = _largest_block(sizes, {block: _share(size, wanted, goal, tolerance) for block, size in expected.items()})
+        if limit is not None:
+            part = SolvedPart(axes, tuple(sizes), found, error / _DECAY)
+            open_ = _undecided(part, interpolated(part, found), limit, wanted)
+            if np.count_nonzero(open_) <= np.count_nonzero(_unsolved(axes, levels, found, new)):
+                return _decided(solve, part, limit, wanted)
         found = _solved(solve, axes, levels, found, new)
     return None
+
+
+def _largest_block(solved: Mapping[Block, Array], shares: Mapping[Block, float]) -> list[Block]:
+    """Return the block with the largest share and those below it, of which none is solved."""
+    worst = next(block for block, share in shares.items() if share >= max(shares.values()) / _TIE)
+    return [block for block in itertools.product(*(range(level + 1) for level in worst)) if block not in solved]
+
+
+def _undecided(part: SolvedPart, whole: Array, limit: ArrayLike, wanted: Array) -> NDArray[np.bool_]:
+    """Return the unsolved points of which an output, by its map and error, may be on either side of a limit."""
+    either = ~(np.abs(whole - np.asarray(limit, dtype=float)) > part.error)
+    return np.asarray(np.isnan(part.values[..., 0]) & np.any(either & (part.error > wanted), axis=-1))
+
+
+def _decided(
+    solve: Callable[[list[tuple[float, ...]]], ArrayLike], part: SolvedPart, limit: ArrayLike, wanted: Array
+) -> SolvedPart | None:
+    """Return a part with its undecided points solved, and as much error as the map missed them by; None as above."""
+    whole = interpolated(part, part.values)
+    while np.any(open_ := _undecided(part, whole, limit, wanted)):
+        found = _filled(solve, part.axes, part.values, open_)
+        if found is None:
+            return None
+        missed = np.abs(found - whole)[open_].max(axis=0)
+        part = replace(part, values=found, error=np.maximum(part.error, missed))
+    return part
 
 
 def _share(error: Array, wanted: Array, goal: Array | None, tolerance: float) -> float:
@@ -116,11 +154,21 @@ def _solved(
     blocks: Sequence[Block],
 ) -> Array | None:
     """Return the outputs (*sizes, n) with more blocks solved; None where a point fails."""
+    return _filled(solve, axes, found, _unsolved(axes, levels, found, blocks))
+
+
+def _unsolved(axes: Axes, levels: Levels, found: Array | None, blocks: Sequence[Block]) -> NDArray[np.bool_]:
+    """Return which points of a grid some blocks have that are not solved."""
     missing = np.zeros(tuple(len(values) for values in axes.values()), dtype=bool)
     for block in blocks:
         missing[np.ix_(*_places(levels, block))] = True
-    if found is not None:
-        missing &= np.isnan(found[..., 0])
+    return missing if found is None else missing & np.isnan(found[..., 0])
+
+
+def _filled(
+    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, found: Array | None, missing: NDArray[np.bool_]
+) -> Array | None:
+    """Return the outputs (*sizes, n) with missing points solved; None where one fails."""
     new = np.asarray(solve(_points(axes, missing)), dtype=float)
     if not np.all(np.isfinite(new)):
         return None

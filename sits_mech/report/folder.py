@@ -15,7 +15,7 @@ from sits_mech.cases import glance, read_table
 from sits_mech.quantities import WRENCH
 from sits_mech.readout.loads import points
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
-from sits_mech.status import ANSWERED, UNFINISHED
+from sits_mech.status import ANSWERED, INTERPOLATED, UNFINISHED
 from sits_mech.store import STORE
 from sits_mech.version import __version__
 
@@ -125,7 +125,7 @@ def _case(folder: Path, data: xr.Dataset, case: int) -> tuple[Sensor, xr.Dataset
     """Return sensor and table of a case of a sweep, or refuse one that has none."""
     row = list(points(data))[case - 1]
     if "load_status" not in row or not row["load_status"].isin(ANSWERED).any():
-        unfinished = row["status"].item() == UNFINISHED
-        why = "unfinished" if unfinished else row["reason"].item() or "no load converged"
+        word = row["status"].item()
+        why = word if word in (UNFINISHED, INTERPOLATED) else row["reason"].item() or "no load converged"
         raise SceneError(f"{folder}: --case {case} must be a case with a table; it has none: {why}")
     return case_calibration(row)

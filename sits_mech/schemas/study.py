@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from sits_mech.batch.adaptive import ADAPTIVE
+from sits_mech.batch.asked import COMPONENTS, TOP
 from sits_mech.batch.expressions import LONGEST
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.samples import MOST, SAMPLED
-from sits_mech.batch.study import COMBINE, COMPONENTS, KEYS, TOP
+from sits_mech.batch.study import COMBINE, KEYS
 from sits_mech.scene.bounds import quantity_schema
 from sits_mech.schemas.scene import DIALECT
 
@@ -30,7 +32,7 @@ def study_schema() -> Schema:
     said = {
         "scene": {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]},
         "request": {"enum": list(REQUESTS), "description": "The request of every case."},
-        "combine": {"enum": list(COMBINE), "default": "product", "description": "All, in step, or samples."},
+        "combine": {"enum": list(COMBINE), "default": "product", "description": "All, some of all, in step, samples."},
         "samples": {"type": "integer", "minimum": 1, "maximum": MOST, "description": "Number of samples."},
         "seed": {"type": "integer", "minimum": 0, "default": 0, "description": "Of the samples."},
         "where": {"type": "array", "items": text, "description": "Conditions: cases that break one are left out."},
@@ -38,12 +40,38 @@ def study_schema() -> Schema:
         "vary": {"type": "object", "minProperties": 1, "additionalProperties": values,
                  "description": "Keys of the scene in quotes, arguments of the request bare: lists or ranges."},
         "fixed": {"type": "object", "description": "What is the same in all cases."},
+        "adaptive": _adaptive(),
     }
     return {
         "$schema": DIALECT, "title": "Study of sits-mech", "type": "object", "additionalProperties": False,
         "required": ["scene", "request", "vary"], "properties": {key: said[key] for key in KEYS},
-        "allOf": [_of_request(name, request) for name, request in REQUESTS.items()] + [_of_samples()],
+        "allOf": [
+            *(_of_request(name, request) for name, request in REQUESTS.items()), _of_samples(), _of_adaptive()
+        ],
     }
+
+
+def _adaptive() -> Schema:
+    """Return the table that says what is refined, and how far."""
+    name = {"type": "string"}
+    names = {"anyOf": [name, {"type": "array", "items": name, "minItems": 1, "uniqueItems": True}]}
+    said = {
+        "of": names | {"description": "Variables of the result that cases predict where they are not solved."},
+        "within": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1,
+                   "description": "Error that they may have, over their range."},
+        "limit": {"type": ["number", "string"],
+                  "description": "Of the one variable, in SI or with a unit: errors may be larger away from it."},
+    }
+    alone = {"anyOf": [{"properties": {"limit": False}}, {"properties": {"of": {"anyOf": [name, {"maxItems": 1}]}}}]}
+    return {"type": "object", "additionalProperties": False, "required": ["of", "within"], "properties": said} | alone
+
+
+def _of_adaptive() -> Schema:
+    """Return that a refined grid says up to what, and is a whole one."""
+    drawn = {"required": ["combine"], "properties": {"combine": {"const": ADAPTIVE}}}
+    whole = {"where": {"maxItems": 0}, "derive": {"maxProperties": 0}}
+    then = {"required": ["adaptive"], "properties": whole}
+    return {"if": drawn, "then": then, "else": {"properties": {"adaptive": False}}}
 
 
 def _of_samples() -> Schema:

@@ -88,6 +88,26 @@ def test_figures_of_outputs_are_within_the_tolerance_as_well() -> None:
     assert np.all(off <= found.error)
 
 
+def test_beside_a_limit_fewer_points_suffice() -> None:
+    """Each is on its side of it: what map and error leave open is solved; of a constant next to nothing."""
+    axes = box(33, 33)
+
+    def bent(points: np.ndarray) -> np.ndarray:
+        return np.tanh(2.0 * points[..., :1] + points[..., 1:2] ** 2)
+
+    truth = bent(points_of(axes))
+    everywhere = solved(bent, axes, 1e-4)
+    for limit in (0.0, 0.7, 2.0):
+        found = solved(bent, axes, 1e-4, limit=limit)
+        assert found is not None and count(found) < 0.9 * count(everywhere)
+        whole = np.where(np.isnan(found.values), interpolated(found, found.values), found.values)
+        np.testing.assert_array_equal(whole > limit, truth > limit)
+        between = np.isnan(found.values)
+        assert np.all(np.abs(whole - limit)[between] > found.error)
+        assert np.all(np.abs(interpolated(found, found.values) - truth) <= found.error)
+    assert count(solved(lambda points: np.ones_like(points[..., :1]), axes)) < 20
+
+
 def test_many_variables_need_few_points() -> None:
     """Of six variables of five values: some hundreds of 15625 points, not a power of six."""
     axes = box(5, 5, 5, 5, 5, 5)

@@ -91,3 +91,33 @@ SAMPLES = GOOD.replace('"product"', '"sobol"\nsamples = 4').replace(", count = 3
 def test_they_agree_on_samples_too(old: str, new: str, good: bool, tmp_path: Path) -> None:
     """And on conditions, derived keys, several scenes."""
     agree(SAMPLES.replace(old, new), good, tmp_path)
+
+
+ADAPTIVE = GOOD.replace('"product"', '"adaptive"') + '[adaptive]\nof = "relative"\nwithin = 1e-3\n'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "good"),
+    [
+        ("", "", True),
+        ("within = 1e-3", "within = 0", False),
+        ("within = 1e-3", 'within = "1 %"', False),
+        ("within = 1e-3", "", False),
+        ("within = 1e-3", "within = 1e-3\nlimit = 0.9", True),
+        ("within = 1e-3", 'within = 1e-3\nlimit = "0.4 uH"', True),
+        ("within = 1e-3", "within = 1e-3\nlimit = [0.9]", False),
+        ("within = 1e-3", "within = 1e-3\nmost = 9", False),
+        ('"relative"', '["relative", "L"]', True),
+        ('"relative"', "[]", False),
+        ('"relative"\nwithin = 1e-3', '["relative", "L"]\nwithin = 1e-3\nlimit = 1', False),
+        ('"adaptive"', '"zip"', False),
+        ('combine = "adaptive"', "", False),
+        ('combine = "adaptive"', 'combine = "adaptive"\nwhere = ["dv > 2 mm"]', False),
+        ("[fixed]", '[derive]\ndh = "0.1 * dv"\n[fixed]', False),
+        ('[adaptive]\nof = "relative"\nwithin = 1e-3\n', "", False),
+        ("[adaptive]", "[adaptively]", False),
+    ],
+)
+def test_they_agree_on_what_is_refined(old: str, new: str, good: bool, tmp_path: Path) -> None:
+    """And up to what."""
+    agree(ADAPTIVE.replace(old, new), good, tmp_path)

@@ -1,0 +1,222 @@
+"""Solve as few cases of a grid as predict some variables of its table at the others.
+
+Which ones is decided by `maps.grid`, as of the loads of a calibration, for each combination of values that are no
+numbers alone. Each part of an array is an output of its map; variables count alike, over the largest range of their
+parts that the first cases show. What is not solved has the map's values, and its error as ``error_map_NAME``, to which
+the solver's own, linear from case to case, is added as ``error_NAME`` where cases have that. A flag holds between
+solved cases where it holds of one beside. Other variables are NaN there. A grid with a failed case is solved whole.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.batch.asked import Adaptive, Study
+from sits_mech.cases import Choose, Solve, grid_points
+from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
+from sits_mech.quantities import Array
+from sits_mech.scene.materials import unknown
+from sits_mech.status import ANSWERED, INTERPOLATED, OK, marked
+from sits_mech.store import Row
+from sits_mech.units import SceneError, shown, si_label
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ADAPTIVE = "adaptive"
+"""How cases are combined that are refined."""
+_KEYS = ("of", "within", "limit")
+_FORM = 'must be a table such as { of = "relative", within = 1e-3 } beside combine = "adaptive"'
+_ROUNDED = 9  # digits of a flag between cases, which is a sum of ones: what is left beyond is rounding
+
+
+def adaptive_of(part: object, combine: object, vary: Mapping[str, Sequence[Any]]) -> Adaptive:
+    """Return what a study file's table [adaptive] says; raise SceneError in one line for what it may not."""
+    if not isinstance(part, dict) or combine != ADAPTIVE:
+        raise SceneError(f"adaptive: {_FORM}; got {shown(part)} beside {combine}")
+    for key in part:
+        if key not in _KEYS:
+            raise SceneError(f"adaptive: key {unknown(key, _KEYS)}")
+    names, within, limit = part.get("of"), part.get("within"), part.get("limit")
+    of = [names] if isinstance(names, str) else names
+    if not isinstance(of, list) or not of or not all(isinstance(name, str) for name in of) or len(set(of)) < len(of):
+        raise SceneError(f"adaptive.of: must be a variable of the table, or a list of different ones; got {shown(of)}")
+    if isinstance(within, bool) or not isinstance(within, int | float) or not 0.0 < within < 1.0:
+        raise SceneError(f"adaptive.within: must be a number between 0 and 1, of a range; got {shown(within)}")
+    side = None if limit is None else si_label(limit)
+    if side is not None and (len(of) > 1 or not isinstance(side, float) or not np.isfinite(side)):
+        what = "must be a number, or a quantity, for one variable under of"
+        raise SceneError(f"adaptive.limit: {what}; got {shown(limit)} for {', '.join(of)}")
+    _axes(vary)
+    return Adaptive(tuple(of), float(within), side)
+
+
+def adaptively(study: Study) -> Choose | None:
+    """Return what chooses the cases of a study for `cases.sweep`; None where all are to be solved."""
+    asked = study.adaptive
+    if asked is None:
+        return None
+
+    def choose(solve: Solve, put: Callable[[int, Row], None]) -> None:
+        for axes, numbers in _grids(study.vary):
+            grid = _Grid(asked, axes, numbers, solve)
+            part = grid.map()
+            for index, row in itertools.chain(grid.known(), () if part is None else grid.between(part)):
+                put(index, row)
+
+    return choose
+
+
+def likely(study: Study) -> list[Row]:
+    """Return the points of a study that a gentle function needs; all where it is not refined."""
+    points = grid_points(study.vary, study.combine)
+    if study.adaptive is None:
+        return points
+    return [points[index] for axes, numbers in _grids(study.vary) for index in _at(axes, numbers, likely_part(axes))]
+
+
+def refined(data: xr.Dataset, asked: Adaptive) -> str:
+    """Return in a line how many cases of a table were solved, and how well the others are known."""
+    count, whole = int(np.isfinite(data["seconds"]).sum()), data["status"].size
+    if count == whole:
+        return f"solved: all {whole} cases: one failed, or they are few"
+    errors = ", ".join(f"{name} within {float(data[f'error_map_{name}'].max()):.2g}" for name in asked.of)
+    return f"solved: {count} of {whole} cases; between them {errors}"
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """A grid of numbers, its cases, and those that are solved and have an answer."""
+
+    asked: Adaptive
+    axes: Axes
+    numbers: NDArray[np.int_]  # of its cases
+    solve: Solve
+    rows: dict[int, Row] = field(default_factory=dict)
+    scale: list[Array] = field(default_factory=list)  # of the outputs, once cases are solved
+
+    def map(self) -> SolvedPart | None:
+        """Solve as few cases as predict the others and return their map; None where all are solved."""
+        limit = None if self.asked.limit is None else np.array(self.asked.limit)
+        found = solve_part(self._outputs, self.axes, tolerance=self.asked.within, limit=limit)
+        if found is None:
+            self._solved(index for index in self.numbers.ravel().tolist() if index not in self.rows)
+        return found
+
+    def known(self) -> Iterator[tuple[int, Row]]:
+        """Yield the errors of the map at the cases that are solved, which are zero."""
+        for index, row in self.rows.items():
+            found = {name: _item(row[name]) for name in self.asked.of}
+            yield index, {f"error_map_{name}": (dims, 0.0 * value) for name, (dims, value) in found.items()}
+
+    def between(self, part: SolvedPart) -> Iterator[tuple[int, Row]]:
+        """Yield a row for each case that is not solved."""
+        first, columns, words = next(iter(self.rows.values())), dict[str, Array](), self._words()
+        sizes = [_item(first[name])[1].size for name in self.asked.of]
+        missed = np.split(part.error * self.scale[0], np.cumsum(sizes)[:-1])
+        for name, own in zip(self.asked.of, missed, strict=True):
+            columns[name] = self._interpolated(part, partial(_numbers, name))
+            columns[f"error_map_{name}"] = np.broadcast_to(own, columns[name].shape)
+            if (error := f"error_{name}") in first:
+                columns[error] = np.add(own, self._interpolated(part, partial(_numbers, error), degree=1))
+        flags = self._interpolated(part, lambda row: np.array([word in _flags(row) for word in words]), degree=1)
+        shapes = {key: _item(first[key.replace("error_map_", "")]) for key in columns}
+        for k, index in enumerate(self.numbers.ravel().tolist()):
+            if index not in self.rows:
+                held = {word for word, share in zip(words, flags[k], strict=True) if round(share, _ROUNDED)}
+                row = {key: (dims, columns[key][k].reshape(value.shape)) for key, (dims, value) in shapes.items()}
+                yield index, row | marked({INTERPOLATED, *held})
+
+    def _outputs(self, points: Sequence[tuple[float, ...]]) -> Array:
+        """Return the variables at points of the grid, scaled, shape (points, outputs); NaN where a case has none."""
+        numbers = _at(self.axes, self.numbers, points)
+        self._solved(numbers)
+        each = [[_item(self.rows[i][name])[1].ravel() for name in self.asked.of] for i in numbers if i in self.rows]
+        rows = [np.concatenate(own) for own in each]
+        if len(rows) < len(numbers) or len({row.size for row in rows}) > 1:
+            return np.full((len(numbers), 1), np.nan)
+        if not self.scale:
+            ranges = [np.ptp(parts, axis=0).max() or 1.0 for parts in map(np.array, zip(*each, strict=True))]
+            alone = len(ranges) == 1  # then its limit is in its own unit
+            sizes = [part.size for part in each[0]]
+            self.scale.append(np.repeat(1.0 if alone else np.array(ranges), sizes))
+        return np.array(rows) / self.scale[0]
+
+    def _solved(self, numbers: Iterable[int]) -> None:
+        """Solve cases and note what those with an answer have of the variables, of their errors, and as flags."""
+        for index, row in self.solve(numbers):
+            if row["status"] in ANSWERED:
+                found = [str(name) for name, item in row.items() if _item(item)[1].dtype.kind in "fiu"]
+                for name in self.asked.of:
+                    if name not in found:
+                        raise SceneError(f"adaptive.of: {unknown(name, found)}")
+                keep = ("flags", *self.asked.of, *(f"error_{name}" for name in self.asked.of))
+                self.rows[index] = {name: row[name] for name in keep if name in row}
+
+    def _interpolated(self, part: SolvedPart, numbers: Callable[[Row], NDArray[Any]], **degree: int) -> Array:
+        """Return the map through numbers of the solved cases at all, shape (cases, n); a map of lines within them."""
+        order = {index: k for k, index in enumerate(self.numbers.ravel().tolist())}
+        known = np.array([numbers(row).ravel() for row in self.rows.values()], dtype=float)
+        values = np.zeros((self.numbers.size, known.shape[1]))
+        values[[order[index] for index in self.rows]] = known
+        found = interpolated(part, values.reshape(*self.numbers.shape, -1), **degree).reshape(values.shape)
+        return np.clip(found, known.min(axis=0), known.max(axis=0)) if degree else found
+
+    def _words(self) -> list[str]:
+        """Return the flags that any solved case has, but that it is good."""
+        return sorted({word for row in self.rows.values() for word in _flags(row)} - {OK})
+
+
+def _grids(vary: Mapping[str, Sequence[Any]]) -> Iterator[tuple[Axes, NDArray[np.int_]]]:
+    """Yield the ascending numbers of each key that has numbers, and the cases' own, for all values of the others."""
+    values = {name: [*map(si_label, own)] for name, own in vary.items()}
+    axes = _axes(vary)
+    orders = [np.argsort(np.array(own, float)) if name in axes else np.arange(len(own)) for name, own in values.items()]
+    cases = np.arange(np.prod([len(own) for own in values.values()])).reshape([len(own) for own in values.values()])
+    others = [k for k, name in enumerate(values) if name not in axes]
+    sorted_ = np.moveaxis(cases[np.ix_(*orders)], others, range(len(others)))
+    for numbers in sorted_.reshape(-1, *map(len, axes.values())):
+        yield axes, numbers
+
+
+def _axes(vary: Mapping[str, Sequence[Any]]) -> dict[str, list[float]]:
+    """Return the ascending values in SI of each key that has numbers; refuse a study with none, or with one twice."""
+    found = dict[str, list[float]]()
+    for name, written in vary.items():
+        own = [value for value in map(si_label, written) if isinstance(value, float)]
+        if len(own) == len(written):
+            found[name] = sorted(own)
+        if len(set(own)) < len(own):
+            raise SceneError(f"{name}: must be a list of different values; got {shown(vary[name])}")
+    if not found:
+        raise SceneError(f"vary: must have a key with numbers, for {ADAPTIVE}; got {', '.join(vary)}")
+    return found
+
+
+def _at(axes: Axes, numbers: NDArray[np.int_], points: Iterable[tuple[float, ...]]) -> list[int]:
+    """Return the numbers of the cases at points of a grid."""
+    places = [{value: place for place, value in enumerate(own)} for own in axes.values()]
+    return [int(numbers[tuple(own[x] for own, x in zip(places, point, strict=True))]) for point in points]
+
+
+def _item(item: Any) -> tuple[Any, NDArray[Any]]:
+    """Return dimensions and values of an entry of a row, new or as it was kept."""
+    dims, value = item if isinstance(item, tuple | list) else ((), item)
+    return dims, np.asarray(value)
+
+
+def _numbers(name: str, row: Row) -> NDArray[Any]:
+    """Return the values of an entry of a row."""
+    return _item(row[name])[1]
+
+
+def _flags(row: Row) -> list[str]:
+    """Return the flags of a row."""
+    return str(row.get("flags", OK)).split("; ")

@@ -1,0 +1,89 @@
+"""Refuse a study before it is run: arguments that are none, and values with which no scene is possible."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from typing import Any
+
+from sits_mech.batch.asked import SCENE, Study, arguments_of, of_scene
+from sits_mech.cases import grid_points
+from sits_mech.scene.sensor import SceneError
+from sits_mech.store import Row
+from sits_mech.units import shown
+
+_LOOKS = 3_000  # scenes that are looked at before a run whether a value is possible, a second
+
+
+def check_cases(study: Study) -> None:
+    """Refuse a study whose arguments are none, or with values that no possible scene has."""
+    study.request.in_si(study.fixed)
+    for name, values in study.vary.items():
+        for value in values:
+            study.request.in_si(arguments_of({name: value}, study.request))
+    if study.combine == "zip":
+        _check_side_by_side(study)
+        return
+    for name, values in study.vary.items():
+        for value in values if of_scene(name, study.request) else ():
+            refusal = _refusal_of_all(study, name, value)
+            if refusal is not None:
+                raise _impossible(f"{name} = {shown(value)}", refusal)
+
+
+def _check_side_by_side(study: Study) -> None:
+    """Refuse values that no possible scene has; of what is drawn from ranges or derived one must be possible."""
+    columns, possible, first = _looked_at(study), set[tuple[str, str]](), dict[tuple[str, str], SceneError]()
+    for number, point in enumerate(grid_points(study.vary, "zip")):
+        values = [(name, texts[number]) for name, texts in columns.items()]
+        if possible.issuperset(values):
+            continue
+        refusal = _refusal(study, point)
+        if refusal is None:
+            possible.update(values)
+            continue
+        for value in values:
+            first.setdefault(value, refusal)
+        if len(first) > _LOOKS:
+            return
+    for (name, text), refusal in first.items():
+        if (name, text) not in possible:
+            raise _impossible(f"{name} = {text}" if text else "some case", refusal)
+
+
+def _looked_at(study: Study) -> dict[str, list[str]]:
+    """Return the values of the scene's keys in each case as texts; "" where any value of many will do."""
+    whole, found = study.combined == "zip" and not study.asked.get("derive"), dict[str, list[str]]()
+    for name, values in study.vary.items():
+        if of_scene(name, study.request):
+            texts = [json.dumps(value) for value in values]
+            many = not whole and 2 * len(set(texts)) > study.count
+            found[name] = [""] * len(texts) if many else texts
+    return found
+
+
+def _impossible(what: str, error: SceneError) -> SceneError:
+    """Return the refusal of what varies by the first scene with it."""
+    return SceneError(f"vary: {what} must leave a possible scene; the first one: {error}")
+
+
+def _refusal(study: Study, point: Row) -> SceneError | None:
+    """Return why the scene of a point is impossible; None where it is possible."""
+    try:
+        study.case(point)[0].sensor  # noqa: B018  the look at it is the check
+    except SceneError as error:
+        return error
+    return None
+
+
+def _refusal_of_all(study: Study, name: str, value: Any) -> SceneError | None:
+    """Return why no scene of a product with a value is possible; one that only some others rule out is left to them."""
+    keys = {key: values for key, values in study.vary.items() if key == SCENE or of_scene(key, study.request)}
+    keys |= {name: [value]}
+    first = None
+    for count, values in enumerate(itertools.product(*keys.values())):
+        refusal = _refusal(study, dict(zip(keys, values, strict=True)))
+        if refusal is None or count == _LOOKS:
+            return None
+        first = first or refusal
+    return first
