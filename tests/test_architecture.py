@@ -86,6 +86,7 @@ UNMIRRORED = {
     "report/envelope.py": "tests/analysis/test_envelope.py: record, table and picture",
     "studio/page.py": "tests/studio/test_studio.py: in a browser",
     "studio/shown.py": "tests/studio/test_studio.py: what the frame shows, files handed out",
+    "export/best.py": "tests/batch/test_stages.py: the last stage of a study",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     "export/twin/arrays.py": "tests/export/twin/test_folder.py: what is in the folder",
     **dict.fromkeys(

@@ -8,6 +8,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from sits_mech.batch.expressions import Expression
 from sits_mech.batch.requests import REQUESTS, Request, Variant
 from sits_mech.cases import Combine
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
@@ -54,6 +55,23 @@ class Shared(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Stage:
+    """What is done with the best cases of the stage before."""
+
+    where: tuple[Expression, ...]  # conditions on its table
+    order: Expression | None  # of what is best
+    largest: bool  # whether that is the largest
+    count: int | None  # how many are taken; None for all
+    study: Study | None  # asked of them, without their values; None for an export
+    export: tuple[str, ...] = ()  # formats
+
+    @property
+    def name(self) -> str:
+        """Return what it is, in words."""
+        return "export" if self.study is None else self.study.name
+
+
+@dataclass(frozen=True)
 class Study:
     """A study as its file says; made by `study.read_study`."""
 
@@ -65,6 +83,7 @@ class Study:
     asked: Row = field(default_factory=dict)  # as written: combine, samples, seed, where, derive, adaptive
     left_out: int = 0  # cases that break a condition
     adaptive: Adaptive | None = None  # of a product
+    then: tuple[Stage, ...] = ()
 
     @property
     def scene(self) -> str:

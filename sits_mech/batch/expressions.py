@@ -14,6 +14,7 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 from sits_mech.scene.materials import unknown
@@ -40,6 +41,11 @@ class Expression:
     where: str  # what an error names: the text's place
     text: str
     tree: ast.expr
+
+    @property
+    def names(self) -> set[str]:
+        """The keys that the text names."""
+        return _names(self.tree)
 
     def __call__(self, values: Mapping[str, Any]) -> Any:
         """Return the value at a point, whose keys have `values` in SI; raise SceneError where there is none."""
@@ -119,12 +125,20 @@ def _name(node: ast.expr) -> str | None:
     return node.id if isinstance(node, ast.Name) else None
 
 
+def _names(node: ast.expr) -> set[str]:
+    """Return the keys that an allowed tree names."""
+    name = _name(node)
+    if name is not None:
+        return {name}
+    return {found for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr) for found in _names(each)}
+
+
 def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
     """Return the value of an allowed tree; raise KeyError of a key that has none."""
     match node:
         case ast.Compare(left, signs, others):
             each = [_value(item, values) for item in (left, *others)]
-            return all(_COMPARED[type(sign)](*each[k : k + 2]) for k, sign in enumerate(signs))
+            return reduce(operator.and_, (_COMPARED[type(sign)](*each[k : k + 2]) for k, sign in enumerate(signs)))
         case ast.BinOp(left, sign, right):
             return _JOINED[type(sign)](_value(left, values), _value(right, values))
         case ast.UnaryOp(sign, inner):

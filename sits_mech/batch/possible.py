@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import itertools
 import json
+from collections.abc import Mapping
 from typing import Any
 
-from sits_mech.batch.asked import SCENE, Study, arguments_of, of_scene
+from sits_mech.batch.asked import COMPONENTS, SCENE, Study, arguments_of, of_scene
+from sits_mech.batch.requests import REQUESTS
 from sits_mech.cases import grid_points
+from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError
 from sits_mech.store import Row
 from sits_mech.units import shown
@@ -87,3 +90,29 @@ def _refusal_of_all(study: Study, name: str, value: Any) -> SceneError | None:
             return None
         first = first or refusal
     return first
+
+
+def named(table: Mapping[str, Any], name: str) -> Row:
+    """Return a table of the file, loads and poses by the names of arguments; [vary] must have keys."""
+    part: Row = table.get(name, {})
+    if not isinstance(part, dict) or (name == "vary" and not part):
+        raise SceneError(f"{name}: must be a table of keys and their values; got {shown(part)}")
+    for key in part:
+        if key in COMPONENTS and COMPONENTS[key] in part and COMPONENTS[key] != key:
+            raise SceneError(f"{name}.{COMPONENTS[key]}: must be given once; got {key} beside it")
+    return {COMPONENTS.get(key, key): item for key, item in part.items()}
+
+
+def check_names(name: str, varied: Row, fixed: Row) -> None:
+    """Refuse arguments that a request does not know, lacks, or cannot vary."""
+    request = REQUESTS[name]
+    for key in varied | fixed:
+        if not of_scene(key, request) and key not in request.arguments:
+            raise SceneError(f"argument of {name} {unknown(key, request.arguments)}, or a dotted key of the scene")
+    for key in request.needed:
+        if key not in varied and key not in fixed:
+            raise SceneError(f"{key}: must be given under vary or fixed for {name}; it is missing")
+    for key in request.ranges:
+        if key in varied:
+            form = 'such as "0 N:4 N:9"'
+            raise SceneError(f"{key}: must be a range under fixed for {name}, {form}; it stands under vary")

@@ -136,20 +136,30 @@ def _calibrate(variant: Variant, asked: Row) -> Row:
 
 
 def _quality(variant: Variant, asked: Row) -> Row:
-    """Return a sensor's quality over a grid of loads: its table, and its figures at the worst load of each force.
+    """Return a sensor's quality over a grid of loads as a row."""
+    _check_converter(variant.sensor)
+    return with_quality(_calibrate(variant, asked))
+
+
+def _check_converter(sensor: Sensor) -> None:
+    """Refuse a sensor without a converter."""
+    if sensor.readout.converter == "none":
+        raise SceneError('readout.converter must be given for quality, by whose noise forces are resolved; got "none"')
+
+
+def with_quality(row: Row) -> Row:
+    """Return the row of a calibration with its figures of quality at the worst load of each force.
 
     Resolution by the converter's noise and model errors [N, N m]; shares of each force's full scale: nonlinearity of
     its own signal, crosstalk of linear sums of all coils and of the inverse.
     """
-    if variant.sensor.readout.converter == "none":
-        raise SceneError('readout.converter must be given for quality, by whose noise forces are resolved; got "none"')
-    row = _calibrate(variant, asked)
     sensor, data = case_calibration(xr.Dataset(row))
+    _check_converter(sensor)
     noise = sensor_front_end(sensor, data)[0].noise
     found, force = quality(sensor_calibration(sensor, data), noise, table=coil_table(sensor, data)), ("force",)
     others = np.where(np.eye(len(found.forces), dtype=bool), 0.0, found.crosstalk)
     after = np.where(np.eye(len(found.forces), dtype=bool), 0.0, found.crosstalk_after)
-    row |= {
+    row = row | {
         "forces": (force, np.array(found.forces, dtype=object)),
         "resolution": (force, found.resolution[:, 2]),
         "error_by_model": (force, found.by_model[:, 2]),

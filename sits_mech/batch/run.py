@@ -7,18 +7,20 @@ not computed again, whatever wrote it.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from sits_mech.batch.adaptive import adaptively
 from sits_mech.batch.asked import Study
-from sits_mech.batch.requests import Variant
-from sits_mech.cases import DAMAGED, Progress, grid_points, no_table, save_table, sweep
+from sits_mech.batch.requests import Variant, with_quality
+from sits_mech.batch.tables import SWEPT, case_calibration, table_row
+from sits_mech.cases import DAMAGED, Progress, attempt, grid_points, no_table, save_table, sweep
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.scene.files import write_text
@@ -77,6 +79,27 @@ def run_study(
     data = _labelled(data, study)
     save_table(data, folder / TABLE)
     return data
+
+
+def keep_known(study: Study, folder: Path, before: tuple[Study, xr.Dataset], numbers: Sequence[int]) -> None:
+    """Keep for a study what follows from some cases of a study before and its table: quality from calibrations.
+
+    Only of cases with the same scene, arguments and version, which then are not calibrated again.
+    """
+    first, data = before
+    if (first.name, study.name) != SWEPT:
+        return
+    claim(folder, study)
+    key, needed, had = keys(study), keys(replace(study, name=first.name)), keys(first)
+    dims = data["status"].dims
+    with opened(folder) as cases:
+        known = cases.names
+        for number, point in zip(numbers, grid_points(study.vary, study.combine), strict=True):
+            name = case_name(key(point), {})
+            if name not in known and needed(point) == had(point):
+                place = np.unravel_index(number, data["status"].shape)
+                row = data.isel(dict(zip(dims, map(int, place), strict=True)))
+                cases.put([(name, attempt(lambda row=row: with_quality(table_row(case_calibration(row)[1])), {}))])
 
 
 def open_sweep(folder: str | Path) -> xr.Dataset:

@@ -33,6 +33,15 @@ share of their range or, with a limit, until each is known to be on one side of 
     of = "relative"                   # or several
     within = 1e-3
     limit = 0.7                       # or a quantity; may be left out
+
+[[then]] is a stage on the best cases of the stage before, of which there may be more (stages.py).
+
+    [[then]]
+    where = ["largest_stretch < 2"]   # conditions on the table of the stage before
+    least = "resolution"              # or largest: what is put in order
+    count = 3                         # so many go on
+    request = "quality"               # or export = ["c", "page"], in the last one
+    fixed.tolerance = 1e-3
 """
 
 from __future__ import annotations
@@ -47,19 +56,20 @@ from typing import Any
 import numpy as np
 
 from sits_mech.batch.adaptive import ADAPTIVE, adaptive_of
-from sits_mech.batch.asked import COMPONENTS, SCENE, Study, arguments_of, of_scene, overrides_of
+from sits_mech.batch.asked import SCENE, Study, arguments_of, overrides_of
 from sits_mech.batch.expressions import expression, names_of
-from sits_mech.batch.possible import check_cases
+from sits_mech.batch.possible import check_cases, check_names, named
 from sits_mech.batch.requests import REQUESTS
 from sits_mech.batch.samples import MOST, SAMPLED, checked_count, cube, derived, ends, is_whole, sampled, written
+from sits_mech.batch.stages import stages_of, texts_of
 from sits_mech.cases import grid_points
 from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown
-from sits_mech.scene.sensor import SceneError, load_beside, scene_table, scene_text
+from sits_mech.scene.sensor import SceneError, load_beside, scene_table
 from sits_mech.store import Row
 from sits_mech.units import shown, si_label
 
-KEYS = ("scene", "request", "combine", "samples", "seed", "where", "vary", "derive", "fixed", "adaptive")
+KEYS = ("scene", "request", "combine", "samples", "seed", "where", "vary", "derive", "fixed", "adaptive", "then")
 _TABLES = ("vary", "derive", "fixed")
 COMBINE = ("product", "zip", *SAMPLED, ADAPTIVE)
 _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
@@ -79,17 +89,15 @@ def _study(table: Mapping[str, Any], folder: Path) -> Study:
     _check_choice("request", table["request"], tuple(REQUESTS))
     _check_choice("combine", table.get("combine", "product"), COMBINE)
     request = REQUESTS[table["request"]]
-    varied, derive, fixed = tables = [_table(table, name) for name in _TABLES]
+    varied, derive, fixed = tables = [named(table, name) for name in _TABLES]
     _check_once(tables)
-    _check_names(table["request"], varied | derive, fixed)
+    check_names(table["request"], varied | derive, fixed)
     scenes = {name: load_beside(folder, name, overrides_of(fixed, request)) for name in _scenes(table["scene"])}
+    then = stages_of(table.get("then", []), table["request"], (varied | derive, fixed), scenes)
     varied = {SCENE: list(scenes)} | varied if len(scenes) > 1 else varied
     whole = _combined(table, varied, Study({}, table["request"], {}, arguments_of(fixed, request)))
     study = _derived(table, derive, whole, {name: names_of(scene_table(scene)) for name, scene in scenes.items()})
-    layer = request.layer or any(key.startswith("elastomer.") for key in study.vary)
-    changes = {} if layer else {"elastomer": None}
-    texts = {name: scene_text(scene.model_copy(update=changes)) for name, scene in scenes.items()}
-    study = replace(study, scenes=texts)
+    study = replace(study, scenes=texts_of(scenes, request, study.vary), then=then)
     check_cases(study)
     return study
 
@@ -165,38 +173,12 @@ def _conditions(table: Mapping[str, Any], combined: str) -> list[Any]:
     return where
 
 
-def _table(table: Mapping[str, Any], name: str) -> Row:
-    """Return a table of the file, loads and poses by the names of arguments; [vary] must have keys."""
-    part: Row = table.get(name, {})
-    if not isinstance(part, dict) or (name == "vary" and not part):
-        raise SceneError(f"{name}: must be a table of keys and their values; got {shown(part)}")
-    for key in part:
-        if key in COMPONENTS and COMPONENTS[key] in part and COMPONENTS[key] != key:
-            raise SceneError(f"{name}.{COMPONENTS[key]}: must be given once; got {key} beside it")
-    return {COMPONENTS.get(key, key): item for key, item in part.items()}
-
-
 def _check_once(tables: list[Row]) -> None:
     """Refuse a key that stands in two of the tables."""
     for (one, own), (other, others) in itertools.combinations(zip(_TABLES, tables, strict=True), 2):
         for key in own:
             if key in others:
                 raise SceneError(f"{key}: must stand under {one} or under {other}; it stands under both")
-
-
-def _check_names(name: str, varied: Row, fixed: Row) -> None:
-    """Refuse arguments that a request does not know, lacks, or cannot vary."""
-    request = REQUESTS[name]
-    for key in varied | fixed:
-        if not of_scene(key, request) and key not in request.arguments:
-            raise SceneError(f"argument of {name} {unknown(key, request.arguments)}, or a dotted key of the scene")
-    for key in request.needed:
-        if key not in varied and key not in fixed:
-            raise SceneError(f"{key}: must be given under vary or fixed for {name}; it is missing")
-    for key in request.ranges:
-        if key in varied:
-            form = 'such as "0 N:4 N:9"'
-            raise SceneError(f"{key}: must be a range under fixed for {name}, {form}; it stands under vary")
 
 
 def _values(name: str, item: Any) -> list[Any]:

@@ -36,9 +36,15 @@ from sits_mech.cli.options import (
     check_readable,
     sensor_of,
 )
+from sits_mech.status import FAILED
 from sits_mech.units import SceneError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from concurrent.futures import Executor
+
+    import xarray as xr
+
     from sits_mech.batch.asked import Study
 
 
@@ -122,7 +128,8 @@ def sweep(
         [fixed]
         frequency = "5 MHz"
 
-    It may also have several scenes, samples, derived keys and conditions: see "A batch" in the how-to pages.
+    It may also have several scenes, samples, derived keys, conditions, a refined grid, stages on the best cases: see
+    "A batch" in the how-to pages.
 
     Example: sits-mech sweep study.toml -o widths -j 2
     """
@@ -134,33 +141,23 @@ def sweep(
         return 0
     check_readable(study, "a readable scene file")
 
-    from sits_mech.batch.adaptive import refined
     from sits_mech.batch.executors import workers
     from sits_mech.batch.forecast import noted
-    from sits_mech.batch.run import cases_aside, run_study
     from sits_mech.batch.study import read_study
-    from sits_mech.report.tables.cases import case_failures, case_table
-    from sits_mech.store import STORE
+    from sits_mech.export.formats import check_exports
 
     asked = read_study(study)
     if plan:
         return _plan(asked, output, processes, dask)
     if output is None:
         raise SceneError("--output must be given: a folder for the result and finished cases; it is missing")
-    with workers(processes, dask) as executor, progress_bar("cases") as progress:
+    check_exports(asked)
+    with workers(processes, dask) as executor:
         planned = None if dask else noted(output, processes, yes=yes)
-        data = run_study(asked, output, executor=executor, progress=progress)
-    show(case_table(data))
-    aside = 0 if asked.adaptive else cases_aside(asked, output)
-    others = f"not in this table: {aside} finished case(s) of other values, kept in {output / STORE}"
-    others += " (latin: other samples for each number; sobol keeps them)" if asked.combined == "latin" else ""
-    chosen = [refined(data, asked.adaptive)] if asked.adaptive else []
-    notes = [*_left_out(asked), *chosen, *([others] if aside else [])]
-    for line in [*case_failures(data), *notes, f"written to {output}"]:
-        warn(line)
+        statuses = _swept(asked, output, executor)
     if planned is not None:
         warn(f"planned: {planned:.3g} s of processor time; taken: {sum(times()[:4]):.3g} s")
-    return ended(data["status"].to_numpy().ravel().tolist(), accept)
+    return ended(statuses, accept)
 
 
 @app.command
@@ -184,6 +181,58 @@ def sensitivity(
         warn(f"{used} of {asked} rows of the design: others have a case without a number, or are over a power of two")
     answer(as_jsonable(asdict(found)), sensitivity_tables(found), as_json)
     return 0
+
+
+def _swept(asked: Study, output: Path, executor: Executor | None) -> list[str]:
+    """Run the stages of a study, print their tables, and return the statuses of all cases."""
+    from sits_mech.batch.funnel import following, going_on
+    from sits_mech.batch.run import keep_known, run_study
+
+    with progress_bar("cases") as progress:
+        data = run_study(asked, output, executor=executor, progress=progress)
+    _tell(asked, data, output)
+    statuses, before, study = data["status"].to_numpy().ravel().tolist(), output, asked
+    for number, stage in enumerate(asked.then, 1):
+        chosen, place = going_on(data, stage), output / f"then-{number}"
+        warn(f"then.{number}: {len(chosen)} of {data['status'].size} cases go on to {stage.name}")
+        if not chosen:
+            return [*statuses, FAILED]
+        if stage.study is None:
+            _export(before, [case + 1 for case in chosen], stage.export, place)
+            break
+        first, study = (study, data), following(stage.study, study, chosen)
+        keep_known(study, place, first, chosen)
+        with progress_bar("cases") as progress:
+            data = run_study(study, place, executor=executor, progress=progress)
+        _tell(study, data, place)
+        statuses, before = statuses + data["status"].to_numpy().ravel().tolist(), place
+    return statuses
+
+
+def _tell(study: Study, data: xr.Dataset, folder: Path) -> None:
+    """Print the table of a study's cases, and what is to know about them."""
+    from sits_mech.batch.adaptive import refined
+    from sits_mech.batch.run import cases_aside
+    from sits_mech.report.tables.cases import case_failures, case_table
+    from sits_mech.store import STORE
+
+    show(case_table(data))
+    aside = 0 if study.adaptive else cases_aside(study, folder)
+    others = f"not in this table: {aside} finished case(s) of other values, kept in {folder / STORE}"
+    others += " (latin: other samples for each number; sobol keeps them)" if study.combined == "latin" else ""
+    chosen = [refined(data, study.adaptive)] if study.adaptive else []
+    notes = [*_left_out(study), *chosen, *([others] if aside else [])]
+    for line in [*case_failures(data), *notes, f"written to {folder}"]:
+        warn(line)
+
+
+def _export(folder: Path, cases: Sequence[int], kinds: Sequence[str], place: Path) -> None:
+    """Export cases of a sweep, each to a folder of its own."""
+    from sits_mech.export.best import export_case
+
+    for case in cases:
+        for line in [*export_case(folder, case, kinds, place / f"case-{case}"), f"written to {place / f'case-{case}'}"]:
+            warn(line)
 
 
 def _left_out(study: Study) -> list[str]:
@@ -223,6 +272,8 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
         warn(line)
     if study.adaptive:
         warn(f"adaptive: planned are the first cases of {study.count}; where the result bends more of them are solved")
+    if study.then:
+        warn("then: later stages are not planned, as their cases come from results")
     count, seconds = found.tried
     warn(f"tried {count} cases in {seconds:.2g} s{'' if output is None else f', kept in {output}'}")
     return 0

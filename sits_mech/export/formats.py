@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from sits_mech.scene.sensor import SceneError, Sensor
 
 if TYPE_CHECKING:
+    from sits_mech.batch.asked import Study
     from sits_mech.export.source import Source
 
 GROUP = "sits_mech.exports"
@@ -80,6 +81,16 @@ def format_of(kind: str) -> Format:
     if not isinstance(found, Format):
         raise SceneError(f"--to: {kind} must be a sits_mech.export.formats.Format; got {entry.value}")
     return found
+
+
+def check_exports(study: Study) -> None:
+    """Refuse formats of a study's last stage that are none."""
+    for number, stage in enumerate(study.then, 1):
+        for kind in stage.export:
+            try:
+                format_of(kind)
+            except SceneError as error:
+                raise SceneError(f"then.{number}.export: {str(error).removeprefix('--to: ')}") from None
 
 
 def export(source: Source, kind: str, path: Path) -> tuple[Path, tuple[str, ...]]:

@@ -9,6 +9,7 @@ from sits_mech.batch.asked import COMPONENTS, TOP
 from sits_mech.batch.expressions import LONGEST
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.samples import MOST, SAMPLED
+from sits_mech.batch.stages import EXPORT, STAGE_KEYS
 from sits_mech.batch.study import COMBINE, KEYS
 from sits_mech.scene.bounds import quantity_schema
 from sits_mech.schemas.scene import DIALECT
@@ -41,6 +42,7 @@ def study_schema() -> Schema:
                  "description": "Keys of the scene in quotes, arguments of the request bare: lists or ranges."},
         "fixed": {"type": "object", "description": "What is the same in all cases."},
         "adaptive": _adaptive(),
+        "then": {"type": "array", "items": _stage(text), "description": "Stages on the best cases of the one before."},
     }
     return {
         "$schema": DIALECT, "title": "Study of sits-mech", "type": "object", "additionalProperties": False,
@@ -64,6 +66,27 @@ def _adaptive() -> Schema:
     }
     alone = {"anyOf": [{"properties": {"limit": False}}, {"properties": {"of": {"anyOf": [name, {"maxItems": 1}]}}}]}
     return {"type": "object", "additionalProperties": False, "required": ["of", "within"], "properties": said} | alone
+
+
+def _stage(text: Schema) -> Schema:
+    """Return a stage after the first."""
+    said = {
+        "where": {"type": "array", "items": text, "minItems": 1,
+                  "description": "Conditions on the table of the stage before."},
+        "least": text | {"description": "What is best where it is least: a variable of that table, or made of some."},
+        "largest": text | {"description": "What is best where it is largest."},
+        "count": {"type": "integer", "minimum": 1, "description": "How many cases go on; all without it."},
+        "request": {"enum": list(REQUESTS), "description": "The request of its cases."},
+        "fixed": {"type": "object", "description": "What is other than in the stage before."},
+        EXPORT: {"type": "array", "items": {"type": "string"}, "minItems": 1,
+                 "description": "Formats of the command export, of each case that is left."},
+    }
+    kinds = [{"required": ["request"], "properties": {EXPORT: False}},
+             {"required": [EXPORT], "properties": {"request": False, "fixed": False}}]
+    ends = {"not": {"required": ["least", "largest"]}}
+    counted = {"if": {"required": ["count"]}, "then": {"anyOf": [{"required": [end]} for end in ("least", "largest")]}}
+    properties = {key: said[key] for key in STAGE_KEYS}
+    return {"type": "object", "additionalProperties": False, "properties": properties, "oneOf": kinds} | ends | counted
 
 
 def _of_adaptive() -> Schema:

@@ -121,3 +121,49 @@ ADAPTIVE = GOOD.replace('"product"', '"adaptive"') + '[adaptive]\nof = "relative
 def test_they_agree_on_what_is_refined(old: str, new: str, good: bool, tmp_path: Path) -> None:
     """And up to what."""
     agree(ADAPTIVE.replace(old, new), good, tmp_path)
+
+
+STAGES = """scene = "biorob2018"
+request = "calibrate"
+[vary]
+"target.width" = ["8 mm", "15 mm"]
+[fixed]
+fx = "-1 N:1 N:3"
+fz = "0 N:2 N:3"
+[[then]]
+where = ["failed_loads < 1"]
+least = "L_v_percent"
+count = 3
+request = "quality"
+fixed.tolerance = 1e-2
+[[then]]
+largest = "resolution"
+export = ["c", "page"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "good"),
+    [
+        ("", "", True),
+        ("count = 3", "count = 0", False),
+        ("count = 3", "", True),
+        ('least = "L_v_percent"', "", False),
+        ('least = "L_v_percent"\ncount = 3', "", True),
+        ('largest = "resolution"', 'largest = "resolution"\nleast = "resolution"', False),
+        ('["failed_loads < 1"]', '"failed_loads < 1"', False),
+        ('["failed_loads < 1"]', "[]", False),
+        ('request = "quality"\nfixed', 'request = "qality"\nfixed', False),
+        ('request = "quality"\nfixed', "fixed", False),
+        ('export = ["c", "page"]', 'export = "c"', False),
+        ('export = ["c", "page"]', 'export = ["c"]\nrequest = "quality"', False),
+        ('export = ["c", "page"]', 'export = ["c"]\nfixed.tolerance = 0.1', False),
+        ('export = ["c", "page"]', "", False),
+        ("count = 3", "most = 3", False),
+        ("[[then]]\nwhere", "[then]\nwhere", False),
+    ],
+)
+def test_they_agree_on_stages(old: str, new: str, good: bool, tmp_path: Path) -> None:
+    """And on what they may ask."""
+    text = STAGES.replace(old, new)
+    agree(text if "[then]" not in text.replace("[[then]]", "") else text.partition("[[then]]")[0], good, tmp_path)

@@ -1,0 +1,74 @@
+"""Choose which cases of a table go on to the next stage of a study.
+
+Those go on that fulfil its conditions, first those of which a column of the table, or what is made of columns, is least
+or largest. A condition must hold of all parts of an array, and the worst of them puts a case in order; a part alone is
+``resolution.F_z``. Cases without an answer, or without a number for the order, do not go on.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sits_mech.batch.asked import Stage, Study
+from sits_mech.batch.expressions import Expression
+from sits_mech.cases import grid_points
+from sits_mech.scene.materials import unknown
+from sits_mech.status import ANSWERED
+from sits_mech.units import SceneError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def following(stage: Study, before: Study, numbers: Sequence[int]) -> Study:
+    """Return a stage's study with the values of some cases of the study before."""
+    points = grid_points(before.vary, before.combine)
+    vary = {name: [points[number][name] for number in numbers] for name in before.vary}
+    return replace(stage, vary=vary, combine="zip", asked={"combine": "zip"})
+
+
+def going_on(data: xr.Dataset, stage: Stage) -> list[int]:
+    """Return the numbers of the cases of a table, from 0 on, that go on to a stage, the best first."""
+    dims, kept = data["status"].dims, data["status"].isin(ANSWERED)
+    for test in stage.where:
+        holds = _evaluated(test, data)
+        kept = kept & holds.all([name for name in holds.dims if name not in dims])
+    numbers: list[int] = np.flatnonzero(kept.transpose(*dims)).tolist()
+    if stage.order is not None:
+        parts = _evaluated(stage.order, data)
+        inner = [name for name in parts.dims if name not in dims]
+        worst = parts.min(inner, skipna=False) if stage.largest else parts.max(inner, skipna=False)
+        values = (-worst if stage.largest else worst).broadcast_like(kept).transpose(*dims).to_numpy().ravel()
+        numbers = sorted((number for number in numbers if np.isfinite(values[number])), key=values.__getitem__)
+    return numbers[: stage.count]
+
+
+def _evaluated(text: Expression, data: xr.Dataset) -> xr.DataArray:
+    """Return what a text gives for each case of a table, and each part of what it names."""
+    columns = dict(_columns(data))
+    for name in text.names:
+        if name not in columns:
+            whole = [name for name, (_, labels) in columns.items() if not labels]
+            raise SceneError(f"{text.where}: {unknown(name, whole)}")
+    used = {name: data[columns[name][0]].sel(columns[name][1], drop=True) for name in text.names}
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found: xr.DataArray = text(used)
+    return found
+
+
+def _columns(data: xr.Dataset) -> Iterator[tuple[str, tuple[str, dict[str, str]]]]:
+    """Yield the names of what a table has of each case, whole or a labelled part: its variable, and the labels."""
+    dims = set(data["status"].dims)
+    for name, item in data.variables.items():
+        if item.ndim == 0 or not dims >= set(item.dims) and name in data.coords:
+            continue
+        yield str(name), (str(name), {})
+        inner = [str(dim) for dim in item.dims if dim not in dims]
+        if inner and all(dim in data.coords and data[dim].dtype.kind in "UO" for dim in inner):
+            for labels in itertools.product(*(data[dim].to_numpy().tolist() for dim in inner)):
+                yield ".".join((str(name), *labels)), (str(name), dict(zip(inner, labels, strict=True)))
