@@ -34,28 +34,41 @@ ADAPTIVE = "adaptive"
 """How cases are combined that are refined."""
 _KEYS = ("of", "within", "limit")
 _FORM = 'must be a table such as { of = "relative", within = 1e-3 } beside combine = "adaptive"'
-_ROUNDED = 9  # digits of a flag between cases, which is a sum of ones: what is left beyond is rounding
 
 
-def adaptive_of(part: object, combine: object, vary: Mapping[str, Sequence[Any]]) -> Adaptive:
-    """Return what a study file's table [adaptive] says; raise SceneError in one line for what it may not."""
+def adaptive_of(table: Mapping[str, Any], vary: Mapping[str, Sequence[Any]]) -> Adaptive | None:
+    """Return what a study file's table [adaptive] says, None without one; raise SceneError for what it may not."""
+    part, combine = table.get("adaptive"), table.get("combine", "product")
+    if part is None and combine != ADAPTIVE:
+        return None
     if not isinstance(part, dict) or combine != ADAPTIVE:
         raise SceneError(f"adaptive: {_FORM}; got {shown(part)} beside {combine}")
     for key in part:
         if key not in _KEYS:
             raise SceneError(f"adaptive: key {unknown(key, _KEYS)}")
-    names, within, limit = part.get("of"), part.get("within"), part.get("limit")
-    of = [names] if isinstance(names, str) else names
-    if not isinstance(of, list) or not of or not all(isinstance(name, str) for name in of) or len(set(of)) < len(of):
-        raise SceneError(f"adaptive.of: must be a variable of the table, or a list of different ones; got {shown(of)}")
+    of, within = _variables(part.get("of")), part.get("within")
     if isinstance(within, bool) or not isinstance(within, int | float) or not 0.0 < within < 1.0:
         raise SceneError(f"adaptive.within: must be a number between 0 and 1, of a range; got {shown(within)}")
-    side = None if limit is None else si_label(limit)
-    if side is not None and (len(of) > 1 or not isinstance(side, float) or not np.isfinite(side)):
-        what = "must be a number, or a quantity, for one variable under of"
-        raise SceneError(f"adaptive.limit: {what}; got {shown(limit)} for {', '.join(of)}")
     _axes(vary)
-    return Adaptive(tuple(of), float(within), side)
+    return Adaptive(of, float(within), _side(part.get("limit"), of))
+
+
+def _variables(names: Any) -> tuple[str, ...]:
+    """Return what is refined; refuse what can be no variables."""
+    found = names if isinstance(names, list) else [names]
+    if not found or not all(isinstance(name, str) for name in found) or len(set(found)) < len(found):
+        what = "must be a variable of the table, or a list of different ones"
+        raise SceneError(f"adaptive.of: {what}; got {shown(names)}")
+    return tuple(found)
+
+
+def _side(limit: Any, of: Sequence[str]) -> float | None:
+    """Return a limit in SI; refuse what is none, or stands beside several variables."""
+    found = None if limit is None else si_label(limit)
+    if found is None or (isinstance(found, float) and np.isfinite(found) and len(of) == 1):
+        return found
+    what = "must be a number, or a quantity, for one variable under of"
+    raise SceneError(f"adaptive.limit: {what}; got {shown(limit)} for {', '.join(of)}")
 
 
 def adaptively(study: Study) -> Choose | None:
@@ -130,7 +143,7 @@ class _Grid:
         shapes = {key: _item(first[key.replace("error_map_", "")]) for key in columns}
         for k, index in enumerate(self.numbers.ravel().tolist()):
             if index not in self.rows:
-                held = {word for word, share in zip(words, flags[k], strict=True) if round(share, _ROUNDED)}
+                held = {word for word, share in zip(words, flags[k], strict=True) if not np.isclose(share, 0.0)}
                 row = {key: (dims, columns[key][k].reshape(value.shape)) for key, (dims, value) in shapes.items()}
                 yield index, row | marked({INTERPOLATED, *held})
 
@@ -138,16 +151,22 @@ class _Grid:
         """Return the variables at points of the grid, scaled, shape (points, outputs); NaN where a case has none."""
         numbers = _at(self.axes, self.numbers, points)
         self._solved(numbers)
-        each = [[_item(self.rows[i][name])[1].ravel() for name in self.asked.of] for i in numbers if i in self.rows]
-        rows = [np.concatenate(own) for own in each]
+        rows = [self._vector(self.rows[index]) for index in numbers if index in self.rows]
         if len(rows) < len(numbers) or len({row.size for row in rows}) > 1:
             return np.full((len(numbers), 1), np.nan)
         if not self.scale:
-            ranges = [np.ptp(parts, axis=0).max() or 1.0 for parts in map(np.array, zip(*each, strict=True))]
-            alone = len(ranges) == 1  # then its limit is in its own unit
-            sizes = [part.size for part in each[0]]
-            self.scale.append(np.repeat(1.0 if alone else np.array(ranges), sizes))
+            self.scale.append(self._ranges(np.array(rows)))
         return np.array(rows) / self.scale[0]
+
+    def _vector(self, row: Row) -> Array:
+        """Return the variables of a row, one after the other."""
+        return np.concatenate([_numbers(name, row).ravel() for name in self.asked.of], dtype=float)
+
+    def _ranges(self, outputs: Array) -> Array:
+        """Return for each part the largest range of its variable's parts; 1 of a single variable, as of its limit."""
+        sizes = [_numbers(name, next(iter(self.rows.values()))).size for name in self.asked.of]
+        parts = np.split(np.ptp(outputs, axis=0), np.cumsum(sizes)[:-1])
+        return np.repeat([part.max() or 1.0 if len(sizes) > 1 else 1.0 for part in parts], sizes)
 
     def _solved(self, numbers: Iterable[int]) -> None:
         """Solve cases and note what those with an answer have of the variables, of their errors, and as flags."""

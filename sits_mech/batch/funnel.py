@@ -63,12 +63,10 @@ def _evaluated(text: Expression, data: xr.Dataset) -> xr.DataArray:
 
 def _columns(data: xr.Dataset) -> Iterator[tuple[str, tuple[str, dict[str, str]]]]:
     """Yield the names of what a table has of each case, whole or a labelled part: its variable, and the labels."""
-    dims = set(data["status"].dims)
-    for name, item in data.variables.items():
-        if item.ndim == 0 or not dims >= set(item.dims) and name in data.coords:
-            continue
+    dims, named = set(data["status"].dims), {name for name, item in data.coords.items() if item.dtype.kind in "UO"}
+    for name in (*data["status"].coords, *data.data_vars):
         yield str(name), (str(name), {})
-        inner = [str(dim) for dim in item.dims if dim not in dims]
-        if inner and all(dim in data.coords and data[dim].dtype.kind in "UO" for dim in inner):
-            for labels in itertools.product(*(data[dim].to_numpy().tolist() for dim in inner)):
+        inner = [str(dim) for dim in data[name].dims if dim not in dims]
+        for labels in itertools.product(*(data[dim].to_numpy().tolist() for dim in inner)) if named >= {*inner} else ():
+            if labels:
                 yield ".".join((str(name), *labels)), (str(name), dict(zip(inner, labels, strict=True)))

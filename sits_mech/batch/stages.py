@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from sits_mech.batch.asked import Stage, Study, arguments_of, of_scene, overrides_of
-from sits_mech.batch.expressions import expression
+from sits_mech.batch.expressions import Expression, expression
 from sits_mech.batch.possible import check_names, named
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.samples import is_whole
@@ -58,13 +58,20 @@ def _check_kind(table: Mapping[str, Any], request: str) -> None:
             raise SceneError(f"key {unknown(key, STAGE_KEYS)}")
     if request == EXPORT:
         raise SceneError("must not follow an export, which is the last stage")
-    if ("export" in table) == ("request" in table):
+    kinds = [key for key in ("request", EXPORT) if key in table]
+    if len(kinds) != 1:
         raise SceneError(f"must have a request or an export; got {', '.join(table) or 'nothing'}")
-    if "request" in table and table["request"] not in REQUESTS:
+    if kinds == [EXPORT]:
+        _check_export(table, request)
+    elif table["request"] not in REQUESTS:
         raise SceneError(f"request {unknown(str(table['request']), tuple(REQUESTS))}")
-    if "export" in table and "fixed" in table:
+
+
+def _check_export(table: Mapping[str, Any], request: str) -> None:
+    """Refuse an export that fixes something, or of no calibrations."""
+    if "fixed" in table:
         raise SceneError("fixed: must stand beside a request; got an export")
-    if "export" in table and request not in SWEPT:
+    if request not in SWEPT:
         raise SceneError(f"export: must follow {' or '.join(SWEPT)}; it follows {request}")
 
 
@@ -90,12 +97,17 @@ def _stage(place: str, table: Mapping[str, Any], study: Study | None) -> Stage:
         raise SceneError(f"{place}: must have least or largest, beside a count; got {', '.join(table)}")
     if count is not None and not is_whole(count, 1):
         raise SceneError(f"{place}.count: must be a whole number, one or more; got {shown(count)}")
-    tests = [expression(f"{place}.where", text, condition=True) for text in where]
-    orders = [expression(f"{place}.{end}", table[end]) for end in ends]
-    for text in (*tests, *orders):
-        if not text.names:
-            raise SceneError(f"{text.where}: must name a column of the table; got {shown(text.text)}")
-    return Stage(tuple(tests), orders[0] if orders else None, ends == ["largest"], count, study, tuple(kinds))
+    tests = tuple(_of_columns(f"{place}.where", text, condition=True) for text in where)
+    order = _of_columns(f"{place}.{ends[0]}", table[ends[0]]) if ends else None
+    return Stage(tests, order, ends == ["largest"], count, study, tuple(kinds))
+
+
+def _of_columns(where: str, text: object, *, condition: bool = False) -> Expression:
+    """Return an expression of columns; refuse one of numbers alone."""
+    found = expression(where, text, condition=condition)
+    if not found.names:
+        raise SceneError(f"{where}: must name a column of the table; got {shown(text)}")
+    return found
 
 
 def _texts(place: str, key: str, table: Mapping[str, Any]) -> list[str]:

@@ -62,7 +62,7 @@ from sits_mech.batch.possible import check_cases, check_names, named
 from sits_mech.batch.requests import REQUESTS
 from sits_mech.batch.samples import MOST, SAMPLED, checked_count, cube, derived, ends, is_whole, sampled, written
 from sits_mech.batch.stages import stages_of, texts_of
-from sits_mech.cases import grid_points
+from sits_mech.cases import Combine, grid_points
 from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError, load_beside, scene_table
@@ -72,6 +72,7 @@ from sits_mech.units import shown, si_label
 KEYS = ("scene", "request", "combine", "samples", "seed", "where", "vary", "derive", "fixed", "adaptive", "then")
 _TABLES = ("vary", "derive", "fixed")
 COMBINE = ("product", "zip", *SAMPLED, ADAPTIVE)
+_STEPS: Mapping[str, Combine] = {"zip": "zip"}  # all others of lists are products
 _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
 
 
@@ -129,12 +130,9 @@ def _combined(table: Mapping[str, Any], varied: Row, study: Study) -> Study:
     for key in ("samples", "seed"):
         if key in table:
             raise SceneError(f"{key}: must stand beside combine = {', '.join(SAMPLED)}; got {combine}")
-    vary, adaptive = {name: _values(name, item) for name, item in varied.items()}, table.get("adaptive")
-    asked = {} if combine == "product" else {"combine": combine}
-    if adaptive is not None or combine == ADAPTIVE:
-        asked["adaptive"], combine = adaptive, "product"
-        study = replace(study, adaptive=adaptive_of(adaptive, table.get("combine"), vary))
-    study = replace(study, vary=vary, combine=combine, asked=asked)
+    vary = {name: _values(name, item) for name, item in varied.items()}
+    adaptive, asked = adaptive_of(table, vary), {key: table[key] for key in ("combine", "adaptive") if key in table}
+    study = replace(study, vary=vary, combine=_STEPS.get(combine, "product"), asked=asked, adaptive=adaptive)
     if study.count > MOST:
         raise SceneError(f"vary: must give at most {MOST} cases; got {study.count}")
     if combine == "zip":

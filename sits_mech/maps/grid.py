@@ -42,7 +42,6 @@ _DECAY = 0.25  # of the size of a block's neighbours below, what it is expected 
 _TIE = 1.001  # of sizes: those that symmetry makes alike differ by less, by rounding
 _LEAST = 0.25  # of the largest range of an output, what every output is taken to have: solvers own to as much error
 
-_ROUNDING = 1e-13  # of an output's size: some hundred roundings, of splines and sums of an output that is constant
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,8 @@ def solve_part(
         ranges = np.ptp(known, axis=0)
         wanted = tolerance * np.maximum(ranges, _LEAST * np.max(ranges * weight) / np.maximum(weight, 1e-300))
         expected = {block: _expected(sizes, block) for block in _next_blocks(sizes, levels)}
-        wanted = np.maximum(wanted, _ROUNDING * np.max(np.abs(known), axis=0) + 1e-300)
+        alike = np.sqrt(np.finfo(float).eps) * np.max(np.abs(known), axis=0)  # half its digits: a constant, rounded
+        wanted = np.maximum(wanted, tolerance * alike + 1e-300)
         error = np.sqrt(np.sum(np.square([np.zeros_like(wanted), *expected.values()]), axis=0))
         if _share(error, wanted, goal, tolerance) <= 1.0:
             return SolvedPart(axes, tuple(sizes), found, error)
