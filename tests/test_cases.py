@@ -2,6 +2,7 @@
 
 import math
 import os
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.cases import glance, read_table, save_table, sweep
+from sits_mech.cases import Solve, glance, read_table, save_table, sweep
 from sits_mech.quantities import SolveFailed, SolveReport
 from sits_mech.store import opened
 from sits_mech.units import SceneError
@@ -152,6 +153,30 @@ def test_a_snapshot_is_the_table_so_far(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr("sits_mech.cases._APART", 1e6)
     sweep(product, GRID, snapshot=seen.append)
     assert len(seen) == 1
+
+
+@pytest.mark.parametrize("folder", [True, False], ids=["kept", "not kept"])
+def test_points_may_be_chosen_by_what_came(folder: bool, tmp_path: Path) -> None:
+    """In rounds; a row may be put in the place of another; what is neither called nor put is unfinished."""
+    calls, done = list[tuple[float, float]](), list[tuple[int, int]]()
+
+    def noted(a: float, b: float) -> dict[str, object]:
+        calls.append((a, b))
+        return product(a, b)
+
+    def choose(solve: Solve, put: Callable[[int, dict[str, object]], None]) -> None:
+        first = dict(solve([0, 5]))
+        then = dict(solve([2] if first[5]["c"] == 60.0 else [3]))
+        put(1, {"c": first[0]["c"] + then[2]["c"], "status": "interpolated"})
+
+    more = {"folder": tmp_path} if folder else {}
+    table = sweep(noted, GRID, choose=choose, progress=lambda *each: done.append(each), **more)
+    assert calls == [(1.0, 10.0), (3.0, 20.0), (2.0, 10.0)] and done == [(1, 6), (2, 6), (3, 6), (6, 6)]
+    np.testing.assert_array_equal(table["c"], [[10.0, 30.0], [20.0, np.nan], [np.nan, 60.0]])
+    states = [["ok", "interpolated"], ["ok", "unfinished"], ["unfinished", "ok"]]
+    assert table["status"].to_numpy().tolist() == states
+    again = sweep(noted, GRID, choose=choose, **more)
+    assert again.identical(table.assign(seconds=again["seconds"])) and len(calls) == (3 if folder else 6)
 
 
 def test_points_that_share_something_are_neighbours() -> None:

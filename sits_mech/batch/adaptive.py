@@ -99,7 +99,7 @@ def refined(data: xr.Dataset, asked: Adaptive) -> str:
     """Return in a line how many cases of a table were solved, and how well the others are known."""
     count, whole = int(np.isfinite(data["seconds"]).sum()), data["status"].size
     if count == whole:
-        return f"solved: all {whole} cases: one failed, or they are few"
+        return f"solved: all {whole} cases, as they are few, one failed, or they bend throughout"
     errors = ", ".join(f"{name} within {float(data[f'error_map_{name}'].max()):.2g}" for name in asked.of)
     return f"solved: {count} of {whole} cases; between them {errors}"
 

@@ -8,7 +8,7 @@ const failed = (i) => !["ok", "interpolated", "above tolerance", "beyond data"].
 const word = (each, i) => (each.words ? each.words[each.values[i]] : each.values[i] === null ? "–" : String(Number(each.values[i].toPrecision(5))));
 const told = (i, of) => "case " + data.cases[i] + ": " + [...keys, of, column("status")].map((each) => each.name + " = " + word(each, i)).join(", ");
 const tone = (v, [lo, hi]) => shade(v, lo, lo < 0 && hi > 0 ? hi : hi + 0.35 * (hi - lo)); // the palest would not be seen as a line
-const colour = (of, ends, i) => (of.values[i] === null || failed(i) ? "#a61e28" : tone(of.values[i], ends));
+const colour = (of, ends, i) => (failed(i) ? "#a61e28" : of.values[i] === null ? "#aab2bd" : tone(of.values[i], ends));
 const distinct = (each) => [...new Set(each.values)].filter((v) => v !== null).sort((p, q) => p - q);
 // Ends of the cells of a grid about some values: halfway to the next ones.
 const cellEnds = (values) => {
