@@ -90,10 +90,15 @@ def test_no_cluster_at_an_address(
 
 
 @pytest.mark.slow
-def test_workers_that_are_killed_stopped_and_slow(tmp_path: Path) -> None:
-    """Nothing is lost, nothing waits for ever, and every digit is that of one process; two threads in each."""
+def test_workers_that_are_killed_stopped_and_slow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is lost, nothing waits for ever, and every digit is that of one process; two threads in each.
+
+    Workers keep what they prepare in the user's cache folder, as the command line does.
+    """
     from distributed import Client
 
+    monkeypatch.delenv("SITS_MECH_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     path, done_at = written(tmp_path, 400), []
     with cluster(4, 2, {"scheduler.worker-ttl": "30s"}) as found, Client(found) as client:  # imports may take 15 s
         killed, stopped, slow, _ = (worker.pid for worker in found.workers.values())
@@ -108,6 +113,7 @@ def test_workers_that_are_killed_stopped_and_slow(tmp_path: Path) -> None:
 
         try:
             data = sm.sweep(path, folder=tmp_path / "out", executor=client, progress=disturb)
+            assert str(tmp_path / "cache" / "sits-mech") in client.run(os.getenv, "SITS_MECH_CACHE").values()
         finally:
             with suppress(ProcessLookupError):
                 os.kill(stopped, signal.SIGCONT)
