@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from sits_mech.batch.adaptive import adaptively
@@ -23,6 +22,7 @@ from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.cases import DAMAGED, Progress, attempt, grid_points, no_table, save_table, sweep
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
+from sits_mech.readout.loads import point
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, key_unit, scene_hash
 from sits_mech.store import Row, case_name, opened
@@ -91,14 +91,12 @@ def keep_known(study: Study, folder: Path, before: tuple[Study, xr.Dataset], num
         return
     claim(folder, study)
     key, needed, had = keys(study), keys(replace(study, name=first.name)), keys(first)
-    dims = data["status"].dims
     with opened(folder) as cases:
         known = cases.names
-        for number, point in zip(numbers, grid_points(study.vary, study.combine), strict=True):
-            name = case_name(key(point), {})
-            if name not in known and needed(point) == had(point):
-                place = np.unravel_index(number, data["status"].shape)
-                row = data.isel(dict(zip(dims, map(int, place), strict=True)))
+        for number, own in zip(numbers, grid_points(study.vary, study.combine), strict=True):
+            name = case_name(key(own), {})
+            if name not in known and needed(own) == had(own):
+                row = point(data, number)
                 cases.put([(name, attempt(lambda row=row: with_quality(table_row(case_calibration(row)[1])), {}))])
 
 

@@ -41,9 +41,13 @@ def over_loads(data: xr.Dataset) -> tuple[str, ...]:
 
 def points(data: xr.Dataset) -> Iterator[xr.Dataset]:
     """Give the points of a table one by one, the last dimension running fastest."""
-    dims = data["status"].dims
-    for index in np.ndindex(data["status"].shape):
-        yield data.isel(dict(zip(dims, index, strict=True)))
+    return (point(data, number) for number in range(data["status"].size))
+
+
+def point(data: xr.Dataset, number: int) -> xr.Dataset:
+    """Return a point of a table by its number, from 0 on."""
+    index = np.unravel_index(number, data["status"].shape)
+    return data.isel(dict(zip(data["status"].dims, map(int, index), strict=True)))
 
 
 def wrench_of(row: xr.Dataset) -> Wrench:

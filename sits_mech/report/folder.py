@@ -13,7 +13,7 @@ import numpy as np
 from sits_mech.batch.tables import SWEPT, case_calibration
 from sits_mech.cases import glance, read_table
 from sits_mech.quantities import WRENCH
-from sits_mech.readout.loads import points
+from sits_mech.readout.loads import point
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.status import ANSWERED, INTERPOLATED, UNFINISHED
 from sits_mech.store import STORE
@@ -123,7 +123,7 @@ def _check_version(attributes: Mapping[Any, Any], name: str) -> None:
 
 def _case(folder: Path, data: xr.Dataset, case: int) -> tuple[Sensor, xr.Dataset]:
     """Return sensor and table of a case of a sweep, or refuse one that has none."""
-    row = list(points(data))[case - 1]
+    row = point(data, case - 1)
     if "load_status" not in row or not row["load_status"].isin(ANSWERED).any():
         word = row["status"].item()
         why = word if word in (UNFINISHED, INTERPOLATED) else row["reason"].item() or "no load converged"

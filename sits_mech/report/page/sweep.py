@@ -23,6 +23,7 @@ from sits_mech.batch.tables import SWEPT
 from sits_mech.cases import read_table
 from sits_mech.labels import unit_of
 from sits_mech.quantities import Array
+from sits_mech.readout.loads import point
 from sits_mech.report.page.explorer import page_file, script_of
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table
@@ -131,9 +132,9 @@ def _column(data: xr.Dataset, name: str, values: Array) -> Record:
 
 def _failed_part(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]) -> str:
     """Return a table of failed cases, with the command that repeats each alone."""
-    dims, shape, lines = data["status"].dims, data["status"].shape, []
+    lines = []
     for number in failed[:_FAILED]:
-        row = data.isel(dict(zip(dims, map(int, np.unravel_index(number, shape)), strict=True)))
+        row = point(data, number)
         why = f"{point_name(row)}<br>{html.escape(row['status'].item())}: {html.escape(row['reason'].item())}"
         again = html.escape(command(row, files))
         lines.append(f"<tr><td>{number + 1}</td><td>{why}<br><code>{again}</code></td></tr>")

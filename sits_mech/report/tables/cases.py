@@ -11,7 +11,7 @@ from rich.table import Table
 from sits_mech.batch.tables import SWEPT
 from sits_mech.labels import unit_of
 from sits_mech.memory import GIB
-from sits_mech.readout.loads import points
+from sits_mech.readout.loads import point, points
 from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import point_name
 from sits_mech.report.tables.solves import column_table
@@ -83,13 +83,14 @@ def _heading(data: xr.Dataset, name: str) -> str:
 
 def case_failures(data: xr.Dataset) -> list[str]:
     """Return a line for each kind of reason why cases have no result: how many, the first of them, its reason."""
-    found: dict[str, list[xr.Dataset]] = {}
-    for row in points(data):
-        if row["status"].item() not in ANSWERED:
-            found.setdefault(kind_of(row["status"].item(), row["reason"].item()), []).append(row)
+    status, reason = (data[name].to_numpy().ravel().tolist() for name in ("status", "reason"))
+    found: dict[str, list[int]] = {}
+    for number, state in enumerate(status):
+        if state not in ANSWERED:
+            found.setdefault(kind_of(state, reason[number]), []).append(number)
     return [
-        f"{len(rows)} of {data['status'].size} cases, first {point_name(rows[0])}: {rows[0]['status'].item()}: "
-        f"{rows[0]['reason'].item()}" for rows in found.values()
+        f"{len(own)} of {len(status)} cases, first {point_name(point(data[['status']], own[0]))}: {status[own[0]]}: "
+        f"{reason[own[0]]}" for own in found.values()
     ]
 
 
