@@ -5,10 +5,10 @@
 for P processes, C sets of coils with their plates, D pads with their meshes and R loads that bring a pad to rest, each
 counted in every process that meets it, and N cases. A case prepares what none before it has: those that are tried take
 c and some of s, p, q and r, which are zero or more and follow by least squares; where no two cases share a rest, r is
-part of c. Tried are, at both ends of the run's order, a case, the next one, and the first ones with the next rest and
-the next pad; then in the middle, if those are less than half of the forecast, and at places between, as long as all are
-less than a fiftieth. What the disk holds of earlier preparations is not used. Neglected: what a case costs beside its
-solve (0.4 ms), and how cases differ between those that are tried.
+part of c. Tried are, at both ends of the run's order, a case, the next one, the first two with the next rest, whose
+second may prepare nothing, and the first with the next pad; then in the middle, if those are less than half of the
+forecast, and at places between, as long as all are less than a fiftieth. What the disk holds of earlier preparations is
+not used. Neglected: what a case costs beside its solve (0.4 ms), and how cases differ between those that are tried.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ def _places(order: Sequence[int], shared: Mapping[int, Shared]) -> Iterator[list
         here, later = shared[order[at]], [(index, shared[index]) for index in order[at + 1 :]]
         rests = (index for index, own in later if own[1:] != here[1:])
         pads = (index for index, own in later if own.pad != here.pad)
-        yield [*order[at : at + 2], *islice(rests, 1), *islice(pads, 1)]
+        yield [*order[at : at + 2], *islice(rests, 2), *islice(pads, 1)]
 
 
 def _shares() -> Iterator[float]:

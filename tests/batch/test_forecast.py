@@ -58,12 +58,12 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def test_steps_follow_from_a_few_cases(slow: list[float], tmp_path: Path) -> None:
-    """Two sets of coils, three pads with each, sixty cases: exactly what all of them take, from seven."""
+    """Two sets of coils, three pads with each, sixty cases: exactly what all of them take, from nine."""
     study = read_study(written(tmp_path, SIMULATE))
     found = forecast(study)
     assert found.steps == pytest.approx(ALONE, rel=1e-9, abs=1e-9) and found.counts() == (1, 2, 6, 60, 60)
     assert found.seconds() == pytest.approx(3.0 + 2 * 2.0 + 6 * 0.5 + 60 * 0.4)
-    assert found.tried == (7, pytest.approx(slow[0])) and found.kept == 0
+    assert found.tried == (9, pytest.approx(slow[0])) and found.kept == 0
     assert found.saved == pytest.approx((59 * 3.0, 58 * 2.0, 54 * 0.5, 0.0, 0.0), abs=1e-6)
 
 
