@@ -10,6 +10,9 @@ whether the table is that of a run without a stop. The same on a dask cluster of
 by chance, is killed every 10 s for two minutes. And the processor time of four workers over that of two and of one: on
 two cores four are as fast as two, by as much as that ratio is near one.
 
+What sharing saves is planned from some cases: of two thousand that differ in thickness, width and silicone, and of some
+of six coils that rest under the same loads, which are then run.
+
 Checked are counts and ratios, not seconds; the exit code is 1 where one is above its limit.
 Run ``python studies/batch_costs.py [--coarse] --output DIR``.
 """
@@ -37,6 +40,7 @@ import sits_mech as sm
 from sits_mech import cases
 from sits_mech.batch import run
 from sits_mech.batch.executors import workers
+from sits_mech.batch.forecast import forecast
 from sits_mech.batch.study import read_study
 from sits_mech.cases import read_table
 from sits_mech.store import STORE, Row, opened
@@ -61,6 +65,29 @@ fz = {{ from = "1 N", to = "4 N", count = {1} }}
 model = "planar"
 tolerance = {2}
 """
+SIMULATE = """
+scene = "biorob2018-w15"
+request = "simulate"
+[vary]
+"elastomer.material" = ["ecoflex-00-10", "ecoflex-00-30", "ecoflex-00-50"]
+"elastomer.thickness" = {{ from = "1.5 mm", to = "4 mm", count = 26 }}
+"target.width" = {{ from = "8 mm", to = "18 mm", count = 26 }}
+[fixed]
+fz = "1 N"
+{0}
+"""
+COILS = """
+scene = "biorob2018-w15"
+request = "simulate"
+[vary]
+"coils.C1.turns" = [8, 10, 12]
+frequency = ["3 MHz", "5 MHz"]
+"elastomer.thickness" = ["1.5 mm", "2 mm"]
+fz = ["1 N", "2 N"]
+[fixed]
+{0}
+"""
+COARSE = 'mechanics = "planar"\nmagnetics = "planar"\ntolerance = 0.1'
 Found = list[tuple[str, float, float]]
 """What, value, and its limit: NaN of none."""
 FREE = float("nan")
@@ -138,6 +165,20 @@ def two_processes(folder: Path, counts: tuple[int, int, float]) -> Found:
         ("processor, two [s]", both, FREE), ("two over one, idle cores", 2.0 * one / both, FREE),
         ("another table", float(not same(folder / "one", folder / "two")), 0.0),
     ]
+
+
+def sharing(folder: Path, fixed: str) -> Found:
+    """Return what cases that share coils, pads or rests take over those that are solved alone, planned and taken."""
+    rows, count = list[tuple[str, float, float]](), 0
+    for name, text, most in (("thickness, width, silicone", SIMULATE, 0.6), ("coils and loads", COILS, 0.6)):
+        path, out = written(folder, f"shared-{count}", text.format(fixed))
+        plan = forecast(read_study(path))
+        whole = plan.seconds()
+        rows += [(f"{name}: cases", plan.cases, FREE), (f"{name}: planned [s]", whole, FREE)]
+        rows += [(f"{name}: over the sum of single ones", whole / (whole + sum(plan.saved)), most)]
+        count += 1
+    taken = timed(path, out)
+    return [*rows, (f"{name}: taken [s]", taken, FREE), (f"{name}: taken over planned", taken / whole, FREE)]
 
 
 def same(one: Path, other: Path) -> bool:
@@ -234,7 +275,8 @@ def main() -> int:
     coarse, folder = study_arguments(__doc__ or "")
     found = [
         *(overhead(folder, (10, 20), 0.5) if coarse else overhead(folder, (160, 210), 0.2)),
-        *two_processes(folder, (3, 2, 3e-2) if coarse else (8, 6, 3e-3)),
+        *two_processes(folder, (3, 2, 3e-2) if coarse else (16, 8, 3e-3)),
+        *sharing(folder, COARSE if coarse else ""),
         *killed(folder, (10, 20) if coarse else (40, 40), 3 if coarse else 20),
         *(workers_killed(folder, (10, 20), 4.0, 2) if coarse else workers_killed(folder, (80, 70), 10.0, 12)),
         *([] if coarse else worker_counts(folder, (60, 50))),
