@@ -61,7 +61,8 @@ def plan_table(plan: Forecast, asked: str, processes: int, *, cluster: bool = Fa
     names = ("processes", "coils and plates", "pads", "rests", "cases")
     for row in zip(names, plan.counts(processes), plan.steps, plan.saved, strict=True):
         name, count, each, saved = row
-        found.add_row(name, f"{count:g}", f"{each:.3g}", f"{count * each:.3g}", f"{saved:.3g}")
+        if each or name == "cases":
+            found.add_row(name, f"{count:g}", f"{each:.3g}", f"{count * each:.3g}", f"{saved:.3g}")
     memory = "" if plan.memory is None else f", {(processes + (processes > 1)) * plan.memory / GIB:.2g} GiB"
     wall, where = plan.wall(processes, processes if cluster else None), "on {} workers" if cluster else "with -j {}"
     found.caption = (
