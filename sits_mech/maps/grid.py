@@ -43,7 +43,6 @@ _TIE = 1.001  # of sizes: those that symmetry makes alike differ by less, by rou
 _LEAST = 0.25  # of the largest range of an output, what every output is taken to have: solvers own to as much error
 
 
-
 @dataclass(frozen=True)
 class SolvedPart:
     """A grid solved at some of its points, which predict the others."""
