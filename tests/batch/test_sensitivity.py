@@ -65,9 +65,9 @@ def test_what_has_no_indices(table: xr.Dataset) -> None:
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """From study to table and JSON: pressed straight, depth goes with the force, not with the target's thickness."""
     monkeypatch.chdir(tmp_path)
-    text = 'scene = "biorob2018"\nrequest = "pose"\ncombine = "saltelli"\nsamples = 64\n[vary]\n'
+    text = 'scene = "biorob2018"\nrequest = "pose"\ncombine = "saltelli"\nsamples = 32\n[vary]\n'
     text += 'fz = { from = "0.5 N", to = "1.5 N" }\n"target.thickness" = { from = 2e-4, to = 3e-4 }\n'
-    Path("study.toml").write_text(text + '[fixed]\nmodel = "linear"\ntolerance = 0.1\n')
+    Path("study.toml").write_text(text + '[fixed]\nmodel = "closed-form"\n"target.width" = "20 mm"\n')
     assert run(["sweep", "study.toml", "-o", "out", "--accept"]) == 0
     capsys.readouterr()
     assert run(["sensitivity", "out", "--of", "d_v"]) == 0
