@@ -214,13 +214,20 @@ class Browser:
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def one_browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     """One browser for all tests."""
     if not CHROMIUM:
         pytest.skip("no browser: needs chromium (Debian: apt-get install chromium)")
     found = Browser(tmp_path_factory.mktemp("profile"))
     yield found
     found.close()
+
+
+@pytest.fixture
+def browser(one_browser: Browser) -> Iterator[Browser]:
+    """That browser; no page stays open after a test, which might go on drawing through all those that follow."""
+    yield one_browser
+    one_browser.ask("Page.navigate", url="about:blank")
 
 
 @pytest.fixture(scope="session")

@@ -79,9 +79,10 @@ def test_a_funnel_from_calibrations_to_exports(
 
 def test_a_stage_may_change_what_is_fixed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Of the scene too; what the next request does not know is left out; with none left the exit code is 3."""
-    text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0.5 N", "1 N"]\n[fixed]\nmodel = "linear"\n'
+    text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0.5 N", "1 N"]\n[fixed]\n"target.width" = "20 mm"\n'
+    text += 'model = "closed-form"\n'
     text += '[[then]]\nlargest = "d_v"\ncount = 1\nrequest = "pose"\nfixed."elastomer.thickness" = "4 mm"\n'
-    text += '[[then]]\nrequest = "simulate"\nfixed = { mechanics = "linear", magnetics = "planar" }\n'
+    text += '[[then]]\nrequest = "simulate"\nfixed = { mechanics = "closed-form", magnetics = "planar" }\n'
     path, out = written(tmp_path, text), tmp_path / "out"
     assert run(["sweep", str(path), "-o", str(out), "--accept"]) == 0
     first, second, third = (read_table(out / place / "result.nc") for place in (".", "then-1", "then-2"))

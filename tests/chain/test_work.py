@@ -33,9 +33,10 @@ def test_factorisations_of_a_load(name: str, load: tuple[float, float], most: in
     assert 0 < len(counted) <= most and max(counted) < 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "F_x", "F_z", "most"),
-    [("biorob2018-w15", 0.7, 2.8, 120), pytest.param("biorob2018", 0.4, 1.6, 135, marks=pytest.mark.slow)],
+    [("biorob2018-w15", 0.7, 2.8, 120), ("biorob2018", 0.4, 1.6, 135)],
 )
 def test_factorisations_of_a_table(name: str, F_x: float, F_z: float, most: int, counted: list[int]) -> None:
     """Loads and tolerance by default: 114 and 127, none of a mesh beyond the third."""

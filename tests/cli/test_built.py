@@ -1,8 +1,12 @@
 """The command for a built sensor: a plan, readings of five lines, the corrected calibration that others read."""
 
+import contextlib
+import io
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,11 +17,20 @@ from sits_mech.analysis.built.prior import prior_of
 from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
+from sits_mech.disk_cache import VARIABLE
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import Sensor, load_sensor, save_sensor
 
 LOADS = np.array([[0.0, 0.0], [0.3, 0.0], [0.3, 1.2], [-0.3, 1.2], [0.0, 0.6]])
 Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep what a layer does as it is changed from command to command, as they do for a user."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(tmp_path_factory.mktemp("kept")))
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +59,15 @@ def _written(path: Path, sensor: Sensor, data: xr.Dataset, *, factor: float = 1.
     path.write_text("\n".join(rows) + "\n")
 
 
+@pytest.fixture(scope="module")
+def adapted(made: Path) -> tuple[Path, dict[str, Any]]:
+    """The folder that the command writes of the readings, and the JSON object that it prints."""
+    built, printed = made.parent / "adapted", io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        assert run(["adapt", str(made), "--bench", str(made.parent / "bench.csv"), "-o", str(built), "--json"]) == 0
+    return built, json.loads(printed.getvalue())
+
+
 def test_a_plan_says_what_its_loads_bring(made: Path, capsys: Capture) -> None:
     """As JSON and in words; a rig has its own loads."""
     assert run(["adapt", str(made), "--plan", "3", "--rig", "weights", "--json"]) == 0
@@ -56,37 +78,41 @@ def test_a_plan_says_what_its_loads_bring(made: Path, capsys: Capture) -> None:
     assert "These 2 loads bring the error of F_x from" in capsys.readouterr().out
 
 
-def test_five_lines_make_a_corrected_calibration(made: Path, capsys: Capture, tmp_path: Path) -> None:
+def test_five_lines_make_a_corrected_calibration(
+    made: Path, adapted: tuple[Path, dict[str, Any]], capsys: Capture
+) -> None:
     """The sensor is found; its folder is one that is read as a calibration, with a picture of what was found."""
-    bench, built = made.parent / "bench.csv", tmp_path / "built"
-    assert run(["adapt", str(made), "--bench", str(bench), "-o", str(built), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    built, found = adapted
     assert found["unknowns"]["modulus"]["value"] == pytest.approx(0.85, abs=0.1)
     assert found["p_value"] > 0.05 and found["mistake"] == ""
     assert found["force_error"]["F_z"] < 0.3 * found["force_error_before"]["F_z"]
     sensor, data = read_calibration(built)
     assert (built / "adapted.png").stat().st_size > 10_000
     assert sensor.elastomer.silicone.source == "adapted to readings" and float(data["F_z"].max()) < 2.0
-    assert run(["adapt", str(made), "--bench", str(bench)]) == 0
+    assert run(["adapt", str(made), "--bench", str(made.parent / "bench.csv")]) == 0
     assert "such a sensor" in capsys.readouterr().out
 
 
-def test_constants_of_the_unit_are_written(made: Path, capsys: Capture, tmp_path: Path) -> None:
+def test_constants_of_the_unit_are_written(
+    made: Path, adapted: tuple[Path, dict[str, Any]], tmp_path: Path
+) -> None:
     """With the adapted calibration, for the header of the one that was adapted."""
-    built = tmp_path / "built"
-    assert run(["adapt", str(made), "--bench", str(made.parent / "bench.csv"), "-o", str(built)]) == 0
     assert run(["export", str(made), "--to", "c", "-o", str(tmp_path / "sensor.h")]) == 0
     identity = re.search(r"SITS_ID UINT32_C\((0x[0-9A-F]{8})\)", (tmp_path / "sensor.h").read_text())[1]
-    text = (built / "unit.h").read_text()
+    text = (adapted[0] / "unit.h").read_text()
     assert f"#define SITS_UNIT {{UINT32_C({identity}), " in text and "on 90 % of loads: F_x 0." in text
+
+
+def units_of(made: Path) -> str:
+    """Return the lines of two units that show the readings."""
+    rows = (made.parent / "bench.csv").read_text().splitlines()
+    return "\n".join([f"unit, {rows[0]}", *(f"A{k}, {row}" for k in (1, 2) for row in rows[1:])])
 
 
 def test_units_of_a_lot_tell_of_the_next(made: Path, capsys: Capture, tmp_path: Path) -> None:
     """Shared unknowns, each unit, errors and yields; files that adapt and firmware go on from."""
-    rows = (made.parent / "bench.csv").read_text().splitlines()
-    units = [f"unit, {rows[0]}", *(f"A{k}, {row}" for k in (1, 2) for row in rows[1:])]
     bench, lot = tmp_path / "units.csv", tmp_path / "lot"
-    bench.write_text("\n".join([*units, "B, 0.3, 0.5, 9.9, 9.9"]) + "\n")
+    bench.write_text(units_of(made) + "\nB, 0.3, 0.5, 9.9, 9.9\n")
     assert run(["lot", str(made), "--bench", str(bench), "--within", "modulus=2 %", "-o", str(lot), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["unknowns"]["modulus"]["deviation"] < 0.2 * found["unknowns"]["modulus"]["known_deviation"]
@@ -102,6 +128,13 @@ def test_units_of_a_lot_tell_of_the_next(made: Path, capsys: Capture, tmp_path: 
     assert run(["adapt", str(made), "--plan", "1", "--lot", str(lot / "lot.json"), "--json"]) == 0
     helped = json.loads(capsys.readouterr().out)
     assert helped["errors"]["F_z"][0] < 0.5 * alone["errors"]["F_z"][0]
+
+
+@pytest.mark.slow
+def test_a_lot_is_told_to_a_reader(made: Path, capsys: Capture, tmp_path: Path) -> None:
+    """Two units alike; what share of units stays within a limit."""
+    bench = tmp_path / "units.csv"
+    bench.write_text(units_of(made) + "\n")
     assert run(["lot", str(made), "--bench", str(bench), "--limit", "5 %"]) == 0
     assert "within 5 %" in capsys.readouterr().out
 
@@ -116,6 +149,7 @@ def test_what_is_read_in_use(made: Path, capsys: Capture) -> None:
     assert "drifted" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_readings_of_another_sensor_are_told(made: Path, capsys: Capture, tmp_path: Path) -> None:
     """What probably went wrong is named; refused where that is asked for."""
     bench = tmp_path / "kilograms.csv"

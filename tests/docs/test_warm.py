@@ -4,9 +4,11 @@ import os
 import subprocess
 from pathlib import Path
 
+import pytest
 from warm import started
 
 
+@pytest.mark.slow
 def test_a_command_is_answered_as_by_itself(tmp_path: Path) -> None:
     """In its folder, its streams apart, with its exit code; twice the same, and the path is as before afterwards."""
     asked = 'sits-mech pose mine.toml --json > out.json 2> err.txt; echo "$?"; sits-mech catalog | head -n 1'

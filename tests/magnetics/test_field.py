@@ -41,7 +41,7 @@ def _shares(found: Impedance, delta_L: np.ndarray, R: np.ndarray) -> tuple[float
     return error / largest, np.abs(np.diag(found.R) / R - 1).max(), found.error_L.max() / largest
 
 
-@pytest.mark.parametrize("row", ISOLATED)
+@pytest.mark.parametrize("row", [*ISOLATED[:2], *(pytest.param(row, marks=pytest.mark.slow) for row in ISOLATED[2:])])
 def test_isolated_plate_reference(sensor: Sensor, row: tuple[float, ...]) -> None:
     d_h, d_v, frequency, L1, L2, M, R1, R2 = row
     found = planar_fem(sensor).impedance(Pose(d_h * 1e-3, d_v * 1e-3), frequency)
@@ -51,7 +51,7 @@ def test_isolated_plate_reference(sensor: Sensor, row: tuple[float, ...]) -> Non
     assert error <= estimate <= 1e-3
 
 
-@pytest.mark.parametrize("radius, L1, M, R1", FREE)
+@pytest.mark.parametrize("radius, L1, M, R1", [FREE[0], pytest.param(*FREE[1], marks=pytest.mark.slow)])
 def test_free_net_current_reference(sensor: Sensor, radius: float, L1: float, M: float, R1: float) -> None:
     free = changed(sensor, ['target.net_current="free"', f'target.planar_boundary_radius="{radius} mm"'])
     found = planar_fem(free).impedance(Pose(0.0, 2e-3), 5e6)
@@ -123,14 +123,14 @@ def test_reciprocity_to_rounding(sensor: Sensor) -> None:
     "overrides, d_v, frequency",
     [
         (['target.thickness="5 um"'], 2e-3, 1.0),
-        (['target.thickness="5 um"'], 2e-3, 1e8),
+        pytest.param(['target.thickness="5 um"'], 2e-3, 1e8, marks=pytest.mark.slow),
         (['target.thickness="5 mm"'], 2e-3, 1e8),
         ([], 5e-5, 5e6),
         ([], 5e-2, 1e8),
-        (['target.width="0.5 mm"'], 2e-3, 5e6),
-        (['elastomer.width="0.2 m"', 'target.width="100 mm"'], 2e-3, 1e8),
-        (['target.conductivity="1e3 S/m"'], 2e-3, 1e8),
-        (['target.conductivity="1e9 S/m"'], 2e-3, 1e8),
+        pytest.param(['target.width="0.5 mm"'], 2e-3, 5e6, marks=pytest.mark.slow),
+        pytest.param(['elastomer.width="0.2 m"', 'target.width="100 mm"'], 2e-3, 1e8, marks=pytest.mark.slow),
+        pytest.param(['target.conductivity="1e3 S/m"'], 2e-3, 1e8, marks=pytest.mark.slow),
+        pytest.param(['target.conductivity="1e9 S/m"'], 2e-3, 1e8, marks=pytest.mark.slow),
         (["target.relative_permeability=1e4"], 2e-3, 1.0),
         pytest.param(["target.relative_permeability=1e4"], 2e-3, 5e6, marks=pytest.mark.slow),
     ],

@@ -106,6 +106,7 @@ def test_moduli_from_readings() -> None:
     assert np.log(s) / np.log(1.05) == pytest.approx(0.5, abs=0.03)
 
 
+@pytest.mark.slow
 def test_pressed_cylinder_after_two_of_its_points() -> None:
     """Ecoflex 00-30: repeated tests differ by 2.6 %; a cylinder that slides freely, adapted alike, misses by more."""
     one = pressed("ecoflex-00-30")
@@ -126,6 +127,7 @@ def test_compressed_discs_by_their_shear_modulus() -> None:
     assert apparent(30, np.zeros(1)) == pytest.approx(0.92, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_pulled_disc_with_its_machine() -> None:
     """Two points give the machine's compliance, which another gives as 1/(1930 N/mm); two more are predicted to 2 %."""
     one, compliance = pulled()

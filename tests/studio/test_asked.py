@@ -81,7 +81,7 @@ def test_lines_over_the_explorer(base: Solved, judged: Judged) -> None:
 
 def test_figures_solved_as_a_design_is(base: Solved, asked: Requirements) -> None:
     """With errors by tolerances, at the loads of the requirements; nothing of it stands beyond these loads."""
-    found = Judged(True, asked, *Figures(base.sensor, (), ("auto", "auto", 0.1), asked).answer(lambda *_: None))
+    found = Judged(True, asked, *Figures(base.sensor, (), ("linear", "planar", 0.1), asked).answer(lambda *_: None))
     rows = {each.name: each for each in found.rows}
     assert rows["error.F_z"].value > 0.0 and rows["strain"].limit is not None and found.share.value <= 1.0
     assert "sensors that hold all" in rows_html(found)

@@ -68,10 +68,10 @@ def test_a_finer_answer_goes_on_from_the_meshes_before(factors: list[int]) -> No
     coarse = simulated()
     before = max(factors)
     factors.clear()
-    fine = simulated(tolerance=3e-3)
+    fine = simulated(tolerance=3e-2)
     assert factors and min(factors) > before
     other_pad()
-    assert shown(simulated(tolerance=3e-3)) == shown(fine) != shown(coarse)
+    assert shown(simulated(tolerance=3e-2)) == shown(fine) != shown(coarse)
 
 
 @pytest.mark.parametrize("change", ['elastomer.material="ecoflex-00-50"', 'target.width="12 mm"'])

@@ -107,6 +107,7 @@ def test_a_whole_mesh_bears_all_six_components(tmp_path, box):
     np.testing.assert_allclose(across.pose.centre[[1, 0, 2]], along.pose.centre, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_pose_and_its_error(box):
     """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe; two layers of hexahedra, divided."""
     found = block_pad(scene(box)).equilibrium(Wrench(F_z=13.0))
