@@ -191,7 +191,8 @@ def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
 
 def test_simulate_joins_both(capsys: Capture) -> None:
     """Pose and impedance of one load, and their signals."""
-    found = answer(capsys, "simulate", "biorob2018", "--fx", "-0.5 N", "--fz", "2 N", "--tolerance", "0.1")
+    load = ("--fx", "-0.2 N", "--fz", "1 N")
+    found = answer(capsys, "simulate", "biorob2018", *load, "--tolerance", "0.1")
     assert set(found) >= {"pose", "wrench", "L", "R", "L0", "relative", "signals", "report"}
     assert set(found["report"]) == {"mechanics", "magnetics"}
     whats = {half: " ".join(report["left_out"]) for half, report in found["report"].items()}

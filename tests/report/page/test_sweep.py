@@ -25,6 +25,7 @@ dv = ["1 mm", "0.3 mm", "3 mm"]
 alpha = "4 deg"
 model = "planar"
 tolerance = 1e-2
+frequency = "5 kHz"
 """
 
 
