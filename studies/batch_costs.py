@@ -278,7 +278,7 @@ def main() -> int:
         *two_processes(folder, (3, 2, 3e-2) if coarse else (16, 8, 3e-3)),
         *sharing(folder, COARSE if coarse else ""),
         *killed(folder, (10, 20) if coarse else (40, 40), 3 if coarse else 20),
-        *(workers_killed(folder, (10, 20), 4.0, 2) if coarse else workers_killed(folder, (80, 70), 10.0, 12)),
+        *(workers_killed(folder, (10, 20), 4.0, 2) if coarse else workers_killed(folder, (80, 150), 10.0, 12)),
         *([] if coarse else worker_counts(folder, (60, 50))),
     ]
     rows = [{"what": what, "value": value, "limit": "" if limit != limit else limit} for what, value, limit in found]
