@@ -115,7 +115,8 @@ class _Work:
                 self.equal.setdefault(name, []).append(index)
             else:
                 yield index, row
-        groups = grouped(self.points, [each[0] for each in self.equal.values()], group)
+        firsts = [each[0] for each in self.equal.values()]
+        groups = grouped({index: () if group is None else group(self.points[index]) for index in firsts})
         if executor is not None:
             yield from self._spread(executor, chunk, groups)
             return
@@ -181,11 +182,10 @@ class _Work:
         return [(other, row) for index, row in found for other in self.equal[self.names[index]]]
 
 
-def grouped(points: Sequence[Row], numbers: Iterable[int], group: Group | None) -> list[list[int]]:
-    """Return the numbers of points by what they share, in the order of the calls; without a group all together."""
+def grouped(shared: Mapping[int, tuple[Hashable, ...]]) -> list[list[int]]:
+    """Return the numbers of points by what they share, in the order of the calls."""
     parts, sizes, ranks = dict[tuple[Hashable, ...], list[int]](), Counter[Hashable](), dict[Hashable, int]()
-    for index in numbers:
-        key = () if group is None else group(points[index])
+    for index, key in shared.items():
         parts.setdefault(key, []).append(index)
         for first in itertools.accumulate((item,) for item in key):
             sizes[first] += 1

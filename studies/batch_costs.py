@@ -169,15 +169,14 @@ def two_processes(folder: Path, counts: tuple[int, int, float]) -> Found:
 
 def sharing(folder: Path, fixed: str) -> Found:
     """Return what cases that share coils, pads or rests take over those that are solved alone, planned and taken."""
-    rows, count = list[tuple[str, float, float]](), 0
-    for name, text, most in (("thickness, width, silicone", SIMULATE, 0.6), ("coils and loads", COILS, 0.6)):
-        path, out = written(folder, f"shared-{count}", text.format(fixed))
+    rows = list[tuple[str, float, float]]()
+    for name, text in (("thickness, width, silicone", SIMULATE), ("coils and loads", COILS)):
+        path, out = written(folder, f"shared by {name}", text.format(fixed))
         plan = forecast(read_study(path))
         whole = plan.seconds()
         rows += [(f"{name}: cases", plan.cases, FREE), (f"{name}: planned [s]", whole, FREE)]
-        rows += [(f"{name}: over the sum of single ones", whole / (whole + sum(plan.saved)), most)]
-        count += 1
-    taken = timed(path, out)
+        rows += [(f"{name}: over the sum of single ones", whole / (whole + sum(plan.saved)), 0.6)]
+    taken = timed(path, out)  # of the last
     return [*rows, (f"{name}: taken [s]", taken, FREE), (f"{name}: taken over planned", taken / whole, FREE)]
 
 

@@ -24,7 +24,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 54_462, "core lines": 32_587, "tokens": 468_276, "named numbers": 575, "branching functions": 118,
+    "lines": 54_462, "core lines": 32_587, "tokens": 468_271, "named numbers": 575, "branching functions": 118,
     "long signatures": 39, "skipped formats": 0, "large files": 3, "entered in space": 92, "entered in the plane": 76,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

@@ -103,7 +103,7 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
     shared = {index: study.shared(points[index]) for index in missing}
     rows, whole = dict[int, Row](), _counted(shared.values(), chunk)
     trial = _Trial(Case(study), len(whole.left[-1]) < whole.cases)
-    order = list(chain.from_iterable(grouped(points, missing, lambda point: study.shared(point).order)))
+    order = list(chain.from_iterable(grouped({index: own.order for index, own in shared.items()})))
     for near, share in zip(_places(order, shared), _shares(), strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
@@ -180,9 +180,9 @@ def _places(order: Sequence[int], shared: Mapping[int, Shared]) -> Iterator[list
     halves = (k / 2**level for level in range(1, 5) for k in range(1, 2**level, 2))
     for part in (0.0, 1.0, *halves) if order else ():
         at = round(part * max(len(order) - 2, 0))
-        here, later = shared[order[at]], [(index, shared[index]) for index in order[at + 1 :]]
-        rests = (index for index, own in later if own[1:] != here[1:])
-        pads = (index for index, own in later if own.pad != here.pad)
+        here, later = shared[order[at]], order[at + 1 :]
+        rests = (index for index in later if shared[index][1:] != here[1:])
+        pads = (index for index in later if shared[index].pad != here.pad)
         yield [*order[at : at + 2], *islice(rests, 2), *islice(pads, 1)]
 
 
