@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 import sys
+import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
@@ -36,6 +37,7 @@ Group = Callable[[Row], tuple[Hashable, ...]]
 Solve = Callable[[Iterable[int]], Iterator[tuple[int, Row]]]
 Choose = Callable[[Solve, Callable[[int, Row], None]], None]
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
+_ONE = threading.Lock()  # netCDF's library serves one thread at a time
 _FIRST, _APART = 10.0, 50.0  # seconds to the first snapshot; then as many times what it took, so that all take 2 %
 
 
@@ -308,26 +310,27 @@ class Columns:
 
 def save_table(dataset: xr.Dataset, path: Path) -> None:
     """Write a table of real numbers and strings as netCDF by an atomic rename; raise SceneError."""
-    from xarray.backends import H5NetCDFStore
+    from xarray.backends import NetCDF4DataStore
 
     dataset = dataset.copy()
     for name in dataset.coords:
         dataset[name].encoding["_FillValue"] = None  # CF allows coordinates none
-    with replaced(path) as other, closing(H5NetCDFStore.open(str(other), mode="w", lock=False)) as store:
+    with _ONE, replaced(path) as other, closing(NetCDF4DataStore.open(str(other), mode="w", lock=False)) as store:
         dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 
 
 DAMAGED = OSError, ValueError, LookupError, RuntimeError
-"""What HDF5 raises of files that are none, or damaged."""
+"""What netCDF raises of files that are none, or damaged."""
 
 
 def glance(path: Path) -> tuple[dict[str, Any], int]:
     """Return a table's attributes and number of cases, in a tenth of the time of `read_table`; raise as it does."""
-    import h5py
+    from netCDF4 import Dataset
 
     try:
-        with h5py.File(path) as file:
-            return dict(file.attrs), int(file["status"].size) if "status" in file else 0
+        with _ONE, Dataset(path) as file:
+            attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+            return attributes, int(file["status"].size) if "status" in file.variables else 0
     except DAMAGED as error:
         raise no_table(path, error) from None
 
@@ -342,6 +345,7 @@ def read_table(path: Path) -> xr.Dataset:
     import xarray as xr
 
     try:
-        return xr.load_dataset(path, engine="h5netcdf")
+        with _ONE:
+            return xr.load_dataset(path, engine="netcdf4")
     except DAMAGED as error:
         raise no_table(path, error) from None

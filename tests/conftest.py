@@ -74,12 +74,27 @@ def three_forces(calibrated: Path, tmp_path_factory: pytest.TempPathFactory) -> 
 
 @pytest.fixture(scope="session")
 def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a small calibration of biorob2018-w15, as the command leaves it: 5 shears, 4 normal forces."""
+    """The folder of a small calibration of biorob2018-w15, as the command leaves it: 5 shears, 4 normal forces.
+
+    One for all processes of a run: who comes first makes it, others wait.
+    """
     from sits_mech.cli.main import run
 
-    folder = tmp_path_factory.mktemp("calibrated") / "made"
-    loads = ("--fx", "-1 N:1 N:5", "--fz", "0 N:3 N:4", "--mechanics", "planar")
-    assert run(["calibrate", "biorob2018-w15", *loads, "--magnetics", "planar", "-o", str(folder)]) == 0
+    own = tmp_path_factory.getbasetemp()
+    root = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    folder, ended = root / "calibrated", root / "calibrated.ended"
+    try:
+        (root / "calibrated.begun").mkdir()
+    except FileExistsError:
+        while not ended.exists():
+            time.sleep(0.05)
+    else:
+        loads = ("--fx", "-1 N:1 N:5", "--fz", "0 N:3 N:4", "--mechanics", "planar")
+        try:
+            assert run(["calibrate", "biorob2018-w15", *loads, "--magnetics", "planar", "-o", str(folder)]) == 0
+        finally:
+            ended.touch()
+    assert (folder / "result.nc").exists()
     return folder
 
 

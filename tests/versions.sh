@@ -37,7 +37,7 @@ tried() { # WHICH PYTHON: install, run, say what came of it
     [ "$1" = newest ] || bounds "$venv/bin/python" >"$work/constraints"
     "$venv/bin/python" -m pip install -qq --disable-pip-version-check -c "$work/constraints" -e ".[test]"
     printf '\n== %s: %s\n' "$(basename "$venv")" "$("$venv/bin/python" -m pip list --disable-pip-version-check --format freeze |
-        grep -iE '^(numpy|scipy|scikit-fem|xarray|h5py|pydantic|pint|cyclopts|pandas|matplotlib|pyvista|gmsh)==' | tr '\n' ' ')"
+        grep -iE '^(numpy|scipy|scikit-fem|xarray|netCDF4|pydantic|pint|cyclopts|pandas|matplotlib|pyvista|gmsh)==' | tr '\n' ' ')"
     # shellcheck disable=SC2086 # a list of paths
     "$venv/bin/python" -m pytest -q -x -p no:cacheprovider $part
     "$venv/bin/sits-mech" simulate biorob2018 --fx "0.3 N" --fz "1 N" >/dev/null

@@ -135,7 +135,7 @@ def open_sweep(folder: str | Path) -> xr.Dataset:
     ({'fz': 2}, 'm')
     """
     try:
-        found = xr.open_dataset(Path(folder) / TABLE, engine="h5netcdf")
+        found = xr.open_dataset(Path(folder) / TABLE, engine="netcdf4")
     except DAMAGED as error:
         raise no_table(Path(folder) / TABLE, error) from None
     return found

@@ -17,7 +17,7 @@ from sits_mech.version import __version__
 
 _PARTS = {
     "numpy": "core", "scipy": "core", "scikit-fem": "core", "meshio": "core", "pydantic": "core", "pint": "core",
-    "xarray": "core", "h5netcdf": "core", "h5py": "core (h5netcdf writes through it)", "cyclopts": "core",
+    "xarray": "core", "netCDF4": "core", "cyclopts": "core",
     "rich": "core", "threadpoolctl": "core", "platformdirs": "core",
     "matplotlib": "pictures: pip install 'sits-mech[view]'",
     "pyvista": "3D views: pip install 'sits-mech[view]'",

@@ -5,15 +5,16 @@ Tables and slopes are kept between runs where the command line keeps what it pre
 
 from __future__ import annotations
 
-import io
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sits_mech.cases import read_table, save_table
 from sits_mech.disk_cache import kept
 from sits_mech.scene.sensor import Sensor, scene_hash, scene_text
 
@@ -150,12 +151,14 @@ def _kept(question: Question, make: Callable[[], xr.Dataset]) -> xr.Dataset:
 
     def pack(data: xr.Dataset) -> Mapping[str, Any]:
         """Return it as the bytes of its file."""
-        return {"table": np.frombuffer(data.to_netcdf(engine="h5netcdf"), dtype=np.uint8)}
+        with TemporaryDirectory() as folder:
+            save_table(data, Path(folder) / "table.nc")
+            return {"table": np.fromfile(Path(folder) / "table.nc", dtype=np.uint8)}
 
     def unpack(arrays: Mapping[str, Any]) -> xr.Dataset:
         """Return it from them."""
-        import xarray as xr
-
-        return xr.load_dataset(io.BytesIO(arrays["table"].tobytes()), engine="h5netcdf")
+        with TemporaryDirectory() as folder:
+            arrays["table"].tofile(Path(folder) / "table.nc")
+            return read_table(Path(folder) / "table.nc")
 
     return kept(("studio", question.key), make, pack, unpack, _ROOMS)

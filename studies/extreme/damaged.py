@@ -63,7 +63,7 @@ def damage_folder(dice: random.Random, folder: Path) -> None:
     (folder / "result.nc").unlink()
     try:
         data = dice.choice(TABLES)(dice, data.copy(deep=True))
-        data.to_netcdf(folder / "result.nc", engine="h5netcdf")
+        data.to_netcdf(folder / "result.nc", engine="netcdf4")
     except (ValueError, TypeError, KeyError, NotImplementedError):
         pass  # what xarray cannot write is cut short, or missing
 

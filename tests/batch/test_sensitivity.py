@@ -77,7 +77,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeyp
     assert found["keys"] == ["fz", "target.thickness"] and found["total_order"][0][1] == pytest.approx(0.0, abs=1e-9)
     assert found["total_order"][0][0] == pytest.approx(1.0, abs=0.3)
     assert run(["sensitivity", "nowhere", "--of", "d_v"]) == 2
-    data = xr.load_dataset("out/result.nc", engine="h5netcdf")
+    data = xr.load_dataset("out/result.nc", engine="netcdf4")
     assert data["target.thickness"].units == "m"
     save_table(data.assign_attrs(combine="zip"), Path("out/result.nc"))
     assert run(["sensitivity", "out", "--of", "d_v"]) == 2

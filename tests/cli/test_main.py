@@ -11,7 +11,7 @@ import sys
 import time
 from pathlib import Path
 
-import h5py
+import netCDF4
 import numpy as np
 import pytest
 from rich.table import Table
@@ -489,9 +489,8 @@ def test_a_default_grid_has_the_forces_that_the_coils_resolve() -> None:
 def test_what_has_more_forces_than_coils_is_not_exported(capsys: Capture, calibrated: Path, tmp_path: Path) -> None:
     """Neither header, page nor twin: at once, before a map is fitted."""
     copied = shutil.copytree(calibrated, tmp_path / "made")
-    with h5py.File(copied / "result.nc", "a") as file:
-        asked = json.loads(file.attrs["request"])
-        file.attrs["request"] = json.dumps(asked | {"F_y": [0.0, 1.0]})
+    with netCDF4.Dataset(copied / "result.nc", "a") as file:
+        file.request = json.dumps(json.loads(file.request) | {"F_y": [0.0, 1.0]})
     for form in ("c", "page", "twin"):
         said = refused(capsys, "export", str(copied), "--to", form, "-o", str(tmp_path / "out"))
         assert "coils: 2 cannot resolve 3 forces (F_x, F_z, F_y)" in said

@@ -72,7 +72,7 @@ def test_tables(named: Path, tmp_path: Path) -> None:
         heading, *rows = csv.reader(stream)
     assert {f"L[{a}][{b}]" for a in coils for b in coils} <= set(heading)
     assert all(len(row) == len(heading) for row in rows) and not any(cell[0] in "=+@" for cell in heading)
-    with xr.open_dataset(exported(named, "netcdf", tmp_path / "a.nc"), engine="h5netcdf") as data:
+    with xr.open_dataset(exported(named, "netcdf", tmp_path / "a.nc"), engine="netcdf4") as data:
         assert data["coil"].to_numpy().tolist() == coils
     book = openpyxl.load_workbook(exported(named, "xlsx", tmp_path / "a.xlsx"))
     assert not any(cell.data_type == "f" for sheet in book for row in sheet for cell in row)

@@ -59,7 +59,7 @@ def test_a_calibration_with_its_figures(data: xr.Dataset, tmp_path: Path) -> Non
     assert re.findall(r'(?:src|href)="(?!data:)', text) == []
     assert "http" not in text.replace("http://www.w3.org/2000/svg", "")
     save_table(data, tmp_path / "result.nc")
-    with xr.open_dataset(tmp_path / "result.nc", engine="h5netcdf") as read:
+    with xr.open_dataset(tmp_path / "result.nc", engine="netcdf4") as read:
         assert framed(show(read)) == text
 
 
