@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from skfem import Basis
@@ -73,11 +74,12 @@ def edges(mesh: MixedMesh, lines: list[Integers], count: int = 3) -> Surface:
 
 def facets_of(basis: Basis, facets: Integers, order: int = _ORDER) -> Surface:
     """Return the points of boundary faces of a solid, for polynomials of an order; all nodes of its basis are nodal."""
+    kind: Any = type(basis.elem)
     nodes, cells = basis.doflocs.T, basis.mesh.f2t[0, facets]
     found = []
     for local in range(len(basis.mesh.t2f)):
         own = cells[basis.mesh.t2f[local, cells] == facets]
-        shape, slope, weight = _reference_face(basis.elem, local, order)
+        shape, slope, weight = _reference_face(kind, local, order)
         there = np.abs(shape).max(axis=0) > 1e-9
         each = basis.element_dofs[there][:, own].T
         along = np.einsum("dpk,fki->dfpi", slope[:, :, there], nodes[each])
@@ -92,17 +94,11 @@ def facet_forms(basis: Basis, facets: Integers) -> tuple[Array, Array]:
 
     Faces and nodes are in the order of `facets_of`.
     """
-    cells, powers = basis.mesh.f2t[0, facets], np.vander([0.0, 0.5, 1.0], increasing=True)
-    a, b = (each.ravel() for each in np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], indexing="ij"))
-    forms, places, inverse = [], [], np.linalg.inv(powers)
+    kind: Any = type(basis.elem)
+    cells, forms, places = basis.mesh.f2t[0, facets], [], []
     for local in range(len(basis.mesh.t2f)):
         own = int(np.count_nonzero(basis.mesh.t2f[local, cells] == facets))
-        element, (origin, way) = basis.elem, _parameters(basis.elem, local)
-        X = origin[:, None] + way.T @ np.stack([a, b])
-        values = np.stack([np.broadcast_to(element.lbasis(X, i)[0], 9) for i in range(len(element.doflocs))])
-        there = np.abs(values).max(axis=1) > 1e-9
-        form = inverse @ values[there].reshape(-1, 3, 3) @ inverse.T
-        place = (element.doflocs[there] - origin) @ np.linalg.pinv(way)
+        form, place = _reference_forms(kind, local)
         forms.append(np.tile(form, (own, 1, 1, 1)))
         places.append(np.tile(place, (own, 1, 1)))
     return np.concatenate(forms), np.concatenate(places)
@@ -114,8 +110,10 @@ def _parameters(element: Element, local: int) -> tuple[Array, Array]:
     return corners[0], corners[[1, -1]] - corners[0]  # of a parallelogram
 
 
-def _reference_face(element: Element, local: int, order: int) -> tuple[Array, Array, Array]:
+@lru_cache(maxsize=64)
+def _reference_face(kind: type[Element], local: int, order: int) -> tuple[Array, Array, Array]:
     """Return values (p, n), slopes (2, p, n), weights (p,) at the Gauss points of an element's face."""
+    element = kind()
     origin, way = _parameters(element, local)
     points, weight = get_quadrature(element.refdom.brefdom, order)
     X = origin[:, None] + way.T @ points
@@ -123,3 +121,16 @@ def _reference_face(element: Element, local: int, order: int) -> tuple[Array, Ar
     shape = np.stack([np.broadcast_to(value, weight.shape) for value, _ in values], axis=-1)
     slope = np.stack([way @ np.asarray(each) for _, each in values], axis=-1)
     return shape, slope, weight
+
+
+@lru_cache(maxsize=16)
+def _reference_forms(kind: type[Element], local: int) -> tuple[Array, Array]:
+    """Return shape functions by powers (k, 3, 3), and parameters of nodes (k, 2), of an element's face."""
+    element, powers = kind(), np.vander([0.0, 0.5, 1.0], increasing=True)
+    origin, way = _parameters(element, local)
+    a, b = (each.ravel() for each in np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], indexing="ij"))
+    X, inverse = origin[:, None] + way.T @ np.stack([a, b]), np.linalg.inv(powers)
+    values = np.stack([np.broadcast_to(element.lbasis(X, i)[0], 9) for i in range(len(element.doflocs))])
+    there = np.abs(values).max(axis=1) > 1e-9
+    form = inverse @ values[there].reshape(-1, 3, 3) @ inverse.T
+    return form, (element.doflocs[there] - origin) @ np.linalg.pinv(way)
