@@ -48,6 +48,14 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give each process whole files: what the tests of a file share is made once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    return LoadFileScheduling(config, log)
+
+
 @pytest.fixture(scope="session")
 def three_forces(calibrated: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a calibration over F_x, F_z, F_y under a moment, made of the small one: L_v grows with F_y^2."""

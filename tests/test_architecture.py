@@ -22,7 +22,7 @@ RANKS = {
     **dict.fromkeys(("silicone", "maps"), 1),
     "readout": 2,
     "scene": 3,
-    **dict.fromkeys(("boards", "cases", "meshing", "store"), 4),
+    **dict.fromkeys(("boards", "cases", "meshing", "store", "tables"), 4),
     "geometry": 5,
     **dict.fromkeys(("mechanics", "magnetics"), 6),
     "chain": 7,

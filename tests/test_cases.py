@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.cases import Solve, glance, read_table, save_table, sweep
+from sits_mech.cases import Solve, sweep
 from sits_mech.quantities import SolveFailed, SolveReport
 from sits_mech.store import opened
 from sits_mech.units import SceneError
@@ -191,34 +191,6 @@ def test_points_that_share_something_are_neighbours() -> None:
     assert [b > 15.0 for _, b in asked] == [True] * 9 + [False] * 3
     assert asked[:4] == [(1.0, 20.0), (1.0, 30.0), (1.0, 40.0), (2.0, 20.0)]
     assert grouped.drop_vars("seconds").equals(sweep(product, dict(grouped.indexes)).drop_vars("seconds"))
-
-
-def test_tables_survive_the_disk(tmp_path: Path) -> None:
-    """Numbers, texts and missing values; nothing but the file is left behind."""
-    path = tmp_path / "result.nc"
-    found = sweep(root, GRID)
-    save_table(found, path)
-    assert read_table(path).identical(found) and os.listdir(tmp_path) == ["result.nc"]
-    with pytest.raises(SceneError, match="must be writable"):
-        save_table(found, tmp_path / "nowhere" / "result.nc")
-    with pytest.raises(SceneError, match="must be a table"):
-        read_table(tmp_path / "absent.nc")
-
-
-def test_damaged_tables_are_refused(tmp_path: Path) -> None:
-    """Whatever HDF5 raises where a byte is another one; numbers have no checksum."""
-    path, refused = tmp_path / "result.nc", 0
-    save_table(sweep(root, GRID), path)
-    sound = path.read_bytes()
-    for place in range(100, len(sound), len(sound) // 30):
-        path.write_bytes(sound[:place] + bytes([sound[place] ^ 255]) + sound[place + 1 :])
-        try:
-            glance(path)
-            read_table(path)
-        except SceneError as error:
-            assert "must be a table of this package; got: " in str(error)
-            refused += 1
-    assert refused > 0
 
 
 def test_arrays_of_different_lengths_are_filled_up() -> None:

@@ -19,13 +19,14 @@ from sits_mech.batch.adaptive import adaptively
 from sits_mech.batch.asked import Study
 from sits_mech.batch.requests import Variant, with_quality
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
-from sits_mech.cases import DAMAGED, Progress, attempt, grid_points, no_table, save_table, sweep
+from sits_mech.cases import Progress, attempt, grid_points, sweep
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.readout.loads import point
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, key_unit, scene_hash
 from sits_mech.store import Row, case_name, opened
+from sits_mech.tables import DAMAGED, no_table, save_table
 from sits_mech.units import si_label, si_unit
 from sits_mech.version import __version__
 

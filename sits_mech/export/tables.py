@@ -8,13 +8,13 @@ import math
 from pathlib import Path
 from typing import Any
 
-from sits_mech.cases import save_table
 from sits_mech.export.source import Source
 from sits_mech.labels import labelled, unit_of
 from sits_mech.readout.loads import fixed, varied
 from sits_mech.report.tables.loads import csv_text, figures
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import SceneError, scene_text
+from sits_mech.tables import save_table
 
 
 def write_csv(source: Source, path: Path) -> tuple[str, ...]:

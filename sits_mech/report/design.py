@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.cases import save_table
 from sits_mech.labels import labelled
 from sits_mech.quantities import SolveFailed, Wrench, as_jsonable
 from sits_mech.report.page.html import page_of
@@ -26,6 +25,7 @@ from sits_mech.scene.sensor import SceneError, Sensor, save_sensor, scene_text
 from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.requirements import Requirements
+from sits_mech.tables import save_table
 from sits_mech.version import __version__
 
 _CAPTIONS = {

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.batch.tables import SWEPT, case_calibration
-from sits_mech.cases import glance, read_table
 from sits_mech.quantities import WRENCH
 from sits_mech.readout.loads import point
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.status import ANSWERED, INTERPOLATED, UNFINISHED
 from sits_mech.store import STORE
+from sits_mech.tables import glance, read_table
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:

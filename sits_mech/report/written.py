@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from sits_mech.cases import save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import varied, wrench_of
@@ -23,6 +22,7 @@ from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor
 from sits_mech.status import ANSWERED
+from sits_mech.tables import save_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -66,6 +66,7 @@ def test_softening_opens_the_first_loop_alone() -> None:
     assert 0.0 < data.attrs["error_loop_L_v_percent"][0] < first
 
 
+@pytest.mark.slow
 def test_slow_cycles_have_no_viscous_loop_and_sudden_loads_find_a_stiffer_pad() -> None:
     """In a cycle a thousand times slower than the branch the sensor shows its static calibration."""
     scene = sensor(', prony=[{weight=0.3, time="1 ms"}]')

@@ -52,6 +52,7 @@ def test_a_coil_that_is_off(coil: int) -> None:
     assert said.endswith(f"of the range: coil C{coil + 1} (+1 %) alone is off, the other coils fit a load of the table")
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told() -> None:
     """Four coils, three forces: any coil explains it; all are off: none does; two coils, two forces: nothing."""
     forces = ("F_x", "F_y", "F_z")

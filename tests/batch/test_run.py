@@ -17,7 +17,6 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.batch import requests
 from sits_mech.batch.run import open_sweep, run_study
 from sits_mech.batch.study import read_study
-from sits_mech.cases import read_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.cli.main import run
@@ -25,6 +24,7 @@ from sits_mech.quantities import Pose, Wrench
 from sits_mech.readout.quality import quality
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import load_sensor
+from sits_mech.tables import read_table
 from sits_mech.units import SceneError
 
 HEAD = 'scene = "biorob2018"\nrequest = "inductance"\n'

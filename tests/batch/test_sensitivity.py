@@ -9,8 +9,8 @@ import xarray as xr
 
 from sits_mech.batch.samples import cube
 from sits_mech.batch.sensitivity import sensitivity
-from sits_mech.cases import save_table
 from sits_mech.cli.main import run
+from sits_mech.tables import save_table
 from sits_mech.units import SceneError
 
 COUNT = 1024
@@ -62,6 +62,7 @@ def test_what_has_no_indices(table: xr.Dataset) -> None:
         sensitivity(table.assign(q=table["q"] * np.nan), "q")
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """From study to table and JSON: pressed straight, depth goes with the force, not with the target's thickness."""
     monkeypatch.chdir(tmp_path)

@@ -8,9 +8,9 @@ import pytest
 from sits_mech.batch import requests
 from sits_mech.batch.run import open_sweep, run_study
 from sits_mech.batch.study import read_study
-from sits_mech.cases import read_table
 from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
+from sits_mech.tables import read_table
 from sits_mech.units import SceneError
 
 FIRST = """scene = "biorob2018"
@@ -77,6 +77,7 @@ def test_a_funnel_from_calibrations_to_exports(
     assert names >= {".nc", ".csv", ".toml"} and len([*place.glob("*.nc")]) == 2
 
 
+@pytest.mark.slow
 def test_a_stage_may_change_what_is_fixed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Of the scene too; what the next request does not know is left out; with none left the exit code is 3."""
     text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0.5 N", "1 N"]\n[fixed]\n"target.width" = "20 mm"\n'

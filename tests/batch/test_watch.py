@@ -9,9 +9,9 @@ import xarray as xr
 
 from sits_mech.batch.run import TABLE
 from sits_mech.batch.watch import is_taken, watched
-from sits_mech.cases import save_table
 from sits_mech.cli.main import run
 from sits_mech.store import opened
+from sits_mech.tables import save_table
 
 NOTHING = ["unfinished", ""]
 

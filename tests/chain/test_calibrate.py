@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.cases import read_table, save_table
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import _checked, calibrate
 from sits_mech.chain.interpolate import INTERPOLATED, loads_of
@@ -21,6 +20,7 @@ from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Impedance, Po
 from sits_mech.readout.calibration import calibration
 from sits_mech.report.tables.loads import figures
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
+from sits_mech.tables import read_table, save_table
 
 GRID = {"F_x": [-0.3, 0.3], "F_z": [0.5, 1.0], "F_y": [-0.2, 0.0, 0.2]}
 SLOPES = np.array([4e-4, -1e-4, 1.0, 4e-4, 1.0, 1.0])  # of the pose by the load
@@ -108,6 +108,7 @@ def test_a_table_beside_the_plane_comes_back_from_its_file(table: xr.Dataset, tm
 
 
 @pytest.mark.usefixtures("fakes")
+@pytest.mark.slow
 def test_every_component_at_its_place(sensor: Sensor, tmp_path: Path) -> None:
     """Sequences are dimensions in the order of a wrench, numbers coordinates where they are not zero."""
     data = calibrate(sensor, F_z=[1.0, 0.0], M_z=[2e-3], F_x=[-0.3, 0.3], F_y=[-0.2, 0.2], M=1e-3, M_x=0.0)

@@ -30,7 +30,9 @@ def found(sensor: Sensor) -> Gradient:
     return gradient(sensor, LOAD, NAMES, **PLANE)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [NAMES[0], *(pytest.param(name, marks=pytest.mark.slow) for name in NAMES[1:])]
+)
 def test_derivatives_are_those_of_differences(sensor: Sensor, found: Gradient, name: str) -> None:
     """Pose, L and signals of answers made anew, over a step of 1e-3: to 1e-5; R to 1e-4."""
     number, k = parameter(sensor, name), NAMES.index(name)

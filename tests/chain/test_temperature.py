@@ -32,7 +32,8 @@ def data() -> xr.Dataset:
     return calibrate(sensor(*COEFFICIENTS), F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], drift=True, **QUICK)
 
 
-@pytest.mark.parametrize("celsius", [pytest.param(20, marks=pytest.mark.slow), 50])
+@pytest.mark.slow
+@pytest.mark.parametrize("celsius", [20, 50])
 def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
     """Sum of the causes against answers made anew 10 and 20 K around, differences of fourth order: to 1e-4 of the most.
 

@@ -14,12 +14,12 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis.built.prior import prior_of
-from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.disk_cache import VARIABLE
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import Sensor, load_sensor, save_sensor
+from sits_mech.tables import save_table
 
 LOADS = np.array([[0.0, 0.0], [0.3, 0.0], [0.3, 1.2], [-0.3, 1.2], [0.0, 0.6]])
 Capture = pytest.CaptureFixture[str]
@@ -109,6 +109,7 @@ def units_of(made: Path) -> str:
     return "\n".join([f"unit, {rows[0]}", *(f"A{k}, {row}" for k in (1, 2) for row in rows[1:])])
 
 
+@pytest.mark.slow
 def test_units_of_a_lot_tell_of_the_next(made: Path, capsys: Capture, tmp_path: Path) -> None:
     """Shared unknowns, each unit, errors and yields; files that adapt and firmware go on from."""
     bench, lot = tmp_path / "units.csv", tmp_path / "lot"
@@ -139,6 +140,7 @@ def test_a_lot_is_told_to_a_reader(made: Path, capsys: Capture, tmp_path: Path) 
     assert "within 5 %" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_what_is_read_in_use(made: Path, capsys: Capture) -> None:
     """A look at rest, weights, a press to the stop: what each brings after a drift."""
     drift = "modulus=1+-0.1, lead=0+-10 nH"

@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 from rich.table import Table
 
-from sits_mech.cases import read_table
 from sits_mech.chain import models
 from sits_mech.chain.ladder import Rung
 from sits_mech.chain.models import mechanical_model
@@ -28,6 +27,7 @@ from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 from sits_mech.status import ANSWERED
+from sits_mech.tables import read_table
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -216,6 +216,7 @@ def test_answers_for_a_reader(capsys: Capture, tokens: tuple[str, ...]) -> None:
     assert err.startswith("planned: ") and err.count("\n") == 1 if tokens[0] == "simulate" else err == ""
 
 
+@pytest.mark.slow
 def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     """The tests run, so the core is there."""
     assert run(["doctor"]) == 0

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from sits_mech.cases import read_table
 from sits_mech.cli.main import run
+from sits_mech.tables import read_table
 
 QUICK = ["--mechanics", "linear", "--magnetics", "planar", "--tolerance", "0.1"]
 MATERIAL = (

@@ -14,11 +14,11 @@ import pytest
 import xarray as xr
 
 from sits_mech.boards.sexpr import read_expression
-from sits_mech.cases import save_table
 from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.written import write_calibration
 from sits_mech.scene.sensor import load_sensor, save_sensor, scene_text
+from sits_mech.tables import save_table
 
 NAMES = {
     "html, c": ("<!--<script>", "*/ #error /*??/"), "kicad, sheet": ('") (pad "\\', '=HYPERLINK("a";"b"),-1+1'),

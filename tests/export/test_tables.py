@@ -10,12 +10,12 @@ import openpyxl
 import pytest
 from scipy.io import loadmat
 
-from sits_mech.cases import read_table
 from sits_mech.export.formats import export, format_of, formats, plain_name
 from sits_mech.export.source import Source, resting_load, resting_pose
 from sits_mech.labels import unit_of
 from sits_mech.quantities import POSE, Pose, Wrench
 from sits_mech.report.folder import read_calibration
+from sits_mech.tables import read_table
 
 
 @pytest.fixture(scope="module")

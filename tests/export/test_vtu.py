@@ -84,6 +84,7 @@ def volume(points: np.ndarray, cells: np.ndarray) -> float:
     return found
 
 
+@pytest.mark.slow
 def test_a_pad_in_space(calibrated: Path, tmp_path: Path) -> None:
     """A calibration by the 3D pad is shown whole: volume at rest, bonded face with the target, coils as rings."""
     sensor, data = by_block(calibrated, {"F_x": [2], "F_z": [0, 2]})

@@ -119,7 +119,8 @@ def test_mirrored_pose_swaps_the_coils(sensor):
     np.testing.assert_allclose(there.R[:, ::-1, ::-1], here.R, rtol=1e-9)
 
 
-@pytest.mark.parametrize("free", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.slow
+@pytest.mark.parametrize("free", [False, True])
 def test_invariants_over_all_regimes(free):
     changes = ['target.net_current="free"', 'target.planar_boundary_radius="60 mm"'] if free else []
     sensor = load_sensor("biorob2018", changes)

@@ -110,6 +110,7 @@ def test_monotone_in_frequency_between_both_limits(sensor: Sensor) -> None:
     assert loss[1] == pytest.approx(100 * loss[0], rel=1e-5)  # (omega tau)^2 is 1e-7 here
 
 
+@pytest.mark.slow
 def test_reciprocity_to_rounding(sensor: Sensor) -> None:
     """Before symmetrising: the flux of coil 1 in coil 2 is that of coil 2 in coil 1, in every regime."""
     for overrides in ([], ["target.relative_permeability=200"], ['target.thickness="5 um"']):

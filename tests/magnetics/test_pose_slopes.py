@@ -13,7 +13,8 @@ from sits_mech.scene.sensor import load_sensor
 MM = 1e-3
 
 
-@pytest.mark.parametrize("height", [1.9, pytest.param(0.5, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("height", [1.9, 0.5])
 def test_one_answer_a_component_for_errors(height: float) -> None:
     """By one division, to a percent of the largest of each component, and steeper towards the coils."""
     sensor = load_sensor("biorob2018")

@@ -65,6 +65,7 @@ def test_small_perfect_disc_anywhere_in_space() -> None:
     np.testing.assert_allclose(z.L - z.L0, expected, rtol=3e-3)
 
 
+@pytest.mark.slow
 def test_scene_and_target_turned_together() -> None:
     """A quarter turn of everything about z is nothing; the rectangle, not square, is turned in its own axes."""
     along_x = load_sensor("biorob2018", ['target.length="6 mm"'])

@@ -102,6 +102,7 @@ def test_outline_of_a_mesh_file(name: str, corners: int, area: float | None) -> 
         assert abs(signed_area(outline.rim)) == pytest.approx(area, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_square_outline_as_rectangle() -> None:
     """Triangles against the structured division; the resistive regime is the harder for the inductance."""
     sensor = load_sensor("biorob2018")

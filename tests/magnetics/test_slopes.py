@@ -277,7 +277,7 @@ def test_lengths_refused(sensor: Sensor) -> None:
         slopes(sensor, Other(), pose, 5e6, components=(), lengths=["target.width"])
 
 
-@pytest.mark.parametrize("key", ["target.width", "target.thickness"])
+@pytest.mark.parametrize("key", ["target.width", pytest.param("target.thickness", marks=pytest.mark.slow)])
 def test_cells_that_stretch_have_smooth_answers(sensor: Sensor, key: str) -> None:
     """The coarsest division alone: differences over steps of one and four agree to what the steps leave, h^2."""
     model, pose, number = sheets(sensor, 5e-2), Pose(0.3 * MM, 2 * MM, 0.02), parameter(sensor, key)

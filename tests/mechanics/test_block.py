@@ -82,6 +82,7 @@ def test_meshes_follow_what_a_goal_takes_of_them(pad):
     assert going_on.report.iterations < from_rest.report.iterations
 
 
+@pytest.mark.slow
 def test_mirrored_load_from_a_neighbour_mirrors_the_pose(pad):
     here = pad.equilibrium(Wrench(1.2, 6.0, 2e-3))
     there = pad.equilibrium(Wrench(-1.2, 6.0, -2e-3), start=here)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from sits_mech.cases import read_table
 from sits_mech.cli.main import run
 from sits_mech.report.design import worst_load, write_design
 from sits_mech.report.pictures.design import design_pictures
@@ -23,6 +22,7 @@ from sits_mech.synthesis.requirements import requirements_of
 from sits_mech.synthesis.run import design
 from sits_mech.synthesis.solve import Solver
 from sits_mech.synthesis.space import Design
+from sits_mech.tables import read_table
 
 ASKED: dict[str, Any] = {
     "scene": "biorob2018", "loads": {"F_z": ["0 N", "0.4 N"]},

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.cases import read_table, save_table
 from sits_mech.cli.main import run
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.mechanics.layer import PlanarLayer
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.written import write_calibration
 from sits_mech.scene.sensor import changed, load_sensor, save_sensor
+from sits_mech.tables import read_table, save_table
 
 
 @pytest.fixture

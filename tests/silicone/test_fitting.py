@@ -80,6 +80,7 @@ def test_ogden_of_either_sign_and_three_terms(alpha: tuple[float, ...]) -> None:
         assert fit.constants[name] == pytest.approx(value, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_laws_do_not_ask_for_more_than_the_data_hold() -> None:
     """Neo-Hookean data: one Ogden term with alpha = 2, and no locking; both say so."""
     test = made("neo-hookean", EXACT["neo-hookean"])

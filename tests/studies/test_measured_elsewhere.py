@@ -119,6 +119,7 @@ def test_pressed_cylinder_after_two_of_its_points() -> None:
     assert 1.0 < s < 1.0 + one.spread  # the law is the softest of its sources
 
 
+@pytest.mark.slow
 def test_compressed_discs_by_their_shear_modulus() -> None:
     """E_c of the softest rubber from G alone within the 8 % of 2 IRHD; the table's E is E_c where S = 0."""
     one = compressed(30, 0.05)

@@ -79,6 +79,7 @@ def test_lines_over_the_explorer(base: Solved, judged: Judged) -> None:
     assert 0.0 < most <= 1.001 * max(figures[f"resolution.{name}"] for name in found.ranges)
 
 
+@pytest.mark.slow
 def test_figures_solved_as_a_design_is(base: Solved, asked: Requirements) -> None:
     """With errors by tolerances, at the loads of the requirements; nothing of it stands beyond these loads."""
     found = Judged(True, asked, *Figures(base.sensor, (), ("linear", "planar", 0.1), asked).answer(lambda *_: None))

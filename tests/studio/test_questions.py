@@ -23,6 +23,7 @@ def test_questions_are_told_apart() -> None:
     assert Table(sensor, LOADS, MODELS).key == each[0].key
 
 
+@pytest.mark.slow
 def test_a_table_is_kept_where_preparations_are(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Asked again, after a restart, it is read with all its digits and nothing is solved."""
     monkeypatch.setenv("SITS_MECH_CACHE", str(tmp_path))

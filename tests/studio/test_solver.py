@@ -63,6 +63,7 @@ def test_loads_that_the_pad_bears(solver: Solver) -> None:
     assert [name for name, _ in heard.wait("done")] == ["F_x", "F_z"]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_solved_and_a_process_that_is_killed(solver: Solver) -> None:
     """Each says so, and the next question is answered."""
     sensor, heard = load_sensor("biorob2018"), Heard()
@@ -91,6 +92,7 @@ def test_what_is_no_longer_wanted_is_stopped(solver: Solver) -> None:
     assert "done" not in [kind for _, kind, _ in slow.words] and solver._process[0] is process
 
 
+@pytest.mark.slow
 def test_what_another_tab_still_wants_is_answered(solver: Solver) -> None:
     """One of two tabs leaves while both wait for the same."""
     sensor, first, second = load_sensor("biorob2018"), Heard(), Heard()

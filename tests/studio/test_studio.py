@@ -75,6 +75,7 @@ def slid(browser: Browser, label: str, share: float) -> None:
         browser.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
 
+@pytest.mark.slow
 def test_a_slider_is_previewed_then_solved(page: Browser) -> None:
     """First dashed with what is left open, then the digits of `calibrate`; what was seen is there at once."""
     most = [float(page.run(f'document.querySelector("[aria-label=\\"largest {name} [N]\\"]").value'))
@@ -115,6 +116,7 @@ def test_keys_move_a_slider_and_a_solve_is_stopped(page: Browser) -> None:
     until(page, f"{CHIP} === 'solved'")
 
 
+@pytest.mark.slow
 def test_required_and_found(page: Browser) -> None:
     """Limits beside figures and as lines over the curves; a search shows its designs, and opens what it found."""
     pressed(page, "required", ".q-item")
@@ -173,6 +175,13 @@ def test_phone_and_console(page: Browser) -> None:
 def test_who_is_let_in(address: str) -> None:
     """Nobody without the token, by whatever path."""
     root = address.partition("?")[0]
+    for _ in range(200):  # until the server is there
+        try:
+            urllib.request.urlopen(root, timeout=10)
+        except urllib.error.HTTPError:
+            break
+        except urllib.error.URLError:
+            time.sleep(0.1)
     for path in ("", "_nicegui/", "../etc/passwd", "?token=wrong"):
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(root + path, timeout=10)

@@ -20,7 +20,6 @@ from sits_mech.batch.asked import SCENE
 from sits_mech.batch.requests import REQUESTS
 from sits_mech.batch.run import TABLE
 from sits_mech.batch.tables import SWEPT
-from sits_mech.cases import read_table
 from sits_mech.labels import unit_of
 from sits_mech.quantities import Array
 from sits_mech.readout.loads import point
@@ -31,6 +30,7 @@ from sits_mech.report.tables.cases import case_table
 from sits_mech.report.tables.loads import point_name
 from sits_mech.scene.files import write_text
 from sits_mech.status import ANSWERED, UNFINISHED, counted
+from sits_mech.tables import read_table
 
 _MOST = 300_000  # numbers in a page
 _FAILED = 200  # failed cases that are listed

@@ -77,6 +77,7 @@ def test_what_cannot_be_adapted_is_refused(prior: Prior) -> None:
         adapt(held, Measured(3.0 * LOADS, bench_of(prior).L, "far"))
 
 
+@pytest.mark.slow
 def test_samples_agree_with_the_approximation(prior: Prior) -> None:
     """Nearly linear in a few unknowns that readings determine: means and widths are those of 200 samples."""
     few = prior_of(prior.sensor, prior.data, ["modulus", "gap=0+-30 um", "alpha"])

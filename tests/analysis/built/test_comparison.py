@@ -10,7 +10,6 @@ import xarray as xr
 from sits_mech.analysis.bench import sensor_calibration, terminals
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.comparison import compare, tank_of
-from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.quantities import POSE, Impedance, Pose, SolveReport
@@ -21,6 +20,7 @@ from sits_mech.report.pictures.measured import comparison_figure
 from sits_mech.report.pictures.style import save_figure
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor
 from sits_mech.silicone.material import table_of
+from sits_mech.tables import save_table
 
 FACTOR, GAP, LEAD, NOISE = 0.87, 12e-6, 40e-9, 2e-11
 

@@ -37,6 +37,7 @@ def _kilograms(bench: Measured) -> Measured:
      pytest.param(_signed, "other sign|swapped", marks=pytest.mark.slow),
      pytest.param(_kilograms, "factor of 9.81: kilograms", marks=pytest.mark.slow)],
 )
+@pytest.mark.slow
 def test_slips_are_named(prior: Prior, slip, words: str) -> None:
     """Of readings that are far likelier without."""
     bench = slip(bench_of(prior, modulus=1.0, gap=4e-5, d_h=1e-4, alpha=0.02, lead=1e-8))

@@ -46,6 +46,7 @@ def test_what_a_unit_tells_is_without_what_was_known(prior: Prior) -> None:
     assert np.diagonal(again) == pytest.approx(np.diagonal(expected), rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_production_is_found(prior: Prior) -> None:
     """Of six units of one mix and one load cell: the next one is known far better, with that mix; each one's readings
     are of such a sensor, and one of another sensor does not count.

@@ -85,6 +85,7 @@ def test_few_polynomials_answer_as_all(nine: Sensor, monkeypatch: pytest.MonkeyP
     assert np.abs(few.L - every.L).max() > 0.0
 
 
+@pytest.mark.slow
 def test_order_of_coils_and_the_batch_play_no_part(nine: Sensor) -> None:
     """Permuted coils have permuted matrices; a pose alone, and coils alone, those of the batch; to rounding."""
     whole, order = solved(nine), np.random.default_rng(2).permutation(9)

@@ -58,6 +58,7 @@ def test_fixed_plate_without_target_is_a_target_in_its_place():
     assert z.report.notes[0].startswith("conductors.other: ")
 
 
+@pytest.mark.slow
 def test_far_neighbour_changes_nothing():
     """But the division: within twice the errors of both, which are estimates and no bounds."""
     one, R, alone = changes(scene())

@@ -53,7 +53,10 @@ def shown(found: Simulation) -> list[object]:
     return [*each, found.impedance.L.tolist(), found.signals.known, found.flags]
 
 
-@pytest.mark.parametrize("change", ['coils.C1.turns=8', 'frequency="2 MHz"', 'readout.converter="none"'])
+@pytest.mark.parametrize("change", [
+    'coils.C1.turns=8', pytest.param('frequency="2 MHz"', marks=pytest.mark.slow),
+    pytest.param('readout.converter="none"', marks=pytest.mark.slow),
+])
 def test_another_scene_of_the_same_pad_takes_its_rests(change: str, factors: list[int]) -> None:
     """No stiffness is factored again; the answer is that of a scene solved alone."""
     alone = shown(simulated(change))
@@ -74,7 +77,9 @@ def test_a_finer_answer_goes_on_from_the_meshes_before(factors: list[int]) -> No
     assert shown(simulated(tolerance=3e-2)) == shown(fine) != shown(coarse)
 
 
-@pytest.mark.parametrize("change", ['elastomer.material="ecoflex-00-50"', 'target.width="12 mm"'])
+@pytest.mark.parametrize("change", [
+    'elastomer.material="ecoflex-00-50"', pytest.param('target.width="12 mm"', marks=pytest.mark.slow),
+])
 def test_another_pad_is_solved(change: str, factors: list[int]) -> None:
     simulated()
     factors.clear()

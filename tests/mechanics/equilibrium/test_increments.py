@@ -99,6 +99,7 @@ def test_twice_as_many_increments_halve_what_is_left(monkeypatch):
     assert second < first / 1.7 < 1e-3 * np.linalg.norm(forces[-1])
 
 
+@pytest.mark.slow
 def test_what_comes_first_decides():
     """Pressed, then drawn, a block is held back from the first; drawn first, nothing held it; straight lies between."""
     body, end = standing(), (0.03, -0.05, 0.0)

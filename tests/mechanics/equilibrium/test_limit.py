@@ -84,6 +84,7 @@ def test_a_column_of_a_law_that_softens_is_pulled_to_its_largest_force(factor):
     assert 1.0 + end.state.q[1] < best.x + 0.01
 
 
+@pytest.mark.slow
 def test_a_limit_is_the_same_by_every_way_of_asking(column):
     """Whatever is asked in that direction, from rest or from a neighbour, with a little shear beside."""
     P, near = column_load(), column.equilibrium(Wrench(F_x=0.001, F_z=0.5 * column_load()))

@@ -84,7 +84,8 @@ def test_a_scene_of_twice_the_size_moves_twice_as_far(model: str) -> None:
 
 @pytest.mark.parametrize(
     ("model", "name"),
-    [pytest.param("block", "elastomer.thickness", marks=pytest.mark.slow), ("block", "elastomer.material.c20"),
+    [pytest.param("block", "elastomer.thickness", marks=pytest.mark.slow),
+     pytest.param("block", "elastomer.material.c20", marks=pytest.mark.slow),
      ("planar", "target.width"), ("linear layer", "elastomer.width")],
 )
 def test_derivatives_are_those_of_differences(model: str, name: str) -> None:
