@@ -60,7 +60,7 @@ class Wrench:
         return np.array([getattr(self, name) for name in WRENCH], dtype=np.float64)
 
     @property
-    def beside(self) -> tuple[str, ...]:
+    def out_of_plane(self) -> tuple[str, ...]:
         """Names of the components that leave the plane y = 0 and are not zero."""
         return tuple(name for name in WRENCH[3:] if getattr(self, name) != 0.0)
 
@@ -124,7 +124,7 @@ class Pose:
         return self.components[..., [4, 2, 5]]
 
     @property
-    def beside(self) -> tuple[str, ...]:
+    def out_of_plane(self) -> tuple[str, ...]:
         """Names of the components that leave the plane y = 0 and are not zero."""
         return tuple(name for name in POSE[3:] if np.any(np.asarray(getattr(self, name)) != 0.0))
 

@@ -13,8 +13,8 @@ def refuse_infinite(wrench: Wrench) -> None:
         raise ValueError(f"wrench: must be finite numbers, got {wrench}")
 
 
-def refuse_beside(model: str, given: Wrench | Pose, other: str) -> None:
+def refuse_out_of_plane(model: str, given: Wrench | Pose, other: str) -> None:
     """Raise ValueError for components that leave the plane y = 0 of a `model`; `other` is the model that can."""
-    if given.beside:
-        kind, names = ("wrench" if isinstance(given, Wrench) else "pose"), ", ".join(given.beside)
+    if given.out_of_plane:
+        kind, names = ("wrench" if isinstance(given, Wrench) else "pose"), ", ".join(given.out_of_plane)
         raise ValueError(f"{kind}: {names} must be zero for the model {model}, which is plane: ask for {other}")

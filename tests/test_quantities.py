@@ -30,8 +30,8 @@ def test_work_has_one_unit() -> None:
 
 def test_what_leaves_the_plane_is_named() -> None:
     """Zeros are in the plane, the others are told, of one pose or of any of many."""
-    assert Wrench(1.0, 2.0, 3.0).beside == () and Wrench(F_y=1e-9, M_z=-1.0).beside == ("F_y", "M_z")
-    assert Pose(0.0, 1e-3, d_y=np.array([0.0, 1e-6])).beside == ("d_y",)
+    assert Wrench(1.0, 2.0, 3.0).out_of_plane == () and Wrench(F_y=1e-9, M_z=-1.0).out_of_plane == ("F_y", "M_z")
+    assert Pose(0.0, 1e-3, d_y=np.array([0.0, 1e-6])).out_of_plane == ("d_y",)
 
 
 def test_arrays_become_json() -> None:

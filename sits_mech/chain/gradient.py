@@ -223,7 +223,7 @@ def shown_change(
 
     The errors of `shown`, shape (p, c, c), include the poses' errors; `quick` as for `pose_slopes`.
     """
-    components: Sequence[str] = POSE if pose.beside or np.any(moved.pose[:, 3:]) else POSE[:3]
+    components: Sequence[str] = POSE if pose.out_of_plane or np.any(moved.pose[:, 3:]) else POSE[:3]
     components = ("d_v",) if on_axis(field) else components
     _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick)
     ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))

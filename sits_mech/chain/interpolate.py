@@ -183,7 +183,7 @@ def _between(part: SolvedPart, settled: Mapping[Wrench, Settled], symmetry: Symm
             numbers[:, end] = np.nan  # not known of one, it is of none between
     sizes = np.clip(straight[:, :end], own.min(axis=0), own.max(axis=0)) + part.error
     plane = np.arange(end) < 3
-    sizes = np.where(plane | np.array([load.beside != () for load in loads])[:, None], sizes, 0.0)
+    sizes = np.where(plane | np.array([load.out_of_plane != () for load in loads])[:, None], sizes, 0.0)
     most = max(rest.report.estimated_error for rest in solved)
     report = SolveReport("interpolated", 0, 0, 0.0, most, 0.0, notes=(INTERPOLATED,))
     return {

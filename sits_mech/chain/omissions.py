@@ -167,7 +167,7 @@ def omissions(
         reason = "slow load on virgin material; ask for simulate --history, or cycle"
         size = history_share(silicone)
         found.append(Omission("rate and history of the silicone", reason, size, half="mechanics", asked=False))
-    if loads and symmetry_of(sensor).mirrored and not any(load.F_x or load.M or load.beside for load in loads):
+    if loads and symmetry_of(sensor).mirrored and not any(load.F_x or load.M or load.out_of_plane for load in loads):
         found.append(Omission("out-of-plane displacement and rotation", "scene and load are symmetric"))
     elif (own := len(symmetry_of(sensor).without_images(loads))) < len(set(loads)):
         reason = f"pad and target are symmetric: {own} of {len(set(loads))} loads are solved, the others mirrored"

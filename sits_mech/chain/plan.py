@@ -39,7 +39,7 @@ _LEAVES = "no other model has out-of-plane displacements, and one model answers 
 
 def leaving(given: Sequence[Wrench] | Sequence[Pose]) -> tuple[str, ...]:
     """Return the names of the components of loads or poses that leave the plane y = 0."""
-    return tuple(sorted({name for each in given for name in each.beside}))
+    return tuple(sorted({name for each in given for name in each.out_of_plane}))
 
 
 def choose_mechanics(

@@ -224,7 +224,7 @@ def image_at_rest(
 
     `start` is a rest of that image. Raises SolveFailed, of the load and not of its image, without an equilibrium.
     """
-    solved, back = symmetry.standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
+    solved, back = symmetry.standard(wrench) if wrench.out_of_plane else (wrench, np.eye(len(WRENCH)))
     try:
         return layer.equilibrium(solved, start=start), back
     except SolveFailed as error:

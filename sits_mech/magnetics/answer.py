@@ -32,7 +32,7 @@ import numpy as np
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.waves import check_frequency
 from sits_mech.quantities import POSE, Array, Complex, Impedance, Integers, Pose, SolveFailed, SolveReport
-from sits_mech.refusals import refuse_beside
+from sits_mech.refusals import refuse_out_of_plane
 from sits_mech.scene.sensor import Sensor
 
 _NEAR = 0.25  # octaves of clearance over which two preparations share
@@ -146,7 +146,7 @@ def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> Non
     """
     check_frequency(sensor.coils, frequency)
     if kind.beyond is not None:
-        refuse_beside(kind.name, pose, kind.beyond)
+        refuse_out_of_plane(kind.name, pose, kind.beyond)
     check_clearance(sensor, pose)
 
 

@@ -136,7 +136,7 @@ class BlockPad:
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
-        began, whole = time.perf_counter(), any(load.beside for load in history.loads)
+        began, whole = time.perf_counter(), any(load.out_of_plane for load in history.loads)
         found = motion_in_time(self.whole if whole else self.half, history, tell)
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
         notes = (*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor))
@@ -158,9 +158,9 @@ class BlockPad:
 
         An out-of-plane load starts from that of its in-plane components, which half the pad reaches first.
         """
-        control, beside = controls[-1], any(each.beside for each in controls)
-        if not beside or depends_on_path(self.sensor):
-            return (line := self.whole if beside else self.half), arrived(line, start, controls)
+        control, out_of_plane = controls[-1], any(each.out_of_plane for each in controls)
+        if not out_of_plane or depends_on_path(self.sensor):
+            return (line := self.whole if out_of_plane else self.half), arrived(line, start, controls)
         if start is None or start.state.size - 1 != self.whole[int(start.state[0])].size:
             plane = settled(self.half, start, control.in_plane)
             if plane.part < 1.0:

@@ -44,7 +44,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
-from sits_mech.refusals import refuse_beside
+from sits_mech.refusals import refuse_out_of_plane
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
 
@@ -125,7 +125,7 @@ class Strip:
         Raise SolveFailed where the error is as large as the displacement.
         """
         began = time.perf_counter()
-        refuse_beside("closed-form", wrench, "block")
+        refuse_out_of_plane("closed-form", wrench, "block")
         target, elastomer = self.sensor.target, self.sensor.elastomer
         if target is None or elastomer is None:
             raise SceneError(f"{self.sensor.name}: target and elastomer must be given")

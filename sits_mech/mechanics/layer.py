@@ -38,7 +38,7 @@ from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.quantities import Array, Equilibrium, Wrench
-from sits_mech.refusals import refuse_beside, refuse_infinite
+from sits_mech.refusals import refuse_infinite, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
@@ -69,13 +69,13 @@ class PlanarLayer:
         Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
         refuse_infinite(wrench)
-        refuse_beside("planar", wrench, "block")
+        refuse_out_of_plane("planar", wrench, "block")
         return self.controlled(under(wrench), start=start)
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
         """Return the equilibrium at the end of a path of loads from rest; see `PathModel`, raises as `equilibrium`."""
         for wrench in loads:
-            refuse_beside("planar", wrench, "block")
+            refuse_out_of_plane("planar", wrench, "block")
         *via, control = map(under, loads)
         return self.controlled(control, via=via)
 
@@ -103,7 +103,7 @@ class PlanarLayer:
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
         for wrench in history.loads:
-            refuse_beside("planar", wrench, "block")
+            refuse_out_of_plane("planar", wrench, "block")
         began = time.perf_counter()
         found = motion_in_time(self.line, history, tell)
         report = replace(found.report, model="planar", seconds=time.perf_counter() - began)

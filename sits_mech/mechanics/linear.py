@@ -42,7 +42,7 @@ from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_parts, pad_scales
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
-from sits_mech.refusals import refuse_beside, refuse_infinite
+from sits_mech.refusals import refuse_infinite, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.threads import one_thread
@@ -76,7 +76,7 @@ class SmallStrain:
         """
         began = time.perf_counter()
         refuse_infinite(wrench)
-        refuse_beside("linear", wrench, "block")
+        refuse_out_of_plane("linear", wrench, "block")
         scales, body = self.scales, self.levels.coarse
         load = scales.load(wrench)[:3]
         force = np.array([load[0], -load[1], load[2] + body.height * load[0]])

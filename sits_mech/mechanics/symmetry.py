@@ -74,7 +74,7 @@ class Symmetry:
     def _foremost(self, load: Wrench) -> tuple[Wrench, Array]:
         """Return the image by `images` that comes first: in the plane, then by F_x, M, F_y, M_x, M_z, the largest."""
         found = [(Wrench(*(float(part) + 0.0 for part in image @ load.components)), image) for image in self.images]
-        first = max(found, key=lambda pair: (not pair[0].beside, *pair[0].components[[0, 2, 3, 4, 5]]))
+        first = max(found, key=lambda pair: (not pair[0].out_of_plane, *pair[0].components[[0, 2, 3, 4, 5]]))
         return first[0], first[1].T
 
     def _turned(self, load: Wrench) -> tuple[Wrench, Array] | None:

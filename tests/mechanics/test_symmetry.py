@@ -48,7 +48,7 @@ def test_one_image_is_solved_and_leads_back(kind: str) -> None:
         assert again == found and np.array_equal(same, np.eye(6))
         images = [Wrench(*(image @ load.components)) for image in symmetry.images]
         assert {symmetry.standard(image)[0] for image in images} == {found}
-        assert not found.beside or all(image.beside for image in images)
+        assert not found.out_of_plane or all(image.out_of_plane for image in images)
     assert symmetry.without_images(LOADS) == list(dict.fromkeys(symmetry.standard(load)[0] for load in LOADS))
 
 
@@ -63,7 +63,7 @@ def test_a_disc_takes_shear_from_any_direction_into_the_plane() -> None:
         np.testing.assert_allclose(back @ [1e-4, 2e-3, 1e-2, 0.0, 0.0, 0.0], turned, atol=1e-18)
         assert disc.standard(Wrench(0.0, 1.0, 2e-3 * c, 0.0, -2e-3 * s))[0] == Wrench(0.0, 1.0, 2e-3)
         found, _ = disc.standard(Wrench(0.3 * c, 1.0, 2e-3 * s, 0.3 * s, 2e-3 * c, 1e-3))
-        assert found.F_y == 0.0 and found.F_x == 0.3 and abs(found.M_z) == 1e-3 and found.beside
+        assert found.F_y == 0.0 and found.F_x == 0.3 and abs(found.M_z) == 1e-3 and found.out_of_plane
 
 
 def test_what_a_load_cannot_cause() -> None:

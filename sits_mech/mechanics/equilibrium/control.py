@@ -51,7 +51,7 @@ class Control:
         return np.array([getattr(self, place) is not None for place in _PLACES])
 
     @property
-    def beside(self) -> bool:
+    def out_of_plane(self) -> bool:
         """Whether anything non-zero is given that leaves the plane y = 0."""
         return any(getattr(self, name) for pair in _PAIRS[3:] for name in pair)
 

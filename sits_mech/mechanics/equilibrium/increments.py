@@ -70,15 +70,15 @@ class Track:
 
 def followed(
     body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
-    beside: Held | None = None,
+    out_of_plane: Held | None = None,
 ) -> Track:
     """Follow a path of loads with friction from a state at rest under the first goal, with its tractions.
 
     `goals` (k,) are forces at the start, at each load passed, at the end, or places where `held`; `parts` increments a
-    leg; `held` and `beside` as in `follow`.
+    leg; `held` and `out_of_plane` as in `follow`.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
-    way = Way(goals[0], goals[-1], held, beside)
+    way = Way(goals[0], goals[-1], held, out_of_plane)
     states, at, step, lost = [start], Fraction(0), Fraction(1, parts), 0.0
     while at < len(goals) - 1:
         leg = int(at)
@@ -186,22 +186,22 @@ def begun(body: Bonded) -> Moment:
 
 
 def later(
-    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None, beside: Held | None = None
+    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None, out_of_plane: Held | None = None
 ) -> tuple[Moment | None, str]:
     """Return the layer a step `dt` [s] later, under a load that changes linearly, and "" or why there is none.
 
-    ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held` and `beside`.
+    ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held` and `out_of_plane`.
     """
     silicone = body.law.silicone
     law = body.law.after(stepped(silicone, now.memory, dt))
     aged = replace(body, law=law, shared=cache(lambda: body.pattern))
     goals = (now.state.load, goal)
     if rough(body):
-        track = followed(aged, now.state, goals, _PARTS, held=held, beside=beside)
+        track = followed(aged, now.state, goals, _PARTS, held=held, out_of_plane=out_of_plane)
         state, reason = track.state, track.reason
     else:
         start = replace(now.state, iterations=0)
-        found = follow(aged, start, goals, smallest=_SHORTEST, held=held, beside=beside, most=_MOST)
+        found = follow(aged, start, goals, smallest=_SHORTEST, held=held, out_of_plane=out_of_plane, most=_MOST)
         state, reason = found.state, found.reason
     if reason:
         return None, reason

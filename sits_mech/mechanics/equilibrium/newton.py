@@ -245,7 +245,7 @@ class Way:
     begin: Array  # forces F_x, F_z, M, ...; d_h, d_z, alpha, ... where held
     end: Array
     held: Held  # (k,), components whose places are given
-    beside: Held | None = None  # (3,), out-of-plane components that are given; None: none
+    out_of_plane: Held | None = None  # (3,), out-of-plane components that are given; None: none
 
     @property
     def slope(self) -> Array:
@@ -283,13 +283,13 @@ def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
 def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, str]:
     """Return the smallest eigenvalue of the stiffness, hidden motions included, and the reason it stands for."""
     held = way.held
-    if held.any() and way.beside is not None:
-        held = np.concatenate([held[:3], way.beside])[: len(held)]
+    if held.any() and way.out_of_plane is not None:
+        held = np.concatenate([held[:3], way.out_of_plane])[: len(held)]
     own = np.inf if way.held.all() else smallest_eigenvalue(stiffness, held)
-    beside = np.inf if hidden is None else smallest_eigenvalue(hidden, way.beside)
-    if own > 0.0 and beside > 0.0:
-        return min(own, beside), ""
-    return (beside, "sideways") if own > 0.0 else (own, "buckled")
+    hidden_stiffness = np.inf if hidden is None else smallest_eigenvalue(hidden, way.out_of_plane)
+    if own > 0.0 and hidden_stiffness > 0.0:
+        return min(own, hidden_stiffness), ""
+    return (hidden_stiffness, "sideways") if own > 0.0 else (own, "buckled")
 
 
 def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:

@@ -55,16 +55,16 @@ _MOST = 80  # steps
 @remembered
 def follow(
     body: Bonded, start: State, goals: tuple[Array, Array], *, smallest: float = 1e-3, held: Held | None = None,
-    beside: Held | None = None, most: float = np.inf,
+    out_of_plane: Held | None = None, most: float = np.inf,
 ) -> Outcome:
     """Follow the straight path between two goals from a state at rest under the first; ``reached == 1`` at the end.
 
-    Goals (k,) are forces F_x, F_z, M, ..., or places d_h, d_z, alpha, ... where `held`, scaled. `beside` (3,): which
-    out-of-plane components are given, none by default; the target must withstand a push on the others. `smallest`:
-    least step over the path so far; above a quarter the first failed increment ends the path. `most`: limit of
-    iterations.
+    Goals (k,) are forces F_x, F_z, M, ..., or places d_h, d_z, alpha, ... where `held`, scaled. `out_of_plane` (3,):
+    which components out of the plane are given, none by default; the target must withstand a push on the others.
+    `smallest`: least step over the path so far; above a quarter the first failed increment ends the path. `most`:
+    limit of iterations.
     """
-    way = Way(*goals, np.zeros(body.components, dtype=bool) if held is None else held, beside)
+    way = Way(*goals, np.zeros(body.components, dtype=bool) if held is None else held, out_of_plane)
     here, at, increment, before = start, 0.0, 1.0, (0.0, np.nan)
     length = 0.0
     for _ in range(_STEPS):

@@ -58,7 +58,7 @@ def first_look(line: Line, levels: Levels, start: Equilibrium | None, control: C
     begin = np.where(held, state.q, state.load)
     spend = line.most / len(levels.coarse.free)
     return follow(
-        levels.coarse, state, (begin, end), smallest=_LOOK, held=held, beside=control.held[3:], most=spend
+        levels.coarse, state, (begin, end), smallest=_LOOK, held=held, out_of_plane=control.held[3:], most=spend
     )
 
 
@@ -77,7 +77,7 @@ def solve_levels(
 
     def followed(body: Bonded, state: State, goal: Array, spend: float) -> Outcome:
         return follow(
-            body, state, (begin, goal), smallest=smallest, held=held, beside=control.held[3:], most=spend
+            body, state, (begin, goal), smallest=smallest, held=held, out_of_plane=control.held[3:], most=spend
         )
 
     midway = begin + first.reached * (end - begin)
@@ -89,7 +89,8 @@ def solve_levels(
     there, second = fine, first.state
     if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
         left = follow(
-            levels.fine, fine.state, (midway, end), smallest=_LOOK, held=held, beside=control.held[3:], most=_VERDICT
+            levels.fine, fine.state, (midway, end), smallest=_LOOK, held=held, out_of_plane=control.held[3:],
+            most=_VERDICT,
         )
         there = left.over(first.reached, 1.0)
     elif fine.reached < first.reached:  # both must rest under one goal for the error to mean something
@@ -122,7 +123,7 @@ def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
     symmetric.
     """
     k, held = body.components, control.held
-    if k == 6 and not control.beside:
+    if k == 6 and not control.out_of_plane:
         held[3:] = True
     return held[:k], control.goal(scales.lengths, scales.loads)[:k]
 

@@ -108,11 +108,11 @@ def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps
 
 def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Track:
     """Follow a path of loads from rest on one mesh; whole pads may leave the plane where any load does."""
-    farthest = next((control for control in controls if control.beside), controls[-1])
+    farthest = next((control for control in controls if control.out_of_plane), controls[-1])
     held, _ = aim(body, line.scales, farthest)
     k = body.components
     goals = [np.zeros(k), *(aim(body, line.scales, control)[1] for control in controls)]
-    return followed(body, unloaded(body), goals, parts, held=held, beside=controls[-1].held[3:])
+    return followed(body, unloaded(body), goals, parts, held=held, out_of_plane=controls[-1].held[3:])
 
 
 def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Approach]:

@@ -103,7 +103,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
     for level in (0, 1):
         levels.check_memory(level)
     body, goals = levels.coarse, history.wrench / line.scales.loads
-    held, _ = aim(body, line.scales, under(next((load for load in history.loads if load.beside), Wrench())))
+    held, _ = aim(body, line.scales, under(next((load for load in history.loads if load.out_of_plane), Wrench())))
     asked = min(line.asked, 1.0)
     count, loads = min(_WALKED, len(levels)), (history.time, goals[:, : body.components])
     times, first = _timed(body, held, loads, _GROWTH * asked, _shares(tell, 0, count))

@@ -40,7 +40,7 @@ def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
     `start`; the first entry of `start.state` is its family number.
     """
     found = _settled(line, start, control)
-    if found.part < 1.0 and start is not None and not control.beside:
+    if found.part < 1.0 and start is not None and not control.out_of_plane:
         return _settled(line, None, control)
     return found
 
@@ -62,7 +62,7 @@ def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
         there = _on(line, range(number, number + 1), start, control)
         if there.part == 1.0:
             return there
-    onwards = start is not None and 0 <= number < PAIR and (control.beside or _there(start, control))
+    onwards = start is not None and 0 <= number < PAIR and (control.out_of_plane or _there(start, control))
     free = _on(line, range(number if onwards else 0, PAIR), start, control)
     if not line.auto or not _touches(line, free.found):
         return free
@@ -134,7 +134,7 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
         for factor in _SOFTLY:
             soft = replace(body, parts=softened(body.parts, factor))
             begin = np.where(held, here.q, here.load)
-            here = follow(soft, here, (begin, goal), smallest=1.0, held=held, beside=control.held[3:]).state
+            here = follow(soft, here, (begin, goal), smallest=1.0, held=held, out_of_plane=control.held[3:]).state
         states.append(packed(here))
     return replace(found, state=np.concatenate([[twin], *states]))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.refusals import refuse_beside
+from sits_mech.refusals import refuse_out_of_plane
 from sits_mech.report.pictures.asked import Kind, driven_coil
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import field_view, load_view
@@ -35,7 +35,7 @@ def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
         save_figure(scene_drawing(sensor), path)
         return
     if kind == "field":
-        refuse_beside("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
+        refuse_out_of_plane("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
         if any(coil.centre[1] != 0.0 and coil.shape != "path" for coil in sensor.coils):
             raise SceneError("--kind field: must have every coil on y = 0; --kind spatial draws them at any place")
         if refusal := section_refusal(sensor.coils):
@@ -52,5 +52,5 @@ def resting_pose(sensor: Sensor, request: Request) -> Pose:
     """Return the pose that is asked for, or where the target comes to rest under the load."""
     if request.pose is not None or sensor.target is None:
         return request.pose or Pose(0.0, 0.0)
-    loads = [request.wrench] if request.wrench.beside else ()
+    loads = [request.wrench] if request.wrench.out_of_plane else ()
     return mechanical_model(sensor, loads=loads)[0].equilibrium(request.wrench).pose

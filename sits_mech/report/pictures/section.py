@@ -111,11 +111,12 @@ def load_view(
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
-    model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if wrench.beside else ())
+    model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if wrench.out_of_plane else ())
     equilibrium = model.equilibrium(wrench) if known is None else known
-    if wrench.beside and equilibrium.state.size == 0:
+    if wrench.out_of_plane and equilibrium.state.size == 0:
         needed = "needs a load in the plane y = 0 (--fx, --fz, --moment)"
-        raise SceneError(f"picture of the layer: {needed}; got {', '.join(wrench.beside)} too: ask for --kind spatial")
+        names = ", ".join(wrench.out_of_plane)
+        raise SceneError(f"picture of the layer: {needed}; got {names} too: ask for --kind spatial")
     angle = load_angle(wrench)
     return layer_view(sensor, equilibrium, _deformed(model, equilibrium, angle), angle, show)
 

@@ -108,13 +108,13 @@ def column_table(title: str, headings: Sequence[str], **options: Any) -> Table:
 
 def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[str] = ()) -> Table:
     """Return pose with errors, and how it came about."""
-    lines, names = status_lines(flags), POSE[: 6 if found.wrench.beside or found.pose.beside else 3]
+    lines, names = status_lines(flags), POSE[: 6 if found.wrench.out_of_plane or found.pose.out_of_plane else 3]
     pose, error = asdict(found.pose), asdict(found.error)
     sizes = sizes_of(pose | {f"error_{name}": off for name, off in error.items()}, names)
     for name in names:
         scale, unit = shown_scale(name)
         lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
-    load = {name: getattr(found.wrench, name) for name in WRENCH[:3] + found.wrench.beside}
+    load = {name: getattr(found.wrench, name) for name in WRENCH[:3] + found.wrench.out_of_plane}
     lines.append(("load", load_words(load)))
     return key_table(title, lines + volume_lines(found.report) + report_lines(found.report))
 
