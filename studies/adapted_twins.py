@@ -111,7 +111,7 @@ def main() -> None:
     for name, (seeds, ranges) in SENSORS.items():
         if coarse and rows:
             break
-        count, tolerance, laws = (4, 0.1, LAWS[:1]) if coarse else (9, 1e-2, LAWS)
+        count, tolerance, laws = (3, 0.3, LAWS[:1]) if coarse else (9, 1e-2, LAWS)
         sensor = load_sensor(name)
         data = calibrate(sensor, **loads(ranges, count), tolerance=tolerance)
         ratios = {} if coarse else against_finer(sensor, data, loads(ranges, count))
@@ -119,7 +119,7 @@ def main() -> None:
         truths = [made(sensor, law, ranges, count, 0.3 * tolerance) for law in laws]
         plan = plan_loads(prior, 5)
         corner = plan.read.max(axis=0) * np.array([[0.0, 0.0], [0.1, 0.1], [0.1, 0.2], [0.2, 0.1], [0.2, 0.2]])
-        grid = plan.read
+        grid = plan.read[:: 3 if coarse else 1]
         for kind, bench in (("planned", plan.loads), ("a corner", corner)):
             numbers = range(2 if coarse else seeds)
             found = [one_twin(prior, truths[k % len(truths)], bench, grid, k) for k in numbers]

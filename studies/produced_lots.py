@@ -129,8 +129,13 @@ def told_by_plan(prior: Prior, plan: LoadPlan) -> LoadPlan:
     return replace(plan, told=prior.tared + np.concatenate([np.zeros((1, *told.shape[1:])), np.cumsum(told, axis=0)]))
 
 
-def one_lot(prior: Prior, units: list[Unit], first: int, rng: np.random.Generator) -> list[dict[str, Any]]:
-    """Return rows of a lot of which the first units tell: each step by what the lot is known by, and without that."""
+def one_lot(
+    prior: Prior, units: list[Unit], first: int, every: int, rng: np.random.Generator
+) -> list[dict[str, Any]]:
+    """Return rows of a lot of which the first units tell: each step by what the lot is known by, and without that.
+
+    Errors are told at every so many of the plan's loads.
+    """
     cal, rest = code_calibration(prior.sensor, prior.data), np.zeros((1, len(prior.forces)))
     bench = np.concatenate([rest, plan_loads(prior, 3).loads])
     lot = produced(prior, {f"{k}": unit.measured(prior, bench, rng) for k, unit in enumerate(units[:first])}, {})
@@ -144,7 +149,7 @@ def one_lot(prior: Prior, units: list[Unit], first: int, rng: np.random.Generato
             for unit, whole in zip(units[first:], readings, strict=True):
                 some = replace(whole, forces=whole.forces[:count], L=whole.L[:count])
                 try:
-                    found.append(read_by(adapt(by.next, some), cal, unit, plan.read))
+                    found.append(read_by(adapt(by.next, some), cal, unit, plan.read[::every]))
                 except ValueError:  # an unknown went to its end
                     found.append(None)
             low, high = (100.0 * end for end in promised.lots)
@@ -159,14 +164,14 @@ def one_lot(prior: Prior, units: list[Unit], first: int, rng: np.random.Generato
 def main() -> None:
     """Produce lots."""
     coarse, folder = study_arguments(__doc__ or "")
-    count, tolerance, lots, first, further = (4, 0.1, 1, 4, 3) if coarse else (9, 1e-2, 4, 10, 20)
+    count, tolerance, lots, first, further, every = (3, 0.3, 1, 3, 3, 3) if coarse else (9, 1e-2, 4, 10, 20, 1)
     sensor = load_sensor("biorob2018-w15")
     prior = prior_of(sensor, calibrate(sensor, **loads(RANGES, count), tolerance=tolerance))
     rows, table = list[dict[str, Any]](), ""
     for number in range(lots):
         rng, law = np.random.default_rng(number), LAWS[number % len(LAWS)]
         units = lot_of(sensor, law, count, 0.3 * tolerance, first + further, rng)
-        rows += [{"lot": number + 1, "law": law, **row} for row in one_lot(prior, units, first, rng)]
+        rows += [{"lot": number + 1, "law": law, **row} for row in one_lot(prior, units, first, every, rng)]
         table = write_rows([*rows, *averaged(rows)], folder / "produced_lots.csv")  # of those done so far
     print(table)
     draw(rows, prior.forces, folder)
