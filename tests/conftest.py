@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import subprocess
+import tempfile
 import time
 from collections.abc import Generator, Iterator
 from functools import cache
@@ -16,11 +17,17 @@ import pytest
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
-os.environ["SITS_MECH_CACHE"] = "off"
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 CHROMIUM = next((path for name in NAMES if (path := shutil.which(name))), "")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep what takes seconds to prepare in a folder of this run, for all its processes and the commands they start."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        os.environ["SITS_MECH_CACHE"] = folder = tempfile.mkdtemp(prefix="sits-mech-")
+        config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
 
 
 @cache

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import tokenize
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -168,10 +169,10 @@ def room(module: str) -> str:
     return steps[1] if len(steps) > 1 else "__init__"
 
 
-def imported(tree: ast.AST, package: str) -> list[tuple[int, str]]:
+def imported(nodes: Sequence[ast.AST], package: str) -> list[tuple[int, str]]:
     """Return line and dotted name of every import of our own, wherever in the file it stands."""
     found = []
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             found += [(node.lineno, alias.name) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -189,18 +190,23 @@ def imported(tree: ast.AST, package: str) -> list[tuple[int, str]]:
 
 
 @cache
-def tree_of(path: Path) -> ast.Module:
-    """Return what a file says, parsed once."""
-    return ast.parse(path.read_text(encoding="utf-8"))
+def nodes_of(path: Path) -> list[ast.AST]:
+    """Return what a file says, parsed once: the module and all below it."""
+    return parsed(path.read_text(encoding="utf-8"))
 
 
-def violations(source: str | ast.Module, module: str) -> list[str]:
+def parsed(source: str) -> list[ast.AST]:
+    """Return a module and all nodes below it."""
+    return list(ast.walk(ast.parse(source)))
+
+
+def violations(nodes: Sequence[ast.AST], module: str) -> list[str]:
     """Return the imports of a module that do not point downwards or sideways."""
     package = module.rsplit(".", 1)[0]
     own, rank = room(module), RANKS[room(module)]
     top_level = module.count(".") <= 1
     wrong = []
-    for line, name in imported(source if isinstance(source, ast.Module) else ast.parse(source), package):
+    for line, name in imported(nodes, package):
         other = room(name)
         if other not in RANKS:
             wrong.append(f"line {line}: {name} has no rank in this test")
@@ -218,7 +224,7 @@ def dotted(path: Path) -> str:
 
 def test_imports_point_downwards() -> None:
     """By the order of rooms in the design: nouns, meshes and maps, geometry, physics, chain, readers, the top."""
-    assert {dotted(path): wrong for path in FILES if (wrong := violations(tree_of(path), dotted(path)))} == {}
+    assert {dotted(path): wrong for path in FILES if (wrong := violations(nodes_of(path), dotted(path)))} == {}
 
 
 def test_folders_of_mechanics_stand_in_order() -> None:
@@ -227,7 +233,7 @@ def test_folders_of_mechanics_stand_in_order() -> None:
     for rank, folder in enumerate(order):
         above = tuple(f"sits_mech.mechanics.{other}." for other in order[rank + 1 :])
         for path in sorted((PACKAGE / "mechanics" / folder).glob("*.py")):
-            names = [name for _, name in imported(tree_of(path), dotted(path).rsplit(".", 1)[0])]
+            names = [name for _, name in imported(nodes_of(path), dotted(path).rsplit(".", 1)[0])]
             assert [name for name in names if name.startswith(above)] == [], path
 
 
@@ -241,15 +247,15 @@ def test_the_import_rule_sees_every_kind_of_import() -> None:
         "import importlib\nimportlib.import_module('sits_mech.report.tables.solves.solves.solves.solves')",
     ]
     for source in bad:
-        assert violations(source, "sits_mech.mechanics.layer"), source
+        assert violations(parsed(source), "sits_mech.mechanics.layer"), source
     good = "import numpy\nfrom .strip import x\nfrom sits_mech.scene.files import sensor"
-    assert violations(good, "sits_mech.mechanics.layer") == []
+    assert violations(parsed(good), "sits_mech.mechanics.layer") == []
 
 
-def forbidden(tree: ast.Module) -> list[str]:
+def forbidden(nodes: Sequence[ast.AST]) -> list[str]:
     """Return what of a module talks, asserts, catches all or stands for what is not there."""
     wrong = []
-    for node in ast.walk(tree):
+    for node in nodes:
         match node:
             case ast.Call(func=ast.Name(id=name)) if name in TALK:
                 wrong.append(f"line {node.lineno}: {name}")
@@ -265,15 +271,16 @@ def forbidden(tree: ast.Module) -> list[str]:
 def test_package_neither_prints_nor_asserts() -> None:
     """Results are returned and errors raised; `cli` alone writes, by its console; a bare except hides everything."""
     bad = "print(1)", "assert a", "try:\n    a\nexcept:\n    b", "raise NotImplementedError"
-    assert [source for source in bad if not forbidden(ast.parse(source))] == []
-    assert {dotted(path): wrong for path in FILES if (wrong := forbidden(tree_of(path)))} == {}
+    assert [source for source in bad if not forbidden(parsed(source))] == []
+    assert {dotted(path): wrong for path in FILES if (wrong := forbidden(nodes_of(path)))} == {}
 
 
 def test_files_stay_readable() -> None:
     """A file answers one question: said in its docstring, in at most 3000 tokens but for those that are listed."""
     tokens = {path.relative_to(PACKAGE).as_posix(): tokens_of(path.read_text(encoding="utf-8")) for path in FILES}
     assert {name for name, count in tokens.items() if count > MOST_TOKENS} == LARGE
-    assert [path for path in FILES if tree_of(path).body and not ast.get_docstring(tree_of(path))] == []
+    modules = {path: nodes_of(path)[0] for path in FILES}
+    assert [path for path, module in modules.items() if module.body and not ast.get_docstring(module)] == []
 
 
 def test_files_have_their_tests() -> None:
@@ -334,15 +341,15 @@ def test_the_core_stands_alone() -> None:
 def test_nothing_reads_outside_the_project() -> None:
     """The package knows no absolute path."""
     for path in FILES:
-        for node in ast.walk(tree_of(path)):
+        for node in nodes_of(path):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 assert not node.value.startswith(("/work", "/home", "/root", "/tmp", "../shared")), path
 
 
-def posix_only(source: str | ast.Module) -> list[str]:
+def posix_only(nodes: Sequence[ast.AST]) -> list[str]:
     """Return what of a module's source is not on every system: modules, functions, signals, paths."""
     names = []
-    for node in ast.walk(source if isinstance(source, ast.Module) else ast.parse(source)):
+    for node in nodes:
         match node:
             case ast.Import():
                 names += [alias.name for alias in node.names]
@@ -358,7 +365,7 @@ def posix_only(source: str | ast.Module) -> list[str]:
 def test_one_file_knows_the_system() -> None:
     """Paths such as /dev/stdout are known where files are written, peaks of memory in one; nothing else of a system."""
     knowing = ["sits_mech.memory", "sits_mech.scene.files"]
-    assert [dotted(path) for path in FILES if posix_only(tree_of(path))] == knowing
+    assert [dotted(path) for path in FILES if posix_only(nodes_of(path))] == knowing
     bad = "import fcntl", "from os import fork", "os.killpg(1, 9)", "signal.SIGALRM", "Path('/proc/cpuinfo')"
-    assert [source for source in bad if not posix_only(source)] == []
-    assert posix_only("import os, signal\nos.replace(a, b)\nsignal.signal(signal.SIGINT, signal.SIG_IGN)") == []
+    assert [source for source in bad if not posix_only(parsed(source))] == []
+    assert posix_only(parsed("import os, signal\nos.replace(a, b)\nsignal.signal(signal.SIGINT, signal.SIG_IGN)")) == []

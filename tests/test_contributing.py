@@ -32,7 +32,9 @@ assert one == linear_layer(same, 0.1).equilibrium(sm.Wrench(F_z=0.1)).pose.d_v
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
-@pytest.mark.parametrize("word", WORKS)
+@pytest.mark.parametrize(
+    "word", [pytest.param(each, marks=[pytest.mark.slow] * (each == "EXAMPLE")) for each in WORKS]
+)
 def test_a_part_is_added_as_shown(word: str, tmp_path: Path) -> None:
     (diff,) = (each for each in DIFFS if word in each)
     most, code = WORKS[word]

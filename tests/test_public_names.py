@@ -27,7 +27,7 @@ def test_functions_are_not_hidden_by_their_files() -> None:
     )
     own = "[name for name in sys.modules if name.startswith('sits_mech')]"
     forget = f"import sys\nfor name in {own}: del sys.modules[name]\n"
-    orders = ("", "import sits_mech.chain\n", "import sits_mech.batch.sweep, sits_mech.chain.plan\n")
+    orders = "", "import sits_mech.batch.sweep, sits_mech.chain.plan\n"
     code = "".join(f"{forget}{before}{looked}" for before in orders)
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
@@ -40,9 +40,12 @@ def test_no_file_or_room_has_the_name_of_a_function() -> None:
     assert not names & set(sits_mech.__all__)
 
 
+LONG = ("design", "envelope", "mechanical_model", "SolveFailed")
+
+
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=pytest.mark.slow if name in ("design", "envelope", "SolveFailed") else ())
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG))
      for name in sorted(set(sits_mech.__all__) - {"__version__"})],
 )
 def test_every_name_has_an_example_that_runs(name: str) -> None:

@@ -91,7 +91,7 @@ def test_magnetic_models_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_mechanical_models_are_limited(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The number is asked by the load itself, wherever a model first looks at it."""
     seen, components = [], Wrench.components.fget
-    monkeypatch.setattr(Wrench, "beside", property(lambda wrench: seen.append(most()) or ()))
+    monkeypatch.setattr(Wrench, "out_of_plane", property(lambda wrench: seen.append(most()) or ()))
     monkeypatch.setattr(Wrench, "components", property(lambda wrench: seen.append(most()) or components(wrench)))
     MECHANICS[name](load_sensor("biorob2018-w15", FLUSH), 0.1).equilibrium(Wrench(F_z=0.1))
     assert seen and set(seen) == {1} and most() == 2

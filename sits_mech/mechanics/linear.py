@@ -24,12 +24,13 @@ grow with the load; meshes of the user's own.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
 
+from sits_mech.disk_cache import kept
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.equilibrium.control import Scales
@@ -51,6 +52,7 @@ from sits_mech.units import checked_tolerance
 _LONG = (20.0, 3.0)  # thicknesses, widths of the target
 _THIN = 30.0  # thicknesses of a target's smaller side from which on thicker pads stand for a thin one,
 _THICKER = (24.0, 16.0)  # those with so many
+_ROOMS = "mechanics", "meshing", "geometry", "scene", "silicone"  # that the factors depend on
 
 
 @dataclass(frozen=True)
@@ -181,6 +183,25 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
     Raise ValueError for a scene without target or elastomer, or shapes other than a rectangle or disc on a box or
     cylinder.
     """
+    target, elastomer = pad_parts(sensor)
+    if elastomer.mesh is not None:  # a file's name does not tell what is in it
+        return _finite_length(sensor)
+    asked = "finite length", target, elastomer, repr(elastomer.silicone)
+    return kept(asked, partial(_finite_length, sensor), _packed, _unpacked, _ROOMS)
+
+
+def _packed(found: FiniteLength) -> dict[str, Array]:
+    """Return the factors as one array."""
+    return {"each": np.array(astuple(found))}
+
+
+def _unpacked(made: Mapping[str, Array]) -> FiniteLength:
+    """Return the factors of it."""
+    return FiniteLength(*made["each"].tolist())
+
+
+def _finite_length(sensor: Sensor) -> FiniteLength:
+    """Return the factors, found."""
     began = time.perf_counter()
     target, elastomer = pad_parts(sensor)
     width, t = min(*target.extent, *elastomer.extent), elastomer.thickness

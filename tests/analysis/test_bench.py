@@ -64,6 +64,7 @@ def table(sensor: Sensor, unit: str = "H/m") -> xr.Dataset:
     return data.assign_attrs(**attributes, scene_hash=scene_hash(sensor), scene=scene_text(sensor))
 
 
+@pytest.mark.slow
 def test_relative_change_of_the_rings(sensor: Sensor) -> None:
     """A table per metre gives henry by L0 of the rings; one in henry is taken as it is."""
     L0 = bench.free_inductances(sensor)

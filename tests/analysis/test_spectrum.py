@@ -105,6 +105,7 @@ def test_frequencies_must_differ(free: Sensor, wrong: list[float]) -> None:
         spectrum(free, magnetic_model(free)[0], POSE, wrong)
 
 
+@pytest.mark.slow
 def test_report_of_the_planar_finite_elements() -> None:
     """Whatever kind of number a model reports with."""
     sensor = load_sensor("biorob2018")

@@ -77,6 +77,7 @@ def test_a_client_in_this_process(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_no_cluster_at_an_address(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

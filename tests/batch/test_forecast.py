@@ -84,6 +84,7 @@ def test_each_process_prepares_what_it_meets(monkeypatch: pytest.MonkeyPatch) ->
     assert Forecast(((), (), ()), 1, TRUE).seconds(2) == 0.0
 
 
+@pytest.mark.slow
 def test_more_are_tried_where_that_is_cheap(slow: list[float], tmp_path: Path) -> None:
     """Of a long study more places than of a short one, and never more than a tenth of the forecast."""
     long = forecast(read_study(written(tmp_path, SIMULATE.replace("count = 10", "count = 3000"))))

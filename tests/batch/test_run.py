@@ -56,6 +56,7 @@ def test_magnetic_cases_stand_at_their_place(tmp_path: Path) -> None:
     assert sorted(os.listdir(tmp_path / "out")) == ["cases.sqlite", "result.nc", "study.json"]
 
 
+@pytest.mark.slow
 def test_zipped_values_go_side_by_side(tmp_path: Path) -> None:
     """One dimension, the names along it; a failed case is a row with its reason."""
     text = HEAD + 'combine = "zip"\n[vary]\ndv = ["1 mm", "0.2 mm", "3 mm"]\nalpha = ["0 deg", "10 deg", "1 deg"]\n'

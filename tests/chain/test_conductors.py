@@ -84,6 +84,7 @@ def test_what_is_left_out_is_worth_less_than_its_bound() -> None:
     assert np.all(found.error_R > bare.error_R)
 
 
+@pytest.mark.slow
 def test_a_near_nut_is_solved_in_space_and_said() -> None:
     """Where the bare sensor is answered in section, the answer says that it is not."""
     _, choice = magnetic_model(among(nut(0.0, -3.0)), poses=[REST])

@@ -36,6 +36,7 @@ def test_sections_take_their_own_coupling(sensor: Sensor, gap: float, true: floa
     assert item.size == idle_share(found) and not item.of_change
 
 
+@pytest.mark.slow
 def test_a_plan_holds_for_all_distances_beyond_rest(sensor: Sensor) -> None:
     """By formula (2), within twice the largest; and for the sheets' coils as well."""
     model = magnetic_model(sensor, "planar", 1e-2)[0]

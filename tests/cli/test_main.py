@@ -203,10 +203,10 @@ def test_simulate_joins_both(capsys: Capture) -> None:
 
 @pytest.mark.parametrize("tokens", [
     ("catalog",), ("explain", "biorob2018", "--fz", "1 N"),
-    ("simulate", "biorob2018", "--fz", "1 N", *PLANAR, "--magnetics", "planar"),
+    pytest.param(("simulate", "biorob2018", "--fz", "1 N", *PLANAR, "--magnetics", "planar"), marks=pytest.mark.slow),
     ("inductance", "biorob2018", "--dv", "2 mm", "--accept"),
     ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 Hz:9 Hz:3", "--accept"),
-    ("pose", "biorob2018", "--fx", "-0.2 N"),
+    pytest.param(("pose", "biorob2018", "--fx", "-0.2 N"), marks=pytest.mark.slow),
 ])
 def test_answers_for_a_reader(capsys: Capture, tokens: tuple[str, ...]) -> None:
     """Tables on stdout; on stderr silence, but for what a simulation planned and took."""
@@ -410,6 +410,7 @@ def test_what_costs_nothing(words: str) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 def test_linear_algebra_of_a_command_keeps_to_one_thread() -> None:
     """Whatever numpy brings is imported after the environment says so, unless the environment said otherwise before."""
     code = "import sys; from sits_mech.cli import main\nsys.argv = ['sits-mech', 'pose', 'nowhere']\ntry: main.main()\n"

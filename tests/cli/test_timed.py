@@ -23,6 +23,7 @@ def press(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_history_leaves_a_folder(press: Path, tmp_path: Path, capsys: Said) -> None:
     """Every file, and one JSON object with the history's own rows."""
     folder = tmp_path / "out"

@@ -154,7 +154,7 @@ CASES = {
 }
 
 
-LATER = ("one force of two coils", "three of four coils", "with a moment")
+LATER = ("one force of two coils", "two forces", "three of four coils", "with a moment")
 
 
 @pytest.mark.parametrize("case", [pytest.param(name, marks=[pytest.mark.slow] * (name in LATER)) for name in CASES])
@@ -221,6 +221,7 @@ def test_what_is_outside(source: Source, program: Path) -> None:
     assert np.all(asked(program, "c", ends)[0] == OUTSIDE)
 
 
+@pytest.mark.slow
 def test_a_map_that_folds_is_refused_where_it_does(source: Source, tmp_path: Path) -> None:
     """Below the twins one answer, among them none."""
     cal = folded()
@@ -268,6 +269,7 @@ def test_size_and_stack(source: Source, tmp_path: Path) -> None:
         assert 0.4 * stated["Stack"] < leaves + deepest < stated["Stack"]
 
 
+@pytest.mark.slow
 def test_failed_loads_are_outside(source: Source, tmp_path: Path) -> None:
     """Without the loads of a corner the header still stands, and refuses readings of that corner."""
     data = source.data.copy(deep=True)

@@ -92,6 +92,7 @@ def test_headers_compile(named: Path, tmp_path: Path) -> None:
             assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_netlist(named: Path, tmp_path: Path) -> None:
     """Names stand in comments alone; one subcircuit begins and ends."""
     lines = exported(named, "spice", tmp_path / "a.cir").read_text(encoding="utf-8").splitlines()

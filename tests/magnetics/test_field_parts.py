@@ -48,7 +48,8 @@ def test_permeable_half_space_by_images(mu_r: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "frequency, delta_L, R", [(5e3, -1.1488152e-07, 0.001015553), (5e6, -1.6194157e-07, 0.050466572)]
+    "frequency, delta_L, R",
+    [(5e3, -1.1488152e-07, 0.001015553), pytest.param(5e6, -1.6194157e-07, 0.050466572, marks=pytest.mark.slow)],
 )
 def test_pair_over_conducting_half_space(frequency: float, delta_L: float, R: float) -> None:
     """A pair of lines 4.5 mm apart, 2 mm from copper of 59.6 MS/m; source: two quadratures of the half-space integral.

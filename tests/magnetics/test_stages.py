@@ -67,7 +67,10 @@ def test_several_plates_together() -> None:
     np.testing.assert_allclose(total, 1.0, rtol=0, atol=1e-15)
 
 
-@pytest.fixture(scope="module", params=["sheets", "planar", pytest.param("beside", marks=pytest.mark.slow)])
+@pytest.fixture(
+    scope="module",
+    params=["planar", *(pytest.param(name, marks=pytest.mark.slow) for name in ("sheets", "beside"))],
+)
 def model(request: pytest.FixtureRequest) -> MagneticModel:
     if request.param == "planar":
         return planar_bars(load_sensor("biorob2018"), 1e-2)

@@ -71,6 +71,7 @@ def test_a_turned_load_turns_the_pose_within_the_error_of_any_mesh(sensor, combi
     assert np.all(away < turned.error.rotation[[1, 0, 2]])
 
 
+@pytest.mark.slow
 def test_twist_of_a_layer_as_wide_as_its_target():
     """Sheared by w x r it resists with mu a^4/(6 t) at most: an edge sheared along itself loses nothing, one sheared
     across as much as 0.2308 t of the width (the closed form of k_x in plane strain)."""

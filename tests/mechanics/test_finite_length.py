@@ -1,8 +1,11 @@
 """What plane strain makes of a pad of finite length: independent stiffnesses, the long limit, invariance."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from sits_mech.disk_cache import VARIABLE
 from sits_mech.mechanics.linear import _factors, finite_length_factor, linear_pad
 from sits_mech.scene.sensor import load_sensor
 
@@ -63,3 +66,14 @@ def test_a_thin_pad_by_thicker_ones():
 def test_no_target_is_refused():
     with pytest.raises(ValueError, match="target"):
         finite_length_factor(scene(20).model_copy(update={"target": None}))
+
+
+def test_factors_are_kept_to_the_last_digit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the next process; those of another silicone are others."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    sensor = load_sensor("biorob2018", [NEO_HOOKEAN])
+    first = finite_length_factor.__wrapped__(sensor)
+    monkeypatch.setattr("sits_mech.mechanics.linear._finite_length", lambda sensor: pytest.fail("solved again"))
+    assert finite_length_factor.__wrapped__(sensor) == first
+    with pytest.raises(pytest.fail.Exception):
+        finite_length_factor.__wrapped__(load_sensor("biorob2018", ['elastomer.material="ecoflex-00-50"']))

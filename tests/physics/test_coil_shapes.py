@@ -107,6 +107,7 @@ def test_long_coil_under_a_long_plate_is_the_section() -> None:
     assert limit[1] == pytest.approx(section.R[0, 0], rel=2e-2)
 
 
+@pytest.mark.slow
 def test_the_section_of_a_rectangle_is_that_of_a_circle() -> None:
     """Both planar models see bars at y = 0 alone."""
     pose = Pose(0.2 * MM, 1.5 * MM, 0.02)

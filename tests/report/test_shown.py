@@ -122,6 +122,7 @@ def test_without_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "pictures need matplotlib" in text and "LDC1614" in text and "<svg" not in text
 
 
+@pytest.mark.slow
 def test_in_a_browser(data: xr.Dataset, browser: Any, tmp_path: Path) -> None:
     """In a notebook's frames, as high as what they show, and from a disk: sliders work, nothing complains."""
     book = tmp_path / "book.html"

@@ -119,6 +119,7 @@ def test_energy_lost_in_a_sine() -> None:
     assert np.sum(0.5 * (load[1:] + load[:-1]) * np.diff(found)) == pytest.approx(np.pi * loss, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_softening_loses_a_known_share_of_the_stored_energy_whatever_the_pad() -> None:
     """``int (1 - eta) dU = U_max/r int_0^1 erf(1 - x) dx`` (Ogden and Roxburgh 1999), here of a nonlinear pad."""
     curve = elastic_curve(Spring(), Wrench(F_x=2.0), points=33)

@@ -56,6 +56,7 @@ def test_the_same_digits_and_kept(solver: Solver) -> None:
     assert again.wait("done") is found and [kind for _, kind, _ in again.words] == ["done"]
 
 
+@pytest.mark.slow
 def test_loads_that_the_pad_bears(solver: Solver) -> None:
     """Asked for where there are none; shear along the axis of the coils."""
     heard = Heard()

@@ -10,6 +10,7 @@ from sits_mech.synthesis.glance import at_a_glance
 from sits_mech.synthesis.requirements import requirements_of
 
 
+@pytest.mark.slow
 def test_the_same_figures_as_a_design_at_its_loads() -> None:
     """Resolution, crosstalk, size and rate; a load without a result is refused."""
     sensor = load_sensor("biorob2018-w15")

@@ -83,6 +83,7 @@ def test_where_nothing_holds_the_nearest_design_is_found() -> None:
     assert best.design.x[0] < 0.02 and best.plain["height"] == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_choice_that_fails_is_left() -> None:
     """Its reasons are kept, and the others are searched."""
 

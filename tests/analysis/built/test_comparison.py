@@ -127,6 +127,7 @@ def three_axes() -> tuple[Sensor, xr.Dataset]:
     return scene, table.assign_attrs(unit_L="H", frequency=scene.frequency, request=request)
 
 
+@pytest.mark.slow
 def test_three_axes_by_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Codes of four coils at random loads of three forces, from a layer a tenth softer, written and read."""
     scene, table = three_axes()

@@ -12,6 +12,7 @@ from sits_mech.scene.sensor import scene_text
 from .conftest import OTHERWISE, bench_of, unknowns
 
 
+@pytest.mark.slow
 def test_the_corrected_table_reads_the_built_sensor(prior: Prior) -> None:
     """Its forces within their errors, from what the terminals show; loads are those of the table times the modulus."""
     found = adapt(prior, bench_of(prior))

@@ -27,11 +27,11 @@ def own(values: np.ndarray) -> np.ndarray:
     return np.diagonal(values, axis1=-2, axis2=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("keys", "tilt"),
     [
-        ([], 0.0), pytest.param(["target.width=0.015"], 0.05, marks=pytest.mark.slow),
-        pytest.param(["frequency=5e4"], 0.0, marks=pytest.mark.slow),
+        ([], 0.0), (["target.width=0.015"], 0.05), (["frequency=5e4"], 0.0),
     ],
     ids=["8", "15", "5e4"],
 )

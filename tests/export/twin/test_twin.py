@@ -256,6 +256,7 @@ def test_a_sudden_load_meets_the_unrelaxed_pad(twin: Twin) -> None:
     assert shown.L == pytest.approx(twin.read(0.7 * load).L, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_what_creeps_is_undone(twin: Twin) -> None:
     """G undoes C up to the elastic load's bend between samples, which falls as dt squared."""
     off = []

@@ -100,6 +100,7 @@ def test_order_of_coils_and_the_batch_play_no_part(nine: Sensor) -> None:
     np.testing.assert_allclose(two.L, whole.L[:, 3:5, 3:5], rtol=0, atol=1e-11 * size)
 
 
+@pytest.mark.slow
 def test_array_under_a_square_plate_has_the_symmetry_of_the_square(nine: Sensor) -> None:
     """Quarter turn and mirror permute the coils; beside the plate's middle the change falls off."""
     found, index = solved(nine, Pose(0.0, 2.05 * MM)), np.arange(9).reshape(3, 3)

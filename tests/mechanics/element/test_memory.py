@@ -37,7 +37,9 @@ def layers(mesh):
     return tuple(len(np.unique(x.round(6))) for x in mesh.nodes[mesh.cells].mean(axis=1).T)
 
 
-@pytest.mark.parametrize(("made", "cells"), [(block, 2), pytest.param(block, 3, marks=pytest.mark.slow), (section, 12)])
+@pytest.mark.parametrize(("made", "cells"), [
+    pytest.param(block, 2, marks=pytest.mark.slow), pytest.param(block, 3, marks=pytest.mark.slow), (section, 12),
+])
 def test_what_is_told_beforehand_is_what_is_allocated(made, cells):
     tracemalloc.start()
     try:

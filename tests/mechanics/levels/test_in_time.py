@@ -50,6 +50,7 @@ def test_small_loads_creep_by_the_pads_own_law():
     np.testing.assert_allclose(found.pose.d_h[found.given], expected, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_long_time_is_the_elastic_answer_of_a_pad_in_space():
     own = sensor(prony=PRONY)
     found = block_pad(own, 3e-2).in_time(history([0.0, 300.0], F_z=[1.0, 1.0], F_x=[0.2, 0.2]))

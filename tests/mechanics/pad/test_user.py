@@ -469,6 +469,7 @@ def test_lines_are_where_they_were_put():
 
 
 
+@pytest.mark.slow
 def test_quadratic_tetrahedra_with_straight_edges_are_the_linear_ones(tmp_path):
     with_middles(tmp_path / "dome10.msh", meshio.read(MESHES / "dome.msh"))
     plain = example("dome")

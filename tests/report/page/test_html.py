@@ -23,6 +23,7 @@ def made(calibrated: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_forces_back(calibrated: Path) -> None:
     """Error of the map, share with an answer, noise in newtons; a sentence where forces are not resolved."""
     sensor, data = read_calibration(calibrated)

@@ -17,7 +17,7 @@ from sits_mech.silicone.material import silicone_from
 STORED = json.loads((File(history_points.__file__).parent / "reference_points.json").read_text("utf-8"))["rows"]
 PRONY = [{"weight": 0.2, "time": 0.3}, {"weight": 0.15, "time": 3.0}]
 YEOH = {"law": "yeoh", "c10": 1e4, "c20": 800.0, "c30": 30.0, "bulk_modulus": 2e7}
-SPACES = [(in_plane, 2, 5), (in_space, 3, 9)]
+SPACES = [pytest.param(in_plane, 2, 5, marks=pytest.mark.slow), (in_space, 3, 9)]
 
 
 @pytest.fixture
