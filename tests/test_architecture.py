@@ -73,7 +73,7 @@ UNMIRRORED = {
     "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
     "chain/omissions.py": "tests/chain/test_plan.py: what is left out, and its size",
     **dict.fromkeys(
-        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve", "studio")),
+        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
         "tests/cli/test_main.py: through the command line",
     ),
     "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
@@ -137,12 +137,11 @@ UNMIRRORED = {
         ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
     ),
     **dict.fromkeys(
-        ("report/tables/built.py", "report/tables/production.py", "report/pictures/production.py"),
+        ("report/tables/built.py", "report/tables/production.py"),
         "tests/cli/test_built.py: adapt and lot print and draw them",
     ),
     "report/tables/drift.py": "tests/cli/test_main.py: simulate over temperature",
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
-    "report/tables/ladder.py": "tests/cli/test_main.py: explain --ladder prints it",
     "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
     "report/tables/plan.py": "tests/cli/test_main.py: explain prints it",
     "report/tables/readings.py": "tests/analysis/test_bench.py: invert and converter print it",

@@ -240,7 +240,7 @@ def _write_lot(found: Production, record: dict[str, Any], output: Path) -> None:
     """Write what the next units are known by, a row of each unit, and a picture."""
     from sits_mech.analysis.built.delivered import lot_record
     from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.pictures.production import production_figure
+    from sits_mech.report.pictures.built import production_figure
     from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.records import json_text
     from sits_mech.scene.files import write_text

@@ -89,8 +89,7 @@ def explain(
 
     from sits_mech.chain.ladder import ladder as solved
     from sits_mech.chain.models import plan
-    from sits_mech.report.tables.ladder import ladder_record, ladder_tables
-    from sits_mech.report.tables.plan import plan_record, plan_tables
+    from sits_mech.report.tables.plan import ladder_record, ladder_tables, plan_record, plan_tables
 
     found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
     record, tables = plan_record(sensor, found), plan_tables(sensor, found)

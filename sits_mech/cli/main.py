@@ -14,12 +14,12 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError
 
-from sits_mech.cli import built, grids, inform, products, read, solve, studio, timed
+from sits_mech.cli import built, grids, inform, products, read, solve, timed
 from sits_mech.cli.console import warn
 from sits_mech.cli.options import app
 from sits_mech.disk_cache import keep_by_default
 
-COMMANDS = (inform, solve, grids, products, read, built, timed, studio)  # imported, the app knows their commands
+COMMANDS = (inform, solve, grids, products, read, built, timed)  # imported, the app knows their commands
 
 
 def run(tokens: Sequence[str] | None = None) -> int:

@@ -1,4 +1,4 @@
-"""Tabulate a plan on one screen: what is solved, what is left out and its size, the cost of smaller errors."""
+"""Tabulate a plan on one screen: what is solved, what is left out, the cost of smaller errors; and a ladder."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 from rich.table import Table
 
+from sits_mech.chain.ladder import Rung, power, sentence
 from sits_mech.chain.omissions import Omission, beside_errors, skin_depths
 from sits_mech.chain.prices.costs import Step
 from sits_mech.chain.prices.ends import ends_of_pad
@@ -103,3 +104,19 @@ def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
         "asked_error": found.error,
         "expected_seconds": found.seconds,
     }
+
+
+def ladder_tables(rungs: Sequence[Rung]) -> list[Table]:
+    """Return the rungs as a table, and the sentence."""
+    headings = ("tolerance", "error of dL", "from finest", "error of pose", "from finest", "seconds", "status")
+    found = column_table("solved to smaller and smaller tolerances, each from the start", headings)
+    for one in rungs:
+        errors = (one.estimated, one.difference, one.estimated_pose, one.difference_pose)
+        cells = ("-" if math.isnan(error) else f"{error:.2g}" for error in errors)
+        found.add_row(power(one.tolerance), *cells, f"{one.seconds:.2g}", one.status.partition(";")[0])
+    return [found, key_table("ladder", [("of the change of L", sentence([[one.asked for one in rungs]]))])]
+
+
+def ladder_record(rungs: Sequence[Rung]) -> dict[str, Any]:
+    """Return the rungs and their sentence for a program."""
+    return {"ladder": [asdict(one) for one in rungs], "ladder_sentence": sentence([[one.asked for one in rungs]])}
