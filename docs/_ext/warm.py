@@ -1,8 +1,9 @@
 """How do commands of pages start without importing the package each time? One process imports it and forks for each.
 
-``with started()`` puts the programs of this Python first on the path, and before them a `sits-mech` that sends its
-words, its folder, its environment and its three streams to the process; a fork of that runs the command line's own
-`main` with them, and `sits-mech` ends with its exit code. All else is as if the command was started by itself.
+``with started()`` puts the programs of this Python first on the path, and before them a `sits-mech` and a `python` that
+send their words, their folder, their environment and their three streams to the process; a fork of that runs the
+command line's own `main`, or the file that Python is asked for, and they end with its exit code. All else is as if each
+was started by itself; Python that is asked for no file is. What one prepares is kept for the others till the end.
 """
 
 from __future__ import annotations
@@ -10,24 +11,32 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import runpy
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
+import traceback
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any
 
-_MORE = ("dask.array", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg", "pandas", "scipy.optimize")
+_MORE = (
+    "dask.array", "dask.distributed", "h5netcdf.legacyapi", "matplotlib.backends.backend_agg",
+    "matplotlib.backends.backend_svg", "matplotlib.figure", "pandas", "pint", "rich.live", "scipy.optimize",
+)
+_PROGRAMS = ("sits-mech", "python")
 _SENDS = """#!{python} -IS
 import json, os, socket, sys
+if {name!r} == "python" and not "".join(sys.argv[1:2]).endswith(".py"):
+    os.execv({python!r}, [{python!r}, *sys.argv[1:]])
 with socket.socket(socket.AF_UNIX) as line:
     line.connect({path!r})
     socket.send_fds(line, [b"x"], [0, 1, 2])
-    line.sendall(json.dumps([sys.argv[1:], os.getcwd(), dict(os.environ)]).encode())
+    line.sendall(json.dumps([[{name!r}, *sys.argv[1:]], os.getcwd(), dict(os.environ)]).encode())
     line.shutdown(socket.SHUT_WR)
     sys.exit((line.recv(1) or b"\\1")[0])
 """
@@ -35,22 +44,26 @@ with socket.socket(socket.AF_UNIX) as line:
 
 @contextlib.contextmanager
 def started() -> Iterator[None]:
-    """Have `sits-mech` answered by a process that ends with this."""
+    """Have `sits-mech`, and files of Python, answered by a process that ends with this."""
     with tempfile.TemporaryDirectory() as place:
-        command, path = Path(place) / "sits-mech", str(Path(place) / "line")
-        command.write_text(_SENDS.format(python=sys.executable, path=path), encoding="utf-8")
-        command.chmod(0o755)
+        path = str(Path(place) / "line")
+        for name in _PROGRAMS:
+            command = Path(place) / name
+            command.write_text(_SENDS.format(python=sys.executable, path=path, name=name), encoding="utf-8")
+            command.chmod(0o755)
         with socket.socket(socket.AF_UNIX) as listener:
             listener.bind(path)
             listener.listen()
             words = [sys.executable, __file__, str(listener.fileno())]
-            before = os.environ["PATH"]
+            before = dict(os.environ)
             with subprocess.Popen(words, pass_fds=[listener.fileno()], stdin=subprocess.DEVNULL) as process:
-                os.environ["PATH"] = os.pathsep.join((place, str(Path(sys.executable).parent), before))
+                os.environ["PATH"] = os.pathsep.join((place, str(Path(sys.executable).parent), before["PATH"]))
+                os.environ["SITS_MECH_CACHE"] = str(Path(place) / "cache")
                 try:
                     yield
                 finally:
-                    os.environ["PATH"] = before
+                    os.environ.clear()
+                    os.environ.update(before)
                     process.terminate()
 
 
@@ -62,6 +75,8 @@ def answer(listener: socket.socket) -> None:
         if not name.endswith("__main__"):
             with contextlib.suppress(ImportError):  # an extra that is not installed
                 import_module(name)
+    load = sits_mech.Wrench(F_x=0.1, F_z=0.5)  # whose answer leaves much in memory that the next ones take
+    sits_mech.simulate(sits_mech.load_sensor("biorob2018"), load, mechanics="planar", magnetics="planar", tolerance=0.1)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     while True:
         line, _ = listener.accept()
@@ -85,17 +100,32 @@ def _run(line: socket.socket) -> None:
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)
-        sys.argv = ["sits-mech", *words]
-        from sits_mech.cli.main import main
-
-        main()
+        code = _answered(words)
     except SystemExit as end:
         code = end.code
+    except BaseException:
+        traceback.print_exc()
     finally:
         for written in (sys.stdout, sys.stderr):
             written.flush()
         line.sendall(bytes([code if isinstance(code, int) else int(code is not None)]))
         os._exit(0)
+
+
+def _answered(words: list[str]) -> int:
+    """Run the command line, or a file of Python, and return the exit code of its end."""
+    name, *words = words
+    if name == "python":
+        sys.argv = words
+        more = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+        sys.path[:1] = [str(Path(words[0]).parent.resolve()), *filter(None, more)]
+        runpy.run_path(words[0], run_name="__main__")
+    else:
+        sys.argv = [name, *words]
+        from sits_mech.cli.main import main
+
+        main()
+    return 0
 
 
 if __name__ == "__main__":

@@ -22,3 +22,18 @@ def test_a_command_is_answered_as_by_itself(tmp_path: Path) -> None:
     assert (code, title.strip()) == ("2", "sensors")
     assert (tmp_path / "err.txt").read_text().startswith("error: mine.toml: must be a readable scene file")
     assert (tmp_path / "out.json").read_text() == ""
+
+
+@pytest.mark.slow
+def test_a_file_of_python_is_answered_as_by_itself(tmp_path: Path) -> None:
+    """It finds what lies beside it and on PYTHONPATH; what it raises is told, and Python without a file is Python."""
+    (tmp_path / "more").mkdir()
+    (tmp_path / "more" / "far.py").write_text("here = 2\n")
+    (tmp_path / "near.py").write_text("here = 1\n")
+    (tmp_path / "own.py").write_text("import sys, near, far\nprint(__name__, sys.argv, near.here + far.here)\nsys.exit(5)\n")
+    (tmp_path / "bad.py").write_text("raise ValueError('so')\n")
+    asked = 'PYTHONPATH=more python own.py a; echo "$?"; python bad.py; echo "$?"; python -c "print(7)"'
+    with started():
+        done = subprocess.run(["bash", "-c", asked], cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout.splitlines() == ["__main__ ['own.py', 'a'] 3", "5", "1", "7"]
+    assert done.stderr.endswith("ValueError: so\n")
