@@ -43,8 +43,7 @@ from sits_mech.batch import run
 from sits_mech.batch.executors import workers
 from sits_mech.batch.forecast import forecast
 from sits_mech.batch.study import read_study
-from sits_mech.store import STORE, Row, opened
-from sits_mech.tables import read_table
+from sits_mech.store import STORE, Row, opened, read_table
 
 MAGNETIC = """
 scene = "biorob2018"

@@ -17,13 +17,13 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
     **dict.fromkeys(
-        ("version", "threads", "memory", "disk_cache", "units", "quantities", "refusals", "rotations",
+        ("version", "threads", "memory", "disk_cache", "units", "quantities", "rotations",
          "labels", "status"), 0
     ),
     **dict.fromkeys(("silicone", "maps"), 1),
     "readout": 2,
     "scene": 3,
-    **dict.fromkeys(("boards", "cases", "meshing", "store", "tables"), 4),
+    **dict.fromkeys(("boards", "cases", "meshing", "store"), 4),
     "geometry": 5,
     **dict.fromkeys(("mechanics", "magnetics"), 6),
     "chain": 7,
@@ -63,7 +63,6 @@ UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
     "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
     "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",
-    "analysis/codes.py": "tests/report/page/test_html.py: the page's codes",
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",
     **dict.fromkeys(
@@ -95,7 +94,7 @@ UNMIRRORED = {
         ("geometry/outline.py", "geometry/sheet_plan.py"), "tests/magnetics/test_sheets_outline.py: the sheets on them"
     ),
     **dict.fromkeys(
-        ("geometry/boxes.py", "geometry/plates.py", "geometry/solids.py"),
+        ("geometry/plates.py", "geometry/solids.py"),
         "tests/magnetics/space/test_neighbours.py: conductors made of them",
     ),
     "magnetics/section/elements.py": "tests/magnetics/test_field_parts.py: the field that it solves",

@@ -13,7 +13,7 @@ import sits_mech as sm
 from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
 from sits_mech.labels import described, labelled, unit_of
-from sits_mech.tables import read_table, save_table
+from sits_mech.store import read_table, save_table
 
 _MODELS = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
 

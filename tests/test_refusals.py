@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sits_mech.quantities import Pose, Wrench
-from sits_mech.refusals import refuse_infinite, refuse_out_of_plane
+from sits_mech.quantities import Pose, Wrench, refuse_infinite, refuse_out_of_plane
 
 
 def test_a_plane_model_refuses_what_leaves_the_plane() -> None:

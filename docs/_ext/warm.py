@@ -25,7 +25,7 @@ from pkgutil import walk_packages
 from typing import Any
 
 _MORE = (
-    "dask.array", "dask.distributed", "h5netcdf.legacyapi", "matplotlib.backends.backend_agg",
+    "dask.array", "dask.distributed", "netCDF4", "matplotlib.backends.backend_agg",
     "matplotlib.backends.backend_svg", "matplotlib.figure", "pandas", "pint", "rich.live", "scipy.optimize",
 )
 _PROGRAMS = ("sits-mech", "python")

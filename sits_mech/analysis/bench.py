@@ -264,3 +264,29 @@ def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[
         R_p = float(parallel_resistance(L, R, C))
         points.append(OperatingPoint(coil.name, f, L, R, 2.0 * np.pi * f * L / R, R_p))
     return tuple(points)
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Readings at each load of a table, in the order of `varied`; NaN where a load has no result."""
+
+    L: Array  # (*sizes, n) [H]
+    error_L: Array  # estimated [H]
+    L0: Array  # (n,), without target [H]
+    front: FrontEnd | None  # settings of the converter; None without one that fits
+    codes: Array | None  # (*sizes, n), not rounded
+    left_out: tuple[str, ...]  # what the codes leave out, or why there are none
+
+
+def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
+    """Return inductances and codes over a calibration."""
+    own = own_inductances(sensor, data)
+    L, error, L0 = (own[name].to_numpy() for name in ("L", "error_L", "L0"))
+    if sensor.readout.converter == "none":
+        return Readings(L, error, L0, None, None, ("the scene has no converter",))
+    try:
+        front, missing = sensor_front_end(sensor, data)
+    except ValueError as reason:
+        return Readings(L, error, L0, None, None, (str(reason),))
+    seen = terminals(sensor, data)[0]["L"].to_numpy()
+    return Readings(L, error, L0, front, codes_of(sensor, front, seen), missing)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sits_mech.geometry.waves import wave_notes
+from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.resistance import TrackSpectrum, track_spectrum
 from sits_mech.magnetics.coils.terminals import own_capacitance, tank_frequency, terminal_impedance, with_capacitance

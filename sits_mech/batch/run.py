@@ -25,8 +25,7 @@ from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.readout.loads import point
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, key_unit, scene_hash
-from sits_mech.store import Row, case_name, opened
-from sits_mech.tables import DAMAGED, no_table, save_table
+from sits_mech.store import DAMAGED, Row, case_name, no_table, opened, save_table
 from sits_mech.units import si_label, si_unit
 from sits_mech.version import __version__
 

@@ -191,9 +191,7 @@ def _promised(found: AimedLoads) -> dict[str, Any]:
     return {"planned": [found.planned.seconds, found.planned.error], "reached": found.reached}
 
 
-def _beside(
-    sensor: Sensor, names: tuple[str, str], read: Sequence[Equilibrium], found: Impedance
-) -> tuple[str, ...]:
+def _beside(sensor: Sensor, names: tuple[str, str], read: Sequence[Equilibrium], found: Impedance) -> tuple[str, ...]:
     """Name what sections leave out beside the errors, at the pose whose inductances change most."""
     if not read:
         return ()
@@ -233,9 +231,7 @@ def _marks(sensor: Sensor, goal: Goal | None, settled: Settled, status: str, tol
     return {"notes": notes} | marked(flags)
 
 
-def _by_temperature(
-    sensor: Sensor, name: str, layer: MechanicalModel
-) -> tuple[list[Parameter], list[Parameter]]:
+def _by_temperature(sensor: Sensor, name: str, layer: MechanicalModel) -> tuple[list[Parameter], list[Parameter]]:
     """Return the parameters of the sensor's temperature, and those of them that move the target."""
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"drift: must be asked of the mechanics block, planar or linear; got {name}")

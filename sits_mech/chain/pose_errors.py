@@ -95,9 +95,7 @@ def signals_at(found: Signals, index: int) -> Signals:
     return Signals(**{name: float(np.asarray(value)[index]) for name, value in found.known.items()})
 
 
-def read_poses(
-    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None
-) -> Reading:
+def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None) -> Reading:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
     `direct` (m, p, n) is what the shared parts of the poses are of each coil's own inductance besides [unit].

@@ -20,7 +20,7 @@ from sits_mech.chain.pose_errors import poses_of, read_poses, signals_at
 from sits_mech.chain.prices.forecast import Look
 from sits_mech.chain.promise import Promise, aim_at
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.geometry.waves import check_frequency
+from sits_mech.geometry.tracks import check_frequency
 from sits_mech.mechanics.levels.answer import load_words
 from sits_mech.mechanics.levels.history import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel
@@ -150,9 +150,7 @@ def flags_over(
     return {name: [row[name] for row in each] for name in ("status", "flags")}
 
 
-def rest_flags(
-    sensor: Sensor, found: Equilibrium, tolerance: float, error: float | None = None
-) -> tuple[str, ...]:
+def rest_flags(sensor: Sensor, found: Equilibrium, tolerance: float, error: float | None = None) -> tuple[str, ...]:
     """Return flags of a rest by an error, its pose's by default, and by the silicone's data, as `flags_of`."""
     report = found.report
     error = report.estimated_error if error is None else error

@@ -251,8 +251,7 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
     from sits_mech.batch.forecast import forecast, note
     from sits_mech.batch.run import claim
     from sits_mech.report.tables.cases import plan_table
-    from sits_mech.store import opened
-    from sits_mech.tables import save_table
+    from sits_mech.store import opened, save_table
 
     if processes < 1:
         raise SceneError(f"processes must be one or more; got {processes}")

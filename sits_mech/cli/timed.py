@@ -85,7 +85,7 @@ def cycle(
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.tables.loops import difference_record, difference_table, loop_curves, loop_record, loop_table
-    from sits_mech.tables import save_table
+    from sits_mech.store import save_table
 
     try:
         data, beside = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models)), None

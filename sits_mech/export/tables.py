@@ -14,7 +14,7 @@ from sits_mech.readout.loads import fixed, varied
 from sits_mech.report.tables.loads import csv_text, figures
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import SceneError, scene_text
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 
 
 def write_csv(source: Source, path: Path) -> tuple[str, ...]:

@@ -5,19 +5,21 @@ bottom face, which stands at height d_v; so its lowest corner is at
 
     d_v - a |R_zx| - b |R_zy| + min(t R_zz, 0),        of a disc of radius a    d_v - a |(R_zx, R_zy)| + min(t R_zz, 0).
 
-The coil plane is z = 0. Two rectangular plates are apart exactly where a slab fits between them (`boxes`). Where none
-does and one is round or an outline, both are taken as convex bodies n_i . x <= c_i, a disc with 128 sides: the largest
-ball inside both, by linear programming, has a radius below zero where they are apart. Notches and holes count as metal.
+The coil plane is z = 0. Two rectangular plates are apart exactly where a slab fits between them (`separation`), across
+one of their axes or of the products of these. Where none does and one is round or an outline, both are taken as convex
+bodies n_i . x <= c_i, a disc with 128 sides: the largest ball inside both, by linear programming, has a radius below
+zero where they are apart. Notches and holes count as metal.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from sits_mech.geometry.boxes import Solid, fixed_solids, separation
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Conductor, Sensor, Target
@@ -166,3 +168,48 @@ def _half_spaces(plate: Target | Conductor) -> Array:
     sides = np.column_stack([sides[:, :2], np.zeros(len(sides)), sides[:, 2]])
     faces = [[0.0, 0.0, side, plate.thickness / 2.0] for side in (1.0, -1.0)]
     return np.vstack([sides, faces])
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A box around a part in its p places; p = 1 if it does not move."""
+
+    name: str  # as in the scene
+    half: Array  # (3,) half sizes [m]
+    turns: Array  # (p, 3, 3) rotations
+    places: Array  # (p, 3) of the middle [m]
+
+
+def fixed_solids(sensor: Sensor) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:
+    """Return the boxes around the coils, or their layers, and those around the fixed plates."""
+    coils = [
+        (coil.name, (*coil.extent, high - low), (*coil.centre, (low + high) / 2))
+        for coil in sensor.coils for low, high in coil.spans
+    ]
+    plates = [(f"conductors.{part.name}", (*part.extent, part.thickness), part.centre) for part in sensor.conductors]
+    both = [
+        tuple(Solid(name, np.array(size) / 2, np.eye(3)[None], np.array([place])) for name, size, place in parts)
+        for parts in (coils, plates)
+    ]
+    return both[0], both[1]
+
+
+def separation(first: Solid, second: Solid) -> Array:
+    """Return the width of the widest slab between two boxes, negative where they overlap; one a pose [m].
+
+    At most their distance, and positive exactly where there is one (separating axes: the boxes' and their products).
+    """
+    first_axes, second_axes = np.broadcast_arrays(np.swapaxes(first.turns, 1, 2), np.swapaxes(second.turns, 1, 2))
+    products = np.cross(first_axes[:, :, None], second_axes[:, None]).reshape(-1, 9, 3)
+    length = np.linalg.norm(products, axis=2, keepdims=True)
+    products = np.where(length > 1e-9, products / np.maximum(length, 1e-9), first_axes[:, :1])
+    axes = np.concatenate([first_axes, second_axes, products], axis=1)
+    apart = np.abs(np.einsum("pai,pi->pa", axes, first.places - second.places))
+    for solid, own in ((first, first_axes), (second, second_axes)):
+        apart = apart - np.abs(np.einsum("pai,pji->paj", axes, own)) @ solid.half
+    return np.asarray(apart.max(1))
+
+
+def nearest(solid: Solid, others: Sequence[Solid]) -> float:
+    """Return the smallest separation from other boxes over all poses [m]; infinite without others."""
+    return min((float(separation(solid, other).min()) for other in others), default=np.inf)

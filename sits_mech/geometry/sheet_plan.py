@@ -168,9 +168,7 @@ def _meetings(points: Array, images: Array, tolerance: float) -> Integers:
     return np.column_stack([found["i"], found["j"]]).astype(int)
 
 
-def standing_nodes(
-    plan: Plan, seams: Seams, character: Complex
-) -> tuple[Integers, Complex]:
+def standing_nodes(plan: Plan, seams: Seams, character: Complex) -> tuple[Integers, Complex]:
     """Return, for each node, the node that stands for it and the factor on that node's stream function.
 
     ``psi(g x) = chi(g) det(g) psi(x)``, as the current turns; a node that is its own image otherwise has factor 0.

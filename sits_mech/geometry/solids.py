@@ -1,4 +1,4 @@
-"""Place the plates in the space around the coils and find how far each is from everything else, by `boxes`."""
+"""Place the plates in the space around the coils and find how far each is from all else, by boxes around them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sits_mech.geometry.boxes import Solid, fixed_solids, nearest, separation
-from sits_mech.geometry.collision import Collision, smooth_height
+from sits_mech.geometry.collision import Collision, Solid, fixed_solids, nearest, separation, smooth_height
 from sits_mech.geometry.outline import Outline, target_outline
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.apart import from_windings

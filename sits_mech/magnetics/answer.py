@@ -30,9 +30,18 @@ from itertools import product
 import numpy as np
 
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.geometry.waves import check_frequency
-from sits_mech.quantities import POSE, Array, Complex, Impedance, Integers, Pose, SolveFailed, SolveReport
-from sits_mech.refusals import refuse_out_of_plane
+from sits_mech.geometry.tracks import check_frequency
+from sits_mech.quantities import (
+    POSE,
+    Array,
+    Complex,
+    Impedance,
+    Integers,
+    Pose,
+    SolveFailed,
+    SolveReport,
+    refuse_out_of_plane,
+)
 from sits_mech.scene.sensor import Sensor
 
 _NEAR = 0.25  # octaves of clearance over which two preparations share

@@ -57,9 +57,7 @@ FORWARD = Stencil((0, 1, 2, 3, 4), (-25.0, 48.0, -36.0, 16.0, -3.0), 2.5)
 BACKWARD = Stencil((0, -1, -2, -3, -4), (25.0, -48.0, 36.0, -16.0, 3.0), 2.5)
 
 
-def best_slopes(
-    parts: Sequence[Mapping[int, Array]], step: float, sizes: Sequence[float]
-) -> tuple[Array, float]:
+def best_slopes(parts: Sequence[Mapping[int, Array]], step: float, sizes: Sequence[float]) -> tuple[Array, float]:
     """Return slopes, then errors, (2 k, ...), of the fourth-order stencil of least error, and its worst error.
 
     `parts`: values of k functions by place, some or all of those the stencils take; `sizes` scale the errors of each.

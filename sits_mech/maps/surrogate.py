@@ -116,9 +116,7 @@ class SmoothMap:
         return found
 
 
-def fit_map(
-    names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False
-) -> SmoothMap:
+def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False) -> SmoothMap:
     """Fit the smooth map through values (m, n) at points (m, d), on a grid or scattered, over their box.
 
     `simplex`: fewer terms, for three and more variables. Raise ValueError for unequal shapes, a value that is not

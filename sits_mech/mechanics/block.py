@@ -46,8 +46,7 @@ from sits_mech.mechanics.levels.settle import ended, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
-from sits_mech.quantities import Array, Equilibrium, Wrench
-from sits_mech.refusals import refuse_infinite
+from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_infinite
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

@@ -43,8 +43,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
-from sits_mech.refusals import refuse_out_of_plane
+from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_out_of_plane
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
 

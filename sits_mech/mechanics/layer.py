@@ -37,8 +37,7 @@ from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
-from sits_mech.quantities import Array, Equilibrium, Wrench
-from sits_mech.refusals import refuse_infinite, refuse_out_of_plane
+from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_infinite, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

@@ -24,7 +24,7 @@ grow with the load; meshes of the user's own.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 from functools import lru_cache, partial
 
@@ -42,8 +42,16 @@ from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_parts, pad_scales
-from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
-from sits_mech.refusals import refuse_infinite, refuse_out_of_plane
+from sits_mech.quantities import (
+    Array,
+    Equilibrium,
+    Pose,
+    SolveFailed,
+    SolveReport,
+    Wrench,
+    refuse_infinite,
+    refuse_out_of_plane,
+)
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.threads import one_thread
@@ -187,17 +195,9 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
     if elastomer.mesh is not None:  # a file's name does not tell what is in it
         return _finite_length(sensor)
     asked = "finite length", target, elastomer, repr(elastomer.silicone)
-    return kept(asked, partial(_finite_length, sensor), _packed, _unpacked, _ROOMS)
-
-
-def _packed(found: FiniteLength) -> dict[str, Array]:
-    """Return the factors as one array."""
-    return {"each": np.array(astuple(found))}
-
-
-def _unpacked(made: Mapping[str, Array]) -> FiniteLength:
-    """Return the factors of it."""
-    return FiniteLength(*made["each"].tolist())
+    pack, unpack = (lambda found: {"each": astuple(found)}), (lambda made: FiniteLength(*made["each"].tolist()))
+    found: FiniteLength = kept(asked, partial(_finite_length, sensor), pack, unpack, _ROOMS)
+    return found
 
 
 def _finite_length(sensor: Sensor) -> FiniteLength:

@@ -22,15 +22,7 @@ from itertools import product
 import numpy as np
 from skfem import Mesh, MeshHex, MeshHex2, MeshQuad, MeshQuad2, MeshTet, MeshTet2
 from skfem.assembly import Dofs
-from skfem.element import (
-    Element,
-    ElementHex1,
-    ElementHex2,
-    ElementQuad1,
-    ElementQuad2,
-    ElementTetP1,
-    ElementTetP2,
-)
+from skfem.element import Element, ElementHex1, ElementHex2, ElementQuad1, ElementQuad2, ElementTetP1, ElementTetP2
 
 from sits_mech.quantities import Array, Integers
 

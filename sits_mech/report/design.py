@@ -22,10 +22,10 @@ from sits_mech.report.tables.design import asked_table, design_record, design_ta
 from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor, scene_text
+from sits_mech.store import save_table
 from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.requirements import Requirements
-from sits_mech.tables import save_table
 from sits_mech.version import __version__
 
 _CAPTIONS = {

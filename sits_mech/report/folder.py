@@ -15,8 +15,7 @@ from sits_mech.quantities import WRENCH
 from sits_mech.readout.loads import point
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.status import ANSWERED, INTERPOLATED, UNFINISHED
-from sits_mech.store import STORE
-from sits_mech.tables import glance, read_table
+from sits_mech.store import STORE, glance, read_table
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from sits_mech.report.tables.solves import shown_scale, sizes_of, with_error
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor, save_sensor
 from sits_mech.status import joined
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

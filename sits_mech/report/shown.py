@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from sits_mech.analysis.codes import readings
+from sits_mech.analysis.bench import readings
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import several
 from sits_mech.report.folder import check_table

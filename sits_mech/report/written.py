@@ -22,7 +22,7 @@ from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor
 from sits_mech.status import ANSWERED
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -31,13 +31,7 @@ import numpy as np
 from sits_mech.quantities import Array
 from sits_mech.silicone.kinematics import POINTS, Kinematics, Principal, diagonal
 from sits_mech.silicone.laws import Constants, known_law
-from sits_mech.silicone.laws.law import (
-    InvariantDerivatives,
-    Invariants,
-    OfInvariants,
-    OfStretches,
-    StretchDerivatives,
-)
+from sits_mech.silicone.laws.law import InvariantDerivatives, Invariants, OfInvariants, OfStretches, StretchDerivatives
 from sits_mech.silicone.material import Silicone
 
 Energy = Callable[[Kinematics], tuple[Array, Array, Array]]

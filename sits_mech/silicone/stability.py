@@ -134,9 +134,7 @@ def _smallest(silicone: Silicone, mode: str, stretch: Array) -> Array:
     return values[:, 0]
 
 
-def _limit(
-    measure: Callable[[Silicone, str, Array], Array], silicone: Silicone, mode: str, end: float
-) -> float | None:
+def _limit(measure: Callable[[Silicone, str, Array], Array], silicone: Silicone, mode: str, end: float) -> float | None:
     """Return the first stretch between 1 and `end` that is not stable."""
     from scipy.optimize import brentq
 

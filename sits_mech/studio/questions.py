@@ -16,7 +16,7 @@ import numpy as np
 
 from sits_mech.disk_cache import kept
 from sits_mech.scene.sensor import Sensor, scene_hash, scene_text
-from sits_mech.tables import read_table, save_table
+from sits_mech.store import read_table, save_table
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.geometry.boxes import fixed_solids
+from sits_mech.geometry.collision import fixed_solids
 from sits_mech.scene.files import literal
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed

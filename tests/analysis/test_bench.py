@@ -12,7 +12,7 @@ from sits_mech.cli.main import run
 from sits_mech.quantities import Impedance, Pose, SolveReport
 from sits_mech.readout.calibration import calibration
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 from sits_mech.version import __version__
 
 F_X, F_Z = np.linspace(-1.0, 1.0, 7), np.linspace(0.0, 4.0, 7)

@@ -16,7 +16,7 @@ from sits_mech.cli.main import run
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration_of
 from sits_mech.scene.sensor import Coil, Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 
 REPORT = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
 

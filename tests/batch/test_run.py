@@ -24,7 +24,7 @@ from sits_mech.quantities import Pose, Wrench
 from sits_mech.readout.quality import quality
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import load_sensor
-from sits_mech.tables import read_table
+from sits_mech.store import read_table
 from sits_mech.units import SceneError
 
 HEAD = 'scene = "biorob2018"\nrequest = "inductance"\n'

@@ -10,7 +10,7 @@ import xarray as xr
 from sits_mech.batch.samples import cube
 from sits_mech.batch.sensitivity import sensitivity
 from sits_mech.cli.main import run
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 from sits_mech.units import SceneError
 
 COUNT = 1024

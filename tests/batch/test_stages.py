@@ -10,7 +10,7 @@ from sits_mech.batch.run import open_sweep, run_study
 from sits_mech.batch.study import read_study
 from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
-from sits_mech.tables import read_table
+from sits_mech.store import read_table
 from sits_mech.units import SceneError
 
 FIRST = """scene = "biorob2018"

@@ -10,8 +10,7 @@ import xarray as xr
 from sits_mech.batch.run import TABLE
 from sits_mech.batch.watch import is_taken, watched
 from sits_mech.cli.main import run
-from sits_mech.store import opened
-from sits_mech.tables import save_table
+from sits_mech.store import opened, save_table
 
 NOTHING = ["unfinished", ""]
 

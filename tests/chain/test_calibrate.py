@@ -20,7 +20,7 @@ from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Impedance, Po
 from sits_mech.readout.calibration import calibration
 from sits_mech.report.tables.loads import figures
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
-from sits_mech.tables import read_table, save_table
+from sits_mech.store import read_table, save_table
 
 GRID = {"F_x": [-0.3, 0.3], "F_z": [0.5, 1.0], "F_y": [-0.2, 0.0, 0.2]}
 SLOPES = np.array([4e-4, -1e-4, 1.0, 4e-4, 1.0, 1.0])  # of the pose by the load

@@ -21,7 +21,7 @@ from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import Array, Bounded, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
-from sits_mech.tables import read_table, save_table
+from sits_mech.store import read_table, save_table
 
 REPORT = SolveReport("spring", 3, 1, 0.0, 1e-3, 0.0, min_J=0.9)
 SECTION = {"mechanics": "planar", "magnetics": "planar"}

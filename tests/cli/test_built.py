@@ -19,7 +19,7 @@ from sits_mech.cli.main import run
 from sits_mech.disk_cache import VARIABLE
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import Sensor, load_sensor, save_sensor
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 
 LOADS = np.array([[0.0, 0.0], [0.3, 0.0], [0.3, 1.2], [-0.3, 1.2], [0.0, 0.6]])
 Capture = pytest.CaptureFixture[str]

@@ -27,7 +27,7 @@ from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 from sits_mech.status import ANSWERED
-from sits_mech.tables import read_table
+from sits_mech.store import read_table
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}

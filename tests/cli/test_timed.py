@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from sits_mech.cli.main import run
-from sits_mech.tables import read_table
+from sits_mech.store import read_table
 
 QUICK = ["--mechanics", "linear", "--magnetics", "planar", "--tolerance", "0.1"]
 MATERIAL = (

@@ -30,7 +30,9 @@ def test_a_file_of_python_is_answered_as_by_itself(tmp_path: Path) -> None:
     (tmp_path / "more").mkdir()
     (tmp_path / "more" / "far.py").write_text("here = 2\n")
     (tmp_path / "near.py").write_text("here = 1\n")
-    (tmp_path / "own.py").write_text("import sys, near, far\nprint(__name__, sys.argv, near.here + far.here)\nsys.exit(5)\n")
+    (tmp_path / "own.py").write_text(
+        "import sys, near, far\nprint(__name__, sys.argv, near.here + far.here)\nsys.exit(5)\n"
+    )
     (tmp_path / "bad.py").write_text("raise ValueError('so')\n")
     asked = 'PYTHONPATH=more python own.py a; echo "$?"; python bad.py; echo "$?"; python -c "print(7)"'
     with started():

@@ -18,7 +18,7 @@ from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.written import write_calibration
 from sits_mech.scene.sensor import load_sensor, save_sensor, scene_text
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 
 NAMES = {
     "html, c": ("<!--<script>", "*/ #error /*??/"), "kicad, sheet": ('") (pad "\\', '=HYPERLINK("a";"b"),-1+1'),

@@ -15,7 +15,7 @@ from sits_mech.export.source import Source, resting_load, resting_pose
 from sits_mech.labels import unit_of
 from sits_mech.quantities import POSE, Pose, Wrench
 from sits_mech.report.folder import read_calibration
-from sits_mech.tables import read_table
+from sits_mech.store import read_table
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.geometry.waves import check_frequency, wave_notes
+from sits_mech.geometry.tracks import check_frequency, wave_notes
 from sits_mech.scene.sensor import load_sensor
 
 

@@ -12,7 +12,7 @@ from sits_mech.mechanics.layer import PlanarLayer
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.written import write_calibration
 from sits_mech.scene.sensor import changed, load_sensor, save_sensor
-from sits_mech.tables import read_table, save_table
+from sits_mech.store import read_table, save_table
 
 
 @pytest.fixture

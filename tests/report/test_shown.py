@@ -13,7 +13,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.report.page.parts import figures_part
 from sits_mech.report.shown import Shown, show
 from sits_mech.scene.sensor import SceneError, changed, load_sensor
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 
 PAIR = load_sensor("biorob2018")
 KINDS = {"svg": b"<?xml", "png": b"\x89PNG"}

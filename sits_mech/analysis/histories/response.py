@@ -25,7 +25,7 @@ from sits_mech.chain.pose_errors import read_poses
 from sits_mech.chain.promise import aim_at
 from sits_mech.chain.simulate import flags_over
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.geometry.waves import check_frequency
+from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, TimedModel, motion_of, untold
 from sits_mech.mechanics.symmetry import symmetry_of

@@ -139,9 +139,7 @@ class SectionPlate:
     prepared: PreparedPlate
 
 
-def coupled_reaction(
-    plates: tuple[SectionPlate, ...], source: Filaments, omega: float, finest: int = 0
-) -> Complex:
+def coupled_reaction(plates: tuple[SectionPlate, ...], source: Filaments, omega: float, finest: int = 0) -> Complex:
     """Return Delta Z of the coils over several plates, shape (n, n) [ohm/m]; not yet symmetrised.
 
     `source` are all coils, in free space; omega [rad/s]; `finest` division in use, from 1 on for the check.

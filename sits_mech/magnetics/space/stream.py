@@ -23,7 +23,7 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan
-from sits_mech.geometry.waves import check_frequency
+from sits_mech.geometry.tracks import check_frequency
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, prism_means

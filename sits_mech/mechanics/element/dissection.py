@@ -201,9 +201,7 @@ def _nearest(numbers: Integers, elements: Integers, leaf: Integers) -> Integers:
     return np.asarray(shared.argmax(axis=1), dtype=np.int64).ravel() if len(numbers) else np.zeros(0, dtype=np.int64)
 
 
-def _fronts(
-    tree: _Tree, starts: Integers, ranks: Sequence[Integers], leaves: Sequence[Integers]
-) -> tuple[Front, ...]:
+def _fronts(tree: _Tree, starts: Integers, ranks: Sequence[Integers], leaves: Sequence[Integers]) -> tuple[Front, ...]:
     """Return the fronts of the pieces, from the places of each group's displacements in the order."""
     held = [np.argsort(leaf, kind="stable") for leaf in leaves]
     bounds = [np.searchsorted(leaf[of], np.arange(len(tree.whole) + 1)) for leaf, of in zip(leaves, held, strict=True)]

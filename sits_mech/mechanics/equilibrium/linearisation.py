@@ -163,9 +163,7 @@ def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
     return np.full((3, 3), np.nan) if found is None else found.stiffness
 
 
-def way_of(
-    body: Bonded, here: State, found: Gradient, factor: Factor, aim: Aim
-) -> Step | None:
+def way_of(body: Bonded, here: State, found: Gradient, factor: Factor, aim: Aim) -> Step | None:
     """Return Newton's step; None where there is none."""
     k = body.components
     slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
@@ -218,9 +216,7 @@ def stepped(
     return None
 
 
-def _overshot(
-    ends: tuple[Gradient, Gradient], way: Step, held: Held
-) -> float:
+def _overshot(ends: tuple[Gradient, Gradient], way: Step, held: Held) -> float:
     """Return the part of a step that the potential admits; 1 where it falls, or where held places move."""
     dx, dq = way.free, way.q
     if np.any(dq[held]):
@@ -231,9 +227,7 @@ def _overshot(
     return min(max(before / (before - after), _LEAST_STEP), _SHORTEN)
 
 
-def stepped_around(
-    body: Bonded, here: State, factor: Factor, way: Step
-) -> State | None:
+def stepped_around(body: Bonded, here: State, factor: Factor, way: Step) -> State | None:
     """Take Newton's step, only partly in cells that it would invert; None if that fails."""
     (linear, p_full), (_, dq, forces, _) = _increments(body, here, factor, way), way
     u, near, q = here.u + linear, here.u.copy(), moved(here.q, dq)
@@ -257,9 +251,7 @@ def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, flo
     return None
 
 
-def _increments(
-    body: Bonded, here: State, factor: Factor, way: Step
-) -> tuple[Array, Array]:
+def _increments(body: Bonded, here: State, factor: Factor, way: Step) -> tuple[Array, Array]:
     """Return Newton's step of all displacements, and the pressures after it."""
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = way.free

@@ -214,9 +214,7 @@ def contact_depth(depth: float, sizes: Sequence[float], level: int) -> float:
     return depth * (sizes[1] / sizes[level]) ** 2
 
 
-def extrapolated(
-    values: Sequence[Array], terms: Array, off: Array | float = 0.0, *, pressed: bool = False
-) -> Limit:
+def extrapolated(values: Sequence[Array], terms: Array, off: Array | float = 0.0, *, pressed: bool = False) -> Limit:
     """Return the limit of two or more levels, each (k,), by their `terms`; the last may be off by `off`.
 
     Components count alike: lengths, an angle as the displacement of the target's end. `pressed`: free faces press

@@ -126,9 +126,7 @@ class _Level(NamedTuple):
         return np.asarray(self.B.T @ forces[body.free] + on_target)
 
 
-def solved_family(
-    line: Line, found: Equilibrium, scales: Callable[[Sensor], Scales], sideways: bool = False
-) -> Family:
+def solved_family(line: Line, found: Equilibrium, scales: Callable[[Sensor], Scales], sideways: bool = False) -> Family:
     """Return the family of a line that an equilibrium is on, with its states as far as known.
 
     Raise ValueError for an equilibrium without state (such as an image), SceneError for contact with friction.

@@ -152,9 +152,7 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
 
 
-def _motion(
-    line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: _Limits, large: str
-) -> Motion:
+def _motion(line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: _Limits, large: str) -> Motion:
     """Return the motion in SI with its report."""
     scales, last, k = line.scales, walks[-1], levels.fine.components
     pose, error = (np.pad(part * scales.lengths[:k], ((0, 0), (0, len(POSE) - k))) for part in found[:2])

@@ -102,9 +102,7 @@ def _own(family: Levels, number: int, start: Equilibrium | None) -> Equilibrium 
     return replace(start, state=start.state[1:])
 
 
-def _tried(
-    line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, waiting: bool
-) -> Solved:
+def _tried(line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, waiting: bool) -> Solved:
     """Return the last equilibrium on one family; with another one waiting the path is given up earlier."""
     solved = solve_levels(line, line[number], own, control, look, _SMALLEST[not waiting])
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))

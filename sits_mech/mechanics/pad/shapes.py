@@ -195,9 +195,7 @@ def _both_ends(split: int, grading: float, layers: int) -> Array:
     return np.concatenate([lower, 1.0 - lower[-2::-1]])
 
 
-def box_lines(
-    plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0
-) -> tuple[Array, Array, Array]:
+def box_lines(plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0) -> tuple[Array, Array, Array]:
     """Return the lines of a box along x, along y from the middle on, and through the thickness.
 
     Half sizes of target and pad in thicknesses; `split` parts of a base cell; grading and layers as in `graded`.

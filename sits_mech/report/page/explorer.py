@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.codes import Readings
+from sits_mech.analysis.bench import Readings
 from sits_mech.geometry.outline import pad_outlines, target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines

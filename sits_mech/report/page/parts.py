@@ -15,8 +15,7 @@ import xarray as xr
 from pydantic import BaseModel
 from rich.table import Table
 
-from sits_mech.analysis.bench import coil_table, sensor_calibration
-from sits_mech.analysis.codes import Readings
+from sits_mech.analysis.bench import Readings, coil_table, sensor_calibration
 from sits_mech.analysis.limits import limits_of
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit

@@ -30,7 +30,7 @@ from sits_mech.report.tables.cases import case_table
 from sits_mech.report.tables.loads import point_name
 from sits_mech.scene.files import write_text
 from sits_mech.status import ANSWERED, UNFINISHED, counted
-from sits_mech.tables import read_table
+from sits_mech.store import read_table
 
 _MOST = 300_000  # numbers in a page
 _FAILED = 200  # failed cases that are listed

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.tracks import section_refusal
-from sits_mech.quantities import Pose, Wrench
-from sits_mech.refusals import refuse_out_of_plane
+from sits_mech.quantities import Pose, Wrench, refuse_out_of_plane
 from sits_mech.report.pictures.asked import Kind, driven_coil
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import field_view, load_view

@@ -20,7 +20,7 @@ from sits_mech.report.pictures.measured import comparison_figure
 from sits_mech.report.pictures.style import save_figure
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor
 from sits_mech.silicone.material import table_of
-from sits_mech.tables import save_table
+from sits_mech.store import save_table
 
 FACTOR, GAP, LEAD, NOISE = 0.87, 12e-6, 40e-9, 2e-11
 

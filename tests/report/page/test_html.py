@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.codes import readings
+from sits_mech.analysis.bench import readings
 from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.page import parts

@@ -14,7 +14,7 @@ from sits_mech.batch.run import open_sweep, run_study
 from sits_mech.batch.study import read_study
 from sits_mech.cli.main import run
 from sits_mech.report.page import sweep
-from sits_mech.tables import read_table, save_table
+from sits_mech.store import read_table, save_table
 
 STUDY = """scene = ["biorob2018", "biorob2018-w15"]
 request = "inductance"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.tables import glance, read_table, save_table
+from sits_mech.store import glance, read_table, save_table
 from sits_mech.units import SceneError
 
 TABLE = xr.Dataset(
