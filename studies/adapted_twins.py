@@ -111,7 +111,7 @@ def main() -> None:
     for name, (seeds, ranges) in SENSORS.items():
         if coarse and rows:
             break
-        count, tolerance, laws = (3, 0.3, LAWS[:1]) if coarse else (9, 1e-2, LAWS)
+        count, tolerance, laws = (4, 0.1, LAWS[:1]) if coarse else (9, 1e-2, LAWS)
         sensor = load_sensor(name)
         data = calibrate(sensor, **loads(ranges, count), tolerance=tolerance)
         ratios = {} if coarse else against_finer(sensor, data, loads(ranges, count))

@@ -280,10 +280,10 @@ def main() -> int:
     coarse, folder = study_arguments(__doc__ or "")
     found = [
         *(overhead(folder, (10, 20), 0.5) if coarse else overhead(folder, (160, 210), 0.2)),
-        *two_processes(folder, (2, 2, 3e-2) if coarse else (16, 8, 3e-3)),
+        *two_processes(folder, (3, 2, 3e-2) if coarse else (16, 8, 3e-3)),
         *sharing(folder, COARSE if coarse else ""),
         *killed(folder, (10, 20) if coarse else (40, 40), 2 if coarse else 20),
-        *(workers_killed(folder, (10, 20), 3, 4.0, 2) if coarse else workers_killed(folder, (80, 150), 3, 10.0, 12)),
+        *(workers_killed(folder, (10, 20), 2, 4.0, 1) if coarse else workers_killed(folder, (80, 150), 3, 10.0, 12)),
         *([] if coarse else worker_counts(folder, (60, 50))),
     ]
     rows = [{"what": what, "value": value, "limit": "" if limit != limit else limit} for what, value, limit in found]

@@ -41,7 +41,7 @@ def left_over(sensor: Sensor, data: xr.Dataset) -> tuple[float, float]:
 def main() -> None:
     """Map every sensor."""
     coarse, folder = study_arguments(__doc__ or "")
-    count, tolerance = (5, 0.1) if coarse else (9, 1e-2)
+    count, tolerance = (5, 0.05) if coarse else (9, 1e-2)
     models = dict.fromkeys(("mechanics", "magnetics"), "planar" if coarse else "auto")
     rows = []
     for name in SENSORS[:1] if coarse else SENSORS:

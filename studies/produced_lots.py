@@ -164,7 +164,7 @@ def one_lot(
 def main() -> None:
     """Produce lots."""
     coarse, folder = study_arguments(__doc__ or "")
-    count, tolerance, lots, first, further, every = (3, 0.3, 1, 3, 3, 3) if coarse else (9, 1e-2, 4, 10, 20, 1)
+    count, tolerance, lots, first, further, every = (4, 0.1, 1, 3, 3, 3) if coarse else (9, 1e-2, 4, 10, 20, 1)
     sensor = load_sensor("biorob2018-w15")
     prior = prior_of(sensor, calibrate(sensor, **loads(RANGES, count), tolerance=tolerance))
     rows, table = list[dict[str, Any]](), ""

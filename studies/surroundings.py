@@ -26,7 +26,7 @@ from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Conductor, Sensor, Target, load_sensor
 
 MM = 1e-3
-FINE, COARSE = (5e-3, 1e-3), (1e-1, 3e-2)  # what is asked, and the finest, which judges
+FINE, COARSE = (5e-3, 1e-3), (3e-2, 1e-2)  # what is asked, and the finest, which judges
 
 
 def bar(name: str, centre: tuple[float, ...], size: tuple[float, float, float], metal: str = "copper") -> Conductor:

@@ -75,8 +75,11 @@ def answer(listener: socket.socket) -> None:
         if not name.endswith("__main__"):
             with contextlib.suppress(ImportError):  # an extra that is not installed
                 import_module(name)
-    load = sits_mech.Wrench(F_x=0.1, F_z=0.5)  # whose answer leaves much in memory that the next ones take
-    sits_mech.simulate(sits_mech.load_sensor("biorob2018"), load, mechanics="planar", magnetics="planar", tolerance=0.1)
+    from sits_mech.chain.omissions import omissions
+
+    sensor, load = sits_mech.load_sensor("biorob2018"), sits_mech.Wrench(F_x=0.1, F_z=0.5)
+    sits_mech.simulate(sensor, load, mechanics="planar", magnetics="planar", tolerance=0.1)
+    omissions(sensor, [load], "planar", "planar")  # both fill what forks begin with
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     while True:
         line, _ = listener.accept()
@@ -117,9 +120,9 @@ def _answered(words: list[str]) -> int:
     name, *words = words
     if name == "python":
         sys.argv = words
-        more = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-        sys.path[:1] = [str(Path(words[0]).parent.resolve()), *filter(None, more)]
-        runpy.run_path(words[0], run_name="__main__")
+        path, more = Path(words[0]).resolve(), os.environ.get("PYTHONPATH", "").split(os.pathsep)
+        sys.path[:1] = [str(path.parent), *filter(None, more)]
+        runpy.run_path(str(path), run_name="__main__")
     else:
         sys.argv = [name, *words]
         from sits_mech.cli.main import main
