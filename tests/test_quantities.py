@@ -2,10 +2,23 @@
 
 import itertools
 import json
+import math
 
 import numpy as np
+import pytest
 
-from sits_mech.quantities import POSE, UNITS, WRENCH, Bounded, Pose, Wrench, as_jsonable, shown_unit
+from sits_mech.quantities import (
+    POSE,
+    UNITS,
+    WRENCH,
+    Bounded,
+    Pose,
+    Wrench,
+    as_jsonable,
+    refuse_infinite,
+    refuse_out_of_plane,
+    shown_unit,
+)
 
 MAP = np.array([[1.0, 2.0], [3.0, 0.0]])
 
@@ -77,3 +90,19 @@ def test_some_of_many_keep_their_parts():
     many = Bounded.of(np.arange(6.0).reshape(3, 2), np.ones((3, 2)), np.full((1, 3, 2), 0.25))
     assert many[1].value.tolist() == [2.0, 3.0] and many[1:].shared.shape == (1, 2, 2)
     assert (many[2] - many[0]).error.tolist() == [1.5, 1.5]  # what all share is gone
+
+
+def test_a_plane_model_refuses_what_leaves_the_plane() -> None:
+    """Of one pose, or of any of many; zeros are in the plane."""
+    many = Pose(0.0, 1e-3, d_y=np.array([0.0, 1e-6]))
+    refuse_out_of_plane("planar", Pose(1e-3, 1e-3, 0.1), "sheets")
+    with pytest.raises(ValueError, match="pose: d_y must be zero for the model planar, which is plane: ask for sheets"):
+        refuse_out_of_plane("planar", many, "sheets")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_loads_are_finite(value: float) -> None:
+    """The largest double is a load; what is none is refused."""
+    refuse_infinite(Wrench(F_z=1e308))
+    with pytest.raises(ValueError, match="wrench: must be finite numbers"):
+        refuse_infinite(Wrench(F_z=value))
