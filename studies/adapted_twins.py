@@ -27,9 +27,9 @@ from common.twins import CELL, LAWS, NARROWEST, SOFTEST, STIFFEST, Truth, invert
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.load_plan import plan_loads
 from sits_mech.analysis.built.prior import Prior, prior_of
+from sits_mech.analysis.measured import Measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array
-from sits_mech.readout.measured import Measured
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 

@@ -103,7 +103,7 @@ UNMIRRORED = {
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
     "magnetics/space/prisms.py": "tests/magnetics/test_sheets_outline.py: the sheets made of them",
     "magnetics/space/classes.py": "tests/magnetics/space/test_modes.py: plates by these matrices, against closed forms",
-    "mechanics/pictured.py": "tests/mechanics/test_block.py: sections of its pads for pictures",
+    "report/pictures/pad.py": "tests/mechanics/test_block.py: sections of its pads for pictures",
     "mechanics/element/mesh.py": "tests/mechanics/element/test_kernel.py: the elements on it",
     "mechanics/element/target.py": "tests/mechanics/element/test_assembly.py: the rigid target's derivatives",
     **dict.fromkeys(
@@ -151,7 +151,7 @@ UNMIRRORED = {
         (f"silicone/laws/{name}.py" for name in ("gent", "law", "mooney_rivlin", "neo_hookean", "ogden", "yeoh")),
         "tests/silicone/laws/test_laws.py: every law by the same tests",
     ),
-    "silicone/least_squares.py": "tests/silicone/test_fitting.py: the fits that it makes",
+    "analysis/material/least_squares.py": "tests/analysis/material/test_fitting.py: the fits that it makes",
     "version.py": "tests/report/test_folder.py: a calibration of another version is refused",
 }
 

@@ -23,10 +23,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sits_mech.analysis.terminals import own_capacitance, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.resistance import TrackSpectrum, track_spectrum
-from sits_mech.magnetics.coils.terminals import own_capacitance, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature

@@ -6,7 +6,7 @@ A sensor that is a little off shows L' where the calibrated one shows L; read by
 
 Only the layer's thickness and modulus need it solved anew, and the modulus only at F / s (see `comparison`); a gap
 lifts every pose, an offset of the coils along x shifts it. A few samples are solved, a map through them gives the
-scatter and the shares of each tolerance (`maps.spread`). Neglected: tilt of the target as made, tolerances of its
+scatter and the shares of each tolerance (`analysis.spread`). Neglected: tilt of the target as made, tolerances of its
 size.
 """
 
@@ -20,9 +20,9 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.spread import Spread, design, spread
 from sits_mech.cases import Progress
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.maps.spread import Spread, design, spread
 from sits_mech.quantities import POSE, Array, Pose, SolveFailed, Wrench
 from sits_mech.readout.calibration import Calibration
 from sits_mech.readout.loads import fixed, varied

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sits_mech.analysis.built.adaptation import Adaptation
     from sits_mech.analysis.built.prior import Prior
     from sits_mech.analysis.built.production import Production
-    from sits_mech.readout.measured import Measured, Tank
+    from sits_mech.analysis.measured import Measured, Tank
 
 
 Rigs = Literal["weights", "press", "stage", "use"]
@@ -143,8 +143,8 @@ def lot(
     from sits_mech.analysis.built.delivered import delivered, spread_of
     from sits_mech.analysis.built.load_plan import plan_loads
     from sits_mech.analysis.built.production import produced
+    from sits_mech.analysis.measured import read_units
     from sits_mech.readout.loads import fixed
-    from sits_mech.readout.measured import read_units
     from sits_mech.report.tables import production as tables
 
     prior = known.prior(folder)
@@ -162,8 +162,8 @@ def lot(
 
 def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
     """Return what a bench recorded of a sensor."""
+    from sits_mech.analysis.measured import read_measured
     from sits_mech.readout.loads import fixed
-    from sits_mech.readout.measured import read_measured
     from sits_mech.units import SceneError
 
     held = fixed(prior.data)

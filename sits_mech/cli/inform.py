@@ -87,7 +87,7 @@ def explain(
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     check_asked(sensor, vars(wrench), **asdict(models))
 
-    from sits_mech.chain.ladder import ladder as solved
+    from sits_mech.analysis.ladder import ladder as solved
     from sits_mech.chain.models import plan
     from sits_mech.report.tables.plan import ladder_record, ladder_tables, plan_record, plan_tables
 
@@ -127,9 +127,9 @@ def fit(
         if path is not None:
             check_readable(path, "a readable tensile test")
 
+    from sits_mech.analysis.material.fitted import fit_tests
     from sits_mech.report.pictures.fit import fit_figure, fitted_tables
     from sits_mech.report.pictures.style import save_figure
-    from sits_mech.silicone.histories.fitted import fit_tests
     from sits_mech.silicone.material import Silicone, implausible
     from sits_mech.units import SceneError
 

@@ -207,8 +207,8 @@ def compare(
     check_readable(measured, "a readable measurement")
 
     from sits_mech.analysis.built import comparison
+    from sits_mech.analysis.measured import read_measured
     from sits_mech.readout.loads import fixed, several
-    from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.pictures.style import save_figure
@@ -247,7 +247,7 @@ def _limits(sensor: Sensor, data: xr.Dataset, capacity: bool) -> Limits:
 def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]:
     """Return the drift of a calibrated sensor with temperature; nothing, and why, where readings have no inverse."""
     from sits_mech.analysis.bench import coil_table
-    from sits_mech.readout.drift import drift
+    from sits_mech.analysis.drift import drift
     from sits_mech.report.tables.drift import drift_record
 
     try:

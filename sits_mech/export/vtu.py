@@ -24,14 +24,14 @@ from numpy.typing import NDArray
 from sits_mech.export.source import Source, own_folder
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.tracks import coil_tracks
-from sits_mech.magnetics.space.stream import placed
 from sits_mech.mechanics.block import BlockPad, block_pad
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
 from sits_mech.mechanics.pad.section import layer_parts
-from sits_mech.mechanics.pictured import deformed_pad
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words, points, varied, wrench_of
 from sits_mech.report.pictures.cuts import coil_cut, target_cut
+from sits_mech.report.pictures.pad import deformed_pad
+from sits_mech.report.pictures.stream import placed
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.status import ANSWERED

@@ -18,8 +18,8 @@ from typing import Any
 from common.references import FINER
 from threadpoolctl import threadpool_info
 
-from sits_mech.chain.ladder import Asked, power, sentence
-from sits_mech.chain.ladder import forget as forget
+from sits_mech.analysis.ladder import Asked, power, sentence
+from sits_mech.analysis.ladder import forget as forget
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
 
 _LEAST = 1e-12  # an error of zero on a logarithmic axis

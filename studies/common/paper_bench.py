@@ -22,7 +22,7 @@ from common.outputs import write_rows
 from common.paper import DEGREE, FREE_MEASURED, MEASURED, MM
 
 from sits_mech.analysis.built.comparison import Comparison, compare
-from sits_mech.readout.measured import Measured
+from sits_mech.analysis.measured import Measured
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 

@@ -26,8 +26,8 @@ from pathlib import Path
 import numpy as np
 from elsewhere.rows import Row
 
+from sits_mech.analysis.built.fit import Free, fit_parameters
 from sits_mech.analysis.built.unknowns import priors
-from sits_mech.maps.fit import Free, fit_parameters
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.quantities import Array, SolveFailed

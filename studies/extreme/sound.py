@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.cli.main import run
 from sits_mech.scene.files import written
 from sits_mech.scene.sensor import load_sensor, scene_text
-from sits_mech.silicone.histories.uniaxial import uniaxial_stress
 from sits_mech.silicone.material import silicone_from
 
 MESHES = Path(__file__).parents[2] / "meshes"

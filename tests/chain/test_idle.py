@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.analysis.terminals import terminal_impedance
 from sits_mech.chain.models import magnetic_model, plan
 from sits_mech.chain.omissions import Shown, idle_bound, idle_share, omissions
-from sits_mech.magnetics.coils.terminals import terminal_impedance
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 

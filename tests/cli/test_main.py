@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from rich.table import Table
 
+from sits_mech.analysis.ladder import Rung
 from sits_mech.chain import models
-from sits_mech.chain.ladder import Rung
 from sits_mech.chain.models import mechanical_model
 from sits_mech.cli import options
 from sits_mech.cli.console import show
@@ -149,7 +149,7 @@ def test_explain_solves_the_ladder_of_a_load(capsys: Capture) -> None:
     assert run(["explain", "biorob2018", "--ladder"]) == 2 and "ladder: must have a load" in capsys.readouterr().err
     failing = Rung(1e-1, 1.0, math.nan, math.nan, math.nan, math.nan, "SolveFailed: not carried; and why")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sits_mech.chain.ladder.ladder", lambda *_, **__: [failing])
+        patch.setattr("sits_mech.analysis.ladder.ladder", lambda *_, **__: [failing])
         assert run(words) == 3
     assert "not carried " in capsys.readouterr().out
 

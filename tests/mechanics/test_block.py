@@ -10,8 +10,8 @@ from sits_mech.mechanics.equilibrium.newton import small_strain
 from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.levels.answer import largest_stretch
 from sits_mech.mechanics.pad.solid import bonded_block, pad_parts
-from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import SolveFailed, Wrench
+from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.scene.sensor import SceneError, load_sensor
 
 MU, MM = 3e4, 1e-3

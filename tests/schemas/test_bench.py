@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jsonschema import Draft202012Validator
 
-from sits_mech.readout.measured import read_measured
+from sits_mech.analysis.measured import read_measured
 from sits_mech.schemas.bench import bench_schema
 
 ROW = Draft202012Validator(bench_schema())

@@ -7,7 +7,7 @@ With readings y of noise sigma, to which the table's own errors are added,
     -2 ln p(theta | y) = chi^2(theta) = sum ((y(theta) - y)/sigma)^2 + sum ((theta - v)/s)^2 + const,
 
 of the modulus ln theta; its least by Gauss and Newton with the chain's own derivatives, its width there by Laplace's
-approximation (maps/fit.py). What an estimated error counts as is in `prior`. Of N numbers read the least chi^2 follows
+approximation (fit.py). What an estimated error counts as is in `prior`. Of N numbers read the least chi^2 follows
 chi^2_N if the sensor is one of those described; p is the probability of more. The part of the residual that no unknown
 can move,
 
@@ -28,13 +28,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2
 
+from sits_mech.analysis.built.fit import Beforehand, Free, ParameterFit, fit_parameters
 from sits_mech.analysis.built.force_maps import Table, moduli
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.prior import HALF, Prior, inverted, load_noise_of
 from sits_mech.analysis.built.unknowns import Known
-from sits_mech.maps.fit import Beforehand, Free, ParameterFit, fit_parameters
+from sits_mech.analysis.measured import Measured
 from sits_mech.quantities import Array
-from sits_mech.readout.measured import Measured
 from sits_mech.scene.sensor import SceneError
 
 _WIDEST = 100.0  # deviations: how far a factor or a misread load is followed; what is as far tells by its p-value

@@ -15,7 +15,7 @@ import numpy as np
 
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.prior import Prior
-from sits_mech.readout.measured import Measured
+from sits_mech.analysis.measured import Measured
 from sits_mech.scene.sensor import SceneError
 
 STRANGE = 0.01

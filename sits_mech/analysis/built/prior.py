@@ -56,7 +56,7 @@ class Prior:
     noise: Array  # of a reading of each coil, converter or bench alone (n,) [H]
     model: Array  # deviation of the table's own errors (n,) [H]
     factors: tuple[Known, ...]  # of the parts of the poses' errors that the table shares
-    root: Array | None = None  # B of maps/fit.py of parameters and factors, (p, p), where they are known together
+    root: Array | None = None  # B of fit.py of parameters and factors, (p, p), where they are known together
     _slopes: dict[bytes, tuple[Array, Array]] = field(default_factory=dict, repr=False)  # those asked for before
 
     @property

@@ -1,6 +1,6 @@
 """Learn what the units of a production share from readings of some, for the next ones: fewer loads a unit, its yield.
 
-Of each unknown, in deviations z from what is known beforehand (maps/fit.py), a unit j has
+Of each unknown, in deviations z from what is known beforehand (analysis/built/fit.py), a unit j has
 
     z_j = m + d_j,    m ~ N(0, A) of the production,    d_j ~ N(0, W) of each unit,    A + W = 1,  W diagonal:
 
@@ -25,16 +25,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
+from sits_mech.analysis.built.fit import Free
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.prior import Prior, inverted
 from sits_mech.analysis.built.unknowns import CELL, Known
-from sits_mech.maps.fit import Free
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 
 if TYPE_CHECKING:
+    from sits_mech.analysis.measured import Measured
     from sits_mech.cases import Progress
-    from sits_mech.readout.measured import Measured
 
 _MIX = {"modulus": 0.03, "stiffening": 0.01}  # deviations between units of one mix, chosen
 _HALF = 0.5  # of the variance of others that is each unit's, chosen; units themselves tell

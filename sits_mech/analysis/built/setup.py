@@ -29,12 +29,12 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.analysis.bench import absolute, henries
+from sits_mech.analysis.built.fit import Free
 from sits_mech.analysis.built.unknowns import CELL, PARAMETERS, Known
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.geometry.collision import clearance
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.maps.differences import SECOND_ORDER
-from sits_mech.maps.fit import Free
 from sits_mech.quantities import POSE, UNITS, Array, Impedance, MagneticModel, Pose
 from sits_mech.rotations import rotation_matrix, rotation_vector
 from sits_mech.scene.parameters import keys_of

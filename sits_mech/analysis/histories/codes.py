@@ -1,7 +1,7 @@
 """Convert a load history to codes: the scene's converter, set for the history, reads one coil after the other.
 
 What each coil shows at the end of its leads (analysis/spectrum.py) is interpolated from solved times to all others
-between the corners of the load (response.py, `between`), and through the converter in time (readout/sampling/scan.py).
+between the corners of the load (response.py, `between`), and through the converter in time (scan.py).
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import xarray as xr
 
 from sits_mech.analysis.bench import absolute, table_impedance
 from sits_mech.analysis.histories.response import between
+from sits_mech.analysis.histories.scan import scan
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.labels import labelled
 from sits_mech.quantities import WRENCH
 from sits_mech.readout.converter import converter
 from sits_mech.readout.front_end import front_end
-from sits_mech.readout.sampling.scan import scan
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature, clock_factor
 

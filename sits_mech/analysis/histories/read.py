@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.analysis.measured import Sheet, table_lines
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import UNITS, WRENCH, Array
-from sits_mech.readout.measured import Sheet, table_lines
 from sits_mech.units import SceneError
 
 _TIMES = ("t", "time")

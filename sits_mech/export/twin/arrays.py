@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.analysis.bench import free_inductances, model_errors, sensor_calibration, sensor_front_end
+from sits_mech.analysis.histories.scan import windows
 from sits_mech.chain.models import mechanical_model
 from sits_mech.export.source import Source
 from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches
@@ -21,7 +22,6 @@ from sits_mech.readout.converter import conversion_time
 from sits_mech.readout.front_end import FrontEnd
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
 from sits_mech.readout.loads import load_words, several, varied
-from sits_mech.readout.sampling.scan import windows
 from sits_mech.scene.sensor import SceneError
 from sits_mech.silicone.history import retardation
 from sits_mech.status import ANSWERED

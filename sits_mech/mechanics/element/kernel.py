@@ -30,9 +30,9 @@ import numpy as np
 from sits_mech.mechanics.element.mesh import MixedMesh, Points
 from sits_mech.quantities import Array, Integers
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
-from sits_mech.silicone.histories.points import Step
 from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
 from sits_mech.silicone.material import Silicone
+from sits_mech.silicone.points import Step
 
 
 class Law(NamedTuple):
@@ -45,7 +45,7 @@ class Law(NamedTuple):
     past: Step | None = None  # of its points, if any
 
     def after(self, past: Step) -> Law:
-        """Return the law of points with a past, one at each quadrature point (silicone/histories/points.py)."""
+        """Return the law of points with a past, one at each quadrature point (silicone/points.py)."""
         return law_of(self.silicone, self.guard, past)
 
     def part(self, some: slice) -> Law:

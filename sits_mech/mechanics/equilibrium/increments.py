@@ -15,7 +15,7 @@ Struct. 42 (1992) 97, increments of frictional contact.
 
 A layer with memory advances in time by the rest under the energy that its past and the time step make. Inertia plays no
 part: at every time the layer is at rest, and what depends on time are the silicone's points alone
-(silicone/histories/points.py). A step of time changes their energies once, as if between two loads another law were put
+(silicone/points.py). A step of time changes their energies once, as if between two loads another law were put
 in; the rest under the new load is then found as it is for an elastic layer, along a path of loads (path.py), or with
 friction in increments. The points remember what they come to.
 """
@@ -37,7 +37,7 @@ from sits_mech.mechanics.equilibrium.newton import SETTLED, Way, unloaded, verdi
 from sits_mech.mechanics.equilibrium.path import among_faces, follow
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.quantities import Array
-from sits_mech.silicone.histories.points import Memory, remembered, stepped, virgin
+from sits_mech.silicone.points import Memory, remembered, stepped, virgin
 
 _SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change

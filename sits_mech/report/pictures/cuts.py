@@ -19,8 +19,8 @@ from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.space.stream import placed
 from sits_mech.quantities import Array, Pose
+from sits_mech.report.pictures.stream import placed
 from sits_mech.scene.outlines import Loop, edges
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
 

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sits_mech.analysis.material.fitted import Fitted
+from sits_mech.analysis.material.fitting import Fit
+from sits_mech.analysis.material.relaxing import Relaxation
+from sits_mech.analysis.material.softening import CyclicFit
+from sits_mech.analysis.material.tensile import TensileTest
 from sits_mech.report.pictures.style import new_figure
 from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.files import literal
-from sits_mech.silicone.fitting import Fit
-from sits_mech.silicone.histories.fitted import Fitted
-from sits_mech.silicone.histories.relaxing import Relaxation
-from sits_mech.silicone.histories.softening import CyclicFit
 from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.laws import LAWS
-from sits_mech.silicone.tensile import TensileTest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

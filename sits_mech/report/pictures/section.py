@@ -11,7 +11,6 @@ from sits_mech.magnetics.field import planar_fem
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
-from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import (
@@ -24,6 +23,7 @@ from sits_mech.report.pictures.fields import (
     potential_height,
     written_frequency,
 )
+from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.report.pictures.style import TRACKS, add_polygons, label_bar, new_figure
 from sits_mech.scene.sensor import SceneError, Sensor
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.table import Table
 
+from sits_mech.analysis.drift import Drift
 from sits_mech.chain.simulate import Simulation
 from sits_mech.quantities import Array, as_jsonable, shown_unit
-from sits_mech.readout.drift import Drift
 from sits_mech.report.pictures.style import new_figure
 from sits_mech.report.records import simulation_record
 from sits_mech.report.tables.solves import column_table, short

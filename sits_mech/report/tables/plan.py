@@ -9,7 +9,7 @@ from typing import Any
 
 from rich.table import Table
 
-from sits_mech.chain.ladder import Rung, power, sentence
+from sits_mech.analysis.ladder import Rung, power, sentence
 from sits_mech.chain.omissions import Omission, beside_errors, skin_depths
 from sits_mech.chain.prices.costs import Step
 from sits_mech.chain.prices.ends import ends_of_pad

@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis.built.prior import Prior, prior_of
+from sits_mech.analysis.measured import Measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array
-from sits_mech.readout.measured import Measured
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 OTHERWISE = {"modulus": 0.85, "gap": 4e-5, "d_h": 1e-4, "alpha": 0.004, "cell": 1.005, "lead": 1e-8}

@@ -8,7 +8,7 @@ import pytest
 from sits_mech.analysis.built.adaptation import adapt, sampled
 from sits_mech.analysis.built.constants import constants_of
 from sits_mech.analysis.built.prior import Prior, prior_of
-from sits_mech.readout.measured import Measured
+from sits_mech.analysis.measured import Measured
 from sits_mech.scene.sensor import SceneError
 
 from .conftest import LOADS, OTHERWISE, bench_of, unknowns

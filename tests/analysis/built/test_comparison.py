@@ -10,11 +10,11 @@ import xarray as xr
 from sits_mech.analysis.bench import sensor_calibration, terminals
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.comparison import compare, tank_of
+from sits_mech.analysis.measured import Measured, read_measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.quantities import POSE, Impedance, Pose, SolveReport
 from sits_mech.readout.loads import several
-from sits_mech.readout.measured import Measured, read_measured
 from sits_mech.report.folder import cases_folder
 from sits_mech.report.pictures.measured import comparison_figure
 from sits_mech.report.pictures.style import save_figure

@@ -8,7 +8,7 @@ import pytest
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.mistakes import mistake
 from sits_mech.analysis.built.prior import Prior
-from sits_mech.readout.measured import Measured
+from sits_mech.analysis.measured import Measured
 from sits_mech.scene.sensor import SceneError
 
 from .conftest import bench_of

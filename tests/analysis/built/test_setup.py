@@ -8,9 +8,9 @@ import pytest
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.setup import Setup
 from sits_mech.analysis.built.unknowns import Known, checked, known
+from sits_mech.analysis.measured import Measured
 from sits_mech.cli.main import run
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
-from sits_mech.readout.measured import Measured
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, load_sensor
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.constants import epsilon_0
 
+from sits_mech.analysis.terminals import own_capacitance, self_resonance
 from sits_mech.geometry.tracks import track_length
-from sits_mech.magnetics.coils.terminals import own_capacitance, self_resonance
 from sits_mech.scene.coils import Coil
 
 MM = 1e-3

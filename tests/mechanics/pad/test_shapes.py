@@ -12,8 +12,8 @@ from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.shapes import cells_of, half_bricks, shape_of
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import Wrench
+from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.scene.sensor import SceneError, load_sensor
 
 MM = 1e-3

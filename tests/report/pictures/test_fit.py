@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.tensile import TensileTest
 from sits_mech.report.pictures.fit import fit_figure, fit_rows
 from sits_mech.report.pictures.style import save_figure
-from sits_mech.silicone.fitting import fit_law
 from sits_mech.silicone.homogeneous import engineering_stress
-from sits_mech.silicone.tensile import TensileTest
 
 STRAIN = np.linspace(0.0, 1.6, 81)
 GENT = {"shear_modulus": 30e3, "j_m": 6.0}

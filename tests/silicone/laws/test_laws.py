@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
+from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.tensile import TensileTest
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.silicone.energy import isochoric_energy
-from sits_mech.silicone.fitting import fit_law
 from sits_mech.silicone.homogeneous import energy_density, engineering_stress, principal_stretches, tangent
 from sits_mech.silicone.kinematics import in_plane, in_space
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.laws.law import InvariantDerivatives, Invariants, Law, LinearFit, OfInvariants, TermFit
 from sits_mech.silicone.material import Silicone
 from sits_mech.silicone.stability import stability
-from sits_mech.silicone.tensile import TensileTest
 
 
 def _mixed(c, at):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.silicone.histories.record import Record
-from sits_mech.silicone.histories.uniaxial import uniaxial_stress
+from sits_mech.analysis.material.record import Record
+from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.silicone.material import silicone_from
 
 YEOH = {"law": "yeoh", "c10": 1.5e4, "c20": -300.0, "c30": 40.0, "bulk_modulus": 3e7}

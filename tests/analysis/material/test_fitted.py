@@ -6,11 +6,11 @@ import tomllib
 import numpy as np
 import pytest
 
+from sits_mech.analysis.material.fitted import fit_tests
+from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.tensile import read_tensile
 from sits_mech.cli.main import run
-from sits_mech.silicone.fitting import fit_law
-from sits_mech.silicone.histories.fitted import fit_tests
 from sits_mech.silicone.material import silicone_from
-from sits_mech.silicone.tensile import read_tensile
 
 
 def write(path, record, timed=True):

@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.analysis.material.tensile import STRAIN_UNITS, STRESS_UNITS, finite_rows, lines_of, unit_of
 from sits_mech.quantities import Array
-from sits_mech.silicone.tensile import STRAIN_UNITS, STRESS_UNITS, finite_rows, lines_of, unit_of
 
 _TIME_UNITS = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
 _COLUMN = re.compile(

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from sits_mech.silicone.fitting import fit_law
-from sits_mech.silicone.histories.softening import envelope, fit_softening
+from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.softening import envelope, fit_softening
 
 PEAKS = (0.3, 0.6, 1.0)
 

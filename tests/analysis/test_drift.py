@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.analysis.drift import drift
 from sits_mech.readout.calibration import Calibration, calibration_of
-from sits_mech.readout.drift import drift
 
 A = np.array([[2e-8, -3e-9], [-2e-8, -3e-9]])  # dL/d(F_x, F_z) [H/N]
 X, Z = np.linspace(-1, 1, 7), np.linspace(0, 4, 7)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from sits_mech.analysis.histories.scan import scan, windows
 from sits_mech.readout.converter import CONVERTERS, code_of, conversion_time, tank_frequency, tank_inductance
 from sits_mech.readout.front_end import front_end
-from sits_mech.readout.sampling.scan import scan, windows
 
 C = 330e-12
 L0, R0 = np.array([2.0e-6, 2.1e-6]), np.array([3.0, 1.5])  # channels of different settling

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.collision import Collision
-from sits_mech.magnetics.space.stream import Stream, placed, plate_stream
 from sits_mech.quantities import Pose
+from sits_mech.report.pictures.stream import Stream, placed, plate_stream
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 ONE = np.array([0.0, 1.0])

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.silicone.fitting import fit_law
+from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.tensile import read_tensile
 from sits_mech.silicone.homogeneous import engineering_stress
-from sits_mech.silicone.tensile import read_tensile
 
 STRAIN = np.linspace(0.0, 1.0, 51)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.maps.spread import design, spread
+from sits_mech.analysis.spread import design, spread
 
 NAMES = ("thickness", "modulus", "gap")
 S = np.array([0.1, 0.2, 0.05])

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from sits_mech.chain import ladder as module
-from sits_mech.chain.ladder import Asked, forget, ladder, sentence
+from sits_mech.analysis import ladder as module
+from sits_mech.analysis.ladder import Asked, forget, ladder, sentence
 from sits_mech.chain.simulate import simulate
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.quantities import Pose, SolveFailed, SolveReport, Wrench

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
-from sits_mech.silicone.histories.uniaxial import divided, uniaxial_stress
+from sits_mech.analysis.material.uniaxial import divided, uniaxial_stress
 from sits_mech.silicone.history import relaxation
 from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.material import Softening

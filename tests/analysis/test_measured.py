@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sits_mech.analysis.measured import Tank, read_measured, read_units
 from sits_mech.readout.converter import CONVERTERS, code_of, tank_frequency
-from sits_mech.readout.measured import Tank, read_measured, read_units
 
 NAMES = ("F_x", "F_z")
 COILS = ("C1", "C2")

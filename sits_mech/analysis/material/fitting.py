@@ -30,13 +30,13 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.analysis.material.least_squares import Answer, Points, fit_constants
+from sits_mech.analysis.material.tensile import TensileTest
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import engineering_stress, principal_stretches
 from sits_mech.silicone.laws import known_law
-from sits_mech.silicone.least_squares import Answer, Points, fit_constants
 from sits_mech.silicone.material import Silicone
 from sits_mech.silicone.stability import stability
-from sits_mech.silicone.tensile import TensileTest
 
 
 @dataclass(frozen=True)

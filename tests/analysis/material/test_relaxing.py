@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.silicone.histories.relaxing import fit_relaxation
+from sits_mech.analysis.material.relaxing import fit_relaxation
 
 
 def hold(last, ramp=0.5, level=0.5, count=4000):

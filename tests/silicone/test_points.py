@@ -10,9 +10,9 @@ from common.history_points import Path
 from scipy.special import erf
 
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
-from sits_mech.silicone.histories.points import remembered, stepped, virgin
 from sits_mech.silicone.kinematics import in_plane, in_space
 from sits_mech.silicone.material import silicone_from
+from sits_mech.silicone.points import remembered, stepped, virgin
 
 STORED = json.loads((File(history_points.__file__).parent / "reference_points.json").read_text("utf-8"))["rows"]
 PRONY = [{"weight": 0.2, "time": 0.3}, {"weight": 0.15, "time": 3.0}]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.maps.fit import Free, fit_parameters, profile
+from sits_mech.analysis.built.fit import Free, fit_parameters, profile
 from sits_mech.quantities import Array
 
 X = np.linspace(0.0, 1.0, 20)[:, None]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from sits_mech.analysis.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.magnetics.coils.resistance import track_resistance
-from sits_mech.magnetics.coils.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.scene.sensor import Coil, Readout
 
 OMEGA = 2 * np.pi * 5e6

@@ -34,10 +34,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares, nnls
 
+from sits_mech.analysis.material.least_squares import half_widths
+from sits_mech.analysis.material.record import Record
+from sits_mech.analysis.material.uniaxial import branch_stress, divided, softened_stress
 from sits_mech.quantities import Array
-from sits_mech.silicone.histories.record import Record
-from sits_mech.silicone.histories.uniaxial import branch_stress, divided, softened_stress
-from sits_mech.silicone.least_squares import half_widths
 from sits_mech.silicone.material import Silicone
 
 _PER_DECADE = 20  # parts of the hold that samples are averaged over

@@ -1,0 +1,1 @@
+"""Constants of a silicone from its tests: tension, relaxation, cycles."""

@@ -1,1 +1,0 @@
-"""Codes of a converter over time."""

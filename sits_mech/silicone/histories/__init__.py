@@ -1,1 +1,0 @@
-"""Rate and softening from tests over time."""
