@@ -152,13 +152,13 @@ def _laws(scene: dict[str, Any]) -> Iterator[str]:
 
 
 _ROOMS = {
-    "silicone": "Silicone: laws, stability, tests, rate and history",
+    "silicone": "Silicone: laws, stability, rate and history",
     "mechanics": "Mechanics: wrench to pose",
     "magnetics": "Magnetics: pose to impedance",
     "maps": "Maps: smooth functions through solved points",
     "readout": "Readout: impedance to force",
     "chain": "Chain: the two halves joined",
-    "analysis": "Analysis: what is asked of a calibrated sensor",
+    "analysis": "Analysis: what is asked of a sensor, and what tests and benches tell of it",
     "synthesis": "Synthesis: a design for requirements",
 }
 

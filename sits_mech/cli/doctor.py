@@ -11,7 +11,7 @@ from importlib import metadata
 from importlib.util import find_spec
 
 from sits_mech.disk_cache import folder, kept_files
-from sits_mech.meshing.unstructured import mesh_generator
+from sits_mech.geometry.meshing.unstructured import mesh_generator
 from sits_mech.report.pictures.spatial import renders
 from sits_mech.version import __version__
 

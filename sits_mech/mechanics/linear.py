@@ -60,7 +60,7 @@ from sits_mech.units import checked_tolerance
 _LONG = (20.0, 3.0)  # thicknesses, widths of the target
 _THIN = 30.0  # thicknesses of a target's smaller side from which on thicker pads stand for a thin one,
 _THICKER = (24.0, 16.0)  # those with so many
-_ROOMS = "mechanics", "meshing", "geometry", "scene", "silicone"  # that the factors depend on
+_ROOMS = "mechanics", "geometry", "scene", "silicone"  # that the factors depend on
 
 
 @dataclass(frozen=True)

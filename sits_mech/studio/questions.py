@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sits_mech.synthesis.requirements import Requirements
 
 _ACROSS = 5
-_ROOMS = ("chain", "geometry", "magnetics", "maps", "mechanics", "meshing", "readout", "scene", "silicone")
+_ROOMS = ("chain", "geometry", "magnetics", "maps", "mechanics", "readout", "scene", "silicone")
 Told = Callable[..., None]
 """Called with how far an answer is: done, of how many, and where there are some, words."""
 

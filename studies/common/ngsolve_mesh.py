@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.geometry.meshing.bricks import Outline
 from sits_mech.mechanics.pad.shapes import GRADING, box_lines
-from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
 
 Sizes = tuple[float, float]

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 import pytest
 
 from sits_mech.cli import doctor
-from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
+from sits_mech.geometry.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.report.pictures import spatial
 
 PYVISTA = pytest.mark.skipif(find_spec("pyvista") is None, reason="pyvista is not installed")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.collision import Collision
+from sits_mech.geometry.meshing.unstructured import MesherMissing
 from sits_mech.magnetics import field
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.meshing.unstructured import MesherMissing
 from sits_mech.quantities import Impedance, Pose, SolveFailed
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, sensor_from
 

@@ -25,7 +25,7 @@ from sits_mech.readout.loads import fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import ANSWERED
 
-_ROOMS = "scene", "silicone", "geometry", "meshing", "mechanics", "chain"  # that make slopes of the layer
+_ROOMS = "scene", "silicone", "geometry", "mechanics", "chain"  # that make slopes of the layer
 _MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
 _MODULI = (0.02, 10.0)  # least and greatest factor
 

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import MeshTri
 
+from sits_mech.geometry.meshing.unstructured import fill_between
 from sits_mech.geometry.plates import Plate
-from sits_mech.meshing.unstructured import fill_between
 from sits_mech.quantities import Array, Complex, Integers
 
 _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved

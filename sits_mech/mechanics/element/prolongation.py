@@ -9,7 +9,7 @@ For 9-node quadrilaterals and 27-node bricks, curved ones too, both are exact: t
 ones. The face and inner bubbles of tetrahedra are cubic and quartic: their children hold no cubics, so that these are
 interpolated, and quadratic displacements are exact. Pressures are linear in the place, which refinement keeps.
 
-Between meshes of one family (meshing/bricks.py) whose cells do not nest both are interpolated, for a start.
+Between meshes of one family (geometry/meshing/bricks.py) whose cells do not nest both are interpolated, for a start.
 
 Unknowns as in mesh.py. Source: multigrid, W. Hackbusch, Multi-Grid Methods and Applications (1985), section 3.4.
 """
@@ -24,9 +24,9 @@ from scipy import sparse
 from skfem.element import Element, ElementQuad2
 from skfem.quadrature import get_quadrature
 
+from sits_mech.geometry.meshing.bricks import Division
+from sits_mech.geometry.meshing.refinement import Refinement, shape_values
 from sits_mech.mechanics.element.mesh import GAUSS, ORDER, MixedMesh
-from sits_mech.meshing.bricks import Division
-from sits_mech.meshing.refinement import Refinement, shape_values
 from sits_mech.quantities import Array, Integers
 
 

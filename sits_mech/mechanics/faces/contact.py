@@ -77,11 +77,11 @@ from typing import Literal
 
 import numpy as np
 
+from sits_mech.geometry.meshing.bricks import Outline
 from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.target import placed
 from sits_mech.mechanics.faces.surface import Surface
-from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array, Integers
 from sits_mech.rotations import cross_matrix
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sits_mech.geometry.meshing.bricks import Outline, within
 from sits_mech.mechanics.element.assembly import Part
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import MixedMesh
@@ -20,7 +21,6 @@ from sits_mech.mechanics.faces.facets import is_monotone, lines_cross, triangles
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.mechanics.faces.skin import Skin
 from sits_mech.mechanics.faces.surface import Surface
-from sits_mech.meshing.bricks import Outline, within
 from sits_mech.quantities import Array, Integers
 
 LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"

@@ -42,6 +42,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.geometry.meshing.bricks import Outline
+from sits_mech.geometry.meshing.structured import graded_lines, graded_segment, matched_cells
 from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
 from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed
 from sits_mech.mechanics.element.mesh import MixedMesh, fanned, section_mesh
@@ -52,8 +54,6 @@ from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edges
 from sits_mech.mechanics.pad.shapes import widened
-from sits_mech.meshing.bricks import Outline
-from sits_mech.meshing.structured import graded_lines, graded_segment, matched_cells
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 

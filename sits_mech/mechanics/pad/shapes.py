@@ -33,9 +33,9 @@ from typing import NamedTuple
 import numpy as np
 from skfem import MeshHex
 
-from sits_mech.meshing.bricks import Division, Outline, box_bricks, covered, ring_bricks
-from sits_mech.meshing.copies import pillar_bricks
-from sits_mech.meshing.crossing import crossing_bricks
+from sits_mech.geometry.meshing.bricks import Division, Outline, box_bricks, covered, ring_bricks
+from sits_mech.geometry.meshing.copies import pillar_bricks
+from sits_mech.geometry.meshing.crossing import crossing_bricks
 from sits_mech.quantities import Array
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.sensor import Elastomer, SceneError, Target

@@ -25,6 +25,9 @@ from skfem import Basis, MeshHex, MeshHex2
 from skfem.element import Element, ElementHex1
 from skfem.quadrature import get_quadrature
 
+from sits_mech.geometry.meshing.bricks import Division, Outline, within
+from sits_mech.geometry.meshing.copies import both_halves
+from sits_mech.geometry.meshing.refinement import shape_values
 from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces, gradients, kinematics, law_of
 from sits_mech.mechanics.element.mesh import BRICK, ORDER, MixedMesh, Points, pressures, solid_mesh
@@ -36,9 +39,6 @@ from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.pad.section import GUARD_SHARE, layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
-from sits_mech.meshing.bricks import Division, Outline, within
-from sits_mech.meshing.copies import both_halves
-from sits_mech.meshing.refinement import shape_values
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
 

@@ -23,16 +23,16 @@ from typing import NamedTuple
 import numpy as np
 from skfem import Mesh
 
+from sits_mech.geometry.meshing.bricks import Outline, within
+from sits_mech.geometry.meshing.refinement import Refinement, refined
+from sits_mech.geometry.meshing.soundness import pieces, place
+from sits_mech.geometry.meshing.store import ReadSolid, read_solid
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
 from sits_mech.mechanics.element.prolongation import Prolongation, prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.pad.shapes import outlines
 from sits_mech.mechanics.pad.solid import NumberedMesh, as_in, numbered, pad_parts, solid
-from sits_mech.meshing.bricks import Outline, within
-from sits_mech.meshing.refinement import Refinement, refined
-from sits_mech.meshing.soundness import pieces, place
-from sits_mech.meshing.store import ReadSolid, read_solid
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
 

@@ -32,7 +32,7 @@ FILES = {
 
 def tensile_folder() -> Path:
     """Return the folder of raw tensile tests, or skip and say so: the project does not carry them."""
-    beside = Path(__file__).parents[3] / "shared" / "tensile_tests"
+    beside = Path(__file__).parents[4] / "shared" / "tensile_tests"
     folder = Path(os.environ.get("SITS_MECH_TENSILE_TESTS", beside))
     if not folder.is_dir():
         pytest.skip(f"no tensile tests at {folder}; SITS_MECH_TENSILE_TESTS names their folder")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshQuad, MeshQuad2, MeshTet
 
+from sits_mech.geometry.meshing.bricks import Outline, ring_bricks
+from sits_mech.geometry.meshing.refinement import refined
 from sits_mech.mechanics.element.kernel import deformation, gradients
 from sits_mech.mechanics.element.mesh import BRICK, SQUARE, TETRAHEDRON, plane_mesh, solid_mesh
 from sits_mech.mechanics.element.prolongation import prolongation
-from sits_mech.meshing.bricks import Outline, ring_bricks
-from sits_mech.meshing.refinement import refined
 
 X, Z = np.array([0.0, 0.4, 1.0, 1.3]), np.array([0.0, 0.7, 1.0])
 QUADS = MeshQuad.init_tensor(X, Z)

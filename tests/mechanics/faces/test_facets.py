@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from skfem import MeshHex
 
+from sits_mech.geometry.meshing.store import read_solid
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
 from sits_mech.mechanics.faces.facets import is_monotone, skin, triangles_cross
-from sits_mech.meshing.store import read_solid
 
 SLOTTED = Path(__file__).parents[3] / "meshes" / "slotted.msh"
 

@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq
 from skfem import MeshHex
 
+from sits_mech.geometry.meshing.store import read_solid
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, section_mesh, solid_mesh
 from sits_mech.mechanics.equilibrium.body import rest
@@ -18,7 +19,6 @@ from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.mechanics.faces.skin import section_skin, solid_skin
 from sits_mech.mechanics.pad.shapes import outlines
 from sits_mech.mechanics.pad.solid import numbered, solid
-from sits_mech.meshing.store import read_solid
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import load_sensor
 

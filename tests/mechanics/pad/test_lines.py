@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from sits_mech.geometry.meshing.bricks import Outline
 from sits_mech.mechanics.pad.shapes import (
     beside_lines,
     box_lines,
@@ -15,7 +16,6 @@ from sits_mech.mechanics.pad.shapes import (
     ring_lines,
     under_lines,
 )
-from sits_mech.meshing.bricks import Outline
 from sits_mech.scene.sensor import load_sensor
 
 

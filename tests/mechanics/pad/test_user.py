@@ -12,6 +12,8 @@ from skfem import MeshHex, MeshHex2
 from skfem.io.meshio import to_meshio
 
 from sits_mech.chain.plan import choose_mechanics
+from sits_mech.geometry.meshing.bricks import box_bricks
+from sits_mech.geometry.meshing.store import read_solid
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import State, rest
@@ -19,8 +21,6 @@ from sits_mech.mechanics.equilibrium.newton import newton, small_strain
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.pad.solid import bonded_block, solid
 from sits_mech.mechanics.pad.user import GROUPS, _level, mesh_notes, meshed_family
-from sits_mech.meshing.bricks import box_bricks
-from sits_mech.meshing.store import read_solid
 from sits_mech.quantities import Wrench
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, load_sensor, save_sensor, scene_text, sensor_from

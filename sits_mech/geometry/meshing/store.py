@@ -16,7 +16,7 @@ import numpy as np
 from skfem import Mesh
 from skfem.io.meshio import from_meshio
 
-from sits_mech.meshing.soundness import check_sound, joined, place
+from sits_mech.geometry.meshing.soundness import check_sound, joined, place
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.outlines import read_mesh
 

@@ -5,7 +5,7 @@ import builtins
 import numpy as np
 import pytest
 
-from sits_mech.meshing.unstructured import MesherMissing, fill_between, mesh_generator
+from sits_mech.geometry.meshing.unstructured import MesherMissing, fill_between, mesh_generator
 
 
 def _square(half: float, edges: int, centre: complex = 0j) -> np.ndarray:

@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis, MeshHex, MeshHex2, MeshQuad, MeshQuad2, MeshTet, MeshTet2, MeshTri
 from skfem.element import ElementHex2, ElementQuad2, ElementTetP2
 
-from sits_mech.meshing.refinement import quadratic_points, refined, shape_values
+from sits_mech.geometry.meshing.refinement import quadratic_points, refined, shape_values
 
 LINES = np.array([0.0, 0.3, 1.0])
 

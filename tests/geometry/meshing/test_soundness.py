@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshTet
 
-from sits_mech.meshing.soundness import check_sound, faces_of, joined, pieces
+from sits_mech.geometry.meshing.soundness import check_sound, faces_of, joined, pieces
 
 MM = 1e-3
 LINES = np.array([0.0, 1.0, 2.5])

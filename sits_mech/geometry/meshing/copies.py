@@ -18,7 +18,7 @@ from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 from skfem.element import ElementHex2
 
-from sits_mech.meshing.bricks import Division, Outline, joined, ring_bricks
+from sits_mech.geometry.meshing.bricks import Division, Outline, joined, ring_bricks
 from sits_mech.quantities import Array, Integers
 
 _BRICK = ElementHex2()

@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis
 from skfem.element import ElementHex2
 
-from sits_mech.meshing.bricks import Outline, box_bricks, covered, ring_bricks
+from sits_mech.geometry.meshing.bricks import Outline, box_bricks, covered, ring_bricks
 
 SQUARE, DISC, WIDE = Outline(2.0, 2.0, False), Outline(2.0, 2.0, True), Outline(5.0, 4.0, False)
 ROUND = Outline(3.0, 3.0, True)

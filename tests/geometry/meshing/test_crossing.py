@@ -8,8 +8,8 @@ from scipy.spatial import cKDTree
 from skfem import Basis
 from skfem.element import ElementHex2
 
-from sits_mech.meshing.bricks import Outline, within
-from sits_mech.meshing.crossing import crossing_bricks
+from sits_mech.geometry.meshing.bricks import Outline, within
+from sits_mech.geometry.meshing.crossing import crossing_bricks
 
 LINES = (np.linspace(0.0, 1.0, 4) ** 0.5, np.linspace(0.0, 1.0, 3) ** 2, np.array([0.0, 0.6, 1.0]))
 DISC = Outline(5.0, 5.0, True)

@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis
 from skfem.element import ElementHex2
 
-from sits_mech.meshing.crossing import Patch, arc, part, patch_bricks, straight
+from sits_mech.geometry.meshing.crossing import Patch, arc, part, patch_bricks, straight
 
 EVEN = np.linspace(0.0, 1.0, 4)
 Z = np.array([0.0, 0.3, 1.0])
