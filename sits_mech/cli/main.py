@@ -3,7 +3,8 @@
 Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
 reached is printed and kept), 130 interrupted. Each command imports its rooms itself, so that help comes at once.
 Linear algebra keeps to one thread, unless the environment says otherwise: its systems are small, and sparse
-factorisations lose an order of magnitude to a second one.
+factorisations lose an order of magnitude to a second one. Modules with commands are entry points of the group
+`sits_mech.commands`: those of this package, listed in its pyproject.toml, and those of any other installed beside it.
 """
 
 from __future__ import annotations
@@ -11,15 +12,28 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from importlib.metadata import entry_points
 
-from cyclopts import CycloptsError
+from cyclopts import CommandCollisionError, CycloptsError
 
-from sits_mech.cli import built, grids, inform, products, read, solve, timed
 from sits_mech.cli.console import warn
 from sits_mech.cli.options import app
 from sits_mech.disk_cache import keep_by_default
 
-COMMANDS = (inform, solve, grids, products, read, built, timed)  # imported, the app knows their commands
+GROUP = "sits_mech.commands"
+
+
+def load_commands() -> None:
+    """Import all modules with commands, our own first: imported, the app knows them. Tell which cannot be."""
+    found = entry_points(group=GROUP)
+    for each in sorted(found, key=lambda each: (not each.value.startswith("sits_mech."), each.name)):
+        try:
+            each.load()
+        except (ImportError, AttributeError, CommandCollisionError) as error:
+            warn(f"{each.name}: must be a module with commands that can be loaded; got {each.value}: {error}")
+
+
+load_commands()
 
 
 def run(tokens: Sequence[str] | None = None) -> int:

@@ -516,6 +516,27 @@ def test_the_package_is_the_command() -> None:
     assert done.returncode == 2 and done.stderr.startswith("error: nothing") and done.stderr.count("\n") == 1
 
 
+def test_a_command_of_another_package(calibrated: Path, tmp_path: Path) -> None:
+    """The page's: found beside our own once it is installed; modules that fail, or take a name of ours, are told."""
+    page = (ROOT / "docs/howto/plugin.md").read_text(encoding="utf-8")
+    code = re.findall(r"```python\n(.*?)```", page, re.S)[1]
+    (tmp_path / "sits_mech_largest.py").write_text(code, encoding="utf-8")
+    (tmp_path / "sits_mech_pose.py").write_text(code.replace("largest", "pose"), encoding="utf-8")
+    about = tmp_path / "sits_mech_largest-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: sits-mech-largest\nVersion: 1.0\n")
+    names = "largest", "pose", "gone"
+    lines = ["[sits_mech.commands]", *(f"{name} = sits_mech_{name}" for name in names)]
+    (about / "entry_points.txt").write_text("\n".join(lines))
+    own = ENVIRONMENT | {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}"}
+    words = [sys.executable, "-m", "sits_mech", "largest", str(calibrated), "--json"]
+    done = subprocess.run(words, env=own, capture_output=True, text=True, timeout=60)
+    change = abs(read_table(calibrated / "result.nc")["L_v_percent"])
+    assert done.returncode == 0 and json.loads(done.stdout)["L_v_percent"] == pytest.approx(float(change.max()))
+    told = [line.partition(":")[0] for line in done.stderr.splitlines()]
+    assert told == ["gone", "pose"] and done.stderr.count("must be a module with commands that can be loaded") == 2
+
+
 @pytest.mark.parametrize(
     "command",
     ["catalog", "doctor", "schema", "explain", "pose", "inductance", "simulate", "envelope", "calibrate", "fit", "view",

@@ -138,7 +138,7 @@ def test_what_cannot_be_written(source: Source, tmp_path: Path) -> None:
 def test_a_format_of_another_package(source: Source, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The page's: found beside our own once it is installed; one that cannot be loaded says so."""
     page = (Path(__file__).parents[2] / "docs/howto/plugin.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    code = re.findall(r"```python\n(.*?)```", page, re.S)[0]
     (tmp_path / "sits_mech_matlab.py").write_text(code, encoding="utf-8")
     about = tmp_path / "sits_mech_matlab-1.0.dist-info"
     about.mkdir()
