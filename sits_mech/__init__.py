@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from sits_mech.batch.run import open_sweep
     from sits_mech.batch.sweep import sweep
     from sits_mech.chain.calibrate import calibrate
-    from sits_mech.chain.gradient import gradient
+    from sits_mech.chain.derivatives.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model, plan
     from sits_mech.chain.simulate import simulate
     from sits_mech.magnetics.slopes import slopes
@@ -37,7 +37,7 @@ _HOMES = {
     "analysis.bench": ("sensor_calibration",),
     "analysis.envelope": ("envelope",),
     "chain.calibrate": ("calibrate",),
-    "chain.gradient": ("gradient",),
+    "chain.derivatives.gradient": ("gradient",),
     "synthesis.run": ("design",),
     "chain.models": ("magnetic_model", "mechanical_model", "plan"),
     "chain.simulate": ("simulate",),

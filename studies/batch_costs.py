@@ -42,7 +42,7 @@ from sits_mech import cases
 from sits_mech.batch import run
 from sits_mech.batch.executors import workers
 from sits_mech.batch.forecast import forecast
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 from sits_mech.store import STORE, Row, opened, read_table
 
 MAGNETIC = """

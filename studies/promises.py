@@ -4,7 +4,7 @@ Sixty scenes and loads by chance: the sensors of the catalogue with pads of 1 to
 pads of other sizes, loads whose small strain would be off by 3 to 60 %, at 1e-2 or 3e-3 of the signals' full scale.
 Beside them tables of loads. Of each
 
-    seconds, error    taken and reached over planned (`chain.promise`), within a factor of 2 on what share of them,
+    seconds, error    taken and reached over planned (`tolerance.promise`), within a factor of 2 on what share of them,
     by meshes         of the same loads, what a third mesh and all of them take and leave over the first two: medians
                       of these stand in `chain/prices/forecast.py`.
 

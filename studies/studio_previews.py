@@ -16,7 +16,7 @@ import numpy as np
 from common.outputs import study_arguments, write_rows
 
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.gradient_grid import gradient_on_grid
+from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.parameters import numbers_of

@@ -66,7 +66,7 @@ UNMIRRORED = {
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",
     **dict.fromkeys(
-        (f"batch/{name}.py" for name in ("asked", "possible", "study")),
+        (f"batch/studies/{name}.py" for name in ("asked", "possible", "study")),
         "tests/batch/test_run.py: studies read and refused",
     ),
     "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
@@ -84,7 +84,7 @@ UNMIRRORED = {
     "report/envelope.py": "tests/analysis/test_envelope.py: record, table and picture",
     "studio/page.py": "tests/studio/test_studio.py: in a browser",
     "studio/shown.py": "tests/studio/test_studio.py: what the frame shows, files handed out",
-    "export/best.py": "tests/batch/test_stages.py: the last stage of a study",
+    "export/best.py": "tests/batch/studies/test_stages.py: the last stage of a study",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     "export/twin/arrays.py": "tests/export/twin/test_folder.py: what is in the folder",
     **dict.fromkeys(

@@ -11,7 +11,7 @@ import xarray as xr
 
 import sits_mech as sm
 from sits_mech.batch.run import run_study
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 from sits_mech.labels import described, labelled, unit_of
 from sits_mech.store import read_table, save_table
 

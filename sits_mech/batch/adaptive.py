@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.batch.asked import Adaptive, Study
+from sits_mech.batch.studies.asked import Adaptive, Study
 from sits_mech.cases import Choose, Solve, grid_points
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.quantities import Array

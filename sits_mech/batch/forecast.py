@@ -31,8 +31,8 @@ from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
 from sits_mech.batch.adaptive import likely
-from sits_mech.batch.asked import Shared, Study
 from sits_mech.batch.run import Case, keys
+from sits_mech.batch.studies.asked import Shared, Study
 from sits_mech.cases import attempt, grouped
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.memory import GIB, input_text, peak_memory

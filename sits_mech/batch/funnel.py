@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sits_mech.batch.asked import Stage, Study
-from sits_mech.batch.expressions import Expression
+from sits_mech.batch.studies.asked import Stage, Study
+from sits_mech.batch.studies.expressions import Expression
 from sits_mech.cases import grid_points
 from sits_mech.scene.materials import unknown
 from sits_mech.status import ANSWERED

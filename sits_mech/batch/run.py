@@ -16,8 +16,8 @@ from typing import Any
 import xarray as xr
 
 from sits_mech.batch.adaptive import adaptively
-from sits_mech.batch.asked import Study
 from sits_mech.batch.requests import Variant, with_quality
+from sits_mech.batch.studies.asked import Study
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.cases import Progress, attempt, grid_points, sweep
 from sits_mech.labels import labelled
@@ -124,7 +124,7 @@ def open_sweep(folder: str | Path) -> xr.Dataset:
     >>> import tempfile
     >>> from pathlib import Path
     >>> from sits_mech.batch.run import run_study
-    >>> from sits_mech.batch.study import read_study
+    >>> from sits_mech.batch.studies.study import read_study
     >>> lines = 'scene = "biorob2018"', 'request = "pose"', 'vary.fz = ["0 N", "1 N"]', 'fixed.model = "linear"'
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder) / "study.toml"

@@ -13,7 +13,7 @@ import xarray as xr
 from sits_mech import cases
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 from sits_mech.store import Row
 from sits_mech.units import SceneError
 

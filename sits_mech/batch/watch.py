@@ -16,8 +16,8 @@ from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sits_mech.batch.asked import SCENE
 from sits_mech.batch.run import TABLE, open_sweep
+from sits_mech.batch.studies.asked import SCENE
 from sits_mech.status import ANSWERED, UNFINISHED, kind_of
 from sits_mech.store import STORE
 from sits_mech.units import SceneError

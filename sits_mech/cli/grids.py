@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from sits_mech.batch.asked import Study
+    from sits_mech.batch.studies.asked import Study
 
 
 @app.command
@@ -143,7 +143,7 @@ def sweep(
 
     from sits_mech.batch.executors import workers
     from sits_mech.batch.forecast import noted
-    from sits_mech.batch.study import read_study
+    from sits_mech.batch.studies.study import read_study
     from sits_mech.export.formats import check_exports
 
     asked = read_study(study)

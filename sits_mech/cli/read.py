@@ -50,7 +50,7 @@ def invert(
     check_enough(sensor.coils, forces)
     sensor, data = read_calibration(folder)
 
-    from sits_mech.chain.temperature import read_at
+    from sits_mech.chain.derivatives.temperature import read_at
     from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
 
     def asked_of(table: xr.Dataset) -> Asked:
@@ -152,7 +152,7 @@ def quality(
     from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
     from sits_mech.analysis.tolerances import force_spread, usual_loads
     from sits_mech.analysis.wrenches import resolved_components
-    from sits_mech.chain.temperature import has_slopes
+    from sits_mech.chain.derivatives.temperature import has_slopes
     from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
     from sits_mech.report.tables import quality as tables

@@ -189,8 +189,8 @@ def over_temperature(
 
     drawn = None if picture is None else checked_picture(picture, "--picture")
 
+    from sits_mech.chain.derivatives.temperature import relative_slopes
     from sits_mech.chain.simulate import simulate as simulated
-    from sits_mech.chain.temperature import relative_slopes
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.tables.drift import drift_figure, temperatures_record, temperatures_table

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from sits_mech.scene.sensor import SceneError, Sensor
 
 if TYPE_CHECKING:
-    from sits_mech.batch.asked import Study
+    from sits_mech.batch.studies.asked import Study
     from sits_mech.export.source import Source
 
 GROUP = "sits_mech.exports"

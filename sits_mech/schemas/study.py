@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from sits_mech.batch.adaptive import ADAPTIVE
-from sits_mech.batch.asked import COMPONENTS, TOP
-from sits_mech.batch.expressions import LONGEST
 from sits_mech.batch.requests import REQUESTS, Request
-from sits_mech.batch.samples import MOST, SAMPLED
-from sits_mech.batch.stages import EXPORT, STAGE_KEYS
-from sits_mech.batch.study import COMBINE, KEYS
+from sits_mech.batch.studies.asked import COMPONENTS, TOP
+from sits_mech.batch.studies.expressions import LONGEST
+from sits_mech.batch.studies.samples import MOST, SAMPLED
+from sits_mech.batch.studies.stages import EXPORT, STAGE_KEYS
+from sits_mech.batch.studies.study import COMBINE, KEYS
 from sits_mech.scene.bounds import quantity_schema
 from sits_mech.schemas.scene import DIALECT
 

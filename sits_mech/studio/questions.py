@@ -95,7 +95,7 @@ class Slopes(Question):
 
     def answer(self, told: Told) -> xr.Dataset:
         """Return the derivatives."""
-        from sits_mech.chain.gradient_grid import gradient_on_grid
+        from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 
         return _kept(self, lambda: gradient_on_grid(self.sensor, self.numbers, dict(self.loads), **self._options))
 

@@ -45,7 +45,7 @@ def work(pipe: Connection, stops: Connection) -> None:
     A number that comes by `stops` interrupts its answer, where the answering thread runs Python again.
     """
     from sits_mech.chain.calibrate import calibrate  # noqa: F401  nothing interrupts what imports
-    from sits_mech.chain.gradient_grid import gradient_on_grid  # noqa: F401
+    from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid  # noqa: F401
     from sits_mech.quantities import SolveFailed
     from sits_mech.synthesis.run import design  # noqa: F401
 

@@ -3,7 +3,7 @@
 The overload's corners are solved on a model's first meshes, the one that strains the silicone most once more as finely
 as the tolerance asks. A design that does not carry one, whose target comes to the coils, or that is no scene at all, is
 rejected with its reason and solved no further. Of the others a table of inductances over the loads is made, with its
-derivatives and its errors (chain/gradient_grid.py); figures that need none of that ask for none. Errors of the figures
+derivatives and its errors (gradient_grid.py); figures that need none of that ask for none. Errors of the figures
 are those of `readout.quality`, that of the strain is what the last refinement of the mesh changed.
 
     height, footprint   of the box around coils, fixed parts, layer and target at rest
@@ -29,12 +29,12 @@ import xarray as xr
 
 from sits_mech.analysis.bench import coil_table, own_inductances, sensor_calibration, sensor_front_end
 from sits_mech.analysis.limits import corners
-from sits_mech.chain.gradient_grid import gradient_on_grid
+from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
+from sits_mech.chain.derivatives.temperature import CHAINED, read_slopes
 from sits_mech.chain.models import MECHANICS, mechanical_model
 from sits_mech.chain.omissions import strain_bound
 from sits_mech.chain.plan import choose_mechanics
 from sits_mech.chain.simulate import at_rest
-from sits_mech.chain.temperature import CHAINED, read_slopes
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.quantities import Array, SolveFailed, Wrench

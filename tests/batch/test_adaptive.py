@@ -14,7 +14,7 @@ import xarray as xr
 from sits_mech.batch import requests
 from sits_mech.batch.forecast import forecast
 from sits_mech.batch.run import open_sweep, run_study
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 from sits_mech.cli.main import run as command
 from sits_mech.units import SceneError
 

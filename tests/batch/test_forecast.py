@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from sits_mech.batch import forecast as forecasts
-from sits_mech.batch.asked import Study
 from sits_mech.batch.forecast import Forecast, Steps, forecast, note, noted
 from sits_mech.batch.run import Case
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.asked import Study
+from sits_mech.batch.studies.study import read_study
 from sits_mech.cli.main import run
 from sits_mech.store import STORE, opened
 from sits_mech.units import SceneError

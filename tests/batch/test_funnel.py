@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.batch.asked import Stage, Study
-from sits_mech.batch.expressions import expression
 from sits_mech.batch.funnel import following, going_on
+from sits_mech.batch.studies.asked import Stage, Study
+from sits_mech.batch.studies.expressions import expression
 from sits_mech.units import SceneError
 
 STATES = ["ok", "above tolerance", "failed", "interpolated", "ok", "unfinished"]

@@ -16,7 +16,7 @@ from sits_mech import store
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.batch import requests
 from sits_mech.batch.run import open_sweep, run_study
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.cli.main import run
@@ -225,7 +225,7 @@ import os, signal, sys
 from pathlib import Path
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import open_sweep, run_study
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 
 def end(done, of):
     if done >= 20:

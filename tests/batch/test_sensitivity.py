@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.batch.samples import cube
 from sits_mech.batch.sensitivity import sensitivity
+from sits_mech.batch.studies.samples import cube
 from sits_mech.cli.main import run
 from sits_mech.store import save_table
 from sits_mech.units import SceneError

@@ -8,7 +8,7 @@ import xarray as xr
 
 import sits_mech as sm
 from sits_mech.batch.run import run_study
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 
 STUDY = 'scene = "biorob2018"\nrequest = "pose"\nvary.fz = ["0 N", "1 N"]\nfixed.model = "linear"\n'
 

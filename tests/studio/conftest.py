@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.gradient_grid import gradient_on_grid
+from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 from sits_mech.scene.sensor import changed, load_sensor
 from sits_mech.studio.previews import Solved
 

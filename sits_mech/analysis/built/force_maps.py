@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sits_mech.analysis.bench import table_impedance
 from sits_mech.analysis.built.setup import shown_inductances
 from sits_mech.analysis.built.unknowns import LAYER
-from sits_mech.chain.gradient_grid import slopes_under
+from sits_mech.chain.derivatives.gradient_grid import slopes_under
 from sits_mech.disk_cache import kept
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
@@ -107,7 +107,7 @@ def mapped(smooth: SmoothMap, forces: Array) -> Array:
 def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechanics: str, tolerance: float) -> SmoothMap:
     """Return the map from forces to the derivatives of the pose by `LAYER`, on three values of each force.
 
-    The loads are solved once more on the first meshes (chain/gradient_grid.py): derivatives have no need of others.
+    The loads are solved once more on the first meshes (gradient_grid.py): derivatives have no need of others.
     They are kept for the next command.
     """
     axes: Mapping[str, list[float]] = {

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sits_mech.batch.run import open_sweep, run_study
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 from sits_mech.cli.main import run
 from sits_mech.report.page import sweep
 from sits_mech.store import read_table, save_table

@@ -24,7 +24,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from sits_mech.chain.conductors import on_axis
-from sits_mech.chain.fixed_pose import Direct, at_fixed_poses, place_of
+from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import Choice
 from sits_mech.chain.pose_errors import signal_weights

@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis.bench import codes_of, sensor_calibration, sensor_front_end, terminals
-from sits_mech.chain import temperature as temperature_module
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.gradient import gradient
+from sits_mech.chain.derivatives import temperature as temperature_module
+from sits_mech.chain.derivatives.gradient import gradient
+from sits_mech.chain.derivatives.temperature import CHAINED, at_other_temperature, read_at, relative_slopes
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.simulate import simulate
-from sits_mech.chain.temperature import CHAINED, at_other_temperature, read_at, relative_slopes
 from sits_mech.quantities import SolveFailed, SolveReport, Wrench
 from sits_mech.readout.inversion import Inverse
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor

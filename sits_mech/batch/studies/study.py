@@ -56,12 +56,22 @@ from typing import Any
 import numpy as np
 
 from sits_mech.batch.adaptive import ADAPTIVE, adaptive_of
-from sits_mech.batch.asked import SCENE, Study, arguments_of, overrides_of
-from sits_mech.batch.expressions import expression, names_of
-from sits_mech.batch.possible import check_cases, check_names, named
 from sits_mech.batch.requests import REQUESTS
-from sits_mech.batch.samples import MOST, SAMPLED, checked_count, cube, derived, ends, is_whole, sampled, written
-from sits_mech.batch.stages import stages_of, texts_of
+from sits_mech.batch.studies.asked import SCENE, Study, arguments_of, overrides_of
+from sits_mech.batch.studies.expressions import expression, names_of
+from sits_mech.batch.studies.possible import check_cases, check_names, named
+from sits_mech.batch.studies.samples import (
+    MOST,
+    SAMPLED,
+    checked_count,
+    cube,
+    derived,
+    ends,
+    is_whole,
+    sampled,
+    written,
+)
+from sits_mech.batch.studies.stages import stages_of, texts_of
 from sits_mech.cases import Combine, grid_points
 from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown

@@ -7,8 +7,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from sits_mech.batch.asked import COMPONENTS, SCENE, Study, arguments_of, of_scene
 from sits_mech.batch.requests import REQUESTS
+from sits_mech.batch.studies.asked import COMPONENTS, SCENE, Study, arguments_of, of_scene
 from sits_mech.cases import grid_points
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError

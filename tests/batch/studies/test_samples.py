@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.batch.asked import Study
 from sits_mech.batch.run import run_study
-from sits_mech.batch.samples import cube, sampled
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.asked import Study
+from sits_mech.batch.studies.samples import cube, sampled
+from sits_mech.batch.studies.study import read_study
 from sits_mech.cases import grid_points
 from sits_mech.cli.main import run
 from sits_mech.units import SceneError

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.chain.gradient import Gradient, gradient, mirrors_of
+from sits_mech.chain.derivatives.gradient import Gradient, gradient, mirrors_of
 from sits_mech.chain.simulate import aimed_rest, simulate
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.mechanics.layer import planar_layer

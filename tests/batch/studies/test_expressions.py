@@ -2,7 +2,7 @@
 
 import pytest
 
-from sits_mech.batch.expressions import expression, names_of
+from sits_mech.batch.studies.expressions import expression, names_of
 from sits_mech.units import SceneError
 
 VALUES = {"target.width": 0.008, "dv": 2e-3, "alpha": 0.1, "moment": 1e-3, "target.material": "copper", "n": 3.0}

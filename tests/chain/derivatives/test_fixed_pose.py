@@ -5,7 +5,7 @@ import pytest
 from common.infinite_plate import Layer, reflection
 from scipy.constants import mu_0
 
-from sits_mech.chain.fixed_pose import at_fixed_poses
+from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.ring_field import spectrum

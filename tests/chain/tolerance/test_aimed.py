@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.chain.aimed import aimed_loads, clear, status_of
 from sits_mech.chain.interpolate import LoadGrid
+from sits_mech.chain.tolerance.aimed import aimed_loads, clear, status_of
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled

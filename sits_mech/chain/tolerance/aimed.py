@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.interpolate import LoadGrid, poses_on_grid, solved_likely, worst
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.prices.forecast import Look
-from sits_mech.chain.promise import Aim, aim_at
+from sits_mech.chain.tolerance.goal import Goal, goal_at
+from sits_mech.chain.tolerance.promise import Aim, aim_at
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.levels.answer import load_words
 from sits_mech.mechanics.levels.history import depends_on_path

@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.batch import requests
 from sits_mech.batch.run import open_sweep, run_study
-from sits_mech.batch.study import read_study
+from sits_mech.batch.studies.study import read_study
 from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
 from sits_mech.store import read_table

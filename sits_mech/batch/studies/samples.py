@@ -15,7 +15,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from scipy.stats import qmc
 
-from sits_mech.batch.expressions import Expression
+from sits_mech.batch.studies.expressions import Expression
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown, si_label, split_quantity
 

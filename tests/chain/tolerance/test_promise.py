@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from sits_mech.chain.goal import HALF
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.pose_errors import poses_of
 from sits_mech.chain.prices.forecast import Look
-from sits_mech.chain.promise import Promise, aim_at
+from sits_mech.chain.tolerance.goal import HALF
+from sits_mech.chain.tolerance.promise import Promise, aim_at
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from sits_mech.batch.asked import Stage, Study, arguments_of, of_scene, overrides_of
-from sits_mech.batch.expressions import Expression, expression
-from sits_mech.batch.possible import check_names, named
 from sits_mech.batch.requests import REQUESTS, Request
-from sits_mech.batch.samples import is_whole
+from sits_mech.batch.studies.asked import Stage, Study, arguments_of, of_scene, overrides_of
+from sits_mech.batch.studies.expressions import Expression, expression
+from sits_mech.batch.studies.possible import check_names, named
+from sits_mech.batch.studies.samples import is_whole
 from sits_mech.batch.tables import SWEPT
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, scene_text

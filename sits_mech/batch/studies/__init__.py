@@ -1,0 +1,1 @@
+"""Files of studies: what they ask, their cases, what they refuse."""

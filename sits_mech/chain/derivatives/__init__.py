@@ -1,0 +1,1 @@
+"""Derivatives through the chain: by sizes, silicone, load and temperature."""
