@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import (
@@ -42,11 +42,29 @@ from sits_mech.units import SceneError
 _SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
 _DIGITS = 12  # of a path about its middle: picometres
 _LAYERED = ("layers", "turns", "track_gap", "layer_pitch", "layer_z", "directions")
+
+
+class Shape(NamedTuple):
+    """Keys of the coils of a shape beside those of all coils: sizes that must be given, and what else may be."""
+
+    needed: tuple[str, ...]
+    optional: tuple[str, ...]
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """All of them."""
+        return self.needed + self.optional
+
+
 SHAPES = {
-    "circle": ("inner_diameter", *_LAYERED, "winding"),
-    "rectangle": ("inner_width", "inner_length", "corner_radius", *_LAYERED),
-    "path": ("path", "path_widths"),
+    "circle": Shape(("inner_diameter",), (*_LAYERED, "winding")),
+    "rectangle": Shape(("inner_width", "inner_length"), ("corner_radius", *_LAYERED)),
+    "path": Shape(("path",), ("path_widths",)),
 }
+ACROSS = ("inner_diameter", "inner_width", "inner_length", "corner_radius", "track_width", "track_gap")
+"""Lengths in the board's plane, whatever the shape."""
+UPRIGHT = ("track_thickness", "layer_pitch")
+"""Lengths through the board."""
 _OF_BOARD = ("board_permittivity", "board_expansion", "board_expansion_z", "conductivity", "temperature_coefficient")
 _OPTIONAL = ("shape", "corner_radius", "layer_z", "directions", "path_widths", *_OF_BOARD)
 _MOST = 20_000  # points of a path
@@ -131,11 +149,11 @@ class Coil(BaseModel):
         own = SHAPES.get(shape) if isinstance(shape, str) else None
         if own is None:
             return given
-        for key in dict.fromkeys(key for keys in SHAPES.values() for key in keys):
-            if key in given and key not in own:
+        for key in dict.fromkeys(key for each in SHAPES.values() for key in each.keys):
+            if key in given and key not in own.keys:
                 raise SceneError(f"{key} must not be given for a {shape}; it is")
-        for key in ("inner_diameter", "inner_width", "inner_length", "path"):
-            if key in own and key not in given:
+        for key in own.needed:
+            if key not in given:
                 raise SceneError(f"{key} must be given for a {shape}; it is missing")
         if shape == "path":
             unused = {key: given.get("track_thickness") for key in ("track_gap", "layer_pitch")}
@@ -248,7 +266,7 @@ class Coil(BaseModel):
     def _own_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Write only the keys of the shape, without optional ones at their defaults."""
         table: dict[str, Any] = handler(self)
-        other = {key for keys in SHAPES.values() for key in keys} - set(SHAPES[self.shape])
+        other = {key for each in SHAPES.values() for key in each.keys} - set(SHAPES[self.shape].keys)
         drop = other | ({"layers", "layer_pitch"} if self.layer_z else set())
         fields = type(self).model_fields
         drop |= {key for key in _OPTIONAL if getattr(self, key) == fields[key].default}

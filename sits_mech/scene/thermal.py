@@ -26,6 +26,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from sits_mech.scene.coils import ACROSS, UPRIGHT
 from sits_mech.scene.materials import Metal, metals
 from sits_mech.scene.sensor import REFERENCE, Coil, Conductor, Elastomer, SceneError, Sensor, Target
 from sits_mech.silicone.laws import LAWS
@@ -211,9 +212,8 @@ def _coil(coil: Coil, dT: Mapping[str, float]) -> Coil:
         changes["conductivity"] = cold / (1.0 + coefficient * dT["conductivity"])
     if dT["board"]:
         across, up = 1.0 + coil.board_expansion * dT["board"], 1.0 + coil.board_expansion_z * dT["board"]
-        flat = ("inner_diameter", "inner_width", "inner_length", "corner_radius", "track_width", "track_gap")
-        changes |= {key: across * getattr(coil, key) for key in flat}
-        changes |= {key: up * getattr(coil, key) for key in ("track_thickness", "layer_pitch")}
+        changes |= {key: across * getattr(coil, key) for key in ACROSS}
+        changes |= {key: up * getattr(coil, key) for key in UPRIGHT}
         changes["centre"] = tuple(across * place for place in coil.centre)
         changes["path_widths"] = tuple(across * width for width in coil.path_widths)
         changes["layer_z"] = tuple(up * z for z in coil.layer_z)

@@ -73,14 +73,12 @@ def _shapes(needed: dict[str, tuple[str, ...]], keys: Sequence[str]) -> list[Sch
 
 def _coil_shapes() -> list[Schema]:
     """Return which keys belong to coils of each shape, and which those need."""
-    every = dict.fromkeys(key for keys in SHAPES.values() for key in keys)
-    needed = {"circle": ["inner_diameter"], "rectangle": ["inner_width", "inner_length"], "path": ["path"]}
+    every = dict.fromkeys(key for each in SHAPES.values() for key in each.keys)
     found = []
     for shape, own in SHAPES.items():
-        others = {key: False for key in every if key not in own}
-        turns = [] if shape == "path" else ["turns", "centre"]
-        then = {"required": [*needed[shape], *turns], "properties": others}
-        found.append(_if("shape", shape, then))
+        others = {key: False for key in every if key not in own.keys}
+        turns = ["turns", "centre"] if "turns" in own.keys else []
+        found.append(_if("shape", shape, {"required": [*own.needed, *turns], "properties": others}))
     absent = {"if": {"not": {"required": ["shape"]}}, "then": found[0]["then"]}
     return [*found, absent]
 
