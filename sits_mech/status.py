@@ -25,7 +25,7 @@ UNFINISHED = "unfinished"
 """Of cases that a table of a run that goes on, or was stopped, has no row of yet: neither an answer nor a failure."""
 OK, INTERPOLATED, ABOVE, BEYOND, NOT_CARRIED, FAILED = WORDS
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
-EXIT_DOUBTFUL, EXIT_NO_ANSWER = 4, 3
+EXIT_DOUBTFUL, EXIT_NO_ANSWER = 4, 3  # exit codes of the command line
 
 
 def flags_of(

@@ -12,6 +12,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from itertools import groupby, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from sits_mech.labels import described
 
 _QUICK = ("force_calibration", "hysteresis", "mechanics_accuracy", "paper_outlook", "work_precision")
 _WORDS = {"N*m": "N m"}
+_NUMBER = re.compile(r"_?[A-Z][A-Z_0-9]*(?:, _?[A-Z][A-Z_0-9]*)* *(?::[^=]*)?= *\(?-?[0-9.]")
 _PLURALS = {"quantity": "quantities", "table": "tables", "whole number": "whole numbers", "list of": "lists of"}
 
 
@@ -172,6 +174,34 @@ def modules(here: Path) -> None:
             if text and path.name != "__init__.py":
                 lines += [f"## `{path.relative_to(here.parent).as_posix()}`", "", "```text", text, "```", ""]
         write(here / "_pages" / "modules" / f"{room}.md", "\n".join(lines))
+
+
+def numbers(here: Path) -> None:
+    """Make the page of the numbers that decide: a table a room, each number with its words as they stand beside it."""
+    lines: list[str] = []
+    root = here.parent / "sits_mech"
+    for room, paths in groupby(sorted(root.rglob("*.py")), key=lambda path: path.relative_to(root).parts[0]):
+        rows = [f"| `{name}` | `{value}` | {_escaped(words)} | `{path.relative_to(root).as_posix()}` |"
+                for path in paths for name, value, words in numbers_of(path.read_text(encoding="utf-8"))]
+        if rows:
+            lines += ["", f"## `{room}`", "", "| name | value | what it is | file |", "|---|---|---|---|", *rows]
+    write(here / "_pages" / "numbers.md", "\n".join(lines) + "\n")
+
+
+def numbers_of(text: str) -> Iterator[tuple[str, str, str]]:
+    """Yield name, value and words of each named number of a file; words stand behind it, below it or above it."""
+    lines, body = text.splitlines(), ast.parse(text).body
+    for node, after in zip(body, [*body[1:], None], strict=True):
+        if not isinstance(node, ast.Assign | ast.AnnAssign) or not _NUMBER.match(lines[node.lineno - 1]):
+            continue
+        target = node.target if isinstance(node, ast.AnnAssign) else node.targets[0]
+        above = takewhile(lambda line: line.startswith("#"), reversed(lines[: node.lineno - 1]))
+        words = [line.lstrip("# ") for line in reversed(list(above))]
+        words += [lines[node.end_lineno - 1].partition("  # ")[2]]
+        if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+            words += str(after.value.value).splitlines()
+        value = " ".join((ast.get_source_segment(text, node.value) or "").split())
+        yield ast.unparse(target).strip("()"), value, " ".join(filter(None, words))
 
 
 def answer_keys(here: Path, made: Path) -> None:

@@ -35,7 +35,7 @@ TOLERANCE = 0.05
 RAYS = 8
 """In a plane of forces, unless another number is asked for: five are solved where the pad is its own mirror image."""
 _POSE = 1e-2  # of the pose: meshes end where those of `sits-mech pose` do by default
-_MESHES = 3
+_MESHES = 3  # of a family, that the end of a ray is located on at most
 _WITHIN = (0.02, 0.04)  # of a ray: how well its end is located on two meshes, and on three
 _FIRST = {"F_z": 2.2, "F_x": 0.75, "F_y": 0.75}  # of the modulus: stress under the target that is tried first
 _ADDED = (1.45, 1.15)  # times what two meshes bear is tried on three: seen along F_z, and elsewhere

@@ -23,7 +23,7 @@ from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError, checked_tolerance
 
-TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
+TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # that are asked for one by one
 
 
 class Asked(NamedTuple):

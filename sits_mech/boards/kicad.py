@@ -22,8 +22,8 @@ from sits_mech.boards.stackup import Layer, stack
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, printable
 
-_OLDEST, _NEWEST = 20221018, 20260206
-_MM = 1e-3
+_OLDEST, _NEWEST = 20221018, 20260206  # versions of the file format that are read
+_MM = 1e-3  # metres in a millimetre
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from sits_mech.units import SceneError
 _COPPER = 35e-6  # thickness where the file gives none [m]
 _THICKNESS = 1.6e-3  # of a board whose file gives none [m]
 _INNER = re.compile(r"In(\d+)\.Cu")
-_MM = 1e-3
+_MM = 1e-3  # metres in a millimetre
 
 
 @dataclass(frozen=True)

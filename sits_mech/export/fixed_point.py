@@ -20,7 +20,7 @@ from sits_mech.readout.calibration import Calibration
 from sits_mech.readout.inversion import EXACT, INCONSISTENT, REACH
 from sits_mech.scene.sensor import SceneError
 
-FACET_BITS, WEIGHT_BITS, SLOPE_BITS, IMAGE_BITS, SEED_STEPS = 28, 20, 20, 12, 64
+FACET_BITS, WEIGHT_BITS, SLOPE_BITS, IMAGE_BITS, SEED_STEPS = 28, 20, 20, 12, 64  # after the point; of a cell
 _MOST = 62  # bits of a number of the header
 _BITS, _FRACTION = 28, 12  # the most of forces and of codes
 _SETTLED = 4  # change of codes by the last step, in the last bits, or twice what rounding is worth

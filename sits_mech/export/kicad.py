@@ -27,7 +27,7 @@ from sits_mech.units import shown
 _ARCS = 12  # per turn
 _VIA, _DRILL = 0.4e-3, 0.2e-3  # diameters of vias [m]
 _PAD, _HOLE = 1.0e-3, 0.6e-3  # of the pads at a coil's ends [m]
-_MM = 1e3
+_MM = 1e3  # millimetres in a metre
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.status import ANSWERED
 
-_LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0
+_LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0  # marks of cells by what they are
 _AROUND = 48  # sides of a coil's ring
 
 Cells = list[tuple[str, NDArray[np.int64]]]

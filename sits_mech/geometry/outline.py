@@ -23,7 +23,7 @@ from sits_mech.scene.sensor import Elastomer, Target
 
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
 _SHALLOW, _HALVED = 14.0, 0.5  # largest cell over that depth, but no smaller than a share of what is asked
-_TRIES = 4
+_TRIES = 4  # divisions of the rims, each twice as fine as the one before
 _TRIANGLE = 1.3  # lattice spacing over the largest side of a quadrilateral
 _LEVELS = 12  # of the lattice, each twice as coarse
 _OFF = 0.6 * (1.0 + 1e-6)  # lattice spacings of its points from the border at least, not as rounding says

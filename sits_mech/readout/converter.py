@@ -109,16 +109,17 @@ _DRIVE_161X = (
     16, 18, 20, 23, 28, 32, 40, 46, 52, 59, 72, 82, 95, 110, 127, 146, 169, 195, 212, 244, 297, 342, 424, 489, 551, 635,
     763, 880, 1017, 1173, 1355, 1563,
 )
-_R_P_MIN_1101 = (96e3, 48e3, 24e3, 12e3, 6e3, 3e3, 1.5e3, 0.75e3)
+_R_P_MIN_1101 = (96e3, 48e3, 24e3, 12e3, 6e3, 3e3, 1.5e3, 0.75e3)  # [ohm] SNOSD01D, register RP_SET
 _DIVIDE_FROM = 8.75e6  # [Hz] SNOSCY9A, registers CLOCK_DIVIDERSx: at least 2 from here on
-_DRIVE_1101 = (4.7, 9.4, 18.7, 37.5, 75.0, 150.0, 300.0, 600.0)
+_DRIVE_1101 = (4.7, 9.4, 18.7, 37.5, 75.0, 150.0, 300.0, 600.0)  # [uA] of these settings
 
 
 def _ldc161x(name: str, channels: int) -> Converter:
     """Return the 28-bit parts, which differ by their channels."""
     return Converter(
-        name, "SNOSCY9A", channels, 28, (1e3, 10e6), (1e3, 100e3), (2e6, 40e6), (40e6, 35e6), 4.0, (1.2, 1.8),
-        tuple(1e-6 * current for current in _DRIVE_161X), (9, 0xFFFF), 4.0, (692e-9, 5.0),
+        name=name, source="SNOSCY9A", channels=channels, bits=28, frequency=(1e3, 10e6), R_p=(1e3, 100e3),
+        clock=(2e6, 40e6), reference=(40e6, 35e6), ratio=4.0, amplitude=(1.2, 1.8),
+        drive=tuple(1e-6 * current for current in _DRIVE_161X), rcount=(9, 0xFFFF), overhead=4.0, switch=(692e-9, 5.0),
         dividers=(1, 2), divide_from=_DIVIDE_FROM, stops_below=0.5, registers=registers_161x,
     )
 
@@ -127,8 +128,9 @@ CONVERTERS: Mapping[str, Converter] = {
     "LDC1614": _ldc161x("LDC1614", 4),
     "LDC1612": _ldc161x("LDC1612", 2),
     "LDC1101": Converter(
-        "LDC1101", "SNOSD01D, high-resolution L mode", 1, 24, (500e3, 10e6), (1.25e3, 90e3), (1e6, 16e6), (16e6, 16e6),
-        4.0, (1.2, 1.2), tuple(1e-6 * current for current in _DRIVE_1101), (2, 0xFFFF), 55.0, (0.0, 0.0),
+        name="LDC1101", source="SNOSD01D, high-resolution L mode", channels=1, bits=24, frequency=(500e3, 10e6),
+        R_p=(1.25e3, 90e3), clock=(1e6, 16e6), reference=(16e6, 16e6), ratio=4.0, amplitude=(1.2, 1.2),
+        drive=tuple(1e-6 * current for current in _DRIVE_1101), rcount=(2, 0xFFFF), overhead=55.0, switch=(0.0, 0.0),
         R_p_min=_R_P_MIN_1101, dividers=(1, 2, 4, 8), divide_from=_DIVIDE_FROM, register_bits=8,
         registers=registers_1101,
     ),

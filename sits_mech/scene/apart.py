@@ -30,7 +30,7 @@ from sits_mech.scene.parts import Conductor, Target
 from sits_mech.units import SceneError
 
 _SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
-_TILES, _CORNERS = 256, 128
+_TILES, _CORNERS = 256, 128  # of a curved plate; of a disc
 
 
 @dataclass(frozen=True)

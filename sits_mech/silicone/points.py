@@ -45,7 +45,7 @@ from sits_mech.silicone.kinematics import Kinematics
 from sits_mech.silicone.material import Silicone, Softening
 
 _ROOT_PI = float(np.sqrt(np.pi))
-_THIRD = 1.0 / 3.0
+_THIRD = 1.0 / 3.0  # of the trace, in space and in plane strain
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from sits_mech.silicone.laws import known_law
 from sits_mech.silicone.material import Silicone
 
 _REACHED = "this solve reached"  # how a note says of which stretch it is
-_STEPS = 400
+_STEPS = 400  # stretches that are tried, from 1 to the end
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from sits_mech.synthesis.requirements import Requirements
 
-_ACROSS = 5
+_ACROSS = 5  # loads along each force of the studio's table
 _ROOMS = ("chain", "geometry", "magnetics", "maps", "mechanics", "readout", "scene", "silicone")
 Told = Callable[..., None]
 """Called with how far an answer is: done, of how many, and where there are some, words."""

@@ -23,9 +23,9 @@ from typing import Any
 from sits_mech.memory import give_back
 from sits_mech.studio.questions import Question
 
-_KEPT = 40
+_KEPT = 40  # answers in memory, at most
 _PATIENCE = 3.0  # seconds that an answer has to be interrupted: no factor of the catalogue's pads takes half of it
-_POLL = 0.05
+_POLL = 0.05  # seconds between two looks at the solving process
 
 
 @dataclass

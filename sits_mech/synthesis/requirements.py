@@ -62,7 +62,7 @@ LEAST = ("rate", INVERSE)
 """Figures that must be at least so much; the others at most."""
 SPECIAL = {"modulus": "", "coil_offset": "m", "repeatability": ""}
 """Tolerances that are no key of the scene."""
-_YIELD = 0.95
+_YIELD = 0.95  # of the sensors made, by default
 _TWICE = 2.0  # standard deviations of a tolerance, that leave a sensor
 
 

@@ -36,7 +36,7 @@ _HELD = 2e-3  # excess of a limit that is none to a search: less than figures ar
 _CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
 _GAIN = 2e-3  # of what is minimised: less is not worth a solve
 _LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
-_WIDER, _NARROWER = 2.0, 0.4
+_WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
 

@@ -28,7 +28,7 @@ _MOST = 1000  # choices
 _CORNERS = 256  # of bounds and lists, whose sizes are looked at
 _SILICONE = "elastomer.material"  # has no size
 _ROUND = 0.02  # of the bounds' distance, at most, from a round number to the next
-_STEPS = (5.0, 2.0, 1.0)
+_STEPS = (5.0, 2.0, 1.0)  # round numbers of a decade, coarse first
 _BOUNDS = '{ from = "1 mm", to = "6 mm" } with ends that rise, in one unit'
 
 

@@ -39,7 +39,7 @@ HALF = 0.5
 biorob2018-w15, 0.24, 0.46, 0.11 of triaxial-4."""
 _MAGNETIC = 0.1  # the same of an inductance, but for what leads and gap take up: 90 % intervals hold 95 to 99 % there
 _COARSER = 10.0  # times the table's tolerance: of the model that reads what the set-up changes, three times as fast
-_COARSEST = 0.1
+_COARSEST = 0.1  # tolerance at most, by which changes of the set-up are read
 _SOME = 16  # loads by which its roughness is measured
 _LOAD = 1e-3  # of the largest force of the table, each: noise of a load, unless it is said
 

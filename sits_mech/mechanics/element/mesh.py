@@ -51,7 +51,7 @@ ORDER = 5
 _POINTS, _SHARES = np.polynomial.legendre.leggauss(3)
 GAUSS = np.array([(a, b) for a in 0.5 * (_POINTS + 1.0) for b in 0.5 * (_POINTS + 1.0)]).T
 """Quadrature points of the unit square."""
-GAUSS_WEIGHTS = 0.25 * np.outer(_SHARES, _SHARES).ravel()
+GAUSS_WEIGHTS = 0.25 * np.outer(_SHARES, _SHARES).ravel()  # of these points
 NODES = np.array([(a, b) for a in (0.0, 0.5, 1.0) for b in (0.0, 0.5, 1.0)]).T
 """Nodes of the unit square."""
 _SIMPSON = np.outer([1.0, 4.0, 1.0], [1.0, 4.0, 1.0]).ravel() / 36.0

@@ -41,7 +41,7 @@ from sits_mech.silicone.points import Memory, remembered, stepped, virgin
 
 _SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change
-_PASSES = 12
+_PASSES = 12  # solutions of an increment with other points that stick or slip, at most
 _SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
 _SHORTEST = 2e-2  # step of the path to a new load, over the path so far
 _PARTS = 4  # increments of a step with friction

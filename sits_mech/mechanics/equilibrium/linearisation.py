@@ -55,7 +55,7 @@ from sits_mech.quantities import Array, Integers
 
 Held = NDArray[np.bool_]
 
-_SHORTEN = 0.5
+_SHORTEN = 0.5  # of a step that does not lower the potential, at most
 _SHORTEST = 1e-3  # part of a step
 _ROUNDING = 1e-12  # of the potential, and of a shear modulus everywhere in the layer
 _ARMIJO = 1e-4  # share of the fall that a step's slope promises, below which the step is shortened

@@ -50,7 +50,7 @@ MOST = 16
 LONGEST = 1.5
 """Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 
-_ROUNDING = 1e-5
+_ROUNDING = 1e-5  # of K: the least force that a residual is taken over
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _PATIENCE = 8  # iterations after which the residual must lie below its first value

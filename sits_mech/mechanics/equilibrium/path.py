@@ -38,7 +38,7 @@ from sits_mech.mechanics.equilibrium.newton import LONGEST, SETTLED, Settled, Ve
 from sits_mech.quantities import Array
 
 _EASY = 5  # iterations up to which the next increment grows
-_STEPS = 400
+_STEPS = 400  # of a path, at most
 _CUT = 0.25  # of an increment that fails, where the path goes on by its length
 _LOOKS = 3  # how often a step is solved with more and more faces that meet
 PRECISE = 2e-3

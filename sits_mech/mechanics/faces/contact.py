@@ -91,7 +91,7 @@ Jet = tuple[Array, Array, Array]
 
 _RISE = 0.02  # thicknesses above the target's edge over which its side wall sets in
 _CORNER = 0.05  # thicknesses of radius at a rectangle's vertical corners
-_TINY = 1e-300
+_TINY = 1e-300  # in place of a length or force of zero that is divided by
 _SLIPS = 1.0 + 1e-9  # x of points that slip: those that slipped before begin an increment at 1
 
 

@@ -32,7 +32,7 @@ from sits_mech.report.records import json_text
 from sits_mech.report.tables.solves import shown_scale
 from sits_mech.scene.sensor import Coil, Conductor, Sensor
 
-_MM = 1e3
+_MM = 1e3  # millimetres in a metre
 _MOST = 300_000  # numbers in a page
 _DIGITS = {True: 11, False: 6}
 _FEW = 6  # coils that are shown before signals and pose

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MM = 1e3
+_MM = 1e3  # millimetres in a metre
 _ROW, _LABEL = 0.075, 0.05  # between lines of dimensions, and between labels, over the drawing's size
 _MOST = 9  # distances of neighbouring coils that are written
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.patches import Patch
 
-_MM = 1e3
+_MM = 1e3  # millimetres in a metre
 COPPER, METAL = "#b87333", "#8792a6"
 """Colours of the target, and of fixed metal."""
 _LEVELS, _FINENESS = 36, 240  # lines on each side of zero, points across

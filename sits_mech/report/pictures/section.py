@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Frame = tuple[tuple[float, float], tuple[float, float]]
-_MM = 1e3
+_MM = 1e3  # millimetres in a metre
 _SHRUNK = 0.9  # volume ratio below which it is said: of a silicone as good as incompressible it is one
 _BESIDE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
 _SHOWN = {"displacement": "displacement [mm]", "stretch": "largest principal stretch, or its reciprocal [-]"}

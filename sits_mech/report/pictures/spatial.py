@@ -29,9 +29,9 @@ from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_MM = 1e3
+_MM = 1e3  # millimetres in a metre
 _CURRENT = 1e-3  # of the driven coil [A]
-_LINES = 14
+_LINES = 14  # of current on the target
 _FAINT = 0.02  # smallest density of the scale over the largest
 _SHOWN = 0.95  # of the lines' length lies within the scale: the density has no limit at an edge
 _SIZE = (1800, 1150)  # of the rendered picture [pixels]
