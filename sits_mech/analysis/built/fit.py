@@ -147,8 +147,8 @@ def fit_parameters(
     flat = np.linalg.norm(jacobian, axis=0) < 1e-12
     spread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12, hermitian=True)
     freedom, chi_square = numbers + known - len(free), float(np.sum(found.fun**2))
-    variance = max(chi_square / freedom, own**2) if noise is None else max(chi_square / freedom, 1.0)
-    within = student.ppf(0.975, freedom) if noise is None else norm.ppf(0.975)
+    least, within = (own**2, student.ppf(0.975, freedom)) if noise is None else (1.0, norm.ppf(0.975))
+    variance = max(chi_square / freedom, least)
     covariance = spread * variance * np.outer(sizes, sizes)
     widths = np.where(flat, np.inf, within * np.sqrt(np.diagonal(spread) * variance) * sizes)
     safe = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
@@ -253,9 +253,8 @@ def _gauss_newton(
         left = r + J @ step
         if not r @ r - left @ left > _ENOUGH * min(1.0, float(r @ r) / len(r)):
             break
-        tried = ((there, residuals(there)) for there in (
-            np.clip(x + share * step, low, high) for share in 0.5 ** np.arange(_HALVINGS)
-        ))
+        places = np.clip(x + np.outer(0.5 ** np.arange(_HALVINGS), step), low, high)
+        tried = ((there, residuals(there)) for there in places)
         better = next(((there, new) for there, new in tried if new @ new < r @ r), None)
         if better is None and fresh:
             break
