@@ -159,10 +159,10 @@ class _Search:
                 size[name] *= end.multiple
                 same = replace(end, multiple=1.0, error=end.error / end.multiple)
                 self.ends[self.standard(Wrench(**{name: size[name]}))] = same
-        angles = [2.0 * math.pi * k / rays for k in range(rays)]
-        shares = [(round(math.cos(angle), 12) + 0.0, round(math.sin(angle), 12) + 0.0) for angle in angles]
-        loads = [Wrench(**{n: s * size[n] for n, s in zip(plane, share, strict=True)}) for share in shares]
-        for angle, load in zip(angles, loads, strict=True):
+        for k in range(rays):
+            angle = 2.0 * math.pi * k / rays
+            shares = round(math.cos(angle), 12) + 0.0, round(math.sin(angle), 12) + 0.0
+            load = Wrench(**{name: share * size[name] for name, share in zip(plane, shares, strict=True)})
             end = self.last(load)
             yield Ray(plane, angle, _times(end.multiple, load), _error(end), end.reason)
 
