@@ -123,8 +123,9 @@ def read_units(
     if not rows:
         raise SceneError(f"{path}: must have a row with the name of its unit; got none")
     asked = _Asked(forces, coils, tank, held or {})
-    each = {name: replace(file, source=f"{path}: {name}", rows=own) for name, own in rows.items()}
-    return {name: _measured(own, asked, 1, True) for name, own in each.items()}
+    return {
+        name: _measured(replace(file, source=f"{path}: {name}", rows=own), asked, 1, True) for name, own in rows.items()
+    }
 
 
 def _written(path: str | Path, forces: Sequence[str]) -> _Written:

@@ -82,7 +82,7 @@ def force_spread(
     request = json.loads(data.attrs["request"])
     poses, kept = [], dict[tuple[float, float], Array]()
     for number, point in enumerate(points):
-        at = {name: 0.0 for name in TOLERANCES} | dict(zip(deviations, point.tolist(), strict=True))
+        at = dict.fromkeys(TOLERANCES, 0.0) | dict(zip(deviations, point.tolist(), strict=True))
         poses.append(_poses(sensor, at, wrenches, (request["mechanics"], request["tolerance"]), kept))
         if progress is not None:
             progress(number + 1, len(points))
