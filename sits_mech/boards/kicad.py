@@ -214,7 +214,7 @@ class _Reader:
             corners = [self.corner(item) for item in children(points, "xy", "arc")]
             layer = (texts(fill, "layer") or texts(node, "layer") or [""])[0]
             if len(corners) > 2 and layer in self.copper:
-                fills.append((layer, _MM * np.array([[x, -y] for corner in corners for x, y in corner])))
+                fills.append((layer, np.concatenate(corners) * (_MM, -_MM)))
         return Zone(self.net(node) or "".join(texts(node, "net_name")), self.on(node), tuple(fills))
 
     def corner(self, node: Node) -> list[list[float]]:

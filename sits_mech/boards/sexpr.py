@@ -57,7 +57,7 @@ def expression(text: str) -> Node | None:
         elif word:
             stack[-1].append(float(word) if _NUMBER.fullmatch(word) else word)
         else:
-            stack[-1].append(_ESCAPED.sub(r"\1", quoted) if "\\" in quoted else quoted)
+            stack[-1].append(_ESCAPED.sub(r"\1", quoted))
     whole = len(stack) == 1 and len(stack[0]) == 1 and isinstance(stack[0][0], list)
     return stack[0][0] if whole else None
 
