@@ -212,8 +212,10 @@ def _runs(joints: Joints, chain: Sequence[End], lines: Sequence[Array]) -> tuple
             line = _led(_joint(joints, int(joints.numbers[k, e]), line[0]), line, track.width)
         if number < len(chain) - 1:
             line = _led(_joint(joints, int(joints.numbers[k, 1 - e]), line[-1]), line[::-1], track.width)[::-1]
-        last = runs[-1][0][0] if runs else None
-        if last is None or track.layer != last.layer or abs(track.width - last.width) > _SAME_WIDTH * last.width:
+        if (
+            not runs or track.layer != (first := runs[-1][0][0]).layer
+            or abs(track.width - first.width) > _SAME_WIDTH * first.width
+        ):
             runs.append(([], []))
         runs[-1][0].append(track)
         runs[-1][1].append(line)

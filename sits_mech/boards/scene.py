@@ -142,8 +142,8 @@ def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, An
 def _told(board: Board, found: Route) -> str:
     """Return what a coil is, for a reader."""
     layers = list(dict.fromkeys(run.layer for run in found.runs))
-    total = 1e3 * sum(length_of(run.points) for run in found.runs)
-    corners = sum(len(run.points) for run in found.runs)
+    lines = [run.points for run in found.runs]
+    total, corners = 1e3 * sum(map(length_of, lines)), sum(map(len, lines))
     thicknesses = sorted({board.stack[layer].thickness for layer in layers})
     mean = f"; copper of {', '.join(f'{1e6 * t:.4g}' for t in thicknesses)} um taken as its mean"
     heights = [board.stack[run.layer].z for run in found.runs]
