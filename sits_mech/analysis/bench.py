@@ -130,7 +130,7 @@ def _converged(data: xr.Dataset) -> NDArray[np.bool_]:
 def _over_loads(sensor: Sensor, data: xr.Dataset, **each: Array) -> xr.Dataset:
     """Return values of every coil at every load, shape (*sizes, n), under the names of loads and coils."""
     loads = varied(data)
-    coords = {**{name: data[name] for name in loads}, "coil": [coil.name for coil in sensor.coils]}
+    coords = {**{name: data[name] for name in loads}, "coil": sensor.coil_names}
     return xr.Dataset({name: ((*loads, "coil"), values) for name, values in each.items()}, coords)
 
 

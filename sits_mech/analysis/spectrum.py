@@ -108,7 +108,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     each = [model.impedance(pose, float(f)) for f in hertz[::-1]][::-1]  # the highest asks most of a preparation
     tracks, missing = _tracks(sensor, each[0].unit_L, hertz.tolist())
     missing += wave_notes(sensor.coils, float(hertz[-1]))
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     pair = ("frequency", "coil", "coil_2")
     data = xr.Dataset(coords={"frequency": hertz, "coil": names, "coil_2": names})
     for name in ("L", "R", "error_L", "error_R"):

@@ -120,8 +120,9 @@ def calibrate(
     _, by_field = loaded_model(sensor, magnetics, tolerance, loads)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
-    numbers = _by_temperature(sensor, by_layer.name, layer) if drift else ([], [])
-    layer = WithSlopes(layer, tuple(numbers[1])) if drift else layer
+    if drift:
+        numbers = _by_temperature(sensor, by_layer.name, layer)
+        layer = WithSlopes(layer, tuple(numbers[1]))
     keep = (folder, kept_key(sensor, by_layer.name, tolerance, drift=drift))
     asked = LoadGrid(sensor, layer, axes, symmetry_of(sensor), tolerance, keep, progress)
     found = aimed_loads(asked, magnetics, best=best)
@@ -145,7 +146,7 @@ def tabulated(
     grid, fixed = axes
     loads = loads_of({name: grid.get(name, [fixed.get(name, 0.0)]) for name in WRENCH})
     columns, read, shown = _read(sensor, found, grid, loads, request["tolerance"], slopes, direct)
-    coils = [coil.name for coil in sensor.coils]
+    coils = sensor.coil_names
     coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if slopes else {})
     data = xr.Dataset(columns, coords)
     data["L0"] = (("coil", "coil_2"), shown.L0)

@@ -68,7 +68,7 @@ def in_time(
     columns |= {name: ("time", np.asarray(value)) for name, value in reading.signals.known.items()}
     marks = flags_over(sensor, None if aim is None else aim.goal, poses, motion.stretch, tolerance)
     columns |= {name: ("time", part) for name, part in marks.items()}
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     data = xr.Dataset(columns, coords={"time": motion.time, "coil": names, "coil_2": names})
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes, *by_field.notes))

@@ -107,7 +107,7 @@ def gradient_on_grid(
     columns = spread(axes, good, values)
     said = zip(("status", "reason"), zip(*status, strict=True), strict=True)
     columns |= spread(axes, np.ones(len(every)), {name: ((), words) for name, words in said})
-    coils = [coil.name for coil in sensor.coils]
+    coils = sensor.coil_names
     coords = {**axes, "coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
     found = xr.Dataset(columns, coords)
     found["L0"] = (pair, shown.L0)
