@@ -88,15 +88,16 @@ def load_cycle(
         check_clearance(sensor, item.pose)
     poses = _poses(curve)
     aim = aim_at(sensor, magnetics, tolerance, [peak], farthest(Pose.of(poses.value)))
-    reading = read_poses(sensor, field if aim is None else aim.field, poses)
+    field, goal = (field, None) if aim is None else (aim.field, aim.goal)
+    reading = read_poses(sensor, field, poses)
     elastic = _elastic_share(sensor, programme, curve)
     columns: dict[str, Any] = {"share": ("time", programme.share), "elastic_share": ("time", elastic)}
     columns |= _carried(curve, poses, reading, elastic)
     pose, error = (np.stack([columns[f"{kind}{name}"][1] for name in POSE], axis=-1) for kind in ("", "error_"))
     stretch = np.interp(elastic, curve.share, np.array([each.report.stretch for each in curve.found], dtype=float))
-    goal = None if aim is None else aim.goal
+
     marks = marked(joined(flags_over(sensor, goal, Bounded.of(pose, error), stretch, tolerance)["flags"]))
-    names = [coil.name for coil in sensor.coils]
+    names = sensor.coil_names
     data = xr.Dataset(columns, coords={"time": programme.time, "coil": names, "coil_2": names})
     data["L0"] = (("coil", "coil_2"), reading.impedance.L0)
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
