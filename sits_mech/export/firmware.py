@@ -101,8 +101,8 @@ def header(source: Source, found: FixedPoint) -> str:
     """Return the header of a calibration."""
     cal, read = found.cal, readings(source.sensor, source.data)
     registers = () if read.front is None else read.front.registers
-    units = [_unit(name) for name in cal.forces]
-    many = np.array([unit[0] for unit in units])
+    counts, units = zip(*map(_unit, cal.forces), strict=True)
+    many = np.array(counts)
     low, high = (np.rint(many * values).astype(np.int64) for values in (cal.low, cal.high))
     if max(np.abs(low).max(), np.abs(high).max()) > 2**31 / (1.0 + MARGIN):
         raise SceneError(f"--to c: must have forces below 2147 N and moments below 2.1 N m; got {_ranges(cal)}")
@@ -113,8 +113,8 @@ def header(source: Source, found: FixedPoint) -> str:
         name=comment(source.sensor.name), about=comment(source.about), version=__version__,
         part=source.sensor.readout.converter, ranges=_ranges(cal) + _held(source),
         coils=comment(", ".join(cal.coils)),
-        forces=", ".join(f"{name} [{unit[1]}]" for name, unit in zip(cal.forces, units, strict=True)),
-        worth=", ".join(f"{w:.3g} {u[1]} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
+        forces=", ".join(f"{name} [{unit}]" for name, unit in zip(cal.forces, units, strict=True)),
+        worth=", ".join(f"{w:.3g} {u} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
         fixed_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(read):.3g}",
         bytes=_bytes(found), stack=_stack(found), products=_products(found),
         tries=_MORE if n > d else _EVALUATIONS, hopeless=HOPELESS,
