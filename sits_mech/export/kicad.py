@@ -188,7 +188,7 @@ def _footprint(sensor: Sensor, windings: list[Winding], name: str) -> str:
         lines.append(_rim(target_outline(sensor.target).rim, "Dwgs.User", 0.1e-3))
     for item in windings:
         lines += [line for track in item.tracks for line in _copper(track)]
-        lines += [_hole(hole) for hole in item.holes]
+        lines += map(_hole, item.holes)
     return "\n".join([*lines, ")", ""])
 
 

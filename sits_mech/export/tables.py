@@ -61,7 +61,7 @@ def _fill(sheet: Any, rows: list[list[Any]], heading: int) -> None:
         for cell in sheet[number + 1]:
             if number < heading:
                 cell.font = Font(bold=number == 0, italic=number > 0)
-            elif isinstance(cell.value, str) and cell.value.startswith("="):
+            elif str(cell.value).startswith("="):
                 cell.data_type = "s"  # a line of a scene is no formula
     for column in sheet.columns:
         longest = max(len(str(cell.value or "")) for cell in column)
