@@ -77,11 +77,12 @@ def over_poses(source: Source, codes: FrontEnd | None) -> tuple[TwinMap | None, 
     """Return the map of readings over the box of the table's poses, and a line about it; None where there is none."""
     poses = _reached(source)
     low, high = poses.min(axis=0), poses.max(axis=0)
-    columns = np.flatnonzero(high - low > _MOVES)
+    moves = high - low > _MOVES
+    columns = np.flatnonzero(moves)
     if not columns.size:
         return None, "no map of poses: the target does not move"
     held, d = 0.5 * (low + high), len(columns)
-    held[[k for k in range(len(POSE)) if k not in columns and abs(held[k]) < _MOVES]] = 0.0
+    held[~moves & (np.abs(held) < _MOVES)] = 0.0
     degrees = [each for each in range(1, 13) if len(total_degree(d, each)) <= _TERMS[d]]
     x, others = _nodes(d, int(_POINTS * len(total_degree(d, degrees[-1]))))
     at = np.tile(held, (len(x) + len(others), 1))
