@@ -62,7 +62,7 @@ def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -
         blocks = [np.asarray(faces[each][own]) for each, own in parts.items() if each in faces]
         named[group] = _facets(f"{name}: the group {group}", mesh, blocks, all_points, number)
     for group in groups:
-        if group not in named or not len(named[group]):
+        if not len(named.get(group, ())):
             came = ", ".join(sorted(named)) or "none"
             raise ValueError(f"{name}: must name groups of faces {', '.join(groups)}; got {came}")
     return ReadSolid(mesh.with_boundaries(named), merged)
