@@ -97,12 +97,12 @@ def solve_field(
     basis = Basis(division.mesh, _ELEMENTS[order](), intorder=2 * order)
     parts = [basis.with_elements(np.flatnonzero(division.part == k)) for k in range(len(plates) + 1)]
     stiffness = [_stiffness.assemble(part).tocsr() for part in parts]
-    masses = [_mass.assemble(part).tocsr() for part in parts[1:]]
+
     weights = [_integral.assemble(part) for part in parts[1:]]
     k2 = np.array([1j * omega * mu_0 * plate.conductivity for plate in plates])
     D = csr_matrix(stiffness[0].shape, dtype=complex)
-    for plate, K, M, s in zip(plates, stiffness[1:], masses, k2, strict=True):
-        D = D + (1.0 / plate.relative_permeability - 1.0) * K + s * M
+    for plate, part, K, s in zip(plates, parts[1:], stiffness[1:], k2, strict=True):
+        D = D + (1.0 / plate.relative_permeability - 1.0) * K + s * _mass.assemble(part).tocsr()
     K0 = sum(stiffness[1:], stiffness[0])
     g = _source(basis, parts[1:], coils, ground)
     for plate, part, m in zip(plates, parts[1:], weights, strict=True):
