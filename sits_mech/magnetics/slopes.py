@@ -245,8 +245,10 @@ def _of_coils(asked: _Asked, lengths: Sequence[_Length], centre: tuple[Array, Ar
                 if scene.coils[c] != sensor.coils[c]:
                     own.setdefault(place, []).append((c, n + len(added)))
                     added.append(scene.coils[c].model_copy(update={"name": f"{scene.coils[c].name} {len(added)}"}))
-    change = _reaction(asked, sensor.model_copy(update={"coils": (*sensor.coils, *added)})) if added else np.zeros(0)
-    found, omega, L0 = list[_Values](), 2.0 * np.pi * asked.frequency, asked.free(sensor) if added else np.zeros(0)
+    found, omega = list[_Values](), 2.0 * np.pi * asked.frequency
+    if added:
+        L0 = asked.free(sensor)
+        change = _reaction(asked, sensor.model_copy(update={"coils": (*sensor.coils, *added)}))
     for length, own in zip(lengths, which, strict=True):
         values = {0: centre}
         for place, pairs in own.items():
