@@ -206,7 +206,7 @@ def _coil_curls(axes: Sequence[Array], sources: Sources) -> Array:
     curls = np.zeros((3, *(axis.size - 1 for axis in full), len(sources.coils)))
     inner = [(axis[:-1, None] + np.diff(axis)[:, None] * (1 + s) / 2).ravel() for axis in full]
     for d in range(3):
-        lines = [full[k] if k == d else inner[k] for k in range(3)]
+        lines = [*inner[:d], full[d], *inner[d + 1 :]]
         points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
         A = sources.potential(points.reshape(-1, 3)).reshape(*points.shape, -1)
         for k in (e for e in range(3) if e != d):
