@@ -207,14 +207,11 @@ def _fronts(tree: _Tree, starts: Integers, ranks: Sequence[Integers], leaves: Se
     bounds = [np.searchsorted(leaf[of], np.arange(len(tree.whole) + 1)) for leaf, of in zip(leaves, held, strict=True)]
     found: list[Front] = []
     for number, (start, stop) in enumerate(zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True)):
-        if tree.halves[number, 0] >= 0:
-            halves = tree.halves[number].tolist()
-            rows = np.union1d(*(found[half].border for half in halves))
-        else:
-            halves, rows = [], np.zeros(0, dtype=np.int64)
+        halves = tree.halves[number][tree.halves[number] >= 0].tolist()  # none of an uncut piece
         some = [of[bound[number] : bound[number + 1]] for of, bound in zip(held, bounds, strict=True)]
         taken = [rank[members] for rank, members in zip(ranks, some, strict=True)]
-        rows = np.unique(np.concatenate([rows, *(own.ravel() for own in taken if own.size)]))
+        borders = [found[half].border for half in halves]
+        rows = np.unique(np.concatenate([starts[:0], *borders, *(own.ravel() for own in taken if own.size)]))
         border = rows[rows >= stop]
         rows = np.concatenate([np.arange(start, stop), border])
         shares = (
