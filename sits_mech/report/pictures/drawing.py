@@ -88,7 +88,7 @@ def _drawing(sensor: Sensor) -> Drawing:
     middle = min((coil.centre[1] for coil in sensor.coils), key=lambda y: (abs(y), y))
     plane = Plane() if names_cut(sensor)[0] else Plane(0.0, middle)
     corners = np.vstack([loop for plate in plates for loop in plate.loops] + [_disc(coil) for coil in sensor.coils])
-    tracks = [z for coil in sensor.coils for z in (-_MM * coil.height, 0.0)]
+    tracks = [0.0, *(-_MM * coil.height for coil in sensor.coils)]
     if sensor.substrate_radius is not None:
         tracks.append(float(np.min(_tracks(sensor, plane)[0][..., 1], initial=0.0)))
     heights = [*tracks, *(z for plate in plates for z in (plate.bottom, plate.top))]
@@ -98,7 +98,7 @@ def _drawing(sensor: Sensor) -> Drawing:
 
 def _plates(sensor: Sensor) -> list[Plate]:
     """Return fixed plates, pad and target at rest."""
-    found, rest = [], 0.0
+    found, rest, where = [], np.nan, "; no pad: its height is that of a pose"
     for part in sensor.conductors:
         x, y, z = (_MM * place for place in part.centre)
         loops, half = target_outline(as_plate(part)).loops, _MM * part.thickness / 2
@@ -106,14 +106,13 @@ def _plates(sensor: Sensor) -> list[Plate]:
         found.append(Plate(part.name, own, z - half, z + half, f"{_sizes(part)}, middle at z = {z:.4g}", "#8792a6"))
     layer, target = sensor.elastomer, sensor.target
     if layer is not None:
-        bottom, rest = _MM * layer.standoff, _MM * (layer.standoff + layer.thickness)
+        bottom, rest, where = _MM * layer.standoff, _MM * (layer.standoff + layer.thickness), ""
         rims = tuple(_MM * own.rim for own in pad_outlines(layer, target))
         sizes = _sizes(layer) if layer.kind != "pillars" else f"{len(rims)} pillars {_sizes(layer)}"
         found.append(Plate("pad", rims, bottom, rest, sizes, "#efcf9f"))
     if target is not None:
         own = tuple(_MM * np.array(loop) for loop in target_outline(target).loops)
-        where = "" if layer is not None else "; no pad: its height is that of a pose"
-        rest = rest if layer is not None else np.nan
+
         found.append(Plate("target", own, rest, rest + _MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
 
