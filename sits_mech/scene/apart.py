@@ -152,7 +152,7 @@ def gap_beside(first: Prism, second: Prism) -> float:
         plate = polygon(_loops(first))
         return min(_gap(plate, shapely.LineString(line), half) for line, half in second.tracks)
     if first.loops or second.loops:
-        return _gap(*(polygon(_loops(part)) for part in (first, second)))
+        return _gap(polygon(_loops(first)), polygon(_loops(second)))
     boxes = [part.extent for part in (first, second) if not part.is_round]
     radius = 0.5 * sum(part.extent[0] for part in (first, second) if part.is_round)
     x, y = (abs(first.middle[k] - second.middle[k]) - 0.5 * sum(extent[k] for extent in boxes) for k in (0, 1))
@@ -192,8 +192,7 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
                 f"{coil.outer_diameter:g} m and {other.outer_diameter:g} m; got {distance:g} m"
             )
     elif coil.shape == other.shape == "path":
-        lines = [_lines(each, shared, reach) for each in (coil, other)]
-        place = crossing([*lines[0], *lines[1]])
+        place = crossing([*_lines(coil, shared, reach), *_lines(other, shared, reach)])
         if place is not None:
             raise SceneError(
                 f"{names} overlap: tracks must not cross in one layer; they do at x = {place[0]:.4g} m, "
