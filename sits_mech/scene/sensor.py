@@ -152,8 +152,7 @@ def _refusal(error: ValidationError) -> str:
     steps = first["loc"]
     key = printable(".".join(str(step) for step in steps))
     if first["type"] == "extra_forbidden":
-        model = _PARTS[str(steps[0])] if len(steps) > 1 and steps[0] in _PARTS else Sensor
-        return f"{key}: the key {unknown(steps[-1], model.model_fields)}"
+        return f"{key}: the key {unknown(steps[-1], _PARTS.get(str(steps[0]), Sensor).model_fields)}"
     if first["type"] == "missing":
         return f"{key}: must be given; it is missing"
     cause = first.get("ctx", {}).get("error")
