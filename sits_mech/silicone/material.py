@@ -172,8 +172,9 @@ def _branches(entries: Any) -> tuple[tuple[float, float], ...]:
         if not (weight > 0.0 and time > 0.0):
             raise SceneError(f"prony.{number} must have a positive weight and time; got {weight:g} and {time:g} s")
         found.append((weight, time))
-    if not sum(weight for weight, _ in found) < 1.0:
-        raise SceneError(f"prony: the weights must sum to less than 1; got {sum(weight for weight, _ in found):g}")
+    total = sum(weight for weight, _ in found)
+    if not total < 1.0:
+        raise SceneError(f"prony: the weights must sum to less than 1; got {total:g}")
     return tuple(found)
 
 
@@ -236,8 +237,7 @@ def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
 
 def table_of(silicone: Silicone) -> dict[str, Any]:
     """Return the material table of `silicone` in SI; `silicone_from` gives the same silicone back."""
-    constants = {key: list(item) if isinstance(item, tuple) else item for key, item in silicone.constants.items()}
-    table: dict[str, Any] = {"law": silicone.law, **constants, "bulk_modulus": silicone.bulk_modulus}
+    table: dict[str, Any] = {"law": silicone.law, **silicone.constants, "bulk_modulus": silicone.bulk_modulus}
     if silicone.prony:
         table["prony"] = [{"weight": weight, "time": time} for weight, time in silicone.prony]
     if silicone.mullins is not None:
@@ -245,8 +245,8 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
     if silicone.source != "the scene":
         table["source"] = silicone.source
     extras = {key: getattr(silicone, key) for key in ("fitted_range", "temperature_range", *_NUMBERS)}
-    extras = {key: item for key, item in extras.items() if item is not None}
-    return table | {key: list(item) if isinstance(item, tuple) else item for key, item in extras.items()}
+    table |= {key: item for key, item in extras.items() if item is not None}
+    return {key: list(item) if isinstance(item, tuple) else item for key, item in table.items()}
 
 
 def implausible(silicone: Silicone) -> tuple[str, ...]:
