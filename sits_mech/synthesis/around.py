@@ -98,7 +98,7 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
         beyond = search.task.excess(figures, table)
         aim[index] = np.nan if beyond.get(INVERSE, 0.0) > 0.0 else search.task.aim(figures)
         excess[index] = max(beyond.values(), default=-1.0)
-    axes = tuple(np.array([each.value(x) for x in unit]) for each in some)
+    axes = tuple(np.array([*map(each.value, unit)]) for each in some)
     return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess)
 
 
