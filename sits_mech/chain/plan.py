@@ -28,11 +28,11 @@ class Choice:
     by_name: bool = False  # asked for by name: errors of a section do not hold what it leaves out
 
 
+_SPACE = ("block", "three dimensions", ": the pad is too short for plane strain")
 _PLANE = (
-    "finite strain in plane strain, the force spread over the elastomer's length; "
-    "a pad or a target shorter than that is softer: compare with block"
+    "planar", "plane strain", ", the force spread over the elastomer's length; "
+    "a pad or a target shorter than that is softer: compare with block",
 )
-
 _ASKED = "asked for"
 _LEAVES = "no other model has out-of-plane displacements, and one model answers all loads of a request"
 
@@ -50,33 +50,38 @@ def choose_mechanics(
     Raises SceneError when the model is unknown or the scene has no layer.
     """
     check_model("mechanics", asked, ("auto", *known))
+    beside, own, rough = ", ".join(leaving(loads)), _of_its_own(sensor), _is_rough(sensor)
+    _check_mechanics(sensor, asked, beside)
+    if asked != "auto":
+        return Choice(asked, _ASKED, by_name=True)
+    if beside:
+        return Choice("block", f"{beside}: {_LEAVES}")
+    if own:
+        return Choice("block", f"no plane section represents {own}")
+    model, where, reason = _SPACE if "block" in known and _is_finite(sensor) else _PLANE
+    bound = strain_bound(sensor, loads) if loads and "linear" in known and not rough else tolerance
+    if bound < tolerance:
+        return Choice("linear", f"small strain in {where}: the error of one constant compliance is below {bound:.1g}")
+    return Choice(model, f"finite strain in {where}{reason}")
+
+
+def _check_mechanics(sensor: Sensor, asked: str, beside: str) -> None:
+    """Refuse a scene without a layer, and a model that does not hold its loads beside the plane, friction or pad."""
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
-    beside = leaving(loads)
-    if beside:
-        if asked not in ("auto", "block"):
-            raise SceneError(f"model (mechanics) must be auto or block for {', '.join(beside)}; got {asked}")
-        reason = f"{', '.join(beside)}: {_LEAVES}"
-        return Choice("block", reason if asked == "auto" else _ASKED, by_name=asked != "auto")
-    rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
-    if rough and asked in ("linear", "closed-form"):
+    own, flat = _of_its_own(sensor), asked not in ("auto", "block")
+    if beside and flat:
+        raise SceneError(f"model (mechanics) must be auto or block for {beside}; got {asked}")
+    if _is_rough(sensor) and asked in ("linear", "closed-form"):
         raise SceneError(f"model (mechanics) must be auto, block or planar with elastomer.friction; got {asked}")
-    own = _of_its_own(sensor)
-    if own and asked not in ("auto", "block"):
+    if own and flat:
         raise SceneError(f"{sensor.name}: model (mechanics) must be block for {own}; got {asked}")
-    if asked != "auto":
-        return Choice(asked, _ASKED, by_name=True)
-    if own:
-        return Choice("block", f"no plane section represents {own}")
-    finite = "block" in known and _is_finite(sensor)
-    bound = strain_bound(sensor, loads) if loads and "linear" in known and not rough else tolerance
-    if bound < tolerance:
-        where = "three dimensions" if finite else "plane strain"
-        return Choice("linear", f"small strain in {where}: the error of one constant compliance is below {bound:.1g}")
-    if finite:
-        return Choice("block", "finite strain in three dimensions: the pad is too short for plane strain")
-    return Choice("planar", _PLANE)
+
+
+def _is_rough(sensor: Sensor) -> bool:
+    """Return whether the pad has friction."""
+    return sensor.elastomer is not None and sensor.elastomer.friction > 0.0
 
 
 def _of_its_own(sensor: Sensor) -> str:
@@ -101,6 +106,11 @@ def _in_space(sensor: Sensor, target: Target) -> bool:
     return short and _is_finite(sensor)
 
 
+def _is_free(target: Target | None) -> bool:
+    """Return whether the net current of a target is free."""
+    return target is not None and target.net_current == "free"
+
+
 def choose_magnetics(
     sensor: Sensor, asked: str, known: tuple[str, ...], given: Sequence[Wrench] | Sequence[Pose] = (),
     loaded: bool = False,
@@ -113,52 +123,76 @@ def choose_magnetics(
     section: no other model has them. Raises SceneError when the model is unknown, or none can hold the scene.
     """
     check_model("magnetics", asked, ("auto", *known))
-    target, coaxial = sensor.target, _is_coaxial(sensor, given, loaded)
-    beside = tuple(name for name in leaving(given) if not (coaxial and name in ("M_z", "alpha_z")))
+    coaxial, permeable = _is_coaxial(sensor, given, loaded), _permeable(sensor)
+    about = ("M_z", "alpha_z") if coaxial else ()
+    beside = tuple(name for name in leaving(given) if name not in about)
     if beside and asked not in ("auto", "sheets"):
         raise SceneError(f"model (magnetics) must be auto or sheets for {', '.join(beside)}; got {asked}")
     if asked != "auto":
         return Choice(asked, _ASKED, by_name=True)
-    free = target is not None and target.net_current == "free"
-    if (permeable := _permeable(sensor)) and not free and "sheets" in known and sheets_refuse(sensor) is None:
-        return Choice("sheets", f"{', '.join(permeable)}: ferrite that does not conduct, magnetised in space")
     if permeable:
-        _check_in_section(sensor, permeable, beside)
-        return Choice("planar-fem", f"{', '.join(permeable)}: permeable, the air around is meshed")
+        return _of_permeable(sensor, permeable, known, beside)
     if beside:
         return Choice("sheets", f"{', '.join(beside)}: {_LEAVES}")
     if sensor.substrate_radius is not None:
         return Choice("planar-fem", "coils on a curved substrate")
     if sensor.conductors:
-        names = ", ".join(f"conductors.{part.name}" for part in sensor.conductors)
-        if free:
-            return Choice("planar-fem", f"{names} beside a target with free net current")
-        return Choice("sheets", f"{names} can be near enough to matter")
+        return _beside_conductors(sensor)
+    return _of_target(sensor, known, loaded, coaxial)
+
+
+def _of_permeable(
+    sensor: Sensor, permeable: tuple[str, ...], known: tuple[str, ...], beside: tuple[str, ...]
+) -> Choice:
+    """Return the model of permeable parts."""
+    if "sheets" in known and not _is_free(sensor.target) and sheets_refuse(sensor) is None:
+        return Choice("sheets", f"{', '.join(permeable)}: ferrite that does not conduct, magnetised in space")
+    _check_in_section(sensor, permeable, beside)
+    return Choice("planar-fem", f"{', '.join(permeable)}: permeable, the air around is meshed")
+
+
+def _beside_conductors(sensor: Sensor) -> Choice:
+    """Return the model of fixed conductors beside a target."""
+    names = ", ".join(f"conductors.{part.name}" for part in sensor.conductors)
+    if _is_free(sensor.target):
+        return Choice("planar-fem", f"{names} beside a target with free net current")
+    return Choice("sheets", f"{names} can be near enough to matter")
+
+
+def _of_target(sensor: Sensor, known: tuple[str, ...], loaded: bool, coaxial: bool) -> Choice:
+    """Return the model of coils on a flat board and, at most, a target: on an axis or of a section where these hold."""
+    target = sensor.target
     if coaxial:
         return Choice("axisymmetric", "one coil under a disc on its axis")
     if section_refusal(sensor.coils) is not None:
         return Choice("sheets", "coils off the plane y = 0, or not perpendicular to it, have no planar model")
     if free_tracks := _free_tracks(sensor):
         return Choice("sheets", f"{free_tracks}: free tracks, which no plane section represents")
-    if target is not None and target.shape != "rectangle":
+    if target is None:
+        return Choice("planar", "no target: free space alone")
+    if target.shape != "rectangle":
         return Choice("sheets", "neither a plane section nor an axisymmetric model represents the target at every pose")
-    if loaded and "sheets" in known and target is not None and _in_space(sensor, target):
+    if loaded and "sheets" in known and _in_space(sensor, target):
         return Choice("sheets", "three-dimensional like the pad: the plate is too short along y for a plane section")
-    reason = "no target: free space alone" if target is None else "no permeable parts: no mesh of the air"
-    return Choice("planar", reason)
+    return Choice("planar", "no permeable parts: no mesh of the air")
 
 
 def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded: bool) -> bool:
     """Return whether a disc stays on the one coil's axis, as far as poses are known; of loads all must be known."""
-    coil, target = sensor.coils[0], sensor.target
-    if len(sensor.coils) > 1 or target is None or sensor.substrate_radius is not None:
-        return False
-    if not coil.is_round or target.shape != "disc":
+    coil = sensor.coils[0]
+    if not _has_one_disc(sensor):
         return False
     if loaded:
         upright = all(isinstance(load, Wrench) and keeps_axis(load) for load in given)
         return bool(given) and upright and symmetry_of(sensor).mirrored and coil.centre == (0.0, 0.0)
     return all(isinstance(pose, Pose) and on_axis(coil, pose) for pose in given)
+
+
+def _has_one_disc(sensor: Sensor) -> bool:
+    """Return whether a scene is a disc over one round coil on a flat board."""
+    (coil, *others), target = sensor.coils, sensor.target
+    round_coil = coil.is_round and not others and sensor.substrate_radius is None
+    return round_coil and target is not None and target.shape == "disc"
 
 
 def _free_tracks(sensor: Sensor) -> str:
