@@ -146,28 +146,14 @@ class Coil(BaseModel):
         if not isinstance(given, Mapping):
             return given
         shape = given.get("shape", "circle")
-        own = SHAPES.get(shape) if isinstance(shape, str) else None
-        if own is None:
+        if not isinstance(shape, str) or shape not in SHAPES:
             return given
-        for key in dict.fromkeys(key for each in SHAPES.values() for key in each.keys):
-            if key in given and key not in own.keys:
-                raise SceneError(f"{key} must not be given for a {shape}; it is")
-        for key in own.needed:
-            if key not in given:
-                raise SceneError(f"{key} must be given for a {shape}; it is missing")
+        _check_sizes(given, shape)
         if shape == "path":
             unused = {key: given.get("track_thickness") for key in ("track_gap", "layer_pitch")}
             return {"centre": (0.0, 0.0), "layers": 1, "turns": 1} | unused | dict(given)
         gap = {"track_gap": given.get("track_width")} if given.get("turns") == 1 else {}
-        heights = given.get("layer_z")
-        if isinstance(heights, list | tuple) and heights:
-            if "layer_pitch" in given:
-                raise SceneError("layer_pitch must not be given beside layer_z; it is")
-            if given.get("layers", len(heights)) != len(heights):
-                raise SceneError(f"layers must be the {len(heights)} of layer_z; got {given['layers']}")
-            return gap | {"layers": len(heights), "layer_pitch": given.get("track_thickness")} | dict(given)
-        pitch = {"layer_pitch": given.get("track_thickness")} if given.get("layers") == 1 else {}
-        return gap | pitch | dict(given)
+        return gap | _layers(given) | dict(given)
 
     @field_validator("path")
     @classmethod
@@ -332,6 +318,28 @@ class Coil(BaseModel):
         if self.layer_z or self.shape == "path":
             return self.track_thickness / 2 - self.heights[-1]
         return (self.layers - 1) * self.layer_pitch + self.track_thickness
+
+
+def _check_sizes(given: Mapping[str, Any], shape: str) -> None:
+    """Refuse sizes of other shapes than a coil's own, and missing ones."""
+    for key in dict.fromkeys(key for each in SHAPES.values() for key in each.keys):
+        if key in given and key not in SHAPES[shape].keys:
+            raise SceneError(f"{key} must not be given for a {shape}; it is")
+    for key in SHAPES[shape].needed:
+        if key not in given:
+            raise SceneError(f"{key} must be given for a {shape}; it is missing")
+
+
+def _layers(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a coil's table may leave out of number and pitch of layers; refuse it beside other heights."""
+    heights, pitch = given.get("layer_z"), {"layer_pitch": given.get("track_thickness")}
+    if not isinstance(heights, list | tuple) or not heights:
+        return pitch if given.get("layers") == 1 else {}
+    if "layer_pitch" in given:
+        raise SceneError("layer_pitch must not be given beside layer_z; it is")
+    if given.get("layers", len(heights)) != len(heights):
+        raise SceneError(f"layers must be the {len(heights)} of layer_z; got {given['layers']}")
+    return {"layers": len(heights)} | pitch
 
 
 def resolved_shear(coils: Sequence[Coil]) -> tuple[str, ...]:
