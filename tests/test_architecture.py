@@ -111,10 +111,7 @@ UNMIRRORED = {
         "tests/mechanics/faces/test_contact.py: the contact of these faces",
     ),
     "mechanics/loads.py": "tests/chain/test_simulate.py: grids of loads",
-    **dict.fromkeys(
-        (f"mechanics/pad/{name}.py" for name in ("planar", "section")),
-        "tests/mechanics/test_layer.py: the layers on these meshes converge",
-    ),
+    "mechanics/pad/planar.py": "tests/mechanics/test_layer.py: the layers on these meshes converge",
     "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",
     **dict.fromkeys(
         (f"mechanics/equilibrium/{name}.py" for name in ("newton", "linearisation")),

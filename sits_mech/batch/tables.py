@@ -1,4 +1,4 @@
-"""Put a calibration into a row of a study's table, and take it back out."""
+"""Convert a calibration to a row of a study's table, and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Correct poses and errors over a grid of loads by what finer meshes change at two of them.
+"""Correct all poses of a grid of loads by finer meshes at two of them.
 
 All loads of a grid are solved on the same two meshes. Extrapolation adds a_k, with its sign, to a component k, and
 E_k >= |a_k| is its estimated error; both are large where a mesh is too coarse, so that finer meshes are compared with

@@ -1,4 +1,4 @@
-"""Find the target's pose over a grid of loads while only as many are solved as predict the others.
+"""Solve some loads of a grid, and interpolate the poses of the others.
 
 Which loads are solved, and what stands between them, is decided by `maps.grid`: the map of the poses must be within the
 tolerance of the range of each of their components, the target's edges included, and of the signals (goal.py). The error

@@ -1,4 +1,4 @@
-"""Read impedance and signals at poses that are known within errors, all errors with them.
+"""Propagate errors of poses to impedances and signals.
 
 The error of the component k of a pose has signed parts m_jk that neighbouring loads share, up to one factor each, and
 an own part a_k = e_k - sum_j |m_jk|. With the magnetic model's error, of which b is shared with its sign, and the

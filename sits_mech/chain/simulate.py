@@ -1,4 +1,4 @@
-"""Simulate the sensor under a load, force in, inductance out: the one place where both physics meet.
+"""Simulate the sensor under a load: wrench to pose to inductance, the one place where both physics meet.
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
 

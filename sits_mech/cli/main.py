@@ -1,7 +1,8 @@
 """The command line: ``sits-mech COMMAND SCENE ...``; see ``sits-mech --help``.
 
 Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
-reached is printed and kept), 130 interrupted. Each command imports its rooms itself, so that help comes at once.
+reached is printed and kept), 4 above the tolerance or beyond the data, 130 interrupted. Each command imports its rooms
+itself, so that help comes at once.
 Linear algebra keeps to one thread, unless the environment says otherwise: its systems are small, and sparse
 factorisations lose an order of magnitude to a second one. Modules with commands are entry points of the group
 `sits_mech.commands`: those of this package, listed in its pyproject.toml, and those of any other installed beside it.

@@ -1,4 +1,4 @@
-"""Turn the pose and frequency asked into an impedance: what all magnetic models have in common.
+"""Answer poses and a frequency with an impedance: what all magnetic models have in common.
 
     L = L0 + Im Delta Z / omega,    R = Re Delta Z,    exp(+j omega t),
 

@@ -1,4 +1,4 @@
-"""Bound how much a conductor far away changes the coils' inductance, in closed form, before any solve.
+"""Bound the change of the coils' inductance by a distant conductor, in closed form.
 
 A conductor K without net current in the coils' field H [1/m, for 1 A] changes their impedance by j omega Delta L with
 

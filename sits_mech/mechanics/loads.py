@@ -1,4 +1,4 @@
-"""Settle many loads, each from the nearest one that is settled.
+"""Solve many loads, each from the nearest one that is solved.
 
 The walk goes outward from the smallest load: in the plane and without shear first, so that a symmetric layer stays
 symmetric, then with more and more of it. Of all images of a load (symmetry.py) one is solved; the others are taken from

@@ -1,4 +1,4 @@
-"""Judge a sensor by a table that is there: figures without tolerances, overload and derivatives."""
+"""Find a design's figures from a table that is there, without a solve."""
 
 from __future__ import annotations
 

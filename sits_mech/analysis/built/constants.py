@@ -1,4 +1,4 @@
-"""Carry what a unit differs by from its calibration into a few numbers, for firmware that is the same for all units.
+"""Reduce what a unit differs by from its calibration to a few constants of the firmware.
 
     x_i = c_i + o_i + g_i (c_i - b_i),    f = inverse(x),    F = q + Q f,
 

@@ -1,4 +1,4 @@
-"""Map the forces of a calibration to what a bench shows, to poses, to parts of their errors, to slopes of the layer.
+"""Fit maps from forces to readings, poses, their errors, and slopes of the layer.
 
 Loads may leave the table while the map can be followed: its first missing term, of the size of its error e on [-1, 1],
 is e T_(P+1)(x) beyond, and may be 5 e.

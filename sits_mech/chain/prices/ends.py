@@ -1,4 +1,4 @@
-"""Estimate what a section leaves out of coils, plates and pads with ends along y, by a coarse answer in space.
+"""Estimate what plane models leave out, the ends of coils, plates and pads along y, from a coarse answer in space.
 
 Coils, plates. A section's L [H/m] describes a sensor relative to its inductances without target alone. With
 s_cd = sqrt(L0_cc L0_dd) of each model,

@@ -1,4 +1,4 @@
-"""Solve the loads of a table as far as its signals need; the largest load's first meshes tell how far that is.
+"""Solve the loads of a table until its signals meet the tolerance.
 
 The first meshes of the largest load and its images give what errors of the pose are worth in the signals (goal.py), the
 plan and the magnetic model (promise.py); where it is not carried the other loads do. When all loads that need it are

@@ -1,4 +1,4 @@
-"""Weigh errors of a pose by what they change of the signals, as shares of the full scale that a tolerance is of.
+"""Convert errors of a pose to errors of the signals, as shares of the full scale that a tolerance is of.
 
 With s_i the signals of a sensor, i of those of a pair or of all, over the mean L0, p_k the components of the pose,
 

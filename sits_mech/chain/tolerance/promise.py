@@ -1,4 +1,4 @@
-"""Predict error and cost of a request from its largest load on the first meshes, and aim the rest at its tolerance.
+"""Predict error and cost of a request on coarse meshes, and set the tolerances of both physics.
 
 The look gives a pose, from which the goal follows (goal.py): what an error of the pose is worth in the signals. Where
 the magnetic error is more than half of the tolerance it is reduced in proportion, so that the mechanics have the other

@@ -36,8 +36,7 @@ from scipy.spatial import cKDTree
 from skfem import MeshHex2
 from skfem.element import ElementHex1, ElementHex2
 
-from sits_mech.geometry.meshing.bricks import Division, Outline, crossed, divided, joined
-from sits_mech.geometry.meshing.copies import Bricks, both_halves, mesh_of
+from sits_mech.geometry.meshing.bricks import Bricks, Division, Outline, both_halves, crossed, divided, joined, mesh_of
 from sits_mech.quantities import Array
 
 LEAST_ANGLE = math.radians(10.0)

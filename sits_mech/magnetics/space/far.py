@@ -1,4 +1,4 @@
-"""Reduce a plate, for other plates, to a few combinations of fields, which it sees and radiates at a few points.
+"""Reduce a plate to a few fields at a few points, for its coupling to other plates.
 
 Of all that a plate can see (D of its combinations at its box's points, q x 3 x r: `Basis.fields` of the polynomials'
 coefficients there) little comes from beyond a distance c. Whatever comes from there is the field of currents m on the

@@ -1,4 +1,4 @@
-"""Coils as a plate sees them without polynomials along itself: their potential cell by cell, in poses or at rest.
+"""Evaluate the coils' potential at every cell of a plate, in poses or at rest.
 
 A plate needs the mean of each coil's A over each cell; of a coil c, with the divergence-free currents w of a mode,
 

@@ -1,4 +1,4 @@
-"""Prescribe of each pair either the force or the place of the target, in any mix, and scale both.
+"""Prescribe the force or the place of the target, component by component, and scale both.
 
 Of each pair (F_x, d_h), (F_z, sink), (M, alpha), (F_y, d_y), (M_x, alpha_x), (M_z, alpha_z) one is given, the other is
 found. A layer with a largest load (it buckles, or softens) is followed past it with places given; a target held upright

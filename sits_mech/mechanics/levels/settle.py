@@ -1,4 +1,4 @@
-"""Choose mesh and contact for a load.
+"""Choose the family of meshes and the contact for a load, and solve it.
 
 Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
 inside out at a corner. The first that reaches the load gives the answer; the coarse mesh of each is tried first, and

@@ -2,7 +2,9 @@
 
 Lines are graded towards both faces and towards the target's and the layer's edges, where bonded corners are singular
 (exponent 0.5946 for an incompressible clamped right angle against a free face). Too strong a grading resolves a corner
-that finite strain then turns inside out: a nonlinear layer takes a milder one than a linear layer.
+that finite strain then turns inside out: a nonlinear layer takes a milder one than a linear layer. The i-th of m lines
+of a half segment of length l lies ``l (i/m)**beta`` from its end; errors that go as ``h**(2 k)`` on uniform cells, k
+the exponent of the corner, then go as ``m**(-2 k beta)`` until the order of the element takes over.
 
 A target wider than its layer is bonded over all of it, and the corners above are those below; free faces that rise at
 its edge lie on the target's plane, which goes on beyond.
@@ -36,6 +38,7 @@ Methods Appl. Mech. Engng 85 (1991) 273, here as a barrier. (A solid's guard sta
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import NamedTuple
@@ -43,7 +46,6 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.geometry.meshing.bricks import Outline
-from sits_mech.geometry.meshing.structured import graded_lines, graded_segment, matched_cells
 from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
 from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed
 from sits_mech.mechanics.element.mesh import MixedMesh, fanned, section_mesh
@@ -296,3 +298,25 @@ class Guard:
         stiffness = B.swapaxes(1, 2) @ (C @ B.reshape(e, q_, d * d, d * k)).reshape(B.shape)
         energy = self.kappa * float((weights * (J - 1.0 - np.log(J))).sum())
         return Term(energy, forces, mesh.dofs, stiffness)
+
+
+def graded_segment(start: float, end: float, cells: int, beta: float) -> Array:
+    """Return ``cells + 1`` mesh lines, rising and symmetric, graded towards both ends; ValueError for odd `cells`."""
+    if cells < 2 or cells % 2 or not end > start or not beta >= 1.0:
+        raise ValueError(f"segment: needs even cells, start < end, beta >= 1, not {cells}, {start}..{end}, {beta}")
+    half = 0.5 * np.linspace(0.0, 1.0, cells // 2 + 1) ** beta
+    unit = np.concatenate([half, 1.0 - half[-2::-1]])
+    return start + (end - start) * unit
+
+
+def graded_lines(breaks: Sequence[float], cells: Sequence[int], beta: float) -> Array:
+    """Return mesh lines through all `breaks`, graded towards each; an even number of cells for each segment."""
+    pieces = [
+        graded_segment(a, b, n, beta) for a, b, n in zip(breaks[:-1], breaks[1:], cells, strict=True)
+    ]
+    return np.concatenate([pieces[0]] + [piece[1:] for piece in pieces[1:]])
+
+
+def matched_cells(length: float, reference: float, cells: int, beta: float) -> int:
+    """Return the even number of cells that gives a segment the same smallest cell as a reference segment has."""
+    return 2 * max(1, int(np.ceil(0.5 * cells * (length / reference) ** (1.0 / beta) - 1e-9)))

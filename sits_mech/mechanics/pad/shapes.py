@@ -33,8 +33,7 @@ from typing import NamedTuple
 import numpy as np
 from skfem import MeshHex
 
-from sits_mech.geometry.meshing.bricks import Division, Outline, box_bricks, covered, ring_bricks
-from sits_mech.geometry.meshing.copies import pillar_bricks
+from sits_mech.geometry.meshing.bricks import Division, Outline, box_bricks, covered, pillar_bricks, ring_bricks
 from sits_mech.geometry.meshing.crossing import crossing_bricks
 from sits_mech.quantities import Array
 from sits_mech.scene.elastomer import pillar_middles

@@ -25,8 +25,7 @@ from skfem import Basis, MeshHex, MeshHex2
 from skfem.element import Element, ElementHex1
 from skfem.quadrature import get_quadrature
 
-from sits_mech.geometry.meshing.bricks import Division, Outline, within
-from sits_mech.geometry.meshing.copies import both_halves
+from sits_mech.geometry.meshing.bricks import Division, Outline, both_halves, within
 from sits_mech.geometry.meshing.refinement import shape_values
 from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces, gradients, kinematics, law_of

@@ -6,8 +6,7 @@ from scipy.spatial import cKDTree
 from skfem import Basis
 from skfem.element import ElementHex2
 
-from sits_mech.geometry.meshing.bricks import Outline
-from sits_mech.geometry.meshing.copies import pillar_bricks
+from sits_mech.geometry.meshing.bricks import Outline, pillar_bricks
 
 DISC = Outline(0.5, 0.5, True)
 LINES = (np.array([0.0, 0.6, 1.0]), np.array([0.0, 0.4, 1.0]))
