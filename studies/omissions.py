@@ -31,7 +31,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.interpolate import LoadGrid, loads_of, poses_on_grid
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model, plan
 from sits_mech.chain.omissions import idle_share, skin_depths, strain_bound
-from sits_mech.chain.pose_errors import read_poses
+from sits_mech.chain.propagation import read_poses
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.loads import Settled, settle
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of

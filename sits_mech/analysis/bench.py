@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.analysis.terminals import terminal_impedance
-from sits_mech.chain.pose_errors import diagonals, signal_weights
+from sits_mech.chain.propagation import diagonals, signal_weights
 from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.coils.resistance import track_resistances
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport

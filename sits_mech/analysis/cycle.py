@@ -22,7 +22,7 @@ import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import Reading, poses_of, read_poses
+from sits_mech.chain.propagation import Reading, poses_of, read_poses
 from sits_mech.chain.simulate import flags_over
 from sits_mech.chain.tolerance.goal import farthest
 from sits_mech.chain.tolerance.promise import aim_at

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.cases import Progress
-from sits_mech.chain.pose_errors import levers, unloaded
+from sits_mech.chain.propagation import levers, unloaded
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.mechanics.levels.answer import relative
 from sits_mech.quantities import SolveFailed, Wrench

@@ -33,7 +33,7 @@ from scipy.optimize import brentq
 
 from sits_mech.cases import Progress
 from sits_mech.chain.models import mechanical_model
-from sits_mech.chain.pose_errors import unloaded
+from sits_mech.chain.propagation import unloaded
 from sits_mech.geometry.collision import clearance, room
 from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.loads import RefinedModel

@@ -21,7 +21,7 @@ from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import Choice, leaving
-from sits_mech.chain.pose_errors import poses_of, read_poses
+from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.chain.tolerance.aimed import AimedLoads, aimed_loads, status_of
 from sits_mech.chain.tolerance.goal import Goal
 from sits_mech.labels import labelled

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sits_mech.chain.pose_errors import Reading, signal_weights
+from sits_mech.chain.propagation import Reading, signal_weights
 from sits_mech.quantities import POSE, Bounded, Equilibrium
 from sits_mech.readout.signals import Signals, signal_changes, signals
 from sits_mech.scene.sensor import Sensor

@@ -30,7 +30,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sits_mech.chain.pose_errors import poses_of
+from sits_mech.chain.propagation import poses_of
 from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import POSE, Array, Equilibrium, Pose, Wrench
 

@@ -15,14 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import poses_of, read_poses, signals_at
 from sits_mech.chain.prices.forecast import Look
+from sits_mech.chain.propagation import poses_of, read_poses, signals_at
 from sits_mech.chain.tolerance.goal import Goal, goal_at
 from sits_mech.chain.tolerance.promise import Promise, aim_at
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.mechanics.levels.answer import load_words
-from sits_mech.mechanics.levels.history import depends_on_path
+from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
 from sits_mech.quantities import (

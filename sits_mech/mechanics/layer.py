@@ -12,7 +12,7 @@ every quadrature point and node. Pose and error are extrapolated from the levels
 Contact of the free faces with the ground and the target (scene key `elastomer.contact`) is "never" solved, "always",
 or, "auto", where a free face touches one of them (levels/settle.py). The notes say which. With friction on them
 (`elastomer.friction`) the answer is that of a path of loads, straight from rest where no other is given
-(levels/history.py).
+(levels/load_path.py).
 
 Range: plane strain (the true pad is softer by its ends). Neglected: viscosity, gravity.
 """
@@ -32,8 +32,8 @@ from sits_mech.mechanics.equilibrium.control import Control, under
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
-from sits_mech.mechanics.levels.history import arrived
 from sits_mech.mechanics.levels.in_time import motion_in_time
+from sits_mech.mechanics.levels.load_path import arrived
 from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.chain.pose_errors import signal_weights
+from sits_mech.chain.propagation import signal_weights
 from sits_mech.quantities import POSE, Array
 from sits_mech.readout.loads import varied
 from sits_mech.readout.signals import rows_of, signals, told

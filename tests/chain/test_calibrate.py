@@ -14,7 +14,7 @@ from sits_mech.chain import models
 from sits_mech.chain.calibrate import _checked, calibrate
 from sits_mech.chain.interpolate import INTERPOLATED, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import poses_of
+from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration

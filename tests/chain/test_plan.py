@@ -160,7 +160,7 @@ def test_a_symmetric_load_needs_no_places_beside(monkeypatch: pytest.MonkeyPatch
     sensor = load_sensor("biorob2018", LONG)
     asked = {"tolerance": 3e-2, "mechanics": "linear"}
     few = simulate(sensor, Wrench(0.0, 1.0), **asked)
-    monkeypatch.setattr("sits_mech.chain.pose_errors._ROUNDING", -1.0)
+    monkeypatch.setattr("sits_mech.chain.propagation._ROUNDING", -1.0)
     all_ = simulate(sensor, Wrench(0.0, 1.0), **asked)
     assert few.signals.L_v_percent == pytest.approx(all_.signals.L_v_percent, rel=1e-12)
     assert few.signals.error_L_v_percent == pytest.approx(all_.signals.error_L_v_percent, rel=1e-6)

@@ -13,7 +13,7 @@ import xarray as xr
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.chain.pose_errors import read_poses
+from sits_mech.chain.propagation import read_poses
 from sits_mech.chain.simulate import at_rest, image_at_rest, simulate
 from sits_mech.geometry.collision import Collision
 from sits_mech.mechanics.loads import kept_key, kept_rest

@@ -20,7 +20,7 @@ from scipy.interpolate import PchipInterpolator
 
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import Choice
-from sits_mech.chain.pose_errors import read_poses
+from sits_mech.chain.propagation import read_poses
 from sits_mech.chain.simulate import flags_over
 from sits_mech.chain.tolerance.goal import farthest
 from sits_mech.chain.tolerance.promise import aim_at

@@ -27,7 +27,7 @@ from sits_mech.chain.derivatives.gradient import (
 )
 from sits_mech.chain.interpolate import LoadGrid, loads_of
 from sits_mech.chain.models import loaded_model
-from sits_mech.chain.pose_errors import poses_of, read_poses
+from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.chain.tolerance.aimed import aimed_loads, status_of
 from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench

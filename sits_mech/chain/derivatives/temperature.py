@@ -33,7 +33,7 @@ import xarray as xr
 from sits_mech.chain.columns import Columns
 from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.derivatives.gradient import Moved, columns_of, gradient, shown_change
-from sits_mech.chain.pose_errors import poses_of
+from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import POSE, Array, Equilibrium, Impedance, MagneticModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.calibration import OK, Calibration, calibration

@@ -19,7 +19,7 @@ from sits_mech.chain.tolerance.goal import Goal, goal_at
 from sits_mech.chain.tolerance.promise import Aim, aim_at
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.levels.answer import load_words
-from sits_mech.mechanics.levels.history import depends_on_path
+from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle
 from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
 from sits_mech.scene.sensor import Sensor

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.chain.conductors import on_axis
-from sits_mech.chain.pose_errors import diagonals, own_inductances, signal_weights, unloaded
+from sits_mech.chain.propagation import diagonals, own_inductances, signal_weights, unloaded
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.quantities import POSE, Array, Bounded, MagneticModel, Pose, SolveFailed
 from sits_mech.readout.signals import rows_of

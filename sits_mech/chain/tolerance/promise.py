@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from sits_mech.chain.models import loaded_model
-from sits_mech.chain.pose_errors import poses_of
 from sits_mech.chain.prices.costs import cost, magnetic_tolerance
 from sits_mech.chain.prices.forecast import Look, expected
+from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.tolerance.goal import HALF, Goal, goal_at
 from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor

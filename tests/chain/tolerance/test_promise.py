@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import loaded_model
-from sits_mech.chain.pose_errors import poses_of
 from sits_mech.chain.prices.forecast import Look
+from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.tolerance.goal import HALF
 from sits_mech.chain.tolerance.promise import Promise, aim_at
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench

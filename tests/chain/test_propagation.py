@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.chain.pose_errors import read_poses, signal_weights
+from sits_mech.chain.propagation import read_poses, signal_weights
 from sits_mech.quantities import Bounded, Impedance, Pose, SolveReport
 from sits_mech.readout.signals import combine
 from sits_mech.scene.sensor import load_sensor
