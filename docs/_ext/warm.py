@@ -4,19 +4,25 @@
 send their words, their folder, their environment and their three streams to the process; a fork of that runs the
 command line's own `main`, or the file that Python is asked for, and they end with its exit code. All else is as if each
 was started by itself; Python that is asked for no file is. What one prepares is kept for the others till the end.
+
+``python docs/_ext/warm.py FOLDER`` puts the two programs there, `python` last, and answers till its input ends; where
+SITS_DOCS_WARM names such a folder, `started` uses it.
 """
 
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import runpy
+import select
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
+import time
 import traceback
 from collections.abc import Iterator
 from importlib import import_module
@@ -30,7 +36,7 @@ _MORE = (
 )
 _PROGRAMS = ("sits-mech", "python")
 _SENDS = """#!{python} -IS
-import json, os, socket, sys
+import json, os, signal, socket, sys
 if {name!r} == "python" and not "".join(sys.argv[1:2]).endswith(".py"):
     os.execv({python!r}, [{python!r}, *sys.argv[1:]])
 with socket.socket(socket.AF_UNIX) as line:
@@ -38,37 +44,56 @@ with socket.socket(socket.AF_UNIX) as line:
     socket.send_fds(line, [b"x"], [0, 1, 2])
     line.sendall(json.dumps([[{name!r}, *sys.argv[1:]], os.getcwd(), dict(os.environ)]).encode())
     line.shutdown(socket.SHUT_WR)
+    answering = int(line.recv(16) or b"0")
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, lambda number, _: answering and os.killpg(answering, number))
     sys.exit((line.recv(1) or b"\\1")[0])
 """
 
 
 @contextlib.contextmanager
 def started() -> Iterator[None]:
-    """Have `sits-mech`, and files of Python, answered by a process that ends with this."""
-    with tempfile.TemporaryDirectory() as place:
-        path = str(Path(place) / "line")
+    """Have `sits-mech`, and files of Python, answered by the process of SITS_DOCS_WARM, or one that ends with this."""
+    with contextlib.ExitStack() as ends:
+        place = Path(os.environ.get("SITS_DOCS_WARM") or ends.enter_context(tempfile.TemporaryDirectory()))
+        if "SITS_DOCS_WARM" not in os.environ:
+            words = [sys.executable, __file__, str(place)]
+            process = ends.enter_context(subprocess.Popen(words, stdin=subprocess.PIPE))
+            while not os.access(place / _PROGRAMS[-1], os.X_OK) and process.poll() is None:
+                time.sleep(0.01)
+        before = dict(os.environ)
+        os.environ["PATH"] = os.pathsep.join((str(place), str(Path(sys.executable).parent), before["PATH"]))
+        os.environ["SITS_MECH_CACHE"] = str(place / "cache")
+        try:
+            yield
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+
+
+def answer(place: Path) -> None:
+    """Put programs in a folder, import what commands do, and fork for each that comes."""
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(place / "line"))
+        listener.listen(64)
         for name in _PROGRAMS:
-            command = Path(place) / name
-            command.write_text(_SENDS.format(python=sys.executable, path=path, name=name), encoding="utf-8")
+            command = place / name
+            command.write_text(_SENDS.format(python=sys.executable, path=str(place / "line"), name=name), encoding="utf-8")
             command.chmod(0o755)
-        with socket.socket(socket.AF_UNIX) as listener:
-            listener.bind(path)
-            listener.listen()
-            words = [sys.executable, __file__, str(listener.fileno())]
-            before = dict(os.environ)
-            with subprocess.Popen(words, pass_fds=[listener.fileno()], stdin=subprocess.DEVNULL) as process:
-                os.environ["PATH"] = os.pathsep.join((place, str(Path(sys.executable).parent), before["PATH"]))
-                os.environ["SITS_MECH_CACHE"] = str(Path(place) / "cache")
-                try:
-                    yield
-                finally:
-                    os.environ.clear()
-                    os.environ.update(before)
-                    process.terminate()
+        _prepare()
+        signal.signal(signal.SIGCHLD, _ended)
+        while sys.stdin not in select.select([listener, sys.stdin], [], [])[0]:
+            line, _ = listener.accept()
+            if os.fork() == 0:
+                signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+                listener.close()
+                os.setpgid(0, 0)
+                _run(line)
+            line.close()
 
 
-def answer(listener: socket.socket) -> None:
-    """Import what commands do, and fork for each that comes."""
+def _prepare() -> None:
+    """Import what commands do, and fill what forks begin with."""
     import sits_mech
 
     for name in (*(each.name for each in walk_packages(sits_mech.__path__, "sits_mech.")), *_MORE):
@@ -79,15 +104,16 @@ def answer(listener: socket.socket) -> None:
 
     sensor, load = sits_mech.load_sensor("biorob2018"), sits_mech.Wrench(F_x=0.1, F_z=0.5)
     sits_mech.simulate(sensor, load, mechanics="planar", magnetics="planar", tolerance=0.1)
-    omissions(sensor, [load], "planar", "planar")  # both fill what forks begin with
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
-    while True:
-        line, _ = listener.accept()
-        if os.fork() == 0:
-            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-            listener.close()
-            _run(line)
-        line.close()
+    omissions(sensor, [load], "planar", "planar")
+    gc.collect()
+    gc.freeze()  # forks need not go through it again
+
+
+def _ended(*_: object) -> None:
+    """Let go of forks that have ended; their time is this process's."""
+    with contextlib.suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
 
 
 def _run(line: socket.socket) -> None:
@@ -103,6 +129,7 @@ def _run(line: socket.socket) -> None:
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)
+        line.sendall(f"{os.getpid():16}".encode())
         code = _answered(words)
     except SystemExit as end:
         code = end.code
@@ -132,4 +159,4 @@ def _answered(words: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    answer(socket.socket(fileno=int(sys.argv[1])))
+    answer(Path(sys.argv[1]))
