@@ -111,12 +111,12 @@ def main() -> None:
     for name, (seeds, ranges) in SENSORS.items():
         if coarse and rows:
             break
-        count, tolerance, laws = (4, 0.1, LAWS[:1]) if coarse else (9, 1e-2, LAWS)
+        count, tolerance, laws, mechanics = (4, 0.1, LAWS[:1], "planar") if coarse else (9, 1e-2, LAWS, "auto")
         sensor = load_sensor(name)
-        data = calibrate(sensor, **loads(ranges, count), tolerance=tolerance)
+        data = calibrate(sensor, **loads(ranges, count), tolerance=tolerance, mechanics=mechanics)
         ratios = {} if coarse else against_finer(sensor, data, loads(ranges, count))
         prior = prior_of(sensor, data)
-        truths = [made(sensor, law, ranges, count, 0.3 * tolerance) for law in laws]
+        truths = [made(sensor, law, ranges, count, 0.3 * tolerance, mechanics) for law in laws]
         plan = plan_loads(prior, 5)
         corner = plan.read.max(axis=0) * np.array([[0.0, 0.0], [0.1, 0.1], [0.1, 0.2], [0.2, 0.1], [0.2, 0.2]])
         grid = plan.read[:: 3 if coarse else 1]

@@ -28,14 +28,11 @@ import sys
 import threading
 import time
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import dask
 import numpy as np
 from common.outputs import study_arguments, write_rows
-from distributed import Client, LocalCluster
 
 import sits_mech as sm
 from sits_mech import cases
@@ -44,6 +41,9 @@ from sits_mech.batch.executors import workers
 from sits_mech.batch.forecast import forecast
 from sits_mech.batch.studies.study import read_study
 from sits_mech.store import STORE, Row, opened, read_table
+
+if TYPE_CHECKING:
+    from distributed import LocalCluster
 
 MAGNETIC = """
 scene = "biorob2018"
@@ -87,12 +87,14 @@ fz = ["1 N", "2 N"]
 [fixed]
 {0}
 """
-COARSE = 'mechanics = "planar"\nmagnetics = "planar"\ntolerance = 0.1'
+EXACT = ("", "")  # more of what is fixed, in SIMULATE and COILS
+COARSE = tuple(f'mechanics = "{each}"\nmagnetics = "planar"\ntolerance = 0.1' for each in ("planar", "linear"))
 Found = list[tuple[str, float, float]]
 """What, value, and its limit: NaN of none."""
 FREE = float("nan")
 STUDY_FILES = 4  # with SQLite's own
 MORE = 1.5  # two more workers: each start takes some 7 s, plates with it, of 85; 1.3 on cores that others used as well
+WHOLE = dict[tuple[int, int], Path]()  # folders of runs in this process that nothing stopped
 FIRST = 20_000  # bytes of SQLite's log, more than before the first case
 
 
@@ -137,7 +139,7 @@ def overhead(folder: Path, counts: tuple[int, int], most: float) -> Found:
     """Return what the engine adds to a magnetic case, what it leaves, and what a run costs that finds all done."""
     path, out = written(folder, "magnetic", MAGNETIC.format(*counts))
     timed(*written(folder, "first", MAGNETIC.format(2, 2)))  # imports, which a batch has once
-    watch, count = Watch(), 3 * counts[0] * counts[1]
+    watch, count, WHOLE[counts] = Watch(), 3 * counts[0] * counts[1], out
     whole = timed(path, out)
     first, tables, solves = 1e3 * (whole - watch.solves) / count, watch.tables, watch.solves
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
@@ -167,11 +169,12 @@ def two_processes(folder: Path, counts: tuple[int, int, float]) -> Found:
     ]
 
 
-def sharing(folder: Path, fixed: str) -> Found:
+def sharing(folder: Path, fixed: tuple[str, ...]) -> Found:
     """Return what cases that share coils, pads or rests take over those that are solved alone, planned and taken."""
     rows = list[tuple[str, float, float]]()
-    for name, text in (("thickness, width, silicone", SIMULATE), ("coils and loads", COILS)):
-        path, out = written(folder, f"shared by {name}", text.format(fixed))
+    asked = {"thickness, width, silicone": SIMULATE.format(fixed[0]), "coils and loads": COILS.format(fixed[1])}
+    for name, text in asked.items():
+        path, out = written(folder, f"shared by {name}", text)
         plan = forecast(read_study(path))
         whole = plan.seconds()
         rows += [(f"{name}: cases", plan.cases, FREE), (f"{name}: planned [s]", whole, FREE)]
@@ -186,12 +189,12 @@ def same(one: Path, other: Path) -> bool:
     return first.identical(second)
 
 
-@cache
 def unstopped(folder: Path, counts: tuple[int, int]) -> Path:
     """Return the folder of a run in this process that nothing stops."""
-    path, out = written(folder, f"whole, {counts[0]} x {counts[1]}", MAGNETIC.format(*counts))
-    timed(path, out)
-    return out
+    if counts not in WHOLE:
+        path, WHOLE[counts] = written(folder, f"whole, {counts[0]} x {counts[1]}", MAGNETIC.format(*counts))
+        timed(path, WHOLE[counts])
+    return WHOLE[counts]
 
 
 def killed(folder: Path, counts: tuple[int, int], times: int) -> Found:
@@ -227,12 +230,17 @@ def killed(folder: Path, counts: tuple[int, int], times: int) -> Found:
 
 def cluster(count: int) -> LocalCluster:
     """Return a cluster of this machine, of processes of one thread each, which may take their time to begin anew."""
+    import dask
+    from distributed import LocalCluster
+
     dask.config.set({"distributed.deploy.lost-worker-timeout": "5 minutes"})
     return LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=50)
 
 
 def workers_killed(folder: Path, counts: tuple[int, int], count: int, pause: float, times: int) -> Found:
     """Return what is lost where one of some workers is killed after each pause, so many times if the run lasts."""
+    from distributed import Client
+
     some, kills = np.random.default_rng(36), list[float]()
     path, out = written(folder, "lost", MAGNETIC.format(*counts))
     with cluster(count) as found, Client(found) as client:
@@ -261,6 +269,8 @@ def workers_killed(folder: Path, counts: tuple[int, int], count: int, pause: flo
 
 def worker_counts(folder: Path, counts: tuple[int, int]) -> Found:
     """Return the processor time of four workers over that of two and of one, with the scheduler's and the run's own."""
+    from distributed import Client
+
     seconds = dict[int, float]()
     for count in (1, 2, 4):
         path, out = written(folder, f"workers-{count}", MAGNETIC.format(*counts))
@@ -279,11 +289,11 @@ def main() -> int:
     """Run the batches and write what they cost."""
     coarse, folder = study_arguments(__doc__ or "")
     found = [
-        *(overhead(folder, (10, 20), 0.5) if coarse else overhead(folder, (160, 210), 0.2)),
+        *(overhead(folder, (8, 12), 0.5) if coarse else overhead(folder, (160, 210), 0.2)),
         *two_processes(folder, (3, 2, 3e-2) if coarse else (16, 8, 3e-3)),
-        *sharing(folder, COARSE if coarse else ""),
-        *killed(folder, (10, 20) if coarse else (40, 40), 2 if coarse else 20),
-        *(workers_killed(folder, (10, 20), 2, 4.0, 1) if coarse else workers_killed(folder, (80, 150), 3, 10.0, 12)),
+        *sharing(folder, COARSE if coarse else EXACT),
+        *killed(folder, (8, 12) if coarse else (40, 40), 2 if coarse else 20),
+        *(workers_killed(folder, (8, 12), 2, 2.0, 1) if coarse else workers_killed(folder, (80, 150), 3, 10.0, 12)),
         *([] if coarse else worker_counts(folder, (60, 50))),
     ]
     rows = [{"what": what, "value": value, "limit": "" if limit != limit else limit} for what, value, limit in found]

@@ -44,7 +44,7 @@ int main(void)
     static SITS_REAL wrench[MANY][6];
     SITS_REAL L[SITS_COILS], sum = 0;
     int32_t codes[SITS_COILS];
-    const long rounds = 5000;
+    const long rounds = ROUNDS;
     for (int i = 0; i < MANY; ++i)
         for (int k = 0; k < SITS_WRENCH_D; ++k)
             wrench[i][sits_wrench_column[k]] =
@@ -118,24 +118,24 @@ def against_chain(twin: Twin, source: Source, cal: Calibration, count: int) -> d
     }
 
 
-def speed(twin: Twin, cal: Calibration) -> dict[str, Any]:
-    """Return wrenches per second by numpy, the way back, and the time of a step of 4096 pads."""
-    wrench = np.zeros((2**20, 6))
-    wrench[:, :2] = np.random.default_rng(3).uniform(cal.low, cal.high, (2**20, 2))
+def speed(twin: Twin, cal: Calibration, many: int) -> dict[str, Any]:
+    """Return wrenches per second by numpy, few and many at once, the way back, and the time of a step of 4096 pads."""
+    wrench = np.zeros((many, 6))
+    wrench[:, :2] = np.random.default_rng(3).uniform(cal.low, cal.high, (many, 2))
     weights, times = retardation(PRONY)
     pads = Twin({**twin.numbers, "creep_weights": weights, "creep_times": times})
     state, few, found = pads.start(4096), wrench[:4096], {}
     for kind in (np.float64, np.float32):
-        for count in (4096, 2**20):
+        for count in (4096, many):
             given = wrench[:count].astype(kind)
-            found[f"numpy, {kind.__name__}, {count}"] = count / seconds(lambda g=given: twin.read(g), 2**20 // count)
+            found[f"numpy, {kind.__name__}, {count}"] = count / seconds(lambda g=given: twin.read(g), many // count)
     L = twin.read(few).L
     found["numpy, back, 4096"] = 4096 / seconds(lambda: twin.estimate(L), 5)
     found["step of 4096 pads [s]"] = seconds(lambda: pads.step(state, few, 1e-3), 100)
     return found
 
 
-def speed_in_c(folder: Path) -> dict[str, Any]:
+def speed_in_c(folder: Path, rounds: int) -> dict[str, Any]:
     """Return wrenches per second of the compiled evaluator in both precisions; nothing without a compiler."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
@@ -143,7 +143,8 @@ def speed_in_c(folder: Path) -> dict[str, Any]:
     (folder / "speed.c").write_text(PROGRAM)
     found = {}
     for real in ("double", "float"):
-        words = [compiler, "-std=c99", "-O2", f"-DSITS_REAL={real}", "-o", f"speed_{real}", "speed.c", "-lm"]
+        words = [compiler, "-std=c99", "-O2", f"-DSITS_REAL={real}", f"-DROUNDS={rounds}"]
+        words += ["-o", f"speed_{real}", "speed.c", "-lm"]
         subprocess.run(words, cwd=folder, check=True, timeout=120)
         done = subprocess.run([folder / f"speed_{real}"], capture_output=True, text=True, check=True, timeout=120)
         found[f"C, {real}"] = float(done.stdout.split()[0])
@@ -194,7 +195,8 @@ def main() -> None:
     notes = write_twin(source, folder / "twin")
     twin = Twin.load(folder / "twin" / "sensor.npz")
     rows = against_map(twin, cal, 10_000) | against_chain(twin, source, cal, 5 if coarse else 200)
-    rows |= speed(twin, cal) | speed_in_c((folder / "twin").resolve()) | speed_on_devices(twin, cal)
+    many, rounds = (2**16, 100) if coarse else (2**20, 5000)
+    rows |= speed(twin, cal, many) | speed_in_c((folder / "twin").resolve(), rounds) | speed_on_devices(twin, cal)
     print("\n".join(notes))
     print(write_rows([{"what": name, "value": value} for name, value in rows.items()], folder / "twin.csv"))
 

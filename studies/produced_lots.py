@@ -80,13 +80,15 @@ class Unit:
         return Measured(bench, L + prior.noise * rng.standard_normal(L.shape), "unit")
 
 
-def lot_of(sensor: Sensor, law: str, count: int, tolerance: float, units: int, rng: np.random.Generator) -> list[Unit]:
-    """Return the units of a lot."""
+def lot_of(
+    sensor: Sensor, law: str, models: tuple[int, float, str], units: int, rng: np.random.Generator
+) -> list[Unit]:
+    """Return the units of a lot; `models` are count, tolerance and mechanics of its truth."""
     layer = sensor.elastomer
     assert layer is not None
     thickness = layer.thickness * (1.0 + THICKNESS * rng.standard_normal())
     scene = sensor.model_copy(update={"elastomer": layer.model_copy(update={"thickness": thickness})})
-    truth = made(scene, law, RANGES, count, tolerance)
+    truth = made(scene, law, RANGES, *models)
     modulus = float(np.exp(rng.uniform(*np.log([SOFTEST, STIFFEST]))))
     cell, frame = 1.0 + CELL * rng.standard_normal(), FRAME * rng.standard_normal()
     means = {name: rng.uniform(-most, most) for name, most in MEANS.items()}
@@ -164,13 +166,14 @@ def one_lot(
 def main() -> None:
     """Produce lots."""
     coarse, folder = study_arguments(__doc__ or "")
-    count, tolerance, lots, first, further, every = (4, 0.1, 1, 3, 3, 3) if coarse else (9, 1e-2, 4, 10, 20, 1)
+    count, tolerance, mechanics = (4, 0.1, "planar") if coarse else (9, 1e-2, "auto")
+    lots, first, further, every = (1, 3, 3, 3) if coarse else (4, 10, 20, 1)
     sensor = load_sensor("biorob2018-w15")
-    prior = prior_of(sensor, calibrate(sensor, **loads(RANGES, count), tolerance=tolerance))
+    prior = prior_of(sensor, calibrate(sensor, **loads(RANGES, count), tolerance=tolerance, mechanics=mechanics))
     rows, table = list[dict[str, Any]](), ""
     for number in range(lots):
         rng, law = np.random.default_rng(number), LAWS[number % len(LAWS)]
-        units = lot_of(sensor, law, count, 0.3 * tolerance, first + further, rng)
+        units = lot_of(sensor, law, (count, 0.3 * tolerance, mechanics), first + further, rng)
         rows += [{"lot": number + 1, "law": law, **row} for row in one_lot(prior, units, first, every, rng)]
         table = write_rows([*rows, *averaged(rows)], folder / "produced_lots.csv")  # of those done so far
     print(table)

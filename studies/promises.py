@@ -35,7 +35,7 @@ SCENES = ("biorob2018", "biorob2018-w15", "triaxial-4")
 SILICONES = (
     "ecoflex-00-10", "ecoflex-00-30", "ecoflex-00-50", "ecoflex-00-30-neo-hookean", "ecoflex-00-10-neo-hookean",
 )
-COUNT, COARSE, SMALL = 60, 1, 4  # scenes; of coarse runs, and the number of their table
+COUNT, COARSE = 60, 1  # scenes; of coarse runs
 Table = tuple[str, tuple[str, ...], dict[str, tuple[float, float, int]]]
 TABLES: tuple[Table, ...] = (
     ("biorob2018-w15", (), {"F_x": (-1.0, 1.0, 9), "F_z": (0.0, 4.0, 9)}),
@@ -48,6 +48,7 @@ TABLES: tuple[Table, ...] = (
     ("triaxial-4", (), {"F_x": (-0.5, 0.5, 5), "F_y": (-0.5, 0.5, 5), "F_z": (0.0, 2.0, 5)}),
     ("triaxial-4", (), {"F_x": (-0.3, 0.3, 3), "F_y": (-0.3, 0.3, 3), "F_z": (0.0, 1.0, 5)}),
 )
+SMALL: Table = ("biorob2018-w15", (), {"F_z": (0.0, 3.0, 3)})  # of coarse runs
 Row = dict[str, Any]
 
 
@@ -79,9 +80,9 @@ def of_load(sensor: Sensor, load: Wrench, tolerance: float) -> Row:
     return row
 
 
-def by_meshes(sensor: Sensor, load: Wrench) -> Row:
-    """Return what a third mesh and all of them take and leave, over the first two."""
-    pad, found = block_pad(sensor, 1e-6), []
+def by_meshes(sensor: Sensor, load: Wrench, finest: float) -> Row:
+    """Return what a third mesh, and all that a tolerance takes, cost and leave, over the first two."""
+    pad, found = block_pad(sensor, finest), []
     for model in (pad.rough, pad.towards(np.eye(6), 0.0, 3), pad):
         began = time.process_time()
         error = model.equilibrium(load).report.estimated_error
@@ -91,15 +92,15 @@ def by_meshes(sensor: Sensor, load: Wrench) -> Row:
     return {f"{name}: {what}": own[k] / first[k] for name, own in named for k, what in enumerate(("seconds", "error"))}
 
 
-def loads(count: int) -> list[Row]:
-    """Return a row for each scene by chance."""
+def loads(count: int, finest: float) -> list[Row]:
+    """Return a row for each scene by chance; its meshes go as far as a tolerance."""
     some, rows = np.random.default_rng(30), list[Row]()
     for _ in range(count):
         scene, more, sensor, load, tolerance = drawn(some)
         row: Row = {"scene": scene, "keys": " ".join(more), "F_x": load.F_x, "F_z": load.F_z, "asked": tolerance}
         row |= of_load(sensor, load, tolerance)
         try:
-            row |= by_meshes(sensor, load)
+            row |= by_meshes(sensor, load, finest)
         except SolveFailed as error:
             row |= {"ended": str(error)[:100]}
         rows.append(row)
@@ -136,7 +137,8 @@ def main() -> None:
     """Measure all, or with --coarse a scene and a small table."""
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(limits=1):
-        single, many = loads(COARSE if coarse else COUNT), tables(TABLES[SMALL : SMALL + 1] if coarse else TABLES)
+        single = loads(COARSE, 1e-2) if coarse else loads(COUNT, 1e-6)
+        many = tables([SMALL] if coarse else TABLES)
     print(write_rows(single, folder / "promises.csv"))
     print(write_rows(many, folder / "tables.csv"))
     print(shares("loads", single), shares("tables", many), sep="\n")

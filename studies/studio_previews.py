@@ -66,7 +66,7 @@ def main() -> None:
     frame(View("solved", sensor, base.data, ""), base.data)  # what the first one prepares stays
     beside = [solved(f"{key}={share * own[key]!r}") for key in keys for share in BESIDE]
     rows = list[dict[str, Any]]()
-    for number in range(4 if coarse else 100):
+    for number in range(2 if coarse else 100):
         moved = random.choice(keys, size=1 + number % 2, replace=False)
         true = solved(*(f"{key}={own[key] * (1.0 + random.uniform(-MOST, MOST))!r}" for key in moved))
         for kind, others in (("slopes", []), ("tables beside", beside)):

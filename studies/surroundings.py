@@ -26,7 +26,7 @@ from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Conductor, Sensor, Target, load_sensor
 
 MM = 1e-3
-FINE, COARSE = (5e-3, 1e-3), (3e-2, 1e-2)  # what is asked, and the finest, which judges
+FINE, COARSE = (5e-3, 1e-3), (1e-1, 3e-2)  # what is asked, and the finest, which judges
 
 
 def bar(name: str, centre: tuple[float, ...], size: tuple[float, float, float], metal: str = "copper") -> Conductor:
@@ -86,7 +86,7 @@ KINDS: dict[str, Callable[[np.random.Generator], tuple[Conductor, ...]]] = {
 def scenes(coarse: bool) -> Iterator[tuple[str, Sensor, float, float]]:
     """Yield kind, scene, gap [m] and frequency [Hz]."""
     whole, some = load_sensor("biorob2018"), np.random.default_rng(16)
-    names = [name for name in KINDS for _ in range(7)][:40] if not coarse else ["screws"]
+    names = [name for name in KINDS for _ in range(7)][:40] if not coarse else ["ground"]
     for name in names:
         parts, gap = KINDS[name](some), some.uniform(1, 3) * MM
         yield name, whole.model_copy(update={"conductors": parts}), gap, 10 ** some.uniform(5, 7)

@@ -52,7 +52,9 @@ class Truth:
         return np.asarray(self.setup.readings(poses[None], row)[0])
 
 
-def made(sensor: Sensor, law: str, ranges: Mapping[str, float], count: int, tolerance: float) -> Truth:
+def made(
+    sensor: Sensor, law: str, ranges: Mapping[str, float], count: int, tolerance: float, mechanics: str = "auto"
+) -> Truth:
     """Return the truth of a law."""
     layer = sensor.elastomer
     assert layer is not None
@@ -60,7 +62,7 @@ def made(sensor: Sensor, law: str, ranges: Mapping[str, float], count: int, tole
     other = stiffer(other, layer.silicone.shear_modulus / other.shear_modulus)
     scene = sensor.model_copy(update={"elastomer": layer.model_copy(update={"material": other})})
     larger = loads({name: _LARGER * end for name, end in ranges.items()}, count)
-    data = calibrate(scene, **larger, tolerance=tolerance)
+    data = calibrate(scene, **larger, tolerance=tolerance, mechanics=mechanics)
     rows = [wrench_of(row) for row in points(data)]
     setup = Setup(scene, tuple(map(Known, _PLACES)), lambda one: loaded_model(one, "sheets", tolerance, rows)[0])
     return Truth(setup, table_of(scene, data, tuple(ranges)))
