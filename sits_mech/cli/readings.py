@@ -50,21 +50,30 @@ def given_texts(
     given = [_numbered(coils, name, text) for name, text in inductances.items()]
     given += [_named(coils, "--reading", text) for text in readings]
     given += [_named(coils, "--code", text) for text in codes]
+    return _of_each(coils, given, "--code" if codes else "--reading" if readings else "")
+
+
+def _of_each(coils: Sequence[str], given: Sequence[tuple[int, str, str]], option: str) -> Texts:
+    """Return option and text of each coil, checked; `option` is that of the kind asked for, empty for --l1, --l2."""
     found: dict[int, tuple[str, str]] = {}
-    for k, option, text in given:
+    for k, name, text in given:
         if k in found:
-            raise SceneError(f"{option}: must be the only reading of coil {coils[k]}; {found[k][0]} gives it too")
-        found[k] = (option, text)
+            raise SceneError(f"{name}: must be the only reading of coil {coils[k]}; {found[k][0]} gives it too")
+        found[k] = (name, text)
     if len(found) < len(coils):
-        numbered = not (readings or codes)
-        options = [f"--l{k + 1}" for k in range(len(coils))] if numbered else ["--code" if codes else "--reading"]
+        options = option or " ".join(f"--l{k + 1}" for k in range(len(coils)))
         missing = ", ".join(coil for k, coil in enumerate(coils) if k not in found)
         came = f"{len(found)}, without {missing}" if found else "none"
-        raise SceneError(f"{' '.join(options)}: must be given, one for each coil ({', '.join(coils)}); got {came}")
-    for option, text in found.values():
-        unit = "" if "%" in text else "H/m" if "/" in text else "H"
-        _plain_code(option, text) if codes else quantity(text, unit, option)
+        raise SceneError(f"{options}: must be given, one for each coil ({', '.join(coils)}); got {came}")
+    for name, text in found.values():
+        _check_number(name, text, option == "--code")
     return [found[k] for k in range(len(coils))]
+
+
+def _check_number(option: str, text: str, coded: bool) -> None:
+    """Refuse what is no code, or no inductance."""
+    unit = "" if "%" in text else "H/m" if "/" in text else "H"
+    _plain_code(option, text) if coded else quantity(text, unit, option)
 
 
 def _plain_code(option: str, text: str) -> float:
