@@ -32,7 +32,7 @@ from sits_mech.mechanics.symmetry import symmetrised, symmetry_of
 from sits_mech.quantities import POSE, Array, Bounded, Pose, Wrench
 from sits_mech.readout.signals import told
 from sits_mech.scene.elastomer import pad_volume
-from sits_mech.scene.sensor import SceneError, Sensor, provenance
+from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicone_of
 from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.status import joined, marked
 
@@ -111,10 +111,10 @@ def load_cycle(
 
 def _notes(sensor: Sensor) -> tuple[str, ...]:
     """Explain why there is no loop, where the silicone can show none, and that friction is left out."""
-    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    silicone = silicone_of(sensor)
     rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
     slips = ("elastomer.friction: every load comes straight from rest; what slips there and back is not in the loop",)
-    if silicone is None or silicone.prony or silicone.mullins is not None:
+    if silicone is None or silicone.has_history:
         return slips * rough
     elastic = "the silicone has neither prony nor mullins, so it is elastic; widths other than zero are rounding"
     return (f"no loop: {elastic}", *slips * rough)

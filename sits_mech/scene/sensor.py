@@ -129,6 +129,11 @@ class Sensor(BaseModel):
         return self
 
 
+def silicone_of(sensor: Sensor) -> Silicone | None:
+    """Return the silicone of a sensor's pad, None without one."""
+    return None if sensor.elastomer is None else sensor.elastomer.silicone
+
+
 def known_stretch(sensor: Sensor) -> float:
     """Return the largest stretch in the data behind the silicone's constants [-]; NaN where that is not known."""
     return float("nan") if sensor.elastomer is None else sensor.elastomer.silicone.known_stretch

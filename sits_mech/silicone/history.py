@@ -135,7 +135,7 @@ def loop_width(silicone: Silicone, period: float = 1.0) -> float:
     Of a linear pad in the second cycle of a triangular load of `period` [s]; the softening's m is left out (large load,
     where it is deepest). nan if the silicone has neither ``prony`` nor ``mullins``.
     """
-    if not silicone.prony and silicone.mullins is None:
+    if not silicone.has_history:
         return float("nan")
     phase = np.linspace(0.0, 2.0, 2 * _SAMPLES + 1)
     share = 1.0 - np.abs(2.0 * (phase % 1.0) - 1.0)

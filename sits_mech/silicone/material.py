@@ -124,6 +124,11 @@ class Silicone:
         """Largest stretch that the data behind the constants reach [-]; nan if unknown."""
         return float("nan") if self.fitted_range is None else 1.0 + self.fitted_range[1]
 
+    @property
+    def has_history(self) -> bool:
+        """Whether its rate or its largest load play a part."""
+        return bool(self.prony) or self.mullins is not None
+
     def stiffened(self, share: float) -> Silicone:
         """Return a silicone of the same modulus whose energy has share mu/2 (I1 - 3)^2 more."""
         change = LAWS[self.law].stiffened

@@ -30,7 +30,7 @@ from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, TimedModel, motion_of, untold
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, Bounded, MechanicalModel, Pose, Wrench, as_jsonable
-from sits_mech.scene.sensor import SceneError, Sensor, provenance
+from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicone_of
 
 PARTS = 8
 """Steps over the range of a load that lie between two solved times, at most."""
@@ -100,8 +100,8 @@ def taken_layer(
 
 def _unknown(sensor: Sensor) -> tuple[str, ...]:
     """Note that a silicone without data over time is taken as under slow load."""
-    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
-    if silicone is None or silicone.prony or silicone.mullins is not None:
+    silicone = silicone_of(sensor)
+    if silicone is None or silicone.has_history:
         return ()
     return ("the silicone has neither prony nor mullins: its rate and softening are unknown, and left out",)
 

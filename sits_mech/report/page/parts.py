@@ -126,7 +126,7 @@ def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
             "shear signal can be several times smaller in space: calibrate with --magnetics sheets where it matters."
         )
     layer, target = sensor.elastomer, sensor.target
-    if layer and (layer.silicone.prony or layer.silicone.mullins):
+    if layer and layer.silicone.has_history:
         lines.append(
             "The silicone relaxes or softens, the table is its first elastic answer: quality --period says "
             "what a load that comes and goes makes of the forces."
