@@ -15,9 +15,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from sits_mech.analysis.limits import Limits
+    from sits_mech.analysis.tolerances import ForceSpread
     from sits_mech.quantities import Array
     from sits_mech.readout.calibration import Calibration
     from sits_mech.scene.sensor import Sensor
+    from sits_mech.silicone.material import Silicone
 
 
 @app.command
@@ -139,6 +141,7 @@ def quality(
     import numpy as np
 
     from sits_mech.report.folder import read_calibration
+    from sits_mech.scene.sensor import silicone_of
     from sits_mech.units import SceneError
 
     if samples < 2 or samples & (samples - 1):
@@ -150,10 +153,8 @@ def quality(
         raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
 
     from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
-    from sits_mech.analysis.tolerances import force_spread, usual_loads
     from sits_mech.analysis.wrenches import resolved_components
     from sits_mech.chain.derivatives.temperature import has_slopes
-    from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
     from sits_mech.report.tables import quality as tables
     from sits_mech.report.tables.drift import drift_table
@@ -162,10 +163,7 @@ def quality(
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
     loop = None if seconds is None else _loop(sensor, data, seconds)
     found = figures.quality(cal, sizes, table=coil_table(sensor, data), branches=loop)
-    scatter = None
-    if off:
-        with progress_bar("sensors") as progress:
-            scatter = force_spread(sensor, data, off, usual_loads(cal).tolist(), samples=samples, progress=progress)
+    scatter = _scatter(sensor, data, cal, off, samples)
     record = tables.quality_record(found, data, scatter) | {"noise": sizes.tolist()}
     record |= {"limits": tables.limits_record(_limits(sensor, data, capacity))}
     if has_slopes(data):
@@ -174,15 +172,7 @@ def quality(
         record["components"] = tables.components_record(resolved_components(sensor, data, sizes))
     more = [drift_table(record["drift"])] if "drift" in record else []
     answer(record, [*tables.quality_tables(record), *more], as_json)
-    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
-    if silicone is not None and silicone.spread:
-        warn(f"{silicone.name or 'the silicone'}: {tables.modulus_words(1.0 + silicone.spread)}")
-    if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
-        warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
-    if not has_slopes(data):
-        warn("drift with temperature: not in this calibration; calibrate --drift adds it")
-    if one is None:
-        warn("noise: by default the converter's at its longest conversion; --noise takes that of your board")
+    _warn_of(silicone_of(sensor), period, noise, has_slopes(data))
     return 0
 
 
@@ -242,6 +232,33 @@ def _limits(sensor: Sensor, data: xr.Dataset, capacity: bool) -> Limits:
         return found
     with progress_bar("corner loads") as progress:
         return with_capacity(found, sensor, data, progress)
+
+
+def _scatter(
+    sensor: Sensor, data: xr.Dataset, cal: Calibration, deviations: dict[str, float], samples: int
+) -> ForceSpread | None:
+    """Return the errors of forces by deviations of what is made, None without any."""
+    from sits_mech.analysis.tolerances import force_spread, usual_loads
+    from sits_mech.cli.console import progress_bar
+
+    if not deviations:
+        return None
+    with progress_bar("sensors") as progress:
+        return force_spread(sensor, data, deviations, usual_loads(cal).tolist(), samples=samples, progress=progress)
+
+
+def _warn_of(silicone: Silicone | None, period: str | None, noise: str | None, drift: bool) -> None:
+    """Tell what scatters of a silicone, and what was not asked for."""
+    from sits_mech.report.tables.quality import modulus_words
+
+    if silicone is not None and silicone.spread:
+        warn(f"{silicone.name or 'the silicone'}: {modulus_words(1.0 + silicone.spread)}")
+    if silicone is not None and silicone.has_history and period is None:
+        warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
+    if not drift:
+        warn("drift with temperature: not in this calibration; calibrate --drift adds it")
+    if noise is None:
+        warn("noise: by default the converter's at its longest conversion; --noise takes that of your board")
 
 
 def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]:
