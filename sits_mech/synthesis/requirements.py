@@ -44,7 +44,7 @@ from sits_mech.quantities import UNITS, WRENCH
 from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.parameters import parameter, value_of
-from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text
+from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicone_of
 from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.space import Space, space_of
 from sits_mech.units import quantity, shown
@@ -143,23 +143,23 @@ def _loads(table: Mapping[str, Any]) -> tuple[dict[str, tuple[float, float]], fl
     for key in table:
         if key not in (*WRENCH, "overload"):
             raise SceneError(f"loads: {unknown(key, (*WRENCH, 'overload'))}")
-    found = {}
-    for name in WRENCH:
-        if name not in table:
-            continue
-        ends = table[name]
-        if not isinstance(ends, list) or len(ends) != 2:
-            raise SceneError(f'loads.{name}: must be least and greatest, such as ["0 N", "4 N"]; got {shown(ends)}')
-        low, high = (quantity(end, UNITS[name], f"loads.{name}") for end in ends)
-        if not low < high or low > 0.0 or high < 0.0:
-            raise SceneError(f"loads.{name}: must rise, with no load between its ends; got {shown(ends)}")
-        found[name] = (low, high)
+    found = {name: _ends(name, table[name]) for name in WRENCH if name in table}
     if not found:
         raise SceneError(f"loads: must name at least one of {', '.join(WRENCH)}; got none")
     overload = quantity(table.get("overload", 1.0), "", "loads.overload")
     if not overload >= 1.0:
         raise SceneError(f"loads.overload: must be 1 or more; got {overload:g}")
     return found, overload
+
+
+def _ends(name: str, ends: Any) -> tuple[float, float]:
+    """Return least and greatest of a component of the load."""
+    if not isinstance(ends, list) or len(ends) != 2:
+        raise SceneError(f'loads.{name}: must be least and greatest, such as ["0 N", "4 N"]; got {shown(ends)}')
+    low, high = (quantity(end, UNITS[name], f"loads.{name}") for end in ends)
+    if not low < high or low > 0.0 or high < 0.0:
+        raise SceneError(f"loads.{name}: must rise, with no load between its ends; got {shown(ends)}")
+    return low, high
 
 
 def _limits(table: Mapping[str, Any], forces: tuple[str, ...]) -> dict[str, float]:
@@ -169,24 +169,24 @@ def _limits(table: Mapping[str, Any], forces: tuple[str, ...]) -> dict[str, floa
     for key, item in table.items():
         if key not in known:
             raise SceneError(f"require: {unknown(key, known)}")
-        if key in BY_FORCE:
-            if not isinstance(item, dict) or not set(item) <= set(forces) or not item:
-                form = f"a table of some of {', '.join(forces)}"
-                raise SceneError(f"require.{key}: must be {form}; got {shown(item)}")
-            unit = {name: unit_of(key, name) for name in item}
-            found |= {f"{key}.{name}": quantity(item[name], unit[name], f"require.{key}.{name}") for name in item}
-        elif key == "footprint":
-            if not isinstance(item, list) or len(item) != 2:
-                form = 'two lengths, such as ["25 mm", "25 mm"]'
-                raise SceneError(f"require.footprint: must be {form}; got {shown(item)}")
-            sides = {f"footprint.{axis}": side for axis, side in zip("xy", item, strict=True)}
-            found |= {name: quantity(side, "m", f"require.{name}") for name, side in sides.items()}
-        else:
-            found[key] = quantity(item, PLAIN[key], f"require.{key}")
+        parts = {key: (item, PLAIN[key])} if key in PLAIN else _parts(key, item, forces)
+        found |= {name: quantity(part, unit, f"require.{name}") for name, (part, unit) in parts.items()}
     for name, value in found.items():
         if not value > 0.0:
             raise SceneError(f"require.{name}: must be positive; got {value:g}")
     return found
+
+
+def _parts(key: str, item: Any, forces: tuple[str, ...]) -> dict[str, tuple[Any, str]]:
+    """Return what a limit by components of the load, or of the footprint by axes, asks of each, with its unit."""
+    if key == "footprint":
+        if not isinstance(item, list) or len(item) != 2:
+            form = 'two lengths, such as ["25 mm", "25 mm"]'
+            raise SceneError(f"require.footprint: must be {form}; got {shown(item)}")
+        return {f"footprint.{axis}": (side, "m") for axis, side in zip("xy", item, strict=True)}
+    if not isinstance(item, dict) or not set(item) <= set(forces) or not item:
+        raise SceneError(f"require.{key}: must be a table of some of {', '.join(forces)}; got {shown(item)}")
+    return {f"{key}.{name}": (part, unit_of(key, name)) for name, part in item.items()}
 
 
 def _tolerance(table: Mapping[str, Any], sensor: Sensor, space: Space) -> dict[str, float]:
@@ -231,22 +231,26 @@ def _goal(
     weights = {asked: 1.0} if isinstance(asked, str) else asked
     if not isinstance(weights, dict) or not weights:
         raise SceneError(f'goal.minimise: must be a figure, {{figure = weight}} or "feasible"; got {shown(asked)}')
-    known, found = figure_names(forces), {}
-    for name, weight in weights.items():
-        if name == "feasible" and len(weights) == 1:
-            continue
-        for each in (f"{name}.x", f"{name}.y") if name == "footprint" else (name,):
-            if each not in known:
-                raise SceneError(f"goal.minimise: {unknown(each, (*known, 'feasible'))}")
-            found[each] = quantity(weight, "", f"goal.minimise.{name}")
-            if not found[each] > 0.0:
-                raise SceneError(f"goal.minimise.{name}: must be a positive weight; got {shown(weight)}")
+    found = {} if [*weights] == ["feasible"] else _weights(weights, figure_names(forces))
     if not found and not limits:
         raise SceneError("goal: must name a figure to minimise where nothing is required")
     share = quantity(table.get("yield", _YIELD), "", "goal.yield")
     if not 0.5 <= share < 1.0:
         raise SceneError(f"goal.yield: must be a share from 50 % to below 100 %; got {share:g}")
     return found, share
+
+
+def _weights(given: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, float]:
+    """Return the weights of figures, that of the footprint for both its sides."""
+    found = {}
+    for name, weight in given.items():
+        for each in (f"{name}.x", f"{name}.y") if name == "footprint" else (name,):
+            if each not in known:
+                raise SceneError(f"goal.minimise: {unknown(each, (*known, 'feasible'))}")
+            found[each] = quantity(weight, "", f"goal.minimise.{name}")
+            if not found[each] > 0.0:
+                raise SceneError(f"goal.minimise.{name}: must be a positive weight; got {shown(weight)}")
+    return found
 
 
 def _check_together(found: Requirements, sensor: Sensor) -> None:
@@ -269,8 +273,8 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
 def _check_history(space: Space, sensor: Sensor, place: str) -> None:
     """Refuse a hysteresis of silicones whose rate and softening are not known."""
     for other in _of_each(space, sensor, "elastomer.material"):
-        silicone = None if other.elastomer is None else other.elastomer.silicone
-        if silicone is not None and not silicone.prony and silicone.mullins is None:
+        silicone = silicone_of(other)
+        if silicone is not None and not silicone.has_history:
             name = silicone.name or "the scene's silicone"
             what = "needs prony or mullins of every silicone"
             raise SceneError(f"{place}: hysteresis {what}; of {name} both are unknown")
