@@ -56,7 +56,7 @@ from sits_mech.magnetics.modes import skin_depth
 from sits_mech.mechanics.closed_form import small_strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Array, Impedance, Pose, Wrench
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, silicone_of
 from sits_mech.silicone.material import Silicone
 
 ENDS = "ends "
@@ -162,17 +162,23 @@ def omissions(
         reason = "strains are so small that one constant compliance is enough"
         found.append(Omission("finite strain", reason, bound, half="mechanics", in_error=True))
     found += _ends(sensor, mechanics)
-    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
-    if loads and silicone is not None and (silicone.prony or silicone.mullins):
+    silicone = silicone_of(sensor)
+    if loads and silicone is not None and silicone.has_history:
         reason = "slow load on virgin material; ask for simulate --history, or cycle"
         size = history_share(silicone)
         found.append(Omission("rate and history of the silicone", reason, size, half="mechanics", asked=False))
-    if loads and symmetry_of(sensor).mirrored and not any(load.F_x or load.M or load.out_of_plane for load in loads):
-        found.append(Omission("out-of-plane displacement and rotation", "scene and load are symmetric"))
-    elif (own := len(symmetry_of(sensor).without_images(loads))) < len(set(loads)):
-        reason = f"pad and target are symmetric: {own} of {len(set(loads))} loads are solved, the others mirrored"
-        found.append(Omission("mirrored loads", reason, half="mechanics"))
+    found += _mirrored(sensor, loads)
     return tuple(found) if magnetics is None else (*found, *_magnetic(sensor, magnetics, shown, auto))
+
+
+def _mirrored(sensor: Sensor, loads: Sequence[Wrench]) -> list[Omission]:
+    """Return what symmetry of scene and loads spares."""
+    symmetry, different = symmetry_of(sensor), len(set(loads))
+    if loads and symmetry.mirrored and not any(load.F_x or load.M or load.out_of_plane for load in loads):
+        return [Omission("out-of-plane displacement and rotation", "scene and load are symmetric")]
+    own = len(symmetry.without_images(loads))
+    reason = f"pad and target are symmetric: {own} of {different} loads are solved, the others mirrored"
+    return [Omission("mirrored loads", reason, half="mechanics")] if own < different else []
 
 
 def history_share(silicone: Silicone) -> float:
@@ -203,18 +209,22 @@ def _magnetic(sensor: Sensor, model: str, shown: Shown | None, auto: bool) -> tu
     elif depths >= _THICK and model in ("planar-fem", "sheets"):
         reason = f"{depths:.2g} skin depths thick: modelled by its surface"
         found.append(Omission("interior of the target", reason, math.exp(-depths), in_error=model == "sheets"))
-    section = model in ("planar", "planar-fem")
-    if section and sensor.target is not None:
-        reason = f"coils and plates are taken as endless along y{_as_strip(sensor)}: ask for sheets"
-        ends = None if shown is None else ends_of_plates(sensor, shown.found, shown.pose)
-        known = auto and ends is not None
-        found.append(Omission("ends along y", reason, math.nan if ends is None else ends.size, in_error=known))
+    if model in ("planar", "planar-fem") and sensor.target is not None:
+        found.append(_of_section(sensor, shown, auto))
     if model != "planar-fem":
         found.append(Omission("mesh of the air", "no permeable parts: integral model"))
     if model == "axisymmetric" and sensor.coils[0].winding == "spiral":
         pitch = math.nan if shown is None else pitch_of_spirals(sensor, shown.found, shown.pose)
         found.append(Omission("pitch of the spiral windings", "this model replaces them by rings", pitch))
     return (*found, *_idle(sensor, shown))
+
+
+def _of_section(sensor: Sensor, shown: Shown | None, auto: bool) -> Omission:
+    """Return the ends that a section leaves out of coils and plates."""
+    reason = f"coils and plates are taken as endless along y{_as_strip(sensor)}: ask for sheets"
+    ends = None if shown is None else ends_of_plates(sensor, shown.found, shown.pose)
+    size, known = (math.nan, False) if ends is None else (ends.size, auto)
+    return Omission("ends along y", reason, size, in_error=known)
 
 
 def _as_strip(sensor: Sensor) -> str:
