@@ -40,7 +40,7 @@ from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import fixed, load_words, varied
-from sits_mech.scene.sensor import Sensor, known_stretch
+from sits_mech.scene.sensor import Sensor, known_stretch, silicone_of
 from sits_mech.silicone.history import left_share, loop_width
 
 PERIOD = 1.0
@@ -90,7 +90,7 @@ class Limits:
 
 def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
     """Return the limits of a pad from its table (`calibrate`) and its silicone."""
-    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    silicone = silicone_of(sensor)
     known = known_stretch(sensor)
     dims, size = data["status"].dims, data["status"].size
     stretch = data["stretch"].transpose(*dims).to_numpy().ravel() if "stretch" in data else np.full(size, np.nan)
@@ -106,9 +106,10 @@ def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
         return k, "" if k < 0 else load_words({name: float(row[name]) for name in (*varied(data), *fixed(data))})
 
     (i, where), (j, there) = under(stretch), under(-gap)
-    spread = np.nan if silicone is None or silicone.spread is None else 1.0 + silicone.spread
-    loop = np.nan if silicone is None else loop_width(silicone, PERIOD)
-    left = np.nan if silicone is None else left_share(silicone, AFTER)
+    loop = left = spread = np.nan
+    if silicone is not None:
+        loop, left = loop_width(silicone, PERIOD), left_share(silicone, AFTER)
+        spread = np.nan if silicone.spread is None else 1.0 + silicone.spread
     return Limits(float(stretch[i]), known, where, float(gap[j]), float(off[j]), there, loop, left, spread)
 
 

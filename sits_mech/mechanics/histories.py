@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, SolveReport, Wrench
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
 from sits_mech.silicone.history import relaxed_share, retardation
 
 _EARLY, _LATE = 0.1, 10.0  # of the shortest and longest times of a creep: before and after nothing moves
@@ -104,7 +104,7 @@ def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory, tell
 
 def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) -> Motion:
     """Return the elastic answers to loads that have crept, component by component: the cheap model."""
-    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    silicone = silicone_of(sensor)
     if silicone is not None and silicone.mullins is not None:
         raise SceneError("history: softening (mullins) needs a model at finite strain, planar or block")
     began, given, crept = clock.perf_counter(), np.ones(history.time.size, dtype=bool), history.wrench
@@ -113,14 +113,14 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
         crept = np.stack([relaxed_share(silicone, history.time, part) for part in history.wrench.T], axis=1)
     found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
     pose, error = (_stacked([getattr(each, name) for each in found]) for name in ("pose", "error"))
-    stretch = np.array([each.report.stretch for each in found], dtype=float)
+    told = ((each.report.iterations, each.report.estimated_error, each.report.stretch) for each in found)
+    iterations, errors, stretch = zip(*told, strict=True)
     last = found[-1].report
     report = SolveReport(
-        last.model, last.unknowns, sum(each.report.iterations for each in found), last.residual,
-        max(each.report.estimated_error for each in found), clock.perf_counter() - began,
+        last.model, last.unknowns, sum(iterations), last.residual, max(errors), clock.perf_counter() - began,
         notes=(*last.notes, "rate: relaxation of the pad as a whole, component by component"),
     )
-    return Motion(history.time, given, history.wrench, pose, error, stretch, report)
+    return Motion(history.time, given, history.wrench, pose, error, np.array(stretch, dtype=float), report)
 
 
 def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDArray[np.bool_]]:
