@@ -165,24 +165,29 @@ def _read(
     """Return the columns of all loads, and the rests and impedances of those with a reading."""
     settled = [found.settled[load] for load in loads]
     status = [status_of(sensor, one) for one in settled]
-    good = [word == OK for word, _ in status]
-    read = [one.rest for one, fine in zip(settled, good, strict=True) if one.rest and fine]
+    good, rests = [word == OK for word, _ in status], [one.rest for one in settled]
+    read = [rest for rest, fine in zip(rests, good, strict=True) if rest and fine]
     poses = poses_of(read)
     reading = read_poses(sensor, found.field, poses, direct=direct)
     shown = reading.impedance
-    marks = [_marks(sensor, found.goal, one, word, tolerance) for one, (word, _) in zip(settled, status, strict=True)]
-    own: Columns = {name: ((), [mark[name] for mark in marks]) for name in ("status", "notes", "flags")}
-    own |= {"reason": ((), [why for _, why in status])}
     share = shown.report.seconds / max(len(read), 1)
-    own |= {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}
-    own = spread(grid, np.ones(len(loads)), own)
+    seconds = {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}
+    own = spread(grid, np.ones(len(loads)), _words(sensor, found, settled, status, tolerance) | seconds)
     of_read = of_readings(sensor, reading, poses) | ({} if slopes is None else slopes(shown, read))
     of_read |= {"error_magnetics": ((), np.full(len(read), shown.report.estimated_error))}
-    columns = {name: own.pop(name) for name in ("status", "reason")}
-    carried = of_rests([one.rest for one in settled if one.rest], leaves=bool(leaving(loads)))
-    columns |= spread(grid, [one.rest is not None for one in settled], carried)
-    columns |= {name: own.pop(name) for name in ("notes", "seconds")}
-    return columns | spread(grid, good, of_read) | own, read, shown
+    carried = of_rests(list(filter(None, rests)), leaves=bool(leaving(loads)))
+    columns = spread(grid, [rest is not None for rest in rests], carried) | spread(grid, good, of_read) | own
+    order = ("status", "reason", *carried, "notes", "seconds", *of_read, "flags")
+    return {name: columns[name] for name in order}, read, shown
+
+
+def _words(
+    sensor: Sensor, found: AimedLoads, settled: Sequence[Settled], status: Sequence[tuple[str, str]], tolerance: float
+) -> Columns:
+    """Return status, notes, flags and reason of all loads."""
+    marks = [_marks(sensor, found.goal, one, word, tolerance) for one, (word, _) in zip(settled, status, strict=True)]
+    own: Columns = {name: ((), [mark[name] for mark in marks]) for name in ("status", "notes", "flags")}
+    return own | {"reason": ((), [why for _, why in status])}
 
 
 def _promised(found: AimedLoads) -> dict[str, Any]:
