@@ -78,7 +78,8 @@ def answer(place: Path) -> None:
         listener.listen(64)
         for name in _PROGRAMS:
             command = place / name
-            command.write_text(_SENDS.format(python=sys.executable, path=str(place / "line"), name=name), encoding="utf-8")
+            sends = _SENDS.format(python=sys.executable, path=str(place / "line"), name=name)
+            command.write_text(sends, encoding="utf-8")
             command.chmod(0o755)
         _prepare()
         signal.signal(signal.SIGCHLD, _ended)
