@@ -29,6 +29,7 @@ from sits_mech.analysis.built.load_plan import plan_loads
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.chain.calibrate import calibrate
+from sits_mech.disk_cache import nothing_kept
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -54,7 +55,8 @@ def one_twin(prior: Prior, truth: Truth, bench: Array, grid: Array, seed: int) -
     L = truth.readings(modulus, places, cell * bench)
     L = L + prior.noise * rng.standard_normal(L.shape)
     began = time.process_time()
-    found = adapt(prior, Measured(bench, L, "twin"))
+    with nothing_kept():
+        found = adapt(prior, Measured(bench, L, "twin"))
     took = time.process_time() - began
     off = inverted(found, truth.readings(modulus, places, grid), grid) - grid
     _, deviations = found.force_deviations(grid)

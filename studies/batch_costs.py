@@ -287,7 +287,7 @@ def worker_counts(folder: Path, counts: tuple[int, int]) -> Found:
 
 def main() -> int:
     """Run the batches and write what they cost."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     found = [
         *(overhead(folder, (8, 12), 0.5) if coarse else overhead(folder, (160, 210), 0.2)),
         *two_processes(folder, (3, 2, 3e-2) if coarse else (16, 8, 3e-3)),

@@ -66,7 +66,7 @@ def plate_row(frequency: float, delta_L: float, R: float) -> list[object]:
 
 def main() -> None:
     """Write the table and print it."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     tolerances, discs = ((1e-2,), DISCS[1:2]) if coarse else ((1e-2, 1e-3, 1e-4), DISCS)
     rows = [disc_row(tolerance, *disc) for tolerance in tolerances for disc in discs]
     rows += [plate_row(*plate) for plate in PLATE]

@@ -146,7 +146,7 @@ def main() -> None:
     parser = ArgumentParser(add_help=False)
     parser.add_argument("--only", nargs="+", choices=FILES, help="Files that are answered, all by default.")
     known, sys.argv[1:] = parser.parse_known_args()
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     names = known.only or (QUICK_FILES if coarse else FILES)
     rows = []
     for name in names:

@@ -321,7 +321,7 @@ def draw(lines: list[dict[str, object]], path: Path) -> None:
 
 def main() -> None:
     """Write the table and its picture."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(1):
         of_uses = uses(coarse)
         of_chance, of_estimates, of_arrays, lines = by_chance(coarse), estimates(coarse), arrays(coarse), table(coarse)

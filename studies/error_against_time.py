@@ -130,7 +130,7 @@ def calibrations(cases: Sequence[Case], tolerances: Sequence[float]) -> list[Run
 
 def main() -> None:
     """Run the ladders and write tables and picture."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     asked, count = (QUICK, 1) if coarse else (FULL, None)
     cases, finer = (CALIBRATIONS[:1], asked) if coarse else (CALIBRATIONS, (*asked, 3e-4))
     with threadpool_limits(limits=1):

@@ -34,6 +34,7 @@ from extreme.solids import solids
 from extreme.walls import walls
 from threadpoolctl import threadpool_limits
 
+from sits_mech.disk_cache import keep_nothing
 from sits_mech.report.pictures.style import COLUMN, new_figure, save_figure
 
 
@@ -120,6 +121,7 @@ def main() -> int:
         parser.error(f"--only must name parts of {', '.join(PARTS)}; got {asked.only}")
     asked.output.mkdir(parents=True, exist_ok=True)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    keep_nothing()  # rows tell their seconds
     with threadpool_limits(limits=1):
         rows = ask(parts, asked.coarse, asked.output)
     write_rows([tabled(row) for row in rows], asked.output / "extremes.csv")

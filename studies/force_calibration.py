@@ -29,7 +29,7 @@ MECHANICS = ("planar", "block")
 
 def main() -> None:
     """Calibrate by each model."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     count, tolerance = (3, 0.05) if coarse else (9, 1e-2)
     F_x, F_z = np.linspace(-SHEAR, SHEAR, count).tolist(), np.linspace(0.0, NORMAL, count).tolist()
     sensor, rows = load_sensor(SENSOR), []

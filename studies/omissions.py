@@ -250,7 +250,7 @@ def draw(savings: Sequence[Saving], path: Path) -> None:
 
 def main() -> None:
     """Run each omission with and without, and the plan's seconds; write tables and figure."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     tolerance = 1e-1 if coarse else 1e-2
     with threadpool_limits(limits=1):
         savings = [

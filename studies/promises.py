@@ -135,7 +135,7 @@ def shares(name: str, rows: list[Row]) -> str:
 
 def main() -> None:
     """Measure all, or with --coarse a scene and a small table."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(limits=1):
         single = loads(COARSE, 1e-2) if coarse else loads(COUNT, 1e-6)
         many = tables([SMALL] if coarse else TABLES)

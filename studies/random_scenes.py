@@ -254,7 +254,7 @@ def drawn(rows: Sequence[Row], path: Path) -> None:
 
 def main() -> None:
     """Go through the scenes; write rows, counts and figure."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(limits=1):
         answered(*draw(0)[1:])  # what is loaded once is no scene's time
         rows = kept_rows(COARSE if coarse else range(COUNT), measure, folder)

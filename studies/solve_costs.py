@@ -123,7 +123,7 @@ def as_text(rows: list[Row]) -> str:
 
 def main() -> None:
     """Measure all rungs, or with --coarse the first of each model once; write the table."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(limits=1):
         matrix = np.random.default_rng(0).normal(size=(1000, 1000))
         speed = min(seconds(lambda: lu_factor(matrix)) for _ in range(RUNS))

@@ -138,7 +138,7 @@ def summary(rows: Sequence[Row]) -> str:
 
 def main() -> None:
     """Go through the scenes; write rows and counts."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(limits=1):
         rows = kept_rows(COARSE if coarse else range(COUNT), measure, folder)
     write_rows(rows, folder / "statuses.csv")

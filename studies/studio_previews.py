@@ -49,7 +49,7 @@ def held(found: Any, true: Solved) -> tuple[float, float]:
 
 def main() -> None:
     """Move, preview, solve, compare."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     models: dict[str, Any] = {"mechanics": "linear", "magnetics": "planar"} if coarse else {}
     models["tolerance"] = 0.1 if coarse else 0.02
     loads = {"F_x": np.linspace(-0.5, 0.5, 3 if coarse else 5).tolist(), "F_z": np.linspace(0.0, 2.0, 3).tolist()}

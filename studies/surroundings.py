@@ -132,7 +132,7 @@ def measure(kind: str, sensor: Sensor, gap: float, frequency: float, tolerances:
 
 def main() -> None:
     """Go through the scenes; write the table."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(limits=1):
         lines = []
         for scene in scenes(coarse):

@@ -64,7 +64,7 @@ def compare(name: str, count: int, loads: int, tolerance: float) -> list[dict[st
 
 def main() -> None:
     """Calibrate and read back, sensor by sensor."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     names, *asked = (SENSORS[1:], 4, 2, 0.1) if coarse else (SENSORS, COUNT, LOADS, 1e-2)
     rows = [row for name in names for row in compare(name, *asked)]
     print(write_rows(rows, folder / "three_axes.csv"))

@@ -73,7 +73,7 @@ def measure(name: str, sensor: Sensor, tolerance: float, delta_L: float, R: floa
 
 def main() -> None:
     """Run the ladders; write table and picture."""
-    coarse, folder = study_arguments(__doc__ or "")
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
     lines = []
     with threadpool_limits(limits=1):
         for name, (overrides, delta_L, R, tolerances) in CASES.items():

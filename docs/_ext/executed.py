@@ -8,7 +8,7 @@ A page of Markdown has two kinds of block that count here:
 A command with `:exit: 3` above it must end with that code. Expected is what it prints on stdout, and on stderr where it
 ends with another code than 0. Words must be the same; numbers may differ by 2 %, those after "+-" by 30 %, for other
 processors round otherwise; "..." stands for any words, on a line of its own for any lines. Seconds are not compared. A
-command without expected lines is only run.
+command without expected lines is only run. What several pages begin with, in a folder that is still empty, runs once.
 
 ``python docs/_ext/executed.py PAGE ...`` runs pages and puts what was printed in the place of what no longer holds, and
 of a single "...".
@@ -23,9 +23,11 @@ import shutil
 import subprocess
 import sys
 import time
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 
 from warm import started
 
@@ -37,10 +39,20 @@ _NUMBER = re.compile(r"[-+]?\d")
 _SECONDS = re.compile(r"[\d.e+-]+ +(?=s\b|│ +(?:ok|interpolated|above tolerance|beyond data|not carried|failed)\b)")
 _NEAR, _NEAR_ERROR, _NOTHING = 0.02, 0.3, 1e-6
 _LIMIT = 300  # seconds of one command
+_BEGUN = defaultdict[str, "_Begun"](lambda: _Begun(Lock()))  # by command
 
 
 class Mismatch(Exception):
     """A command that ended otherwise, or printed something else, than its page says."""
+
+
+@dataclass
+class _Begun:
+    """A command that is some page's first: what it has printed and left, once it has run."""
+
+    lock: Lock
+    printed: str = ""
+    left: dict[Path, bytes] | None = None
 
 
 @dataclass(frozen=True)
@@ -139,7 +151,8 @@ def run_page(page: Path, folder: Path, update: bool = False) -> float:
             (folder / block.argument).write_text(block.text, encoding="utf-8")
             continue
         for step in steps(block):
-            printed = _run(step, folder, f"{page}:{text.count(chr(10), 0, step.start)}")
+            run = _run if any(folder.iterdir()) else _first
+            printed = run(step, folder, f"{page}:{text.count(chr(10), 0, step.start)}")
             unknown = update and step.expected.strip() == "..."
             if step.expected.strip() and (unknown or not same(step.expected, printed)):
                 if not update:
@@ -164,6 +177,19 @@ def _run(step: Step, folder: Path, where: str) -> str:
         raise Mismatch(f"{where}: $ {step.command}\nmust end with {step.code}; it ended with {done.returncode}\n{said}")
     said = done.stdout + (done.stderr if step.code else "")
     return said.replace(f"{folder.resolve()}{os.sep}", "")  # pages name files as their readers do
+
+
+def _first(step: Step, folder: Path, where: str) -> str:
+    """Return what a command prints in an empty folder, and leave there what it leaves."""
+    begun = _BEGUN[f"{step.code} {step.command}"]
+    with begun.lock:
+        if begun.left is None:
+            begun.printed = _run(step, folder, where)
+            begun.left = {each.relative_to(folder): each.read_bytes() for each in folder.rglob("*") if each.is_file()}
+        for path, content in begun.left.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(content)
+    return begun.printed
 
 
 def stamp(page: Path, package: Path) -> str:

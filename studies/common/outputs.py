@@ -10,22 +10,27 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from sits_mech.disk_cache import keep_nothing
 from sits_mech.scene.files import write_text
 
 
-def study_arguments(doc: str) -> tuple[bool, Path]:
+def study_arguments(doc: str, *, timed: bool = False) -> tuple[bool, Path]:
     """Return whether a study runs at coarse settings, and the folder of its results, which is made.
 
     Parameters
     ----------
     doc : str
         The study's docstring: what it asks.
+    timed : bool
+        Whether it tells what solves take: then it uses nothing that others have prepared (SITS_MECH_CACHE).
     """
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--coarse", action="store_true", help="few points and loose tolerances: does it still run?")
     parser.add_argument("--output", type=Path, required=True, help="folder of tables and pictures")
     asked = parser.parse_args()
     asked.output.mkdir(parents=True, exist_ok=True)
+    if timed:
+        keep_nothing()
     return asked.coarse, asked.output
 
 
