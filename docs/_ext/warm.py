@@ -77,9 +77,8 @@ def answer(place: Path) -> None:
         listener.bind(str(place / "line"))
         listener.listen(64)
         for name in _PROGRAMS:
-            command = place / name
-            sends = _SENDS.format(python=sys.executable, path=str(place / "line"), name=name)
-            command.write_text(sends, encoding="utf-8")
+            command, sent = place / name, {"python": sys.executable, "path": str(place / "line"), "name": name}
+            command.write_text(_SENDS.format(**sent), encoding="utf-8")
             command.chmod(0o755)
         _prepare()
         signal.signal(signal.SIGCHLD, _ended)
