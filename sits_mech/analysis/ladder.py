@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -85,20 +86,26 @@ def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
     A tolerance counts where the answer's own estimate is within it; where only some of several ladders reach it, how
     many do is said. What cannot be reached is what is below the least estimate of a ladder whose finest rung misses.
     """
-    parts, count = [], len(ladders)
-    for tolerance in sorted({one.tolerance for row in ladders for one in row}, reverse=True):
-        held = [one.seconds for row in ladders for one in row if one.tolerance == tolerance and _holds(one)]
-        if held:
-            some = f" ({len(held)} of {count})" if len(held) < count else ""
-            parts.append(f"{power(tolerance)}: {_span([f'{x:.2g}' for x in (min(held), max(held))])} s{some}")
+    parts, count, held = [], len(ladders), dict[float, list[float]]()
+    for one in chain.from_iterable(ladders):
+        if _holds(one):
+            held.setdefault(one.tolerance, []).append(one.seconds)
+    for tolerance, times in sorted(held.items(), reverse=True):
+        span = _span([f"{min(times):.2g}", f"{max(times):.2g}"])
+        parts.append(f"{power(tolerance)}: {span} s{_share(len(times), count)}")
     reached = [min(one.estimated for one in row) for row in ladders if not _holds(_finest(row))]
-    limits = sorted(x for x in reached if math.isfinite(x))
+    limits = sorted(filter(math.isfinite, reached))
     if limits:
-        parts.append(f"errors below {_span([power(limits[0]), power(limits[-1])])} cannot be reached")
-        parts[-1] += f" ({len(reached)} of {count})" if len(reached) < count else ""
+        span = _span([power(limits[0]), power(limits[-1])])
+        parts.append(f"errors below {span} cannot be reached{_share(len(reached), count)}")
     elif not reached:
         parts.append(f"errors below {power(_finest(ladders[0]).tolerance)} were not requested")
     return f"ask {'; '.join(parts)}" if parts else "no tolerance of the ladder can be reached"
+
+
+def _share(some: int, count: int) -> str:
+    """Say how many of several ladders it is, empty for all."""
+    return f" ({some} of {count})" if some < count else ""
 
 
 def forget() -> None:
