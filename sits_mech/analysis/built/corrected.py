@@ -66,18 +66,22 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
         settled[load] = Settled(_rest(row, load, places[turn], moved[:, turn]))
         turn += 1
     request = json.loads(data.attrs["request"])
-    for name in WRENCH:
-        if name in request:
-            request[name] = [s * value for value in request[name]] if np.ndim(request[name]) else s * request[name]
+    request |= {name: (s * np.array(request[name])).tolist() for name in WRENCH if name in request}
     asked = float(data.attrs["magnetics_tolerance"])
     field, choice = loaded_model(sensor, request["magnetics"], asked, list(settled))
     axes = {name: (s * data[name].to_numpy()).tolist() for name in varied(data)}
     held = {name: s * value for name, value in fixed(data).items()}
     table = tabulated(sensor, AimedLoads(settled, field, asked), request, (axes, held), choice, direct=direct)
-    said = [str(data.attrs.get("notes", "")), f"adapted to {len(found.measured.L)} readings of {found.measured.source}"]
+    return sensor, table.assign_attrs(notes=_notes(found))
+
+
+def _notes(found: Adaptation) -> str:
+    """Return what is said of a calibration, what it was adapted to, and what of it the scene does not hold."""
+    notes, measured = str(found.prior.data.attrs.get("notes", "")), found.measured
+    said = [notes, f"adapted to {len(measured.L)} readings of {measured.source}"]
     placed = [f"{name} {_value(found, name, 0.0):.3g} {PARAMETERS[name]}" for name in _PLACES if name in found.names]
     said += [f"in the table, not in the scene: {', '.join(placed)}"] if placed else []
-    return sensor, table.assign_attrs(notes="; ".join(word for word in said if word))
+    return "; ".join(filter(None, said))
 
 
 def corrected_sensor(found: Adaptation) -> Sensor:
