@@ -18,7 +18,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +34,10 @@ from sits_mech.scene.thermal import at_temperature
 if TYPE_CHECKING:
     import xarray as xr
 
+_AT_TERMINALS = (
+    "terminal_L", "terminal_R", "terminal_Q", "apparent_L", "apparent_R", "apparent_Q", "tank_frequency",
+    "own_capacitance", "self_resonance",
+)
 _PER_METRE = "terminals: the model is per metre of depth, leads and idle coils are in henry and ohm"
 
 
@@ -103,9 +107,9 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     import xarray as xr
 
     sensor, hertz = at_temperature(sensor), np.array(sorted(frequencies), dtype=float)
-    if hertz.size == 0 or not np.all(hertz > 0.0) or np.any(np.diff(hertz) == 0.0):
+    if not (hertz.size and np.all(np.diff(hertz, prepend=0.0) > 0.0)):
         raise SceneError(f"frequencies must be one or more different positive numbers [Hz]; got {list(frequencies)}")
-    each = [model.impedance(pose, float(f)) for f in hertz[::-1]][::-1]  # the highest asks most of a preparation
+    each = list(map(partial(model.impedance, pose), hertz[::-1].tolist()))[::-1]  # the highest asks most of a preparation
     tracks, missing = _tracks(sensor, each[0].unit_L, hertz.tolist())
     missing += wave_notes(sensor.coils, float(hertz[-1]))
     names = sensor.coil_names
@@ -115,17 +119,16 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         data[name] = (pair, np.array([getattr(found, name) for found in each]))
     data["L0"], data["R_dc"] = (pair[1:], each[0].L0), (pair[1:2], each[0].R_dc)
     R_track = np.tile(each[0].R_dc, (hertz.size, 1)) if tracks is None else tracks[0].T
-    own_L, own_R = (np.diagonal(data[name], axis1=1, axis2=2) for name in ("L", "R"))
+    own_L, own_R = np.diagonal(data["L"], axis1=1, axis2=2), np.diagonal(data["R"], axis1=1, axis2=2)
     data["R_track"] = (pair[:2], R_track)
     data["Q"] = (pair[:2], 2.0 * np.pi * hertz[:, None] * own_L / (own_R + R_track))
     if tracks is not None:
-        seen = [_terminals(sensor, found, tracks[0][:, k], tracks[1][:, k]) for k, found in enumerate(each)]
-        for name in ("L", "R", "Q"):
-            data[f"terminal_{name}"] = (pair[:2], np.array([getattr(item, name) for item in seen]))
-        for name in ("apparent_L", "apparent_R", "apparent_Q", "tank_frequency", "own_capacitance", "self_resonance"):
-            data[name] = (pair[:2], np.array([getattr(item, name) for item in seen]))
+        rows = zip(each, *np.swapaxes(tracks, 1, 2), strict=True)
+        seen = [_terminals(sensor, found, R_ac, shift) for found, R_ac, shift in rows]
+        for name in _AT_TERMINALS:
+            data[name] = (pair[:2], np.array([getattr(item, name.removeprefix("terminal_")) for item in seen]))
         data["shift"] = (pair[:2], tracks[1].T)
-    report = replace(_joined([found.report for found in each], hertz), left_out=(*each[0].report.left_out, *missing))
+    report = replace(_joined(each, hertz), left_out=(*each[0].report.left_out, *missing))
     return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=json.dumps(as_jsonable(asdict(report))))
 
 
@@ -162,9 +165,9 @@ def _track(coil: Coil, hertz: tuple[float, ...]) -> TrackSpectrum:
     return track_spectrum(coil, hertz)
 
 
-def _joined(reports: Sequence[SolveReport], hertz: Array) -> SolveReport:
+def _joined(found: Sequence[Impedance], hertz: Array) -> SolveReport:
     """Join the reports of all solves: the worst of each; notes of the lowest and the highest frequency."""
-    notes: list[str] = []
+    notes, reports = list[str](), [each.report for each in found]
     for k in sorted({0, len(reports) - 1}):
         notes += [f"at {hertz[k]:.4g} Hz: {note}" for note in reports[k].notes]
     return SolveReport(
