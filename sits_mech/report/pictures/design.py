@@ -6,7 +6,7 @@ scenes. Shaded is where predictions of the recommended choice hold every limit; 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from textwrap import fill
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ import numpy as np
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure
 from sits_mech.synthesis.answer import DesignAnswer, unit_of
+from sits_mech.synthesis.answer import Figure as Asked
 from sits_mech.synthesis.answered import STRAIN, Answered, Task
 from sits_mech.synthesis.around import Landscape
 from sits_mech.synthesis.requirements import INVERSE, LEAST, Requirements
@@ -71,16 +72,10 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     """Draw all solved designs in the plane of two figures, a colour for each choice of the lists."""
     from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
-    task, choices = found.task, list(dict.fromkeys(each.design.choice for each in found.known))
-    for number, choice in enumerate(choices):
-        own = [each for each in found.known if each.design.choice == choice and each.carried]
-        for holds in (True, False):
-            some = [each for each in own if task.holds(each) == holds]
-            x, y = ([_shown(task, each, name) for each in some] for name in names)
-            label = choice_words(asked, choice) if holds == any(task.holds(each) for each in own) else None
-            spot.plot(x, y, f"C{number % 10}o", mfc=None if holds else "w", label=label)
+    task = found.task
+    _draw_choices(spot, asked, found, names)
     spot.margins(0.15)
-    places = np.array([[_shown(task, each, name) for name in names] for each in found.front])
+    places = _places(task, found.front, names)
     for place, numbers in _joined(places, np.array([np.ptp(spot.get_xlim()), np.ptp(spot.get_ylim())])):
         right = place[0] > np.mean(spot.get_xlim())
         words, ha = ", ".join(map(str, numbers)), "right" if right else "left"
@@ -91,12 +86,28 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     dx, dy = ([unit_of(name)[1] * each.error.get(name, 0.0) for each in found.front] for name in names)
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
     spot.errorbar(places[:, 0], places[:, 1], dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
-    best = [_shown(task, found.best, name) for name in names]
-    spot.plot(best[:1], best[1:], "k*", ms=7, label=_star(found))
+    spot.plot(*_places(task, [found.best], names).T, "k*", ms=7, label=_star(found))
     for name, line in zip(names, (spot.axvline, spot.axhline), strict=True):
         if name in task.limits:
             line(unit_of(name)[1] * task.limits[name], color="0.5", lw=0.8, ls="--")
     spot.set(xlabel=_label(names[0]), ylabel=_label(names[1]))
+
+
+def _draw_choices(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
+    """Draw the designs of each choice of the lists, hollow where they break a limit."""
+    for number, choice in enumerate(dict.fromkeys(each.design.choice for each in found.known)):
+        own = [each for each in found.known if each.design.choice == choice and each.carried]
+        kept = [found.task.holds(each) for each in own]
+        for holds in (True, False):
+            some = [each for each, whole in zip(own, kept, strict=True) if whole == holds]
+            label = choice_words(asked, choice) if holds == any(kept) else None
+            color, mfc = f"C{number % 10}o", None if holds else "w"
+            spot.plot(*_places(found.task, some, names).T, color, mfc=mfc, label=label)
+
+
+def _places(task: Task, designs: Sequence[Answered], names: tuple[str, str]) -> Array:
+    """Return designs (n, 2) in the plane of two figures, in their shown units."""
+    return np.array([[_shown(task, each, name) for name in names] for each in designs]).reshape(-1, 2)
 
 
 def _joined(places: Array, size: Array) -> list[tuple[tuple[float, float], list[int]]]:
@@ -189,6 +200,16 @@ def _aim_words(task: Task) -> tuple[float, str]:
     return sign * task.scale(name) / weight * unit_of(name)[1], _label(name)
 
 
+def _draw_limit(spot: Axes, number: int, each: Asked) -> None:
+    """Draw a figure over its limit as a bar with its error, and both in words."""
+    limit = each.limit or 1.0
+    share, sign = (limit / each.value, "\u2265") if each.name in LEAST else (each.value / limit, "\u2264")
+    error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
+    spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
+    words = f"{each.value:.3g} {sign} {each.limit:.3g} {each.unit}"
+    spot.text(_BAR + 0.05, number, words, va="center", fontsize=6)
+
+
 def limits_picture(found: DesignAnswer) -> Figure:
     """Return each figure over its limit with its error, and the share of the sensors made that hold each limit."""
     rows, shares = [each for each in found.figures if each.limit], dict(found.held)
@@ -197,13 +218,7 @@ def limits_picture(found: DesignAnswer) -> Figure:
     heights = [len(rows) + 1.0] + ([len(shares) + 1.0] if shares else [])
     with new_figure(0.09 * (sum(heights) + 2.5), 1, len(heights), shares=heights) as (figure, (spot, *others)):
         for number, each in enumerate(rows):
-            limit = each.limit or 1.0
-            share = limit / each.value if each.name in LEAST else each.value / limit
-            error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
-            spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
-            sign = "\u2265" if each.name in LEAST else "\u2264"
-            words = f"{each.value:.3g} {sign} {each.limit:.3g} {each.unit}"
-            spot.text(_BAR + 0.05, number, words, va="center", fontsize=6)
+            _draw_limit(spot, number, each)
         spot.axvline(1.0, color="k", lw=0.8)
         spot.set(yticks=range(len(rows)), yticklabels=[_short(each.name) for each in rows], xlim=(0.0, 2.3))
         spot.set(xlabel="figure over its limit [-]", title="lines on bars: estimated error")
