@@ -73,19 +73,17 @@ def gradient_on_grid(
     dimension `parameter`; NaN where a load fails (``status``, ``reason``); errors and attributes as `calibrate`.
     Raises SceneError as `gradient`, and for a component that no load has.
     """
-    unknown = [name for name in loads if name not in WRENCH]
-    if unknown:
-        raise SceneError(f"loads: must be of {', '.join(WRENCH)}; got {', '.join(unknown)}")
+    _check_components(loads)
     numbers, moving = numbers_of(sensor, names)
-    grid = {name: sorted(float(value) for value in loads.get(name, (0.0,))) for name in WRENCH}
+    grid = {name: sorted(map(float, loads.get(name, (0.0,)))) for name in WRENCH}
     every, mirrors = loads_of(grid), mirrors_of(sensor)
     _, by_field = loaded_model(sensor, magnetics, tolerance, every)
     layer, choice = sloped_model(sensor, mechanics, tolerance, every)
     sloped = WithSlopes(layer, tuple(moving))
     solved = aimed_loads(LoadGrid(sensor, sloped, grid, mirrors, tolerance), magnetics)
     field, settled = solved.field, [solved.settled[load] for load in every]
-    status = [status_of(sensor, one) for one in settled]
-    good = np.array([each == OK for each, _ in status])
+    status, reasons = zip(*(status_of(sensor, one) for one in settled), strict=True)
+    good = np.array(status) == OK
     own = [one.rest for one, fine in zip(settled, good, strict=True) if one.rest and fine]
     poses = poses_of(own)
     pose = Pose.of(poses.value)
@@ -99,19 +97,25 @@ def gradient_on_grid(
     dims: dict[str, tuple[str, ...]] = {"pose": ("component",), "L": pair, "R": pair}
     values: Columns = {"pose": (("component",), pose.components)}
     values |= {name: (pair, getattr(shown, name)) for name in ("L", "R", "error_L", "error_R")}
-    for name, dim, parts in (("shared_L", "part", reading.shared), ("alone_L", "cause", reading.alone)):
-        values[name] = (dim, "coil"), parts.swapaxes(0, 1)
+    values["shared_L"] = ("part", "coil"), reading.shared.swapaxes(0, 1)
+    values["alone_L"] = ("cause", "coil"), reading.alone.swapaxes(0, 1)
     by = {"pose": moved.pose, "L": change.L, "R": change.R, **change.signals}
     values |= {f"by_{name}": ((*dims.get(name, ()), "parameter"), own) for name, own in by.items()}
     axes = {name: grid[name] for name in loads}
     columns = spread(axes, good, values)
-    said = zip(("status", "reason"), zip(*status, strict=True), strict=True)
-    columns |= spread(axes, np.ones(len(every)), {name: ((), words) for name, words in said})
+    columns |= spread(axes, np.ones(len(every)), {"status": ((), status), "reason": ((), reasons)})
     coils = sensor.coil_names
     coords = {**axes, "coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
     found = xr.Dataset(columns, coords)
     found["L0"] = (pair, shown.L0)
     return found.assign_attrs(frequency=sensor.frequency, unit_L=shown.unit_L)
+
+
+def _check_components(loads: Mapping[str, Sequence[float]]) -> None:
+    """Refuse components that no load has."""
+    unknown = [name for name in loads if name not in WRENCH]
+    if unknown:
+        raise SceneError(f"loads: must be of {', '.join(WRENCH)}; got {', '.join(unknown)}")
 
 
 def slopes_under(
