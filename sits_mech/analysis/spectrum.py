@@ -109,7 +109,8 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     sensor, hertz = at_temperature(sensor), np.array(sorted(frequencies), dtype=float)
     if not (hertz.size and np.all(np.diff(hertz, prepend=0.0) > 0.0)):
         raise SceneError(f"frequencies must be one or more different positive numbers [Hz]; got {list(frequencies)}")
-    each = list(map(partial(model.impedance, pose), hertz[::-1].tolist()))[::-1]  # the highest asks most of a preparation
+    downwards = hertz[::-1].tolist()  # the highest asks most of a preparation
+    each = list(map(partial(model.impedance, pose), downwards))[::-1]
     tracks, missing = _tracks(sensor, each[0].unit_L, hertz.tolist())
     missing += wave_notes(sensor.coils, float(hertz[-1]))
     names = sensor.coil_names
