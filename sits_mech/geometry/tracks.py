@@ -17,7 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 
 import numpy as np
 from scipy.constants import c
@@ -74,27 +74,26 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
     "rings" their turns are polygons.
     """
     if coil.shape == "path":
-        lines = [(np.array(line), width) for line, width in zip(coil.path, coil.widths, strict=True)]
+        lines = list(map(np.array, coil.path))
     elif coil.is_round and windings == "spiral":
-        middle = coil.model_copy(update={"centre": (0.0, 0.0)})
-        lines = [(line, coil.track_width) for line in spiral_path(middle)]
+        lines = spiral_path(coil.model_copy(update={"centre": (0.0, 0.0)}))
     elif coil.is_round:
         angle = np.linspace(0.0, 2.0 * np.pi, _ROUND + 1)
         rings = coil_sections(coil)
         out = rings.radius * _outside(np.pi / _ROUND)
         turns = zip(out, rings.z, np.broadcast_to(rings.sign, rings.radius.shape), strict=True)
         lines = [
-            (np.column_stack([r * np.cos(angle), s * r * np.sin(angle), np.full(angle.size, z)]), coil.track_width)
-            for r, z, s in turns
+            np.column_stack([r * np.cos(angle), s * r * np.sin(angle), np.full(angle.size, z)]) for r, z, s in turns
         ]
     else:
         ways = coil.directions or (1,) * coil.layers
         lines = [
-            (np.column_stack([line[::way], np.full(len(line), z)]), coil.track_width)
+            np.column_stack([line[::way], np.full(len(line), z)])
             for z, way in zip(coil.heights, ways, strict=True)
             for line in _rectangles(coil)
         ]
-    return [(line + (*coil.centre, 0.0), width) for line, width in lines]
+    each = zip_longest(lines, coil.widths, fillvalue=coil.track_width)  # a path alone has widths of its own
+    return [(line + (*coil.centre, 0.0), width) for line, width in each]
 
 
 @lru_cache(maxsize=256)
