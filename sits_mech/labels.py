@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS, shown_unit
 from sits_mech.version import __version__
 
@@ -124,10 +126,9 @@ def _found(name: str) -> tuple[str, str]:
 
 def labelled(data: xr.Dataset) -> xr.Dataset:
     """Return a table whose variables have unit and long name by the CF conventions; of keys of a scene as they are."""
-    units = {str(data.attrs["unit_L"])} if "unit_L" in data.attrs else set()
-    if "unit_L" in data:
-        units = {str(unit) for unit in data["unit_L"].to_numpy().ravel()} - {""}
-    forces = {shown_unit(name) for name in data["force"].to_numpy()} if "force" in data.coords else set()
+    given = data["unit_L"] if "unit_L" in data else data.attrs.get("unit_L", "")
+    units = {str(unit) for unit in np.ravel(given)} - {""}
+    forces = {shown_unit(name) for name in np.asarray(data.coords.get("force", ()))}
     one_L, one_F = (found.pop() if len(found) == 1 else "" for found in (units, forces))
     data = data.copy()
     for name, item in data.variables.items():
