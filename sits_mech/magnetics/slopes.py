@@ -205,7 +205,8 @@ def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Arra
     if not coils and not plates:
         return list(found)
     centre = asked.answer(solved)
-    largest = [float(np.abs(part).max(initial=1e-300)) for part in (centre[0] - asked.free(solved), centre[1])]
+    changed = np.abs([centre[0] - asked.free(solved), centre[1]])
+    largest = changed.max(axis=(1, 2, 3), initial=1e-300).tolist()
     for k, values in zip(coils, _of_coils(asked, list(coils.values()), centre), strict=True):
         found[..., k], _ = _slope(coils[k], values, largest)
     for k, length in plates.items():
