@@ -113,11 +113,12 @@ def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Arra
         if isinstance(part, Contact):
             behind[part.plane] |= part(u, q).energy > _PRESSED
     held = behind["mirror"] or any(isinstance(part, SelfContact) and part(u, q).energy > _PRESSED for part in parts)
-    rise = float(seen[faces.beside][inside, 2].max()) if np.any(inside) else 0.0
+    rise = float(seen[faces.beside][inside, 2].max(initial=0.0))
     crossing = not held and crosses_itself(faces, mesh, u)
-    missed = crossing and faces.skin is not None
-    if missed and not np.any(place[faces.nodes, 1] < faces.mirror - _SEEN):
-        missed = faces.skin is not None and SelfContact(faces.skin, 1.0)(u, q).energy > 0.0
+    missed = False
+    if crossing and faces.skin is not None:
+        beyond = np.any(place[faces.nodes, 1] < faces.mirror - _SEEN)
+        missed = bool(beyond) or SelfContact(faces.skin, 1.0)(u, q).energy > 0.0
     return FaceContact(behind["ground"], behind["plane"], behind["wall"], rise, held, crossing, missed)
 
 
