@@ -246,7 +246,7 @@ def largest_rotation(data: xr.Dataset) -> dict[str, tuple[float, float]]:
     `data` is as for `rotation_error`, with the errors of the signals; a force of one value has none.
     """
     wrong, found = rotation_error(data), {}
-    needed = {*signals_of(data).values(), *(name for each in _turned(data).values() for name in each)}
+    needed = set(signals_of(data).values()).union(*_turned(data).values())
     needed |= {name for name in SIGNALS if name in data}
     shifted = [rotation_error(part) for part in shared_parts(data, sorted(needed))]
     for force, (place, signal, level) in _turned(data).items():
