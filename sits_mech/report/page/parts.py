@@ -307,15 +307,14 @@ def _least(data: xr.Dataset) -> str:
 
 def html_table(table: Table, *, numbers: bool = False) -> str:
     """Return a table as HTML, a name once for all its rows; with `numbers` all cells are aligned to the right."""
-    kind = ' class="n"' if numbers else ""
+    kind, open_box, close_box = (' class="n"', "", "") if numbers else ("", '<div class="wide">', "</div>")
     head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
     lines = [f"<table><thead><tr>{head}</tr></thead><tbody>" if table.show_header else "<table><tbody>"]
-    open_box, close_box = ("", "") if numbers else ('<div class="wide">', "</div>")
     rows = [list(map(str, cells)) for cells in zip(*(column.cells for column in table.columns), strict=True)]
     for texts in rows if table.show_header else _joined(rows):
-        texts = [_cell(text) for text in texts]
+        texts = list(map(_cell, texts))
         bad = ' class="bad"' if numbers and texts[-1].partition(";")[0] not in (OK, INTERPOLATED) else ""
-        lines.append(f"<tr{bad}>" + "".join(f"<td{kind}>{text}</td>" for text in texts) + "</tr>")
+        lines.append(f"<tr{bad}><td{kind}>" + f"</td><td{kind}>".join(texts) + "</td></tr>")
     return "".join([open_box, *lines, "</tbody></table>", close_box])
 
 
