@@ -49,7 +49,7 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     family = next((name for name in (second, *names) if name in names and name != along), None)
     if along is None:
         raise SceneError("curves: need a table over at least one component of the load; this one holds a single load")
-    data, held = at_middle(data, [along, *([] if family is None else [family])])
+    data, held = at_middle(data, list(filter(None, (along, family))))
     with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
         for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
@@ -77,13 +77,12 @@ def _mathematics(words: str) -> str:
 def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str, Array, Array]]:
     """Return label, values and errors of each curve; two that are one by mirror symmetry go as one, with both signs."""
     if family is None:
-        values, errors = (data[f"{kind}{signal}"].to_numpy() for kind in ("", "error_"))
-        return [("", values, errors)]
+        return [("", data[signal].to_numpy(), data[f"error_{signal}"].to_numpy())]
     found: list[tuple[str, Array, Array]] = []
     others = data[family].to_numpy()
     table = {other: data.sel({family: other}) for other in others}
     for other in others:
-        values, errors = (table[other][f"{kind}{signal}"].to_numpy() for kind in ("", "error_"))
+        values, errors = table[other][signal].to_numpy(), table[other][f"error_{signal}"].to_numpy()
         twin = table[-other][signal].to_numpy() if other != 0.0 and -other in table else None
         same = twin is not None and np.allclose(values, twin, rtol=1e-9, atol=0.0, equal_nan=True)
         if not (same and other < 0.0):
@@ -165,7 +164,8 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
             if other == force:
                 texts[i, j] = f"full scale\n{stray.attrs[f'full_scale_{signal}']:.3g} % of $L_0$"
                 continue
-            share, error = (stray.attrs[f"{kind}largest_{signal}_from_{other}"] for kind in ("", "error_"))
+            name = f"largest_{signal}_from_{other}"
+            share, error = stray.attrs[name], stray.attrs[f"error_{name}"]
             if share > error:
                 shares[i, j], texts[i, j] = share, f"{share:.2g} %\n$\\pm$ {error:.2g} %"
             else:

@@ -7,6 +7,7 @@ it was read, so that a metre written for a millimetre shows. All numbers here ar
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -127,7 +128,7 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
     extent = part.extent
     if not isinstance(part, Elastomer) and part.points is not None:
         extent = tuple(np.ptp(np.array(part.points), axis=0))
-    across = " x ".join(f"{_MM * size:.4g}" for size in extent)
+    across = _by(extent)
     across = across if part.diameter is None else f"⌀ {_MM * part.diameter:.4g}"
     if not isinstance(part, Elastomer) and part.points is not None:
         count = len(part.holes)
@@ -135,6 +136,11 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
     if isinstance(part, Elastomer) and part.pitch is not None:
         across += f" every {_MM * part.pitch:.4g}"
     return f"{across}, {_MM * part.thickness:.4g} thick"
+
+
+def _by(sizes: Sequence[float]) -> str:
+    """Return sizes [m] in millimetres as words."""
+    return " x ".join(f"{_MM * size:.4g}" for size in sizes)
 
 
 def _is_round(part: Target | Elastomer) -> bool:
@@ -151,7 +157,7 @@ def _rows(it: Drawing, axis: int) -> list[list[Span]]:
         if part is not None and not (_is_round(part) and axis == 1):
             rims = np.vstack(next(each.loops for each in it.plates if each.name == plate))
             low, high = float(rims[:, axis].min()), float(rims[:, axis].max())
-            found.append([(low, high, f"{plate} {'⌀ ' if _is_round(part) else ''}{high - low:.4g}")])
+            found.append([(low, high, f"{plate} {'⌀ ' * _is_round(part)}{high - low:.4g}")])
     return found
 
 
@@ -252,11 +258,11 @@ def _winding(coil: Coil) -> str:
     layers = f"{len(heights)} layers {_MM * coil.layer_pitch:.4g} apart" if len(heights) > 1 else "one layer"
     if coil.layer_z or coil.shape == "path":
         layers = f"copper at z = {', '.join(f'{z:.4g}' for z in heights)}"
-    outer = " x ".join(f"{_MM * size:.4g}" for size in coil.extent)
+    outer = _by(coil.extent)
     if coil.shape == "path":
         count = len(coil.path)
         return f"{outer}; free tracks in {count} piece{'s' if count > 1 else ''}, {layers}; {wide} x {thick}"
-    inner = " x ".join(f"{_MM * size:.4g}" for size in (coil.inner_width, coil.inner_length))
+    inner = _by((coil.inner_width, coil.inner_length))
     if coil.is_round:
         inner, outer = f"⌀ {_MM * coil.inner_diameter:.4g}", f"{_MM * coil.outer_diameter:.4g}"
     return f"{inner} to {outer}; {coil.turns} turns in {layers}; tracks {wide} x {thick}, gaps {gap}"
