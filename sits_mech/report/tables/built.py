@@ -124,13 +124,11 @@ def plan_tables(plan: LoadPlan) -> list[Any]:
         f"Loads: {plan.rig}", ["", *(f"{name} [{UNITS[name]}]" for name in names),
                                     *(f"error of {name} [%]" for name in names)], justify="right",
     )
-    rows = [np.full(len(names), np.nan), *plan.loads]
-    used = plan.rig == "use"
-    for number, (load, errors) in enumerate(zip(rows, plan.errors, strict=True)):
-        first = ["drifted" if used else "tared", *[""] * (len(load) - 1)]
-        shown = [f"{value:.3g}" for value in load] if number else first
-        kind = f" {plan.kinds[number - 1]}" if used and number else ""
-        table.add_row(f"{number or ''}{kind}", *shown, *(f"{100.0 * error:.2g}" for error in errors))
+    used, rows = plan.rig == "use", [[f"{100.0 * error:.2g}" for error in errors] for errors in plan.errors]
+    table.add_row("", "drifted" if used else "tared", *[""] * (len(names) - 1), *rows[0])
+    for number, (load, errors) in enumerate(zip(plan.loads, rows[1:], strict=True)):
+        kind = f" {plan.kinds[number]}" if used else ""
+        table.add_row(f"{number + 1}{kind}", *(f"{value:.3g}" for value in load), *errors)
     words = "; ".join(
         f"{name} from {100.0 * first:.2g} % to {100.0 * last:.2g} % of its range ({len(plan.loads)} more: "
         f"{100.0 * more:.2g} %)" for name, first, last, more in
