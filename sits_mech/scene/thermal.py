@@ -74,7 +74,8 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
     if temperature == REFERENCE:
         return
     for name, part in _plates(sensor):
-        _check_metal(name, part.metal, temperature)
+        keys = ("temperature_coefficient", "permeability_coefficient", "expansion")
+        _check_known(name, part.metal, keys, f"{name}: {part.metal.name or 'its metal'}", temperature)
     for coil in sensor.coils:
         _check_range(f"coils.{coil.name}: the tracks' copper", _copper().temperature_range, temperature)
         if coil.conductivity is not None and coil.temperature_coefficient is None:
@@ -85,10 +86,8 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
     if sensor.elastomer.mesh is not None:
         raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
                          f"{celsius(temperature)}")
-    for key in ("expansion", "temperature_range"):
-        if getattr(silicone, key) is None:
-            raise _missing(f"elastomer.material.{key}", temperature)
-    _check_range(f"elastomer: {silicone.name or 'the silicone'}", silicone.temperature_range, temperature)
+    keys, title = ("expansion", "temperature_range"), f"elastomer: {silicone.name or 'the silicone'}"
+    _check_known("elastomer.material", silicone, keys, title, temperature)
 
 
 def unknown_coefficients(sensor: Sensor) -> str:
@@ -137,12 +136,12 @@ def _plates(sensor: Sensor) -> list[tuple[str, Target | Conductor]]:
     return own if sensor.target is None else [("target", sensor.target), *own]
 
 
-def _check_metal(name: str, metal: Metal, temperature: float) -> None:
-    """Refuse a metal without the coefficients that a temperature needs, or outside their range."""
-    for key in ("temperature_coefficient", "permeability_coefficient", "expansion"):
-        if getattr(metal, key) is None:
+def _check_known(name: str, of: Metal | Silicone, keys: Sequence[str], title: str, temperature: float) -> None:
+    """Refuse a material without the coefficients that a temperature needs, or outside their range."""
+    for key in keys:
+        if getattr(of, key) is None:
             raise _missing(f"{name}.{key}", temperature)
-    _check_range(f"{name}: {metal.name or 'its metal'}", metal.temperature_range, temperature)
+    _check_range(title, of.temperature_range, temperature)
 
 
 def _check_range(name: str, ends: tuple[float, float] | None, temperature: float) -> None:
