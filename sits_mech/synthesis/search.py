@@ -83,7 +83,7 @@ class Search:
 
     def run(self) -> list[Answered]:
         """Search, and return all solved designs."""
-        self.branches = [Branch(choice) for choice in self.choices]
+        self.branches = list(map(Branch, self.choices))
         for branch in self.branches:
             self._begin(branch)
         while self.solved < self.most and (open_ := [each for each in self.branches if not each.done]):
@@ -94,12 +94,17 @@ class Search:
                 branch.done = True
             else:
                 self._step(branch)
+        return self.known
+
+    @property
+    def known(self) -> list[Answered]:
+        """All solved designs."""
         return [each for branch in self.branches for each in branch.known]
 
     @property
     def best_merit(self) -> float:
         """The least merit of all solved designs."""
-        return min((self.merit(each) for branch in self.branches for each in branch.known), default=np.inf)
+        return min(map(self.merit, self.known), default=np.inf)
 
     def merit(self, found: Answered) -> float:
         """Return what is minimised of a solved design, exceeded limits added; infinite of one without a table."""
