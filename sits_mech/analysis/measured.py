@@ -141,21 +141,37 @@ def _written(path: str | Path, forces: Sequence[str]) -> _Written:
 def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measured:
     """Return the measurement that rows hold, as `read_measured`."""
     source, columns, forces = file.source, file.columns, asked.forces
-    rows, moved = _numbers(file.rows, file.separator), not forces or forces[0].lower() not in columns
-    blind = [columns[name.lower()][0] for name in forces if name.lower() in columns] if unseen and not moved else []
-    rows = rows[~np.any(np.isnan(np.delete(rows, blind, axis=1)), axis=1)] if len(rows) else rows
-    if len(rows) < (least := 1 if moved else least):
+    moved = not forces or forces[0].lower() not in columns
+    if moved:
+        least, unseen = 1, False
+    rows = _rows(file, forces if unseen else ())
+    if len(rows) < least:
         raise SceneError(f"{source}: must hold at least {least} rows of numbers; got {len(rows)}")
     sheet = Sheet(source, columns, rows)
-    poses = _poses(sheet) if moved else None
-    found = [] if moved else _forces(sheet, forces, asked.held)
+    poses, loads = None, np.zeros((len(rows), 0))
+    if moved:
+        poses = _poses(sheet)
+    else:
+        loads = np.stack(_forces(sheet, forces, asked.held), -1)
     _check_coils(sheet, asked.coils)
     L = np.stack([_inductance(sheet, k, coil, asked.tank) for k, coil in enumerate(asked.coils)], -1)
     depth = sheet.values("depth", "m") if "depth" in columns and not moved else None
-    if np.any(np.isinf(L)) or np.any(np.isinf(found)) or (depth is not None and np.any(np.isinf(depth))):
+    _check_finite(source, [L, loads] if depth is None else [L, loads, depth])
+    return Measured(loads, L, source, poses, depth)
+
+
+def _rows(file: _Written, unseen: Sequence[str]) -> Array:
+    """Return the rows of numbers, nan in what is unseen alone."""
+    rows, columns = _numbers(file.rows, file.separator), file.columns
+    blind = [columns[name.lower()][0] for name in unseen if name.lower() in columns]
+    return rows[~np.any(np.isnan(np.delete(rows, blind, axis=1)), axis=1)] if len(rows) else rows
+
+
+def _check_finite(source: str, parts: Sequence[Array]) -> None:
+    """Refuse what is infinite."""
+    if any(np.any(np.isinf(part)) for part in parts):
         must = "must hold finite numbers, of d_v alone inf for no target"
         raise SceneError(f"{source}: {must}; got inf in another column")
-    return Measured(np.stack(found, -1) if found else np.zeros((len(rows), 0)), L, source, poses, depth)
 
 
 def _forces(sheet: Sheet, forces: Sequence[str], held: Mapping[str, float]) -> list[Array]:
