@@ -72,17 +72,23 @@ def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Jo
     """Join ends that are near each other, holes at their middles; drop tracks without length and duplicates."""
     places = [(track.layer, track.points[e]) for track in tracks for e in (0, -1)]
     places += [(layer, hole.place) for hole in holes for layer in hole.layers]
-    layers, points = zip(*places, strict=True)
+    layers, points = map(np.array, zip(*places, strict=True))
     starts = np.cumsum([2 * len(tracks), *(len(hole.layers) for hole in holes)]).tolist()
-    pairs = [(a, k) for a, b in zip(starts[:-1], starts[1:], strict=True) for k in range(a + 1, b)]
-    for layer in set(layers):
-        members = [k for k, name in enumerate(layers) if name == layer]
-        near = cKDTree(np.array([points[k] for k in members])).query_pairs(nearness)
-        pairs += [(members[a], members[b]) for a, b in near]
+    pairs = list(zip(np.repeat(starts[:-1], np.diff(starts)), range(starts[0], starts[-1]), strict=True))  # of holes
+    for layer in np.unique(layers):
+        members = np.flatnonzero(layers == layer)
+        pairs += members[cKDTree(points[members]).query_pairs(nearness, output_type="ndarray")].tolist()
     label = merged(len(points), pairs)
-    _check_small(np.array(points), label, nearness)
-    ends, known = label[: 2 * len(tracks)].reshape(-1, 2), set()
-    kept: list[int] = []
+    _check_small(points, label, nearness)
+    ends = label[: 2 * len(tracks)].reshape(-1, 2)
+    kept = _different(tracks, ends, nearness)
+    at = tuple((int(label[a]), hole) for a, hole in zip(starts[:-1], holes, strict=True))
+    return Joints(tuple(tracks[k] for k in kept), ends[kept], at)
+
+
+def _different(tracks: Sequence[Track], ends: NDArray[np.int64], nearness: float) -> list[int]:
+    """Return the tracks with a length that lie nowhere twice, from the joints at their ends (n, 2)."""
+    known, kept = set(), list[int]()
     for k, track in enumerate(tracks):
         a, b = sorted(ends[k].tolist())
         sagitta = track.points[1:-1] - track.points[[0, -1]].mean(axis=0)
@@ -90,8 +96,7 @@ def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Jo
         if lies not in known and (a != b or float(np.ptp(track.points, axis=0).max()) > 4.0 * nearness):
             kept.append(k)
         known.add(lies)
-    at = tuple((int(label[a]), hole) for a, hole in zip(starts[:-1], holes, strict=True))
-    return Joints(tuple(tracks[k] for k in kept), ends[kept], at)
+    return kept
 
 
 def _check_small(points: Array, label: NDArray[np.int64], nearness: float) -> None:
