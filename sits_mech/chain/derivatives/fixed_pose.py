@@ -48,15 +48,11 @@ def at_fixed_poses(
     """
     (field, name, tolerance), count = model, len(sensor.coils)
     shape = len(pose.components), count, count, len(numbers)
-    zero = (np.zeros(shape) for _ in range(4))
-    found = Direct(next(zero), next(zero), next(zero), next(zero), np.zeros((count, len(numbers))))
-    by_metal = [k for k, number in enumerate(numbers) if number.name == _CONDUCTIVITY and _one_metal(number.scene)]
-    lengths = {k: number.name for k, number in enumerate(numbers) if k not in by_metal and _of_field(number)}
-    if on_axis(field):
-        lengths = {k: key for k, key in lengths.items() if ".centre." not in key}
-    by_frequency = [k for k, number in enumerate(numbers) if number.name == "frequency"]
-    if not lengths and not by_frequency and not by_metal:
+    found = Direct(*np.zeros((4, *shape)), np.zeros((count, len(numbers))))
+    causes = [_cause(number, field) for number in numbers]
+    if not any(causes):
         return found
+    lengths = {k: numbers[k].name for k, cause in enumerate(causes) if cause == "length"}
     each = slopes(sensor, field, pose, sensor.frequency, components=(), lengths=tuple(lengths.values()))
     for k, own in enumerate(lengths):
         found.L[..., own], found.R[..., own] = each.L_lengths[..., k], each.R_lengths[..., k]
@@ -64,12 +60,23 @@ def at_fixed_poses(
         found.error_R[..., own] = each.error_R_lengths[..., k]
         if place_of(numbers[own]).coils != numbers[own].scene.coils:
             found.L0[:, own] = _free(numbers[own], name, tolerance)
-    for own in by_frequency:
-        found.L[..., own], found.R[..., own] = each.L_frequency, each.R_frequency
-    for own in by_metal:
-        f, grown, R = sensor.frequency, _growth(numbers[own]), field.impedance(pose, sensor.frequency).R
-        found.L[..., own], found.R[..., own] = grown * f * each.L_frequency, grown * (f * each.R_frequency - R)
+    for own, cause in enumerate(causes):
+        if cause == "frequency":
+            found.L[..., own], found.R[..., own] = each.L_frequency, each.R_frequency
+        elif cause == "metal":
+            f, grown, R = sensor.frequency, _growth(numbers[own]), field.impedance(pose, sensor.frequency).R
+            found.L[..., own], found.R[..., own] = grown * f * each.L_frequency, grown * (f * each.R_frequency - R)
     return found
+
+
+def _cause(number: Parameter, field: MagneticModel) -> str:
+    """Return by what a number changes the impedance at fixed poses: "frequency", "metal", "length", or nothing."""
+    if number.name == "frequency":
+        return "frequency"
+    if number.name == _CONDUCTIVITY and _one_metal(number.scene):
+        return "metal"
+    beside = on_axis(field) and ".centre." in number.name
+    return "length" if _of_field(number) and not beside else ""
 
 
 def _free(number: Parameter, name: str, tolerance: float) -> Array:
