@@ -94,15 +94,20 @@ def checked(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[Known, .
     if not found or len({*names}) < len(names):
         raise SceneError(f"fit: must be one or more different parameters; got {', '.join(names) or 'none'}")
     for each in found:
-        if each.name in _LOADED and posed:
-            raise SceneError(f"fit: {each.name}: must be of loads; got a bench of poses")
-        if each.name.startswith("axis") and not posed:
-            raise SceneError(f"fit: {each.name}: must be of poses that stages set; got a bench of loads")
-        if each.name not in PARAMETERS and each.value is None:
-            raise SceneError(f'fit: {each.name}: must come with what is known, "{each.name}=value +- deviation"')
-        if each.name not in PARAMETERS and value_of(sensor, each.name) is None:
-            raise SceneError(f"fit: {each.name}: must be a number that the scene gives; it gives none")
+        _check_fits(sensor, each, posed)
     return found
+
+
+def _check_fits(sensor: Sensor, each: Known, posed: bool) -> None:
+    """Refuse a parameter that a bench of loads, or of poses, does not tell, or the scene does not give."""
+    if each.name in _LOADED and posed:
+        raise SceneError(f"fit: {each.name}: must be of loads; got a bench of poses")
+    if each.name.startswith("axis") and not posed:
+        raise SceneError(f"fit: {each.name}: must be of poses that stages set; got a bench of loads")
+    if each.name not in PARAMETERS and each.value is None:
+        raise SceneError(f'fit: {each.name}: must come with what is known, "{each.name}=value +- deviation"')
+    if each.name not in PARAMETERS and value_of(sensor, each.name) is None:
+        raise SceneError(f"fit: {each.name}: must be a number that the scene gives; it gives none")
 
 
 def usual_unknowns(sensor: Sensor, models: tuple[str, str], forces: Sequence[str]) -> tuple[str, ...]:
