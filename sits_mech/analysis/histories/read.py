@@ -9,6 +9,7 @@ or starts with # is passed over. Columns, in any order, a unit in brackets (SI w
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -31,11 +32,7 @@ def read_history(path: str | Path) -> LoadHistory:
     if not lines:
         raise SceneError(f"{path}: must have a column t, such as t [s], and one for each force; got none")
     names = lines[0].split(separator)
-    allowed = {*_TIMES, *(name.lower() for name in WRENCH)}
-    strange = sorted(set(columns) - allowed)
-    if strange or len(columns) < len(names) or all(name in columns for name in _TIMES):
-        what = f"{strange[0]!r}" if strange else ", ".join(name.strip() for name in names)
-        raise SceneError(f"{path}: columns must be t and some of {', '.join(WRENCH)}, each once; got {what}")
+    _check_columns(str(path), columns, names)
     known = [name for name in WRENCH if name.lower() in columns]
     if not known:
         raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(WRENCH)}; got none")
@@ -51,6 +48,14 @@ def read_history(path: str | Path) -> LoadHistory:
     for name in known:
         wrench[:, WRENCH.index(name)] = sheet.values(name.lower(), UNITS[name])
     return LoadHistory(time, wrench)
+
+
+def _check_columns(source: str, columns: Collection[str], names: Sequence[str]) -> None:
+    """Refuse other columns than time and forces, and those that come twice."""
+    strange = sorted({*columns} - {*_TIMES, *(name.lower() for name in WRENCH)})
+    if strange or len(columns) < len(names) or all(name in columns for name in _TIMES):
+        what = f"{strange[0]!r}" if strange else ", ".join(name.strip() for name in names)
+        raise SceneError(f"{source}: columns must be t and some of {', '.join(WRENCH)}, each once; got {what}")
 
 
 def _rows(lines: list[str], separator: str, width: int, source: str) -> Array:
