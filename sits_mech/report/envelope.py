@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from sits_mech.analysis.envelope import Envelope
+from sits_mech.analysis.envelope import Envelope, Ray
 from sits_mech.quantities import Wrench, shown_unit
 from sits_mech.report.pictures.curves import load_label
 from sits_mech.report.pictures.style import MARKS, new_figure
 from sits_mech.report.tables.solves import key_table, with_error
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from rich.table import Table
 
@@ -46,6 +48,21 @@ def envelope_table(found: Envelope) -> Table:
     return key_table("forces within all limits, and the limit that comes next", rows)
 
 
+def _draw_plane(axes: Axes, own: Sequence[Ray], limits: Sequence[str]) -> None:
+    """Draw the rays of a plane of forces, in a colour for each limit, and the curve through their ends."""
+    plane, around = own[0].plane, [*(ray.angle for ray in own), own[0].angle + 2.0 * math.pi]
+    ends = np.array([[float(getattr(ray.force, each)) for each in plane] for ray in own])
+    curve = CubicSpline(around, np.vstack([ends, ends[:1]]), bc_type="periodic")
+    axes.fill(*curve(np.linspace(around[0], around[-1], 181)).T, color="0.92", ec="0.6", lw=0.8, zorder=0)
+    for k, limit in enumerate(limits):
+        here = [n for n, ray in enumerate(own) if ray.limit == limit]
+        for n in here:
+            axes.plot(*np.outer([1.0 - own[n].error, 1.0 + own[n].error], ends[n]).T, color=f"C{k}", lw=0.8)
+        axes.plot(*ends[here].T, f"C{k}{MARKS[k % len(MARKS)]}", label=limit)
+    axes.plot(0.0, 0.0, "k+")
+    axes.set(xlabel=load_label(plane[0]), ylabel=f"{load_label(plane[1])}, positive: pressing")
+
+
 def envelope_figure(found: Envelope, name: str) -> Figure:
     """Plot an envelope in each plane of forces, its limits by kind, with error bars."""
     planes = list(dict.fromkeys(ray.plane for ray in found.rays))
@@ -53,20 +70,8 @@ def envelope_figure(found: Envelope, name: str) -> Figure:
     with new_figure(0.95 * len(planes), rows=len(planes)) as (figure, every):
         for plane, axes in zip(planes, every, strict=True):
             own = [ray for ray in found.rays if ray.plane == plane and math.isfinite(size_of(ray.force))]
-            if not own:
-                continue
-            x, z = ([float(getattr(ray.force, each)) for ray in own] for each in plane)
-            around = [*(ray.angle for ray in own), *(ray.angle + 2.0 * math.pi for ray in own[:1])]
-            curve = CubicSpline(around, np.transpose([[*x, *x[:1]], [*z, *z[:1]]]), bc_type="periodic")
-            axes.fill(*curve(np.linspace(around[0], around[-1], 181)).T, color="0.92", ec="0.6", lw=0.8, zorder=0)
-            for k, limit in enumerate(limits):
-                here = [n for n, ray in enumerate(own) if ray.limit == limit]
-                for n in here:
-                    low, high = 1.0 - own[n].error, 1.0 + own[n].error
-                    axes.plot([low * x[n], high * x[n]], [low * z[n], high * z[n]], color=f"C{k}", lw=0.8)
-                axes.plot([x[n] for n in here], [z[n] for n in here], f"C{k}{MARKS[k % len(MARKS)]}", label=limit)
-            axes.plot(0.0, 0.0, "k+")
-            axes.set(xlabel=load_label(plane[0]), ylabel=f"{load_label(plane[1])}, positive: pressing")
+            if own:
+                _draw_plane(axes, own, limits)
         figure.suptitle(f"{name}\nforces within all limits; bars along rays: estimated error")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", fontsize="x-small")
         return figure
