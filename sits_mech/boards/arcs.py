@@ -32,9 +32,9 @@ def flattened(track: Track, chord_error: float, where: str) -> Array:
     if len(points) == 2:
         return points
     a, b = points[1] - points[0], points[2] - points[0]
-    to_middle, onwards, across = np.hypot(*np.transpose([a, b - a, b])) < _SAME
-    if to_middle or onwards or across:
-        came = "three equal points" if to_middle and across else "two equal points"
+    short = np.hypot(*np.transpose([a, b - a, b])) < _SAME
+    if short.any():
+        came = "three equal points" if short[0] and short[2] else "two equal points"
         raise SceneError(f"{where}: the arc at {place(points[0])} must have a radius and two ends; got {came}")
     cross = float(a[0] * b[1] - a[1] * b[0])
     along = float(a @ b) / float(b @ b)

@@ -181,7 +181,7 @@ def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], highest: Seq
     while True:
         raised = [(*at[:i], at[i] + step, *at[i + 1 :]) for i in range(len(at)) for step in (1, 2)]
         raised += [tuple(degree + 1 for degree in at)] if simplex else []  # products need two degrees at once
-        raised = [trial for trial in raised if all(a <= b for a, b in zip(trial, highest, strict=True))]
+        raised = [trial for trial in raised if np.all(np.less_equal(trial, highest))]
         scores = {trial: _score(x, y, groups, _terms(trial, simplex)) for trial in raised}
         if not scores or not min(scores.values()) < 0.98 * tried[at]:
             return list(_simplest(tried | scores, _AS_GOOD, simplex))
