@@ -52,20 +52,26 @@ def check_parts(
     substrate_radius: float | None,
 ) -> None:
     """Refuse parts that do not fit together; raise SceneError in one line: which two, what they must be, what came."""
-    around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
-    for (coil, here, radius), (other, there, reach) in combinations(around, 2):
-        if math.dist(here, there) < radius + reach:
-            _check_side_by_side(coil, other)
+    _check_coils(coils)
     if target is not None and elastomer is not None and elastomer.kind == "pillars":
         pillar_middles(elastomer, target.extent, target.shape == "disc")
     if substrate_radius is not None:
         _check_round(substrate_radius, coils)
-    fixed = [_conductor(part) for part in conductors]
-    others = [piece for coil in coils for piece in _coil(coil, substrate_radius)] if fixed else []
-    others += _layer_and_target(target, elastomer)
-    for k, part in enumerate(fixed):
-        for other_part in (*others, *fixed[:k]):
+    others = _layer_and_target(target, elastomer)
+    if conductors:
+        others = [*(piece for coil in coils for piece in _coil(coil, substrate_radius)), *others]
+    for part in map(_conductor, conductors):
+        for other_part in others:
             _check_clear(part, other_part)
+        others.append(part)
+
+
+def _check_coils(coils: Sequence[Coil]) -> None:
+    """Refuse coils that overlap."""
+    around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
+    for (coil, here, radius), (other, there, reach) in combinations(around, 2):
+        if math.dist(here, there) < radius + reach:
+            _check_side_by_side(coil, other)
 
 
 def _conductor(part: Conductor) -> Prism:
