@@ -46,18 +46,18 @@ def layer_view(
     """Plot an upright section under a load, `angle` [rad] from x, with the coils that it cuts."""
     plane = Plane(angle)
     tracks = [coil_cut(coil, plane, sensor.substrate_radius) for coil in sensor.coils]
-    plates = [] if sensor.target is None else [target_cut(sensor.target, equilibrium.pose, plane)]
-    plates += [conductor_cut(part, plane) for part in sensor.conductors]
-    points = [each.reshape(-1, 2) for each in (*(corners for corners, _ in tracks), *plates)]
-    frame = (left, right), (bottom, top) = _frame(sensor, points, None if mesh is None else mesh.points[mesh.quads])
-    height = 0.85 * (top - bottom) / (right - left) + (0.36 if mesh is None else 0.5)  # of the axes and what is around
+    plates = [] if sensor.target is None else [(target_cut(sensor.target, equilibrium.pose, plane), COPPER)]
+    plates += [(conductor_cut(part, plane), METAL) for part in sensor.conductors]
+    points = [corners.reshape(-1, 2) for corners, _ in (*tracks, *plates)]
+    layer, around = (None, 0.36) if mesh is None else (mesh.points[mesh.quads], 0.5)
+    frame = (left, right), (bottom, top) = _frame(sensor, points, layer)
+    height = 0.85 * (top - bottom) / (right - left) + around  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
         if mesh is not None:
             _draw_layer(figure, axes, mesh, show, _bonded_edges(sensor, mesh, plane))
         for corners, sign in tracks:
             add_polygons(axes, _MM * corners, facecolors=np.where(sign > 0, *TRACKS).tolist(), linewidth=0)
-        for k, corners in enumerate(plates):
-            shade = COPPER if k == 0 and sensor.target is not None else METAL
+        for corners, shade in plates:
             add_polygons(axes, _MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
         _dress(axes, equilibrium, frame, plane)
         missed = names_cut(sensor, plane)[1]
