@@ -203,7 +203,9 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="number of the first input and command line")
     parser.add_argument("--inputs", type=int, default=2000, help="number of inputs, those before the first too")
     parser.add_argument("--lines", type=int, default=1000)
-    parser.add_argument("--case", help="one of them, such as input-17: its files stay in DIR/input-17")
+    parser.add_argument(
+        "--case", action="append", help="one of them, such as input-17: its files stay in DIR/input-17; may be repeated"
+    )
     parser.add_argument("--output", type=Path, required=True)
     asked = parser.parse_args()
     output = asked.output.resolve()
@@ -211,7 +213,7 @@ def main() -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     counts = {"input": COARSE, "line": COARSE} if asked.coarse else {"input": asked.inputs, "line": asked.lines}
     numbers = [(kind, k) for kind, count in counts.items() for k in range(asked.first, count)]
-    cases = [asked.case] if asked.case else [f"{kind}-{k}" for kind, k in numbers]
+    cases = asked.case or [f"{kind}-{k}" for kind, k in numbers]
     outcomes, faults, table = [], [], ""
     with warm() as sound, tempfile.TemporaryDirectory() as place, contextlib.suppress(KeyboardInterrupt):
         for case in cases:
