@@ -1,5 +1,7 @@
 """The search against brute force on sensors in closed form: same design, few solves, from any start."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,7 @@ def solved(design: Design) -> Answered:
     return Answered(design, "", here, by_x, sizes, slopes)
 
 
+@cache
 def best_of_grid(count: int = 41) -> float:
     """Return the least merit of a grid of designs."""
     search = Search(TASK, [(0,), (1,), (2,)], 2, solved, lambda *_: np.full(2, 0.5))
