@@ -186,12 +186,12 @@ def test_a_range_and_its_image_are_solved_once() -> None:
 
 @pytest.mark.slow
 def test_few_loads_stand_for_a_real_grid() -> None:
-    """Every load of 4 x 4 x 4 solved on the whole pad: the table of sparse and turned ones is within both errors."""
+    """Loads amid 4 x 4 x 4 solved on the whole pad: the table of sparse and turned ones is within both errors."""
     sensor, shear, normal = load_sensor("triaxial-4"), [-0.5, -0.2, 0.2, 0.5], [0.0, 0.6, 1.3, 2.0]
     data = calibrate(sensor, F_x=shear, F_y=shear, F_z=normal, tolerance=1e-2)
     between = np.char.find(data["notes"].to_numpy().astype(str), INTERPOLATED) >= 0
     assert np.count_nonzero(between) > 10
-    loads = loads_of({"F_x": shear[2:], "F_z": normal, "F_y": shear[2:]})
+    loads = loads_of({"F_x": shear[2:], "F_z": normal[1:3], "F_y": shear[2:]})
     layer, field = (choose(sensor, "auto", 1e-2, loads)[0] for choose in (mechanical_model, loaded_model))
     found = [layer.equilibrium(load) for load in loads]
     L = field.impedance(Pose.of(poses_of(found).value), sensor.frequency).L

@@ -83,10 +83,9 @@ def test_hidden_stiffness_is_that_of_the_whole_pad(both):
     ("sensor", "load"),
     [
         (load_sensor("biorob2018", WIDE), (1.2, 6.0, 2e-3)),
-        pytest.param(flush(), (0.0, 8.0), marks=pytest.mark.slow),
-        pytest.param(flush(), (0.1, 8.0), marks=pytest.mark.slow),
+        (flush(), (0.1, 8.0)),
     ],
-    ids=["free", "contact", "sheared-contact"],
+    ids=["free", "sheared-contact"],
 )
 def test_a_force_of_no_size_along_y_changes_nothing(sensor, load):
     """The pose to 1e-6 of the displacement, its error and notes; an angle counts at the target's end."""

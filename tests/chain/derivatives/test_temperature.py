@@ -118,8 +118,13 @@ def read_by(temperature: float, data: xr.Dataset, load: Wrench) -> tuple[Inverse
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("temperature", [0.0, 35.0, 60.0])
-@pytest.mark.parametrize("load", [Wrench(F_z=0.4), Wrench(F_x=0.15, F_z=1.0), Wrench(F_x=-0.2, F_z=1.45)], ids=str)
+@pytest.mark.parametrize(
+    ("temperature", "load"),
+    [
+        (0.0, Wrench(F_x=-0.2, F_z=1.45)), (35.0, Wrench(F_x=0.15, F_z=1.0)), (60.0, Wrench(F_z=0.4)),
+        (60.0, Wrench(F_x=-0.2, F_z=1.45)),
+    ],
+)
 def test_readings_of_the_chain_come_back_within_their_errors(
     planar: xr.Dataset, temperature: float, load: Wrench
 ) -> None:
