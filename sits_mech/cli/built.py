@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, progress_bar, warn
-from sits_mech.cli.options import Folder, Json, Output, Quantity, app, check_readable, si_of
+from sits_mech.cli.options import Folder, Json, Output, Quantity, app, check_readable, flag, si_of
 
 if TYPE_CHECKING:
     from sits_mech.analysis.built.adaptation import Adaptation
@@ -69,7 +69,7 @@ def adapt(
     rig: Annotated[Rigs, Parameter(help="What the loads are made with; use: what is read without a bench.")] = "stage",
     known: Known = Known(),
     check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
-    strict: Annotated[bool, Parameter(negative="", help="Refuse readings that hardly are of such a sensor.")] = False,
+    strict: Annotated[bool, flag("Refuse readings that hardly are of such a sensor.")] = False,
     output: Output = None, as_json: Json = False,
 ) -> int:
     """Which sensor was built? A few readings correct a calibration, or --plan says which loads to read.
@@ -209,8 +209,7 @@ def _write(found: Adaptation, output: Path) -> None:
 
     folder = prepare_folder(output)
     sensor, data = corrected(found)
-    for line in write_calibration(sensor, data, folder, layer=False):  # no layer is solved anew
-        warn(line)
+    warn(*write_calibration(sensor, data, folder, layer=False))  # no layer is solved anew
     save_figure(adaptation_figure(found), folder / "adapted.png")
     _write_unit(found, folder / "unit.h")
     warn(f"written to {folder}")

@@ -88,9 +88,9 @@ def kept_promise(planned: tuple[float, float], took: tuple[float, float]) -> str
     return f"planned: {words[0]} of the signals' full scale; reached: {words[1]}"
 
 
-def warn(line: str) -> None:
-    """Print one line on stderr."""
-    sys.stderr.write(f"{line}\n")
+def warn(*lines: str) -> None:
+    """Print lines on stderr."""
+    sys.stderr.writelines(f"{line}\n" for line in lines)
 
 
 @contextmanager

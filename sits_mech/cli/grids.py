@@ -34,6 +34,8 @@ from sits_mech.cli.options import (
     app,
     check_asked,
     check_readable,
+    flag,
+    output_of,
     sensor_of,
 )
 from sits_mech.status import FAILED
@@ -52,7 +54,7 @@ if TYPE_CHECKING:
 def calibrate(
     scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
     temperature: Warmth = None,
-    drift: Annotated[bool, Parameter(negative="", help="Add slopes by temperature, for quality, invert.")] = False,
+    drift: Annotated[bool, flag("Add slopes by temperature, for quality, invert.")] = False,
     best: Best = False, accept: Accept = False, overrides: Overrides = Overrides(),
 ) -> int:
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run is resumed.
@@ -87,8 +89,7 @@ def calibrate(
     except SolveFailed as error:
         return not_converged(error, False)
     took = process_time() - began
-    for line in write_calibration(sensor, data, folder):
-        warn(line)
+    warn(*write_calibration(sensor, data, folder))
     missing, said = failures(data), []
     if len(missing) < data["status"].size:  # else there is nothing to show
         said = remarks(data)
@@ -97,8 +98,7 @@ def calibrate(
             show(part)
         show(summary_table(data))
     flat = ["values per metre of depth neglect the ends along y, above all for shear; --magnetics sheets has them"]
-    for line in [*said, *(flat if data.attrs["unit_L"] == "H/m" else []), *missing]:
-        warn(line)
+    warn(*said, *(flat if data.attrs["unit_L"] == "H/m" else []), *missing)
     warn(f"written to {folder}")
     if "planned" in data.attrs:
         warn(kept_promise(data.attrs["planned"], (took, data.attrs["reached"])))
@@ -108,13 +108,13 @@ def calibrate(
 @app.command
 def sweep(
     study: Annotated[Path, Parameter(help="Study file: scene, request, vary, fixed; a folder for --watch.")], *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Folder for result and cases.")] = None,
-    plan: Annotated[bool, Parameter(negative="", help="Try a few cases, and tell what all would take.")] = False,
+    output: Annotated[Path | None, output_of("Folder for result and cases.")] = None,
+    plan: Annotated[bool, flag("Try a few cases, and tell what all would take.")] = False,
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Parallel processes.")] = 1,
     dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
     accept: Accept = False,
-    watch: Annotated[bool, Parameter(negative="", help="Tell how far the sweep in a folder is.")] = False,
-    yes: Annotated[bool, Parameter(negative="", help="Run more than a day, or than the disk holds.")] = False,
+    watch: Annotated[bool, flag("Tell how far the sweep in a folder is.")] = False,
+    yes: Annotated[bool, flag("Run more than a day, or than the disk holds.")] = False,
 ) -> int:
     """Run the cases of a study and join them to one table; a stopped run is resumed.
 
@@ -222,8 +222,7 @@ def _tell(study: Study, data: xr.Dataset, folder: Path) -> None:
     others += " (latin: other samples for each number; sobol keeps them)" if study.combined == "latin" else ""
     chosen = [refined(data, study.adaptive)] if study.adaptive else []
     notes = [*_left_out(study), *chosen, *([others] if aside else [])]
-    for line in [*case_failures(data), *notes, f"written to {folder}"]:
-        warn(line)
+    warn(*case_failures(data), *notes, f"written to {folder}")
 
 
 def _export(folder: Path, cases: Sequence[int], kinds: Sequence[str], place: Path) -> None:
@@ -231,8 +230,7 @@ def _export(folder: Path, cases: Sequence[int], kinds: Sequence[str], place: Pat
     from sits_mech.export.best import export_case
 
     for case in cases:
-        for line in [*export_case(folder, case, kinds, place / f"case-{case}"), f"written to {place / f'case-{case}'}"]:
-            warn(line)
+        warn(*export_case(folder, case, kinds, place / f"case-{case}"), f"written to {place / f'case-{case}'}")
 
 
 def _left_out(study: Study) -> list[str]:
@@ -267,8 +265,7 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
             found = forecast(study, cases, begun=begun)
             note(found, cases)
     show(plan_table(found, study.name, processes, cluster=dask is not None))
-    for line in _left_out(study):
-        warn(line)
+    warn(*_left_out(study))
     if study.adaptive:
         warn(f"adaptive: planned are the first cases of {study.count}; where the result bends more of them are solved")
     if study.then:

@@ -20,6 +20,8 @@ from sits_mech.cli.options import (
     app,
     check_asked,
     check_readable,
+    flag,
+    output_of,
     sensor_of,
 )
 
@@ -42,9 +44,7 @@ def catalog() -> int:
 
 
 @app.command
-def doctor(
-    *, clear: Annotated[bool, Parameter(negative="", help="Clear the cache of prepared plates.")] = False
-) -> int:
+def doctor(*, clear: Annotated[bool, flag("Clear the cache of prepared plates.")] = False) -> int:
     """Check that everything needed is installed, and show the cache of earlier commands.
 
     Example: sits-mech doctor
@@ -76,9 +76,8 @@ def schema(file: Literal["scene", "study", "requirements", "bench"], *, output: 
 @app.command
 def explain(
     scene: Scene, *, load: Load = Load(), models: Models = Models(),
-    ladder: Annotated[
-        bool, Parameter(negative="", help="Solve the load at each tolerance from 1e-1 to a tenth of --tolerance.")
-    ] = False, overrides: Overrides = Overrides(), as_json: Json = False,
+    ladder: Annotated[bool, flag("Solve the load at each tolerance from 1e-1 to a tenth of --tolerance.")] = False,
+    overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What a load or pose would solve, in what time, what it neglects, and what smaller errors would cost.
 
@@ -109,7 +108,7 @@ def fit(
     relaxation: Annotated[Path | None, Parameter(help="Ramp and hold over time as CSV: gives prony.")] = None,
     cyclic: Annotated[Path | None, Parameter(help="Rising peaks with unloading, as CSV: gives mullins.")] = None,
     law: str = "yeoh", max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Number of Ogden terms.")] = 2,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and fit.")] = None,
+    output: Annotated[Path | None, output_of("Picture of data and fit.")] = None,
     as_json: Json = False,
 ) -> int:
     """Fit a silicone's constants: a law to a tensile test, rate to a relaxation test, softening to a cyclic one.

@@ -24,16 +24,26 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 
+
+
+def flag(help: str) -> Parameter:
+    """Return an option without value that has no opposite."""
+    return Parameter(negative="", help=help)
+
+
+def output_of(help: str) -> Parameter:
+    """Return the option of where a result goes."""
+    return Parameter(name=["--output", "-o"], help=help)
+
+
 Quantity = Annotated[str, Parameter(allow_leading_hyphen=True)]
 Scene = Annotated[str, Parameter(help="Path of a scene file, or name of a catalogued sensor.")]
 Folder = Annotated[Path, Parameter(help="Folder of a calibration (sits-mech calibrate -o FOLDER).")]
 Case = Annotated[int | None, Parameter(help="For the folder of a sweep: number of the case in its table.")]
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One frequency, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Requested relative error.")]
-Best = Annotated[bool, Parameter(negative="", help="Take the smallest error within reach where the tolerance is not.")]
-Accept = Annotated[
-    bool, Parameter(negative="", help="Exit code 0 also for answers above the tolerance or beyond the data.")
-]
+Best = Annotated[bool, flag("Take the smallest error within reach where the tolerance is not.")]
+Accept = Annotated[bool, flag("Exit code 0 also for answers above the tolerance or beyond the data.")]
 MECHANICS = ("auto", "planar", "linear", "block", "closed-form")
 MAGNETICS = ("auto", "planar", "planar-fem", "axisymmetric", "sheets")
 # where one physics is meant, --model says the same
@@ -42,7 +52,7 @@ Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=", ".
 Warmth = Annotated[Quantity | None, Parameter(help="Temperature of all parts; by default the scene's (20 degC).")]
 Warmths = Annotated[Quantity | None, Parameter(help='Of all parts: one temperature, or a range "first:last:count".')]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
-Output = Annotated[Path | None, Parameter(name=["--output", "-o"], help="File or folder to write.")]
+Output = Annotated[Path | None, output_of("File or folder to write.")]
 Picture = Annotated[Path | None, Parameter(help="Picture to write: .png, .pdf or .svg.")]
 Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
 Fy = Annotated[Quantity, Parameter(help="Shear force, along +y.")]
@@ -60,25 +70,15 @@ class Overrides:
     keys: Annotated[
         tuple[str, ...], Parameter(name="--set", negative="", help='Change a key of the scene: target.width="15 mm".')
     ] = ()
-    weld: Annotated[
-        bool, Parameter(negative="", help="Merge duplicated nodes of elastomer.mesh, which would cut it.")
-    ] = False
-
+    weld: Annotated[bool, flag("Merge duplicated nodes of elastomer.mesh, which would cut it.")] = False
     memory: Annotated[
         float | None, Parameter(help="Memory limit of a solution in GiB; SITS_MECH_MEMORY or 4 by default.")
     ] = None
-
     seconds: Annotated[
         float | None, Parameter(help="Time limit of a step in seconds; SITS_MECH_SECONDS or 100 by default.")
     ] = None
-
-    no_cache: Annotated[
-        bool, Parameter(negative="", help="Neither read nor write the cache of prepared plates (sits-mech doctor).")
-    ] = False
-
-    strict: Annotated[
-        bool, Parameter(negative="", help="Refuse implausible values too, such as a layer 2 m thick.")
-    ] = False
+    no_cache: Annotated[bool, flag("Neither read nor write the cache of prepared plates (sits-mech doctor).")] = False
+    strict: Annotated[bool, flag("Refuse implausible values too, such as a layer 2 m thick.")] = False
 
     def note(self, where: str, lines: Sequence[str]) -> None:
         """Say on stderr what is implausible, or refuse it; raise SceneError with the first line then."""
@@ -197,7 +197,7 @@ class Place:
     @property
     def given(self) -> bool:
         """Whether any of the options is there."""
-        return any(value is not None for value in vars(self).values())
+        return self != Place()
 
     def pose(self) -> Pose:
         """Return the pose in SI; raise SceneError where the height is missing."""

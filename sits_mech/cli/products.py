@@ -21,6 +21,7 @@ from sits_mech.cli.options import (
     Scene,
     app,
     check_readable,
+    output_of,
     pose_of,
     sensor_of,
 )
@@ -80,8 +81,7 @@ def import_board(
 
     hertz, error = quantity(frequency, "Hz", "--frequency"), quantity(chord_error, "m", "--chord-error")
     text, notes = board_scene(board, Choice(net, hertz, origin, error, pours))
-    for line in notes:
-        warn(line)
+    warn(*notes)
     deliver(text, output)
     return 0
 
@@ -118,15 +118,14 @@ def export(
         path, notes = written(Source(sensor, data, load.wrench()), to, path)
     except SolveFailed as error:
         return not_converged(error, False)
-    for line in [*notes, f"written to {path}"]:
-        warn(line)
+    warn(*notes, f"written to {path}")
     return 0
 
 
 @app.command
 def design(
     requirements: Annotated[Path, Parameter(help="Requirement file: scene, loads, vary, require, tolerance, goal.")], *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder for the answer and solved designs.")],
+    output: Annotated[Path, output_of("Folder for the answer and solved designs.")],
     most: Annotated[int, Parameter(help="Largest number of designs to solve.")] = 60,
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Processes for the first designs.")] = 1,
     as_json: Json = False,
@@ -153,8 +152,7 @@ def design(
         )
     missed = write_design(asked, found, folder)
     answer(design_record(found), design_tables(asked, found), as_json)
-    for line in [*found.notes, *missed, f"written to {folder}"]:
-        warn(line)
+    warn(*found.notes, *missed, f"written to {folder}")
     return 0 if found.feasible else 3
 
 

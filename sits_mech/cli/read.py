@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app, check_readable, si_of
+from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app, check_readable, output_of, si_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,8 +100,7 @@ def converter(
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
     names = sensor.coil_names
     answer(front_end_record(found, names, missing), [front_end_table(found, names, missing)], as_json)
-    for line in found.warnings:
-        warn(line)
+    warn(*found.warnings)
     return 0
 
 
@@ -184,7 +183,7 @@ def compare(
     noise: Annotated[Quantity | None, Parameter(help="Noise of a reading, the weight of the data.")] = None,
     magnetics: Magnetics = "auto",
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
+    output: Annotated[Path | None, output_of("Picture of data and model.")] = None,
     as_json: Json = False,
 ) -> int:
     """How far is a measurement from the model, and which modulus, gap, leads, tilt, ... fit it best?

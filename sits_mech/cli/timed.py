@@ -7,8 +7,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
-
 from sits_mech.cli.console import answer, ended, not_converged, progress_bar, warn
 from sits_mech.cli.options import (
     Accept,
@@ -22,6 +20,7 @@ from sits_mech.cli.options import (
     Scene,
     app,
     check_asked,
+    flag,
     sensor_of,
 )
 
@@ -53,8 +52,7 @@ def in_time(
     unsolved = [item for item in omissions(sensor, loads.loads, names["mechanics"], names["magnetics"]) if item.asked]
     answer(history_record(data, unsolved), [history_table(data), *left_out_tables(unsolved)], as_json)
     if folder is not None:
-        for line in write_history(sensor, data, folder):
-            warn(line)
+        warn(*write_history(sensor, data, folder))
         warn(f"written to {folder}")
     return ended(data["status"].to_numpy().tolist(), accept)
 
@@ -62,7 +60,7 @@ def in_time(
 @app.command
 def cycle(
     scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
-    full: Annotated[bool, Parameter(negative="", help="Also solve each point of the pad: the difference.")] = False,
+    full: Annotated[bool, flag("Also solve each point of the pad: the difference.")] = False,
     output: Output = None, picture: Picture = None, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
