@@ -17,7 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise, zip_longest
+from itertools import pairwise
 
 import numpy as np
 from scipy.constants import c
@@ -92,8 +92,8 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
             for z, way in zip(coil.heights, ways, strict=True)
             for line in _rectangles(coil)
         ]
-    each = zip_longest(lines, coil.widths, fillvalue=coil.track_width)  # a path alone has widths of its own
-    return [(line + (*coil.centre, 0.0), width) for line, width in each]
+    widths = coil.widths or (coil.track_width,) * len(lines)  # a path alone has widths of its own
+    return [(line + (*coil.centre, 0.0), width) for line, width in zip(lines, widths, strict=True)]
 
 
 @lru_cache(maxsize=256)

@@ -86,8 +86,8 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
     if sensor.elastomer.mesh is not None:
         raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
                          f"{celsius(temperature)}")
-    keys, title = ("expansion", "temperature_range"), f"elastomer: {silicone.name or 'the silicone'}"
-    _check_known("elastomer.material", silicone, keys, title, temperature)
+    title = f"elastomer: {silicone.name or 'the silicone'}"
+    _check_known("elastomer.material", silicone, ("expansion", "temperature_range"), title, temperature)
 
 
 def unknown_coefficients(sensor: Sensor) -> str:

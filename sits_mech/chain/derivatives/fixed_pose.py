@@ -48,7 +48,8 @@ def at_fixed_poses(
     """
     (field, name, tolerance), count = model, len(sensor.coils)
     shape = len(pose.components), count, count, len(numbers)
-    found = Direct(*np.zeros((4, *shape)), np.zeros((count, len(numbers))))
+    L, R, error_L, error_R = np.zeros((4, *shape))
+    found = Direct(L, R, error_L, error_R, np.zeros((count, len(numbers))))
     causes = [_cause(number, field) for number in numbers]
     if not any(causes):
         return found
