@@ -160,7 +160,8 @@ def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float
     orders = _ORDER + _FASTER * crowded, _ORDER
     skin, deep = min(1.0, thickness / _CROWDED), float(np.interp(thickness, _DEEP, (0.0, 1.0)))
     trusts = max(_EVEN, 0.7 * skin) * _TRUST[0], _TRUST[1]
-    for part, order, trust in zip((np.real, np.imag), orders, trusts, strict=True):
+    parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
+    for part, order, trust in zip(parts, orders, trusts, strict=True):
         x, error_x = added([part(Z) for Z in along], rung.along, order)
         z, error_z = added([part(Z) for Z in across], rung.across, _ORDER)
         error = trust * (error_x + error_z) + sum(np.abs(part(Z - values[0])) for Z in others)
