@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import json
+import logging
 import os
 import runpy
 import select
@@ -106,9 +107,12 @@ def _prepare() -> None:
     sensor, load = sits_mech.load_sensor("biorob2018"), sits_mech.Wrench(F_x=0.1, F_z=0.5)
     sits_mech.simulate(sensor, load, mechanics="planar", magnetics="planar", tolerance=0.1)
     omissions(sensor, [load], "planar", "planar")
+    fonts = logging.getLogger("matplotlib.font_manager")
+    fonts.disabled = True  # it tells of fonts that are not there
     with new_figure() as (figure, (axes,)):
-        axes.set(xlabel="$F_z$ [N]")  # fonts, of formulas too
+        axes.set(xlabel="$F_z$ [N]")  # in fonts of formulas, too
         figure_bytes(figure, "png")
+    fonts.disabled = False
     gc.collect()
     gc.freeze()  # forks need not go through it again
 

@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
@@ -37,5 +38,22 @@ def test_a_file_of_python_is_answered_as_by_itself(tmp_path: Path) -> None:
     asked = 'PYTHONPATH=more python own.py a; echo "$?"; python bad.py; echo "$?"; python -c "print(7)"'
     with started():
         done = subprocess.run(["bash", "-c", asked], cwd=tmp_path, capture_output=True, text=True)
-    assert done.stdout.splitlines() == ["__main__ ['own.py', 'a'] 3", "5", "1", "7"]
+    words = [str(tmp_path / "own.py"), "a"]  # by its whole path, which processes that it starts ask for
+    assert done.stdout.splitlines() == [f"__main__ {words} 3", "5", "1", "7"]
     assert done.stderr.endswith("ValueError: so\n")
+
+
+@pytest.mark.slow
+def test_a_file_that_is_stopped_ends(tmp_path: Path) -> None:
+    """What answers for it ends with it."""
+    left = tmp_path / "left"
+    tells = f"open({str(left)!r}, 'w').write(f'{{os.getpid()}};')"
+    (tmp_path / "long.py").write_text(f"import os, time\n{tells}\ntime.sleep(60)\n")
+    with started(), subprocess.Popen(["python", "long.py"], cwd=tmp_path) as process:
+        while not (left.exists() and left.read_text().endswith(";")):
+            time.sleep(0.1)
+        process.terminate()
+        assert process.wait(10) != 0
+        time.sleep(0.5)
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(left.read_text()[:-1]), 0)
