@@ -1,7 +1,7 @@
 """What does `sits-mech calibrate` cost in processor time and memory: two forces, three axes, another environment?
 
 The default calibration over two forces, and beside it one of 5 x 5 x 5 loads of three forces. Each repetition is a
-process of its own with an empty folder, and all take turns, so that what else the machine does meets all of them;
+process of its own with an empty folder and an empty cache, and all take turns, so that what else the machine does meets all of them;
 another environment has the first of them alone.
 
 Run ``python studies/benchmark_calibrate.py [--coarse] [--other PYTHON] --output DIR``.
@@ -31,6 +31,7 @@ def cost(python: str, request: Words) -> tuple[float, float]:
     """Return processor time, of user and system [s], and largest memory [MB] of one calibration."""
     kept = {name: value for name, value in os.environ.items() if python == sys.executable or name != "PYTHONPATH"}
     with tempfile.TemporaryDirectory() as folder:
+        kept["SITS_MECH_CACHE"] = f"{folder}/cache"
         words = [python, "-m", "sits_mech", "calibrate", *request, "-o", f"{folder}/calibration"]
         quiet = subprocess.DEVNULL
         with subprocess.Popen(words, cwd=folder, env=kept, stdout=quiet, stderr=quiet) as process:
