@@ -1,8 +1,8 @@
 """What does `sits-mech calibrate` cost in processor time and memory: two forces, three axes, another environment?
 
 The default calibration over two forces, and beside it one of 5 x 5 x 5 loads of three forces. Each repetition is a
-process of its own with an empty folder and an empty cache, and all take turns, so that what else the machine does meets all of them;
-another environment has the first of them alone.
+process of its own with an empty folder and an empty cache, and all take turns, so that what else the machine does meets
+all of them; another environment has the first of them alone.
 
 Run ``python studies/benchmark_calibrate.py [--coarse] [--other PYTHON] --output DIR``.
 """

@@ -26,6 +26,7 @@ from random_scenes import draw
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import loaded_model
+from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.chain.tolerance.goal import goal_at, goal_rows
 from sits_mech.chain.tolerance.promise import aim_at
@@ -76,7 +77,7 @@ def judged(sensor: Sensor, load: Wrench, tolerance: float, found: Simulation) ->
         return aim.field, found.promise.error
     field = loaded_model(sensor, "auto", tolerance, [load])[0]
     goal = goal_at(sensor, field, [rest.pose])
-    return field, 0.0 if goal is None else goal.of(rest.error.components, rest.shared)
+    return field, 0.0 if goal is None else goal.of(poses_of([rest]))
 
 
 def figures(found: Simulation) -> dict[str, tuple[Array, Array]]:

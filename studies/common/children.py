@@ -1,6 +1,7 @@
 """What does a question end with, asked in a process of its own whose processor time and memory have a limit?
 
-A forked child answers; one that is killed, or that runs out of memory, is told of as any other end.
+A forked child answers; one that is killed, or that runs out of memory, is told of as any other end. What it raises
+besides is raised here: a study that asks for what is not there ends.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ import pickle
 import resource
 import signal
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 GIB = 2**30
+_RAISED = 3  # exit code of a child whose question raised
 _PATIENCE = 15.0
 """Seconds by the clock over those of the processor: what waits for something uses none, a busy machine has fewer."""
 
@@ -46,6 +49,8 @@ def asked_apart(question: Callable[[], Any], *, seconds: float, gib: float) -> E
         limits = {signal.SIGXCPU: seconds, signal.SIGKILL: seconds, signal.SIGALRM: _PATIENCE * seconds}
         why = f"more than {limits[number]:g} s" if number in limits else number.name
         return Ended(None, spent, peak, why)
+    if os.WEXITSTATUS(status) == _RAISED:
+        raise RuntimeError(text.decode())
     return Ended(pickle.loads(text), spent, peak) if text else Ended(None, spent, peak, "no answer")
 
 
@@ -56,11 +61,14 @@ def _answer(question: Callable[[], Any], write: int, seconds: float, gib: float)
     resource.setrlimit(resource.RLIMIT_AS, (int(gib * GIB), int(gib * GIB)))
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.alarm(int(_PATIENCE * seconds) + 1)
-    code = 1
+    code, text = 0, b""
     try:
         text = pickle.dumps(question())
+    except MemoryError:
+        code = 1
+    except Exception:
+        code, text = _RAISED, traceback.format_exc().encode()
+    finally:
         with os.fdopen(write, "wb") as stream:
             stream.write(text)
-        code = 0
-    finally:
         os._exit(code)

@@ -167,6 +167,8 @@ def test_a_question_that_does_not_end_and_one_that_takes_too_much_are_seen() -> 
     assert ended.value is None and ended.killed == "more than 0.5 s" and ended.seconds < 5.0
     assert asked_apart(lambda: np.ones(2**31), seconds=5.0, gib=4.0).killed == "no answer"
     assert asked_apart(lambda: 3, seconds=5.0, gib=4.0).value == 3
+    with pytest.raises(RuntimeError, match="KeyError: 'gone'"):
+        asked_apart(lambda: {}["gone"], seconds=5.0, gib=4.0)
 
 
 def test_answers_that_cannot_be_are_seen() -> None:
