@@ -251,19 +251,24 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
     target = table.get("target")
     if target is not None and target["load_height"] == target["thickness"]:
         del target["load_height"]
-    for plate in (*([] if target is None else [target]), *table["conductors"]):
+    for plate in filter(None, (target, *table["conductors"])):
         if not plate["holes"]:
             del plate["holes"]
-    for part, keys in _UNSAID.items():
-        fields = _PARTS[part].model_fields
-        for key in keys if part in table else ():
-            if table[part][key] == fields[key].default:
-                del table[part][key]
+    for part in _UNSAID.keys() & table.keys():
+        _drop_usual(table[part], part)
     if sensor.temperature == REFERENCE:
         del table["temperature"]
     if target is not None and _fills_the_target(sensor):
         del table["elastomer"]["width"], table["elastomer"]["length"]
     return {key: item for key, item in table.items() if item != ()}
+
+
+def _drop_usual(table: dict[str, Any], part: str) -> None:
+    """Leave out the keys of a part that need not be said: those at their defaults."""
+    fields = _PARTS[part].model_fields
+    for key in _UNSAID[part]:
+        if table[key] == fields[key].default:
+            del table[key]
 
 
 def _fills_the_target(sensor: Sensor) -> bool:
