@@ -204,11 +204,7 @@ def _coil(coil: Coil, dT: Mapping[str, float]) -> Coil:
     """Return a coil that is warmer, on its board."""
     changes: dict[str, Any] = {}
     if dT["conductivity"]:
-        coefficient = coil.temperature_coefficient
-        if coefficient is None:
-            coefficient = _copper().temperature_coefficient or 0.0
-        cold = coil.conductivity or _copper().conductivity
-        changes["conductivity"] = cold / (1.0 + coefficient * dT["conductivity"])
+        changes["conductivity"] = _conductivity(coil, dT["conductivity"])
     if dT["board"]:
         across, up = 1.0 + coil.board_expansion * dT["board"], 1.0 + coil.board_expansion_z * dT["board"]
         changes |= {key: across * getattr(coil, key) for key in ACROSS}
@@ -218,3 +214,11 @@ def _coil(coil: Coil, dT: Mapping[str, float]) -> Coil:
         changes["layer_z"] = tuple(up * z for z in coil.layer_z)
         changes["path"] = tuple(tuple((across * x, across * y, up * z) for x, y, z in line) for line in coil.path)
     return coil.model_copy(update=changes)
+
+
+def _conductivity(coil: Coil, dT: float) -> float:
+    """Return the conductivity of a coil's tracks that are warmer [S/m]."""
+    coefficient = coil.temperature_coefficient
+    if coefficient is None:
+        coefficient = _copper().temperature_coefficient or 0.0
+    return (coil.conductivity or _copper().conductivity) / (1.0 + coefficient * dT)
