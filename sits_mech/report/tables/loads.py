@@ -54,19 +54,20 @@ def in_width(table: Table, keys: int, width: int) -> list[Table]:
     sizes = [3 + max(len(str(text)) for text in (one.header, *one.cells)) for one in table.columns]
     blocks: list[list[int]] = [[]]
     for k in range(keys, len(sizes)):
-        if blocks[-1] and sum(sizes[:keys]) + sum(sizes[j] for j in (*blocks[-1], k)) - 1 > width:
+        if blocks[-1] and sum(sizes[:keys]) + sum(sizes[blocks[-1][0] : k + 1]) - 1 > width:
             blocks.append([])
         blocks[-1].append(k)
-    found = []
-    for block in blocks:
-        columns = [table.columns[k] for k in (*range(keys), *block)]
-        part = Table(title=table.title if block is blocks[0] else None, show_edge=False)
-        for one in columns:
-            part.add_column(one.header, justify=one.justify, no_wrap=one.no_wrap)
-        for row in zip(*(one.cells for one in columns), strict=True):
-            part.add_row(*row)
-        found.append(part)
-    return found
+    return [_part(table, [*range(keys), *block], block is blocks[0]) for block in blocks]
+
+
+def _part(table: Table, numbers: list[int], titled: bool) -> Table:
+    """Return a table of some columns of another."""
+    part, columns = Table(title=table.title if titled else None, show_edge=False), [table.columns[k] for k in numbers]
+    for one in columns:
+        part.add_column(one.header, justify=one.justify, no_wrap=one.no_wrap)
+    for row in zip(*(one.cells for one in columns), strict=True):
+        part.add_row(*row)
+    return part
 
 
 def _columns(data: xr.Dataset) -> list[tuple[str, float, str]]:
