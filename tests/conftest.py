@@ -24,10 +24,15 @@ CHROMIUM = next((path for name in NAMES if (path := shutil.which(name))), "")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep what takes seconds to prepare in a folder of this run, for all its processes and the commands they start."""
+    """Keep what takes seconds to prepare in a folder of this run, for all its processes and the commands they start.
+
+    A process that dies ends the run.
+    """
     if "PYTEST_XDIST_WORKER" not in os.environ:
         os.environ["SITS_MECH_CACHE"] = folder = tempfile.mkdtemp(prefix="sits-mech-")
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+        if getattr(config.option, "maxworkerrestart", "none") is None:  # xdist waits for ever for what one had left
+            config.option.maxworkerrestart = "0"
 
 
 @cache

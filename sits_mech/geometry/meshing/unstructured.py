@@ -6,6 +6,7 @@ grow from the edges of the outlines towards those of the outer boundary. gmsh ru
 
 from __future__ import annotations
 
+import signal
 import threading
 from collections.abc import Sequence
 from types import ModuleType
@@ -51,6 +52,7 @@ def fill_between(outer: Array, holes: Sequence[Array]) -> tuple[Array, Integers]
     centre, scale = outer.mean(axis=0), float(np.ptp(outer, axis=0).max())
     with generator.geo.Geometry() as geometry:
         _set_options()
+        _ignore_broken_pipes()
         loops = [_loop(geometry, (outline - centre) / scale) for outline in (outer, *holes)]
         geometry.add_plane_surface(loops[0], holes=loops[1:])
         try:
@@ -70,6 +72,13 @@ def _set_options() -> None:
         ("Mesh.MeshSizeMin", 0), ("Mesh.MeshSizeFromPoints", 0), ("Mesh.MeshSizeExtendFromBoundary", 1),
     ):
         gmsh.option.setNumber(name, number)
+
+
+def _ignore_broken_pipes() -> None:
+    """Ignore broken pipes again, as Python does: gmsh lets them end the process, without a word."""
+    number = getattr(signal, "SIGPIPE", None)  # Windows has none
+    if number is not None:
+        signal.signal(number, signal.getsignal(number))
 
 
 def _loop(geometry: object, outline: Array) -> object:

@@ -1,6 +1,8 @@
 """The space between outlines: area, conformity, exact vertices, refusals."""
 
 import builtins
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -32,6 +34,19 @@ def test_fills_the_space_and_keeps_the_outlines() -> None:
     _, uses = np.unique(edges, axis=0, return_counts=True)
     assert uses.max() == 2
     assert np.sum(uses == 1) == len(given)  # no edge of an outline is divided
+
+
+def test_a_broken_pipe_is_told_afterwards() -> None:
+    """Where gmsh left the signal to the system, a process ended without a word as a worker of its pool did."""
+    code = (
+        "import os\nimport numpy as np\nfrom sits_mech.geometry.meshing.unstructured import fill_between\n"
+        "square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])\n"
+        "fill_between(square, [0.1 * square])\n"
+        "end, pipe = os.pipe()\nos.close(end)\n"
+        "try:\n    os.write(pipe, b'x')\nexcept BrokenPipeError:\n    print('told')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, "told\n")
 
 
 def test_bears_edges_of_a_hundred_millionth() -> None:
