@@ -48,14 +48,12 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 # Foil, a wide disc, a thick one close to the coil, a block: diameter, thickness, gap, frequency; tolerance.
 DISCS = (
     (10 * MM, 35e-6, 0.8 * MM, 25e6, 5e-2),
-    pytest.param(10 * MM, 35e-6, 0.8 * MM, 25e6, 1e-2, marks=pytest.mark.slow),
-    pytest.param(40 * MM, 0.2 * MM, 2 * MM, 5e6, 1e-2, marks=pytest.mark.slow),
-    pytest.param(10 * MM, 35e-6, 0.8 * MM, 25e6, 1e-3, marks=pytest.mark.slow),
-    pytest.param(40 * MM, 0.2 * MM, 2 * MM, 5e6, 1e-3, marks=pytest.mark.slow),
-    pytest.param(8 * MM, 0.5 * MM, 0.2 * MM, 1e6, 1e-3, marks=pytest.mark.slow),
-    pytest.param(8 * MM, 2 * MM, 1 * MM, 1e6, 5e-3, marks=pytest.mark.slow),
-    pytest.param(4.6 * MM, 0.2 * MM, 0.05 * MM, 5e6, 1e-2, marks=pytest.mark.slow),
-    pytest.param(15 * MM, 0.2 * MM, 0.05 * MM, 5e6, 1e-2, marks=pytest.mark.slow),
+    (40 * MM, 0.2 * MM, 2 * MM, 5e6, 1e-2),
+    (10 * MM, 35e-6, 0.8 * MM, 25e6, 1e-3),
+    (8 * MM, 0.5 * MM, 0.2 * MM, 1e6, 5e-3),
+    (8 * MM, 2 * MM, 1 * MM, 1e6, 5e-3),
+    (4.6 * MM, 0.2 * MM, 0.05 * MM, 5e6, 1e-2),
+    (10 * MM, 0.2 * MM, 0.05 * MM, 5e6, 1e-2),
 )
 
 
@@ -65,10 +63,11 @@ def test_discs_as_rings(
     diameter: float, thickness: float, gap: float, frequency: float, tolerance: float, asked: list[int]
 ) -> None:
     """Inductance and resistance within the errors told, L within what was asked, told so but for a seventh."""
-    scene, pose = disc(diameter, thickness), Pose(0.0, gap)
-    z, exact = sheets(scene, tolerance).impedance(pose, frequency), axisymmetric(scene, 1e-3).impedance(pose, frequency)
+    scene, pose, rings = disc(diameter, thickness), Pose(0.0, gap), min(tolerance, 2e-3)  # good to a tenth of that
+    z, exact = sheets(scene, tolerance).impedance(pose, frequency), axisymmetric(scene, rings).impedance(pose, frequency)
     assert asked, "polynomials carried the field"
     change = abs(exact.L - exact.L0)[0, 0]
+    assert exact.error_L[0, 0] < 0.1 * tolerance * change
     assert z.error_L[0, 0] < 1.15 * tolerance * change and abs(z.L - exact.L)[0, 0] < tolerance * change
     assert abs(z.L - exact.L)[0, 0] < z.error_L[0, 0] + exact.error_L[0, 0]
     assert abs(z.R - exact.R)[0, 0] < z.error_R[0, 0] + exact.error_R[0, 0]
@@ -76,8 +75,8 @@ def test_discs_as_rings(
 
 @pytest.mark.slow
 def test_wide_plate_as_infinite(sensor: Sensor) -> None:
-    """40 mm wide at 0.3 mm: Dodd and Deeds, less what the plate lacks of infinity."""
-    wide = [f'{part}.{side}="40 mm"' for part in ("elastomer", "target") for side in ("width", "length")]
+    """20 mm wide at 0.3 mm: Dodd and Deeds, less what the plate lacks of infinity."""
+    wide = [f'{part}.{side}="20 mm"' for part in ("elastomer", "target") for side in ("width", "length")]
     z = sheets(load_sensor("biorob2018", wide), 1e-2).impedance(Pose(0.0, 0.3 * MM), 5e6)
     plate = [Layer(metals()["copper"].conductivity, 0.2 * MM)]
     exact = coil_change(coil_sections(sensor.coils[0]), 0.3 * MM, 5e6, plate)
