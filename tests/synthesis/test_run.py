@@ -101,12 +101,10 @@ def test_the_answer_is_round_feasible_and_as_good_as_a_grid(found: DesignAnswer)
 
 
 @pytest.mark.slow
-def test_any_seed_gives_the_same_answer() -> None:
+def test_any_seed_gives_the_same_answer(found: DesignAnswer) -> None:
     """To 3 % of what is minimised."""
-    aims = []
-    for seed in range(3):
-        found = design(asked(), seed=seed)
-        aims.append(found.task.aim(found.task.figures(found.best.table, found.best.plain)))
+    every = (found, *(design(asked(), seed=seed) for seed in (1, 2)))
+    aims = [one.task.aim(one.task.figures(one.best.table, one.best.plain)) for one in every]
     assert np.ptp(aims) < 0.03 * min(aims)
 
 
