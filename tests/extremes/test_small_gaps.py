@@ -19,7 +19,7 @@ from sits_mech.scene.sensor import Sensor, load_sensor
 MM = 1e-3
 # width, thickness, gap of the lowest edge [mm], angle [rad], frequency [Hz]
 FAST = [pytest.param((8, 0.2, 0.2, 0.0, 5e6), marks=pytest.mark.slow), (8, 5, 0.5, 0.0, 5e3)]
-SLOW = [(w, 0.2, gap, 0.0, f) for w in (8, 20) for gap in (0.05, 0.1, 0.2, 0.5) for f in (5e3, 5e6)]
+SLOW = [(w, 0.2, gap, 0.0, f) for w in (8, 20) for gap in (0.05, 0.5) for f in (5e3, 5e6)]
 SLOW += [(100, 5, 2, 0.0, 5e3), (100, 5, 2, 0.0, 5e6), (8, 5, 0.5, 0.0, 5e6), (8, 0.2, 0.05, 0.02, 5e6)]
 SLOW += [(8, 0.2, 0.05, -0.2, 5e3), (8, 5, 0.05, 0.0, 5e6)]
 
@@ -80,7 +80,7 @@ def test_perfect_strip_almost_touching_is_the_exact_one(alpha: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "thickness, gap",
-    [(5, 50), (0.005, 50), *(pytest.param(t, 0.05, marks=pytest.mark.slow) for t in (0.005, 0.2, 5))],
+    [(5, 50), (0.005, 50), (0.005, 0.05), (5, 0.05)],
 )
 def test_passive_from_hertz_to_a_hundred_megahertz(thickness: float, gap: float) -> None:
     """Two coils' reaction lies between nothing and the free-space inductance, with losses, monotone in frequency."""
