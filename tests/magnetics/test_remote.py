@@ -74,7 +74,7 @@ def anywhere(some, material):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("material", ["ferrite", "copper"])
-@pytest.mark.parametrize("place", range(12))
+@pytest.mark.parametrize("place", [2, 3, 7])  # above, below, beside
 def test_bounds_anywhere(place, material):
     """With a target and without, none below the truth; of ferrite within 3 of it."""
     part = anywhere(PLACES[place], material)
