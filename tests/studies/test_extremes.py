@@ -41,7 +41,7 @@ def test_work_that_is_not_the_stored_energy_is_seen() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", ["d_h", pytest.param("sink", marks=pytest.mark.slow), "alpha"])
+@pytest.mark.parametrize("place", ["d_h", "alpha"])
 def test_work_of_the_force_that_is_found_is_the_stored_energy(place: str) -> None:
     layer = planar_layer(layers.pad(20, 15, 2), 2e-2)
     goal = 1.0 if place == "alpha" else 0.05

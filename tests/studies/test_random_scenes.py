@@ -16,12 +16,12 @@ def test_scenes_are_drawn_alike() -> None:
 
 
 @pytest.mark.parametrize(
-    "number", [53, *(pytest.param(number, marks=pytest.mark.slow) for number in (0, 1, 2, 3, 4, 37, 56, 63, 71))]
+    "number", [53, *(pytest.param(number, marks=pytest.mark.slow) for number in (1, 3, 71))]
 )
 def test_bars_hold_what_the_richest_models_change(number: int) -> None:
     """Of sections, whose ends are most of the error, discs and loads; against sheets and block.
 
-    On 1, 63 and 71 three levels of the pad agree by chance: bars of poses were 1.1 to 1.8 times too small.
+    On 1 and 71 three levels of the pad agree by chance: bars of poses were 1.1 to 1.8 times too small.
     """
     row = measure(number)
     assert row["status"] == "judged" and (row["model"] == "planar") == (row["kind"] == "section")
