@@ -91,7 +91,7 @@ def load_cycle(
     field, goal = (field, None) if aim is None else (aim.field, aim.goal)
     reading = read_poses(sensor, field, poses)
     elastic = _elastic_share(sensor, programme, curve)
-    columns: dict[str, Any] = {"share": ("time", programme.share), "elastic_share": ("time", elastic)}
+    columns = {"share": ("time", programme.share), "elastic_share": ("time", elastic)}
     columns |= _carried(curve, poses, reading, elastic)
     pose, error = (np.stack([columns[f"{kind}{name}"][1] for name in POSE], axis=-1) for kind in ("", "error_"))
     stretch = np.interp(elastic, curve.share, np.array([each.report.stretch for each in curve.found], dtype=float))

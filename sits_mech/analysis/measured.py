@@ -56,7 +56,7 @@ class Sheet:
             raise SceneError(f"{self.source}: must have the column {name}; got {', '.join(self.columns)}")
         place, written = self.columns[name]
         scale = quantity(f"1 {written}", unit, f"{self.source}: column {name}") if written else 1.0
-        return np.asarray(scale * self.rows[:, place])
+        return scale * self.rows[:, place]
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ def spread(
 
 def _within(found: SmoothMap, points: Array) -> Array:
     """Clip points (m, p) to the box of the map: 0.3 % of a normal deviation lie beyond it."""
-    return np.asarray(np.clip(points, found.low, found.high))
+    return np.clip(points, found.low, found.high)
 
 
 def _shares(found: SmoothMap, s: Array, samples: int) -> tuple[Array, Array]:

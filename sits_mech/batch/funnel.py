@@ -38,7 +38,7 @@ def going_on(data: xr.Dataset, stage: Stage) -> list[int]:
     for test in stage.where:
         holds = _evaluated(test, data)
         kept = kept & holds.all([name for name in holds.dims if name not in dims])
-    numbers: list[int] = np.flatnonzero(kept.transpose(*dims)).tolist()
+    numbers = np.flatnonzero(kept.transpose(*dims)).tolist()
     if stage.order is not None:
         parts = _evaluated(stage.order, data)
         inner = [name for name in parts.dims if name not in dims]

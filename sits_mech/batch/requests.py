@@ -181,7 +181,7 @@ def _wrench(asked: Row) -> Wrench:
 
 def _rest(found: Equilibrium) -> Row:
     """Return a target at rest as a row."""
-    row: Row = {name: getattr(found.pose, name) for name in POSE}
+    row = {name: getattr(found.pose, name) for name in POSE}
     row |= {f"error_{name}": getattr(found.error, name) for name in POSE}
     report = found.report
     row |= {"min_J": np.nan if report.min_J is None else report.min_J, "error_mechanics": report.estimated_error}

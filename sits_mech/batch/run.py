@@ -168,7 +168,7 @@ def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
     """Return a table with SI labels, and the names of coils and forces where those are dimensions."""
     data = data.assign_coords({name: (data[name].dims, *_si_values(study, name)) for name in study.vary})
     fixed = study.request.in_si(study.fixed)
-    names: dict[str, Any] = {name: fixed.get(argument) for argument, name in LOAD_ARGUMENTS.items()}
+    names = {name: fixed.get(argument) for argument, name in LOAD_ARGUMENTS.items()}
     if "coil" in data.dims:
         names |= dict.fromkeys(("coil", "coil_2"), _coil_names(study))
     if "forces" in data:  # the same of all cases, but for those that have none

@@ -39,7 +39,7 @@ def flattened(track: Track, chord_error: float, where: str) -> Array:
     cross = float(a[0] * b[1] - a[1] * b[0])
     along = float(a @ b) / float(b @ b)
     if abs(cross) <= _STRAIGHT * float(b @ b) and 0.0 < along < 1.0:
-        return np.asarray(points[[0, 2]])
+        return points[[0, 2]]
     if abs(cross) <= 1e-12 * float(b @ b):
         raise SceneError(f"{where}: the arc at {place(points[0])} must pass its middle between its ends; got a line")
     squares = np.array([a @ a, b @ b])
@@ -71,4 +71,4 @@ def thinned(points: Array, error: float) -> Array:
             middle = first + 1 + farthest
             kept[middle] = True
             left += [(first, middle), (middle, last)]
-    return np.asarray(points[kept])
+    return points[kept]

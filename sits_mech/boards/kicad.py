@@ -124,7 +124,7 @@ class _Frame:
         """Return a point of the footprint on the board."""
         x, y = numbers(node, key, 2, where)
         c, s = math.cos(self.angle), math.sin(self.angle)
-        return np.asarray(self.place + _MM * np.array([c * x + s * y, s * x - c * y]))
+        return self.place + _MM * np.array([c * x + s * y, s * x - c * y])
 
 
 _BOARD = _Frame(-1, "", np.zeros(2), 0.0)

@@ -55,7 +55,7 @@ def plates(
     """
     frame = _Frame(stack, origin, top, math.sqrt(_box(sensor)))
     least = _SMALL * frame.size**2
-    found: Tables = []
+    found = []
     kept: list[Conductor] = []
     notes = []
     small = [pour.area for pour in poured if pour.area < least]

@@ -79,7 +79,7 @@ def board_scene(path: Path, choice: Choice) -> tuple[str, tuple[str, ...]]:
     routes = [route(board, net, choice.chord_error) for net in choice.nets]
     origin, top = _origin(board, routes, choice.origin), _top(board, routes)
     coils = [_coil(board, found, origin, top) for found in routes]
-    table: dict[str, Any] = {"name": f"Coils of {path.name}", "frequency": choice.frequency, "coils": coils}
+    table = {"name": f"Coils of {path.name}", "frequency": choice.frequency, "coils": coils}
     sensor = sensor_from(table, board.name)
     notes = list(board.notes)
     for found in routes:

@@ -62,7 +62,7 @@ def stack(tree: Node, where: str) -> tuple[dict[str, Layer], tuple[str, ...]]:
 
 def _listed(stackup: Node, where: str) -> dict[str, Layer]:
     """Return the layers of a stack-up; sublayers of a dielectric are in its one entry."""
-    found: dict[str, Layer] = {}
+    found = {}
     depth, above, gap = 0.0, 0.0, 0.0
     for node in children(stackup, "layer"):
         name, kind = str(node[1]), "".join(texts(node, "type"))

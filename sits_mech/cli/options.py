@@ -225,7 +225,7 @@ def _written_load(text: str) -> Wrench:
     from sits_mech.units import SceneError, quantity
 
     names = {**LOAD_ARGUMENTS, **{name: name for name in LOAD_ARGUMENTS.values()}}
-    found: dict[str, float] = {}
+    found = {}
     for part in text.split(","):
         name, equals, value = (word.strip() for word in part.partition("="))
         if not (equals and value and name in names):

@@ -86,7 +86,7 @@ def winding(sensor: Sensor, number: int) -> Winding:
     if pairs > 1 and pairs * turned > np.pi:
         raise SceneError(f"coils.{coil.name}.layers: must have room for a via for each two of them; got {coil.layers}")
     outside = _outer_ends(coil, first, turned, number)
-    tracks: list[Track] = []
+    tracks = []
     holes = list({(hole.place[0], hole.place[1]): hole for hole in outside}.values())
     theta = np.linspace(0.0, 2.0 * np.pi * coil.turns, 2 * _ARCS * coil.turns + 1)
     radius = start + (stop - start) * theta / theta[-1]

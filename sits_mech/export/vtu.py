@@ -77,7 +77,7 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
 
 def _loaded(source: Source, model: PlanarLayer | BlockPad) -> Iterator[tuple[Wrench, Equilibrium | SolveFailed]]:
     """Give every converged load of the table with its equilibrium, normal forces rising, or why there is none."""
-    data: xr.Dataset = source.data
+    data = source.data
     rows = [name for name in varied(data) if name != "F_z"]
     last: Equilibrium | None = None
     before: list[float] = []
@@ -130,7 +130,7 @@ def _solid(model: BlockPad, found: Equilibrium, still: Equilibrium) -> list[Piec
         rim = target_outline(target).rim
         k, number = len(rim), np.arange(len(rim))
         corners = np.vstack([np.column_stack([rim, np.full(k, z)]) for z in (0.0, target.thickness)])
-        faces: Cells = [("polygon", np.array([number[::-1], k + number]))]
+        faces = [("polygon", np.array([number[::-1], k + number]))]
         faces.append(("quad", np.column_stack([number, np.roll(number, -1), k + np.roll(number, -1), k + number])))
         there = placed(corners, found.pose)
         pieces.append(Piece(_TARGET, there, there - placed(corners, _rest(model.sensor)), faces, np.ones(2 + k)))

@@ -121,7 +121,7 @@ def attributes(kind: type) -> dict[str, str]:
     """Return the sentence of each attribute in the NumPy docstring of a class."""
     _, _, section = (inspect.getdoc(kind) or "").partition("Attributes\n----------\n")
     found: dict[str, str] = {}
-    names: list[str] = []
+    names = []
     for line in section.splitlines():
         if line and not line.startswith(" "):
             head = _HEAD.match(line)

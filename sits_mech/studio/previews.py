@@ -76,7 +76,7 @@ class Solved:
         loads = varied(self.data)
         rest = [str(dim) for dim in part.dims if dim not in loads]
         values = part.transpose(*loads, *sorted(rest)).to_numpy()
-        return np.asarray(values.reshape(-1, *values.shape[len(loads) :]))
+        return values.reshape(-1, *values.shape[len(loads) :])
 
 
 def preview(base: Solved, others: Sequence[Solved], sensor: Sensor) -> xr.Dataset | None:

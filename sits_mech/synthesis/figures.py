@@ -156,7 +156,7 @@ class Judge:
         if not len(self.deviations):
             return np.zeros((1, 0))
         unit = qmc.Sobol(len(self.deviations), rng=np.random.default_rng(0)).random_base2(int(np.log2(count)))
-        return np.asarray(norm.ppf(np.clip(unit, 1e-6, 1.0 - 1e-6)) * self.deviations)
+        return norm.ppf(np.clip(unit, 1e-6, 1.0 - 1e-6)) * self.deviations
 
     def figures(self, table: Table) -> dict[str, float]:
         """Return resolution, error, crosstalk_before_inverse and inverse."""
@@ -272,9 +272,9 @@ def _variances(slopes: Array, noise: Array) -> Array:
         inverse = np.linalg.inv(square)
     except np.linalg.LinAlgError:
         inverse = np.linalg.pinv(square)
-    return np.asarray(np.abs(np.diagonal(inverse, axis1=-2, axis2=-1)))
+    return np.abs(np.diagonal(inverse, axis1=-2, axis2=-1))
 
 
 def _readers(slopes: Array, noise: Array) -> Array:
     """Return matrices from inductances to forces, shape (..., d, n)."""
-    return np.asarray(np.linalg.pinv(slopes / noise[:, None]) / noise)
+    return np.linalg.pinv(slopes / noise[:, None]) / noise

@@ -60,7 +60,7 @@ class Kriging:
         for axis in range(v if self.slopes else 0):
             rows[k * (1 + axis) : k * (2 + axis), 1 + axis] = 1.0
         whole = np.block([[C + _JITTER * np.eye(len(C)), rows], [rows.T, np.zeros((1 + v, 1 + v))]])
-        return np.asarray(np.linalg.pinv(whole, rcond=1e-12, hermitian=True))
+        return np.linalg.pinv(whole, rcond=1e-12, hermitian=True)
 
 
 def _covariance(a: Array, b: Array, slopes_a: bool, slopes_b: bool) -> Array:

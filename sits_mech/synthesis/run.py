@@ -206,7 +206,7 @@ class _Run:
             rounded(self.asked, best.design),
             key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float)),
         )
-        found: list[Answered] = []
+        found = []
         for wanted in tries[:_TRIES]:
             new = self.solve(wanted, FINE)
             if search.task.holds(new) and not made_share(search.task, new).value < self.asked.least_yield:

@@ -296,7 +296,7 @@ def _hard(error: SolveFailed, sensor: Sensor, load: Wrench) -> float:
 def _packed(found: Answered) -> dict[str, Any]:
     """Return an answer as a row."""
     status = OK if found.carried else NOT_CARRIED
-    row: dict[str, Any] = {"status": status, "lasting": True, "reason": found.reason}
+    row = {"status": status, "lasting": True, "reason": found.reason}
     row |= {"plain": found.plain, "plain_by_x": {name: own.tolist() for name, own in found.plain_by_x.items()}}
     row |= {"error": found.error, "seconds": found.seconds, "by_x": found.by_x.tolist()}
     if found.table is not None:

@@ -193,7 +193,7 @@ def _variable(key: str, item: Any) -> Variable:
 
 def _check_values(space: Space) -> None:
     """Refuse a value that leaves no possible scene, whatever the others are; of some, one that does so by itself."""
-    ends: dict[str, Sequence[Any]] = {each.key: (each.text(each.low), each.text(each.high)) for each in space.variables}
+    ends = {each.key: (each.text(each.low), each.text(each.high)) for each in space.variables}
     every = {key: list(values) for key, values in (ends | space.lists).items()}
     found = []
     for key, value in ((key, value) for key, values in every.items() for value in values):

@@ -154,7 +154,7 @@ class Adaptation:
     @property
     def deviations(self) -> Array:
         """The standard deviations of the posterior."""
-        return np.asarray(np.sqrt(np.diagonal(self.covariance)))
+        return np.sqrt(np.diagonal(self.covariance))
 
     @property
     def p_value(self) -> float:
@@ -175,7 +175,7 @@ class Adaptation:
     @property
     def correlation(self) -> Array:
         """The correlations of the posterior, shape (p, p)."""
-        return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
+        return self.covariance / np.outer(self.deviations, self.deviations)
 
     def force_deviations(self, forces: ArrayLike) -> tuple[Array, Array]:
         """Return the deviations of forces that are read at loads (m, d), before and after, (m, d) each [N].

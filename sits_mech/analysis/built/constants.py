@@ -50,11 +50,11 @@ class Constants:
 
     def codes(self, own: Array) -> Array:
         """Return x of the unit's codes (..., n)."""
-        return np.asarray(own + self.offset + self.gain * (own - self.base))
+        return own + self.offset + self.gain * (own - self.base)
 
     def forces(self, f: Array) -> Array:
         """Return F of the calibrated sensor's forces (..., d) at x."""
-        return np.asarray(self.shift + f @ self.factor.T)
+        return self.shift + f @ self.factor.T
 
 
 def as_computed(cal: Calibration) -> Constants:

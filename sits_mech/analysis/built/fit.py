@@ -61,7 +61,7 @@ class Free:
     def known(self, value: Array) -> Array:
         """Return how far values are from what is known beforehand, in deviations."""
         off = self.start * np.log(np.maximum(value, 1e-300) / self.start) if self.ratio else value - self.start
-        return np.asarray(off / self.deviation)
+        return off / self.deviation
 
     def value(self, z: float) -> float:
         """Return the value that is z deviations from what is known beforehand."""
@@ -220,7 +220,7 @@ def _least(
         above[none] = here
         down = np.where(none := ~np.isfinite(below).all(axis=1), p, down)
         below[none] = here
-        return np.asarray(((above - below) / np.where(up > down, up - down, np.inf)[:, None]).T)
+        return ((above - below) / np.where(up > down, up - down, np.inf)[:, None]).T
 
     def one(p: Array) -> Array:
         """Return the residuals for one."""

@@ -112,13 +112,13 @@ class LoadedBench:
         """Return a parameter's values, shape (k, 1, 1)."""
         names = self.setup.names
         own = P[:, names.index(name)] if name in names else np.full(len(P), usual)
-        return np.asarray(own[:, None, None])
+        return own[:, None, None]
 
     def _loads(self, P: Array, more: Array | float = 0.0) -> Array:
         """Return the loads f of the module docstring, shape (k, m, d); `more` is added to the true ones."""
         off = P[:, -self.forces.size :].reshape(len(P), *self.forces.shape) if self.loose else np.zeros((len(P), 1, 1))
         turned = _turned(self.table.map.names, self.forces + off, self._turns(P))
-        return np.asarray((self._value(P, "cell", 1.0) * turned + more) / self._value(P, "modulus", 1.0))
+        return (self._value(P, "cell", 1.0) * turned + more) / self._value(P, "modulus", 1.0)
 
     def _rests(self, P: Array, loads: Array) -> Array:
         """Return the poses p of the module docstring, shape (k, m, 6)."""
@@ -132,12 +132,12 @@ class LoadedBench:
         if q:
             parts = mapped(self.table.parts, loads).reshape(*loads.shape[:-1], q, len(POSE))  # type: ignore[arg-type]
             poses = poses + np.einsum("kq,kmqj->kmj", P[:, p : p + q], parts)
-        return np.asarray(poses)
+        return poses
 
     def _depth(self, P: Array, rests: Array) -> Array:
         """Return the way down of the target from where it rests without load, shape (k, m) [m]."""
         none = self._rests(P, np.zeros((len(P), 1, self.forces.shape[1])))
-        return np.asarray((none - rests)[..., POSE.index("d_v")])
+        return (none - rests)[..., POSE.index("d_v")]
 
     def _shifted(self, P: Array, more: Array) -> tuple[Array, Array]:
         """Return poses and ways down with something more of true loads, shapes (k, m, 6) and (k, m)."""
@@ -147,7 +147,7 @@ class LoadedBench:
     @property
     def _ranges(self) -> Array:
         """The range of each force over the table."""
-        return np.asarray(self.table.map.high - self.table.map.low)
+        return self.table.map.high - self.table.map.low
 
     def _steps(self, count: int) -> Array:
         """Return steps of parameters and factors, shape (count,)."""

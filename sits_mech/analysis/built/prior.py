@@ -87,7 +87,7 @@ class Prior:
     def covariance(self) -> Array:
         """Their covariance, shape (p, p)."""
         alike = np.eye(len(self.start)) if self.root is None else np.linalg.inv(self.root.T @ self.root)
-        return np.asarray(alike * np.outer(self.deviations, self.deviations))
+        return alike * np.outer(self.deviations, self.deviations)
 
     def told(self, loads: Array, load_noise: ArrayLike | None = None, depth_noise: ArrayLike | None = None) -> Array:
         """Return what a reading under each of m loads tells of the unknowns, M of `load_plan`, shape (m, p, p).
@@ -101,7 +101,7 @@ class Prior:
         if depth_noise is not None:
             own = np.column_stack([own, np.broadcast_to(np.square(depth_noise), len(loads))])
         unsure = own[..., None] * np.eye(own.shape[1]) + by_load * size[:, None] ** 2 @ by_load.swapaxes(1, 2)
-        return np.asarray(by.swapaxes(1, 2) @ np.linalg.solve(unsure, by))
+        return by.swapaxes(1, 2) @ np.linalg.solve(unsure, by)
 
     @cached_property
     def tared(self) -> Array:
@@ -192,7 +192,7 @@ def _noise(sensor: Sensor, data: xr.Dataset, noise: float | None) -> Array:
     if noise is not None:
         return np.full(len(sensor.coils), noise)
     try:
-        return np.asarray(sensor_front_end(sensor, data)[0].noise)
+        return sensor_front_end(sensor, data)[0].noise
     except ValueError as error:
         raise SceneError(f"noise: must be given, the scene's converter has none; {error}") from None
 

@@ -93,7 +93,7 @@ class Setup:
             L = shown_L if L is None else L + shown_L - self._shown(0, poses)
         zero = np.zeros(len(P))
         lead, more = (here.get(name, zero)[:, None, None] for name in ("lead", "capacitance"))
-        return np.asarray((L + lead) * (1.0 + more / self.sensor.readout.parallel_capacitance))
+        return (L + lead) * (1.0 + more / self.sensor.readout.parallel_capacitance)
 
     def slopes(self, rests: Array, p: Array, by: Array) -> Slopes:
         """Return where the targets are, and derivatives by v variables, at rests (m, 6) of the changed layer.
@@ -138,7 +138,7 @@ class Setup:
                 ends = [here | {each.name: here[each.name] + way * each.deviation} for way in (-_KEY, _KEY)]
                 low, high = (self._changed(places[None], end)[0] for end in ends)
                 slopes[..., number] += gain * (high - low) / (2.0 * _KEY * each.deviation)
-        return np.asarray(slopes)
+        return slopes
 
     def _here(self, P: Array) -> dict[str, Array]:
         """Return the values of each parameter by name, shape (k,)."""
@@ -196,7 +196,7 @@ class Setup:
                 share = np.prod([(x - other) / (node - other) for other in others], axis=0)
                 if self._scenes[1 + 3 * number + k][0] != self.sensor:  # which the middle one mostly is
                     total += share[:, None, None] * (self._shown(1 + 3 * number + k, poses) - base)
-        return np.asarray(total)
+        return total
 
     def _shown(self, number: int, poses: Array) -> Array:
         """Return L at the terminals of one of the scenes at poses (..., 6), shape (..., n); equal ones once."""
@@ -225,7 +225,7 @@ def shown_inductances(sensor: Sensor, found: Impedance) -> Array:
     henry, _ = absolute(sensor, found)
     seen, _ = at_terminals(sensor, henry)
     own = np.diagonal(henry.L, axis1=-2, axis2=-1) + sensor.readout.lead_inductance
-    return np.asarray(own if seen is None else seen.L)
+    return own if seen is None else seen.L
 
 
 def _moved(poses: Array, here: Mapping[str, Array]) -> Array:

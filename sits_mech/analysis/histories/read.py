@@ -60,7 +60,7 @@ def _check_columns(source: str, columns: Collection[str], names: Sequence[str]) 
 
 def _rows(lines: list[str], separator: str, width: int, source: str) -> Array:
     """Return the numbers of all rows."""
-    rows: list[list[float]] = []
+    rows = []
     for number, line in enumerate(lines, 1):
         cells = line.split(separator)
         try:

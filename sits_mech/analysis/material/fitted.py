@@ -59,7 +59,7 @@ class Fitted:
     @property
     def record(self) -> dict[str, Any]:
         """All results for a program: keys of the fit, ``prony``, ``mullins``, with what is known of these."""
-        found: dict[str, Any] = {} if self.fit is None else asdict(self.fit)
+        found = {} if self.fit is None else asdict(self.fit)
         if self.relaxation is not None:
             told = asdict(self.relaxation)
             found["prony"] = [{"weight": weight, "time": time} for weight, time in told.pop("prony")]

@@ -108,7 +108,7 @@ def _points(tests: list[TensileTest]) -> Points:
 
 def _weights(strain: Array) -> Array:
     """Return square roots of each point's share of the strain range, independent of the sampling rate."""
-    edges: Array = np.concatenate([np.zeros(1), 0.5 * (strain[1:] + strain[:-1]), strain[-1:]])
+    edges = np.concatenate([np.zeros(1), 0.5 * (strain[1:] + strain[:-1]), strain[-1:]])
     weights: Array = np.sqrt(np.diff(edges) / strain[-1])
     return weights
 

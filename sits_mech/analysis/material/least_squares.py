@@ -142,13 +142,12 @@ def _directions(stretches: Array) -> Array:
     size = np.linalg.norm(first, axis=1, keepdims=True)
     first = np.where(size > 1e-9, first / np.maximum(size, 1e-9), [1.0, 0.0])  # at rest all directions are alike
     fixed = np.broadcast_to(np.eye(2), (len(stretches), 2, 2))
-    found: Array = np.concatenate([fixed, first[:, None, :]], axis=1)
-    return found
+    return np.concatenate([fixed, first[:, None, :]], axis=1)
 
 
 def _least_squares(matrix: Array, right: Array, conditions: Array) -> Array:
     """Solve least squares under ``conditions @ answer >= 0``, a small convex programme."""
-    free: Array = np.asarray(np.linalg.lstsq(matrix, right)[0], dtype=np.float64)
+    free = np.asarray(np.linalg.lstsq(matrix, right)[0], dtype=np.float64)
     if (conditions @ free >= 0.0).all():
         return free
     size = np.linalg.norm(matrix, axis=0)  # columns of one size: c30 multiplies far larger numbers than c10
@@ -217,8 +216,7 @@ def _refined(law: Law, fit: TermFit, points: Points, start: Array) -> tuple[Arra
 
     def residual(unknowns: Array) -> Array:
         """Return the weighted residual."""
-        left: Array = columns(unknowns[terms:]) @ unknowns[:terms] - right
-        return left
+        return columns(unknowns[terms:]) @ unknowns[:terms] - right
 
     def jacobian(unknowns: Array) -> Array:
         """Return the derivative of the residual."""

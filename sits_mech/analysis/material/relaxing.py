@@ -223,7 +223,7 @@ def _refined(hold: _Hold, number: int) -> Array:
         return np.asarray(hold.solved(x)[1] / scale)
 
     found = least_squares(left, start, bounds=(low, high), xtol=1e-12, ftol=1e-14, gtol=1e-14, max_nfev=400)
-    return np.asarray(found.x)
+    return found.x
 
 
 def _widths(hold: _Hold, x: Array, values: Array, residual: Array) -> list[float | None]:

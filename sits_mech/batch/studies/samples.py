@@ -28,7 +28,7 @@ _FORM = 'a list of different values, or a range { from = "1 mm", to = "5 mm" } w
 def cube(combine: str, count: int, seed: int, keys: int) -> Array:
     """Return the points of the unit cube for so many samples, shape (cases, keys)."""
     if combine == "latin":
-        return np.asarray(qmc.LatinHypercube(keys, rng=seed).random(count))
+        return qmc.LatinHypercube(keys, rng=seed).random(count)
     wide = keys * (1 + (combine == "saltelli"))
     found = np.asarray(qmc.Sobol(wide, rng=seed).random_base2(math.ceil(math.log2(count))))[:count]
     if combine == "sobol":

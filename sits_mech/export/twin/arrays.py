@@ -90,7 +90,7 @@ def readout_arrays(source: Source, kind: str, notes: list[str]) -> tuple[dict[st
     over = over_wrenches(source, cal, codes)
     share = float((over.error / np.concatenate([cal.full_scale, *([] if codes is None else [codes.full_scale])])).max())
     notes.append(f"wrenches: {len(over.powers)} terms over {', '.join(cal.forces)}, within {share:.1e} of the range")
-    found: dict[str, Any] = {"coils": np.array(cal.coils), "codes": np.array(int(codes is not None))}
+    found = {"coils": np.array(cal.coils), "codes": np.array(int(codes is not None))}
     found |= over.arrays("wrench") | inverse_arrays(cal, codes, over.base, notes)
     found |= {"model_error": model_errors(sensor, source.data), "frequency": np.array(sensor.frequency)}
     return found | _sampling(source, front, cal), front
@@ -132,7 +132,7 @@ def inverse_arrays(cal: Calibration, codes: Calibration | None, base: Array, not
     except ValueError as error:
         notes.append(f"no estimate of wrenches: {error}")
         return {"no_inverse": np.array(str(error))}
-    found: dict[str, Any] = {"no_inverse": np.array(""), "margin": np.array(MARGIN)}
+    found = {"no_inverse": np.array(""), "margin": np.array(MARGIN)}
     found["residual"] = np.array(INCONSISTENT if n > d else _EXACT)
     axes = [np.linspace(-1.0, 1.0, count) for count in cal.domain.labels.shape]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
@@ -178,7 +178,7 @@ def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
 def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[str, Any]:
     """Return the converter's numbers, its noise and the conversion time of each coil."""
     unknown = np.full(len(cal.coils), np.nan)
-    found: dict[str, Any] = {"capacitance": np.array(source.sensor.readout.parallel_capacitance)}
+    found = {"capacitance": np.array(source.sensor.readout.parallel_capacitance)}
     if front is None:
         return found | {"sigma_L": unknown, "opened": unknown, "conversion": unknown, "channel_time": unknown}
     L = cal.forward(0.5 * (cal.low + cal.high))

@@ -195,7 +195,7 @@ def figures(curves: list[Record]) -> str:
 def table(sensor: Sensor, data: xr.Dataset, read: Readings, items: list[Record], *, small: bool) -> Record:
     """Return the table that the explorer works on; errors only of a small one."""
     order, arrays = varied(data), {"L": read.L, "error_L": read.error_L, "code": read.codes}
-    values: Record = {}
+    values = {}
     for name in (name for item in items for name in (item["name"], item.get("error")) if name):
         stem, number = name.rstrip("0123456789"), name[len(name.rstrip("0123456789")) :]
         each = np.asarray(arrays[stem])[..., int(number)] if number else data[name].transpose(*order).to_numpy()

@@ -82,8 +82,7 @@ def page(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]) -> str
 def scenes_of(data: xr.Dataset) -> dict[str, str]:
     """Return the texts of a sweep's scenes by their names, "" where it has one."""
     text = str(data.attrs["scene"])
-    found: dict[str, str] = json.loads(text) if SCENE in data.coords else {"": text}
-    return found
+    return json.loads(text) if SCENE in data.coords else {"": text}
 
 
 def columns_of(data: xr.Dataset) -> Record:

@@ -151,7 +151,7 @@ def _round_levels(values: Array) -> Array:
 
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     levels = np.asarray(MaxNLocator(6).tick_values(low, high))
-    return np.asarray(levels[(levels > low) & (levels < high) & (abs(levels) > 1e-6 * (high - low))])
+    return levels[(levels > low) & (levels < high) & (abs(levels) > 1e-6 * (high - low))]
 
 
 def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:

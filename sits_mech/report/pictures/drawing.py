@@ -120,7 +120,7 @@ def _plates(sensor: Sensor) -> list[Plate]:
 
 def _disc(coil: Coil) -> Array:
     """Return the corners of the box around a coil [mm]."""
-    return np.asarray(_MM * (np.array(coil.centre) + np.array(coil.extent) / 2 * [[-1.0, -1.0], [1.0, 1.0]]))
+    return _MM * (np.array(coil.centre) + np.array(coil.extent) / 2 * [[-1.0, -1.0], [1.0, 1.0]])
 
 
 def _sizes(part: Target | Elastomer | Conductor) -> str:

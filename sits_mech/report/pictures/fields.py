@@ -108,7 +108,7 @@ def written_frequency(frequency: float) -> str:
 
 def _towards_ends(length: float, count: int) -> Array:
     """Return points of [0, length], dense at both ends, just inside."""
-    return np.asarray(length * (0.5 - 0.4999999 * np.cos(np.linspace(0.0, np.pi, count))))
+    return length * (0.5 - 0.4999999 * np.cos(np.linspace(0.0, np.pi, count)))
 
 
 def _frame(field: PlanarField) -> tuple[tuple[float, float], tuple[float, float]]:

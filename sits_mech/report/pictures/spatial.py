@@ -84,7 +84,7 @@ def _rendered(sensor: Sensor, pose: Pose, driven: str, stream: Stream | None) ->
     from vtkmodules.vtkCommonCore import vtkLogger
 
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(_SIZE))
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(_SIZE))
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
     for coil in sensor.coils:

@@ -65,7 +65,7 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
     A = _potential(sensor, pose, plan, currents)
     g = x.T @ A[:, 0] + y.T @ A[:, 1]
     omega = 2.0 * np.pi * frequency
-    found: Complex = np.asarray(np.linalg.solve(R + 1j * omega * L, -1j * omega * g), dtype=complex)
+    found = np.asarray(np.linalg.solve(R + 1j * omega * L, -1j * omega * g), dtype=complex)
     return Stream(plan.nodes, plan.cells, _at_nodes(plan, found), complex(1j * omega * g @ found))
 
 

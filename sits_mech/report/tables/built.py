@@ -119,7 +119,7 @@ def plan_record(plan: LoadPlan) -> dict[str, Any]:
 
 def plan_tables(plan: LoadPlan) -> list[Any]:
     """Return a plan of loads, with what each brings, and in words what all do."""
-    names: Sequence[str] = plan.forces
+    names = plan.forces
     table = column_table(
         f"Loads: {plan.rig}", ["", *(f"{name} [{UNITS[name]}]" for name in names),
                                     *(f"error of {name} [%]" for name in names)], justify="right",

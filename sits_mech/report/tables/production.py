@@ -20,7 +20,7 @@ def production_record(
     """Return what units told for a program, SI; errors of the next ones over each range."""
     count, forces = len(found.start.setup.parameters), found.next.forces
     known = zip(found.start.known[:count], found.next.known[:count], found.within.tolist(), strict=False)
-    units: dict[str, Any] = {}
+    units = {}
     for name, one in found.units.items():
         after = force_errors(one)[1]
         units[name] = {

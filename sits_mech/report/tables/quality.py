@@ -134,7 +134,7 @@ def _scatter_record(scatter: ForceSpread) -> list[Record]:
     """Return deviation, interval and shares of each force at each load."""
     table, rows = scatter.table(), []
     for k, load in enumerate(scatter.loads.tolist()):
-        row: Record = {"load": dict(zip(scatter.forces, load, strict=True))}
+        row = {"load": dict(zip(scatter.forces, load, strict=True))}
         for force in scatter.forces:
             at = table.sel(force=force).isel(load=k)
             shares = {name: as_jsonable(at[name].to_numpy()) for name in ("first", "total")}
@@ -148,7 +148,7 @@ def limits_record(found: Limits) -> Record:
     """Return the limits of a pad for a program, SI; what is not known is None."""
     names = ("stretch", "known_stretch", "clearance", "error_clearance", "hysteresis", "left", "spread")
     values = {name: getattr(found, name) for name in names}
-    record: Record = {name: value if math.isfinite(value) else None for name, value in values.items()}
+    record = {name: value if math.isfinite(value) else None for name, value in values.items()}
     record["force_factor"] = None if record["spread"] is None else [1.0 / found.spread, found.spread]
     record |= {"stretch_under": found.stretch_under, "clearance_under": found.clearance_under}
     if found.capacity:
