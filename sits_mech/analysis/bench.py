@@ -6,7 +6,7 @@ A table in henry is taken as it is. Of a table per metre of depth only the relat
 
 with l, r, l0 per metre and L0 of the coil's rings in free space [H]; idle coils, whose coupling a planar model
 overstates, are then left out (in space they are worth some 3.5e-4 of L0). Tracks (with skin and proximity effect) and
-leads are added in series. `operating_points` solves f = 1 / (2 pi sqrt(L(f) C)) with the magnetic model itself.
+leads are added in series.
 """
 
 from __future__ import annotations
@@ -21,13 +21,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.analysis.terminals import terminal_impedance
 from sits_mech.chain.propagation import diagonals, signal_weights
 from sits_mech.magnetics.coils.loops import coil_inductances
-from sits_mech.magnetics.coils.resistance import track_resistances
-from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
+from sits_mech.quantities import Array, Impedance, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
-from sits_mech.readout.converter import code_of, converter, parallel_resistance, resonance, tank_frequency
+from sits_mech.readout.converter import code_of, converter, tank_frequency
 from sits_mech.readout.front_end import FrontEnd, front_end
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
@@ -35,18 +33,6 @@ from sits_mech.scene.thermal import at_temperature, clock_factor
 from sits_mech.status import ANSWERED
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
-
-
-@dataclass(frozen=True)
-class OperatingPoint:
-    """A coil resonating with its capacitance; L and R at the terminals."""
-
-    coil: str  # name
-    frequency: float  # resonance [Hz]
-    L: float  # [H]
-    R: float  # [ohm]
-    Q: float
-    R_p: float  # parallel resistance [ohm]
 
 
 def free_inductances(sensor: Sensor) -> Array:
@@ -235,35 +221,6 @@ def branches(sensor: Sensor, data: xr.Dataset) -> tuple[Array, Array]:
     ways = (slice(first, last + 1), slice(None, last - 1 if last else None, -1))
     rising, falling = ([np.interp(grid, share[way], coil[way]) for coil in L.T] for way in ways)
     return np.array(rising).T, np.array(falling).T
-
-
-def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[OperatingPoint, ...]:
-    """Return where each coil resonates with the readout's capacitance at a pose: L and f solved together.
-
-    Raises ValueError when there is no resonance in the converter's range.
-    """
-    sensor = at_temperature(sensor)
-    part = converter("LDC1614" if sensor.readout.converter == "none" else sensor.readout.converter)
-    direct = track_resistances(sensor.coils)
-
-    def inductance(k: int, f: float) -> float:
-        """Return L of coil k with leads and idle coils; `shift` by skin and proximity effect is left out."""
-        found, omega = absolute(sensor, model.impedance(pose, f))[0], 2.0 * np.pi * f
-        seen = terminal_impedance(found.R + 1j * omega * found.L, direct, sensor.readout, omega)
-        return float(seen.imag[k] / omega)
-
-    points = []
-    for k, coil in enumerate(sensor.coils):
-        C = sensor.readout.parallel_capacitance
-        f = resonance(partial(inductance, k), C, part.frequency)
-        f = float(f"{f:.9g}")  # equal coils have equal tracks, which are solved once
-        seen, reasons = at_terminals(sensor, absolute(sensor, model.impedance(pose, f))[0])
-        if seen is None:
-            raise SceneError(f"{sensor.name}: {'; '.join(reasons)}")
-        L, R = float(seen.L[k]), float(seen.R[k])
-        R_p = float(parallel_resistance(L, R, C))
-        points.append(OperatingPoint(coil.name, f, L, R, 2.0 * np.pi * f * L / R, R_p))
-    return tuple(points)
 
 
 @dataclass(frozen=True)

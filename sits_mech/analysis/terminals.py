@@ -94,11 +94,6 @@ def own_capacitance(coil: Coil) -> float:
     return _between_layers(coil) + _between_turns(coil)
 
 
-def self_resonance(coil: Coil, L: float) -> float:
-    """Return where an inductance [H] resonates with the coil's own capacitance, an estimate [Hz]."""
-    return float(1.0 / (2.0 * np.pi * np.sqrt(L * own_capacitance(coil))))
-
-
 def _in_series(coil: Coil) -> list[tuple[Array, float]]:
     """Return centre lines in series: turns of layers alternate from outside in and from inside out."""
     lines = coil_lines(coil)

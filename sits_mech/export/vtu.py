@@ -18,7 +18,6 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.export.source import Source, own_folder

@@ -6,7 +6,7 @@ A coil L with R in series and C across it, driven at its parallel resonance:
     code = 2^bits (f / d_in) / f_ref,    f_ref = f_clock / d_ref
     amplitude = (4 / pi) R_p I_drive
 
-d_in and d_ref the part's dividers. L and R may depend on f: `resonance` iterates f = 1 / (2 pi sqrt(L(f) C)).
+d_in and d_ref the part's dividers.
 
 Noise: the part counts for T = 16 RCOUNT / f_ref and places the N = f T edges it sees to within a period of the
 reference; a line through them has the relative error of its slope
@@ -75,7 +75,6 @@ def registers_1101(found: FrontEnd) -> Registers:
     )
 
 
-_ROUNDS = 60  # each divides the error by 2 / |d ln L / d ln f|, which is far above two for any coil
 _NOISE = 1.5  # over the error of a line through ideal edges: see above
 
 
@@ -161,24 +160,6 @@ def tank_inductance(frequency: ArrayLike, capacitance: float) -> Array:
 def parallel_resistance(L: ArrayLike, R: ArrayLike, capacitance: float) -> Array:
     """Return R_p [ohm] of inductances [H] with series resistances [ohm] at resonance with a capacitance [F]."""
     return np.asarray(np.asarray(L, dtype=float) / (np.asarray(R, dtype=float) * capacitance))
-
-
-def resonance(inductance: Callable[[float], float], capacitance: float, bounds: tuple[float, float]) -> float:
-    """Return the frequency [Hz] at which a coil of an inductance L(f) [H] resonates with a capacitance [F].
-
-    ValueError when there is none between the bounds [Hz].
-    """
-
-    low, high = bounds
-    f = float(np.sqrt(low * high))
-    for _ in range(_ROUNDS):
-        last, f = f, float(tank_frequency(inductance(min(max(f, low), high)), capacitance))
-        if abs(f - last) <= 1e-10 * f:
-            break
-    if not low <= f <= high:
-        reach = f"{low:.4g} and {high:.4g} Hz"
-        raise ValueError(f"capacitance: must put the resonance between {reach}; it is near {f:.4g} Hz")
-    return f
 
 
 def code_of(frequency: ArrayLike, part: Converter, reference: float, divider: int = 1) -> Array:

@@ -9,7 +9,6 @@ import xarray as xr
 
 from sits_mech.analysis import bench
 from sits_mech.cli.main import run
-from sits_mech.quantities import Impedance, Pose, SolveReport
 from sits_mech.readout.calibration import calibration
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.store import save_table
@@ -127,28 +126,6 @@ def test_codes_of_forces(sensor: Sensor) -> None:
         bench.sensor_calibration(changed(sensor, ['readout.converter="none"']), table(sensor)).codes(F)
     with pytest.raises(ValueError, match="codes: must come from a sensor and its table; this calibration has ind"):
         calibration(table(sensor)).codes(F)
-
-
-class Falling:
-    """L = 2 uH (1 + 0.4 MHz / f) on both coils, R = 1 ohm."""
-
-    def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        """Return the closed form."""
-        one = np.eye(2)
-        L, report = 2e-6 * (1.0 + 4e5 / frequency) * one, SolveReport("falling", 1, 1, 0.0, 0.0, 0.0)
-        return Impedance(frequency, L, one, 2.5e-6 * one, np.ones(2), 0 * one, 0 * one, "H", report)
-
-
-@pytest.mark.slow
-def test_inductance_and_frequency_are_solved_together(sensor: Sensor) -> None:
-    """f^2 L(f) C = 1 / (2 pi)^2 holds at the answer, not at the scene's frequency."""
-    points = bench.operating_points(sensor, Falling(), Pose(0.0, 2e-3))
-    for point in points:
-        assert point.L == pytest.approx(2e-6 * (1.0 + 4e5 / point.frequency), rel=1e-9)
-        assert (2.0 * np.pi * point.frequency) ** 2 * point.L * 330e-12 == pytest.approx(1.0, rel=1e-8)
-        assert point.Q == pytest.approx(2.0 * np.pi * point.frequency * point.L / point.R, rel=1e-9) and point.R > 1.0
-    with pytest.raises(ValueError, match="must put the resonance between 1000 and 1e.07 Hz; it is near"):
-        bench.operating_points(changed(sensor, ['readout.parallel_capacitance="20 pF"']), Falling(), Pose(0.0, 2e-3))
 
 
 @pytest.fixture

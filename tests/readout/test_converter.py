@@ -15,7 +15,6 @@ from sits_mech.readout.converter import (
     no_registers,
     parallel_resistance,
     relative_noise,
-    resonance,
     tank_frequency,
     tank_inductance,
 )
@@ -47,18 +46,6 @@ def test_times_by_the_data_sheet() -> None:
     """(16 RCOUNT + 4) / f_ref; at 40 MHz the longest conversion takes 26.2 ms (SNOSCY9A, 8.1.4)."""
     assert conversion_time(0xFFFF, LDC1614, 40e6) == pytest.approx(26.2e-3, rel=1e-3)
     assert conversion_time(1000, LDC1101, 16e6) == pytest.approx((16000 + 55) / 16e6)
-
-
-def test_resonance_of_an_inductance_that_falls_with_frequency() -> None:
-    """L = L0 (1 + a / f): f and L(f) fit each other; a capacitance out of the part's reach is refused."""
-
-    def coil(f: float) -> float:
-        return 2e-6 * (1.0 + 1e6 / f)
-
-    f = resonance(coil, 330e-12, LDC1614.frequency)
-    assert f == pytest.approx(float(tank_frequency(coil(f), 330e-12)), rel=1e-9)
-    with pytest.raises(ValueError, match="resonance between 1000 and 1e.07 Hz; it is near 3.39.e.08 Hz"):
-        resonance(coil, 1e-13, LDC1614.frequency)
 
 
 def test_noise_scales_and_rounds() -> None:
