@@ -6,7 +6,7 @@ from typing import Any
 
 from sits_mech.quantities import UNITS, WRENCH
 from sits_mech.scene.bounds import quantity_schema
-from sits_mech.schemas.scene import DIALECT
+from sits_mech.schemas.scene import DIALECT, NUMBER_OR_TEXT
 from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, SPECIAL, figure_names, unit_of
 
 Schema = dict[str, Any]
@@ -46,7 +46,7 @@ def _pair(unit: str) -> Schema:
 
 def _vary() -> Schema:
     """Return what may vary: bounds or lists."""
-    end = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+    end = NUMBER_OR_TEXT
     bounds = _object({"from": end, "to": end}, "Bounds of a number.", required=["from", "to"])
     values = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, bounds]}
     what = "Keys of the scene in quotes, a star for every coil: bounds or lists."
@@ -73,7 +73,7 @@ def _require() -> Schema:
 def _tolerance() -> Schema:
     """Return the standard deviations of what is made."""
     special = {name: quantity_schema(unit) for name, unit in SPECIAL.items()}
-    rest = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+    rest = NUMBER_OR_TEXT
     what = "One standard deviation: of keys of the scene in quotes, and of these."
     return {"type": "object", "properties": special, "additionalProperties": rest, "description": what}
 

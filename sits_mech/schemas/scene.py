@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from sits_mech.scene.bounds import quantity_schema
@@ -22,6 +22,7 @@ from sits_mech.silicone.laws import LAWS
 
 Schema = dict[str, Any]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _HEAD = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$")
 _PLATE = {"rectangle": ("width", "length"), "disc": ("diameter",)}
 _LAYER = {"box": ("width", "length"), "cylinder": ("diameter",), "pillars": ("pitch", "diameter")}
@@ -35,30 +36,30 @@ def scene_schema() -> Schema:
     found["Coil"] |= {"required": ["name", "track_width", "track_thickness"], "allOf": _coil_shapes()}
     for name in ("Target", "Conductor"):
         needed = [key for key in found[name]["required"] if key != "load_height"]
-        found[name] |= {"required": needed, "allOf": _shapes(_PLATE, ("shape",))}
-        found[name]["properties"]["material"] = _optional({"enum": list(metals())}, found[name], "material")
+        found[name] |= {"required": needed, "allOf": _shapes(_PLATE)}
+        said = found[name]["properties"]["material"].get("description")
+        found[name]["properties"]["material"] = {"enum": list(metals())} | ({"description": said} if said else {})
     found["Target"]["properties"] |= {
         "mesh": {"type": "string", "description": 'File of a mesh whose border is the outline; of shape "outline".'},
         "mesh_group": {"type": "string", "default": "target", "description": "Group of cells in that file."},
     }
-    found["Target"]["allOf"].append(
-        _if("shape", "outline", {"anyOf": [{"required": ["points"]}, {"required": ["mesh"]}]})
-    )
-    found["Conductor"]["allOf"].append(_if("shape", "outline", {"required": ["points"]}))
+    points, mesh = {"required": ["points"]}, {"required": ["mesh"]}
+    found["Target"]["allOf"].append(_if("shape", "outline", {"anyOf": [points, mesh]}))
+    found["Conductor"]["allOf"].append(_if("shape", "outline", points))
     centre = quantity_schema("m", minimum=-1e3, maximum=1e3)
     said = {"description": "x, z or x, y, z of the plate's middle [m]."}
-    found["Conductor"]["properties"]["centre"] = {"type": "array", "items": centre, "minItems": 2, "maxItems": 3} | said
+    found["Conductor"]["properties"]["centre"] = listed(centre, minItems=2, maxItems=3) | said
     found["Elastomer"]["properties"]["material"] = {"$ref": "#/$defs/Silicone"}
-    found["Elastomer"]["allOf"] = _shapes(_LAYER, ("shape",))
+    found["Elastomer"]["allOf"] = _shapes(_LAYER)
     found["Silicone"] = _silicone()
     whole = with_descriptions(schema, Sensor) | {"title": "Scene of sits-mech", "$schema": DIALECT, "$defs": found}
     whole["properties"]["readout"] = {"$ref": "#/$defs/Readout"}
     return whole
 
 
-def _optional(kind: Schema, schema: Schema, key: str) -> Schema:
-    """Return the schema of a key that may be left out, its description kept."""
-    return kind | {name: item for name, item in schema["properties"][key].items() if name == "description"}
+def listed(items: Schema, **more: Any) -> Schema:
+    """Return the schema of a list."""
+    return {"type": "array", "items": items, **more}
 
 
 def _if(key: str, value: str, then: Schema) -> Schema:
@@ -66,9 +67,9 @@ def _if(key: str, value: str, then: Schema) -> Schema:
     return {"if": {"properties": {key: {"const": value}}, "required": [key]}, "then": then}
 
 
-def _shapes(needed: dict[str, tuple[str, ...]], keys: Sequence[str]) -> list[Schema]:
+def _shapes(needed: dict[str, tuple[str, ...]]) -> list[Schema]:
     """Return the sizes that each shape needs."""
-    return [_if(key, shape, {"required": list(sizes)}) for key in keys for shape, sizes in needed.items()]
+    return [_if("shape", shape, {"required": list(sizes)}) for shape, sizes in needed.items()]
 
 
 def _coil_shapes() -> list[Schema]:
@@ -93,7 +94,7 @@ def _law(name: str) -> Schema:
     """Return the schema of a table with the constants of one law."""
     law = LAWS[name]
     one = {key: quantity_schema(unit) for key, unit in law.units.items()}
-    constants = {key: {"anyOf": [item, {"type": "array", "items": item}]} if law.lists else item
+    constants = {key: {"anyOf": [item, listed(item)]} if law.lists else item
                  for key, item in one.items()}
     branch = {
         "type": "object", "additionalProperties": False, "required": ["weight", "time"],
@@ -101,14 +102,14 @@ def _law(name: str) -> Schema:
     }
     properties = {
         "law": {"const": name}, **constants, "bulk_modulus": quantity_schema("Pa"),
-        "prony": {"type": "array", "items": branch, "description": "Shares of the first stiffness that relax."},
+        "prony": listed(branch, description="Shares of the first stiffness that relax."),
         "mullins": {
             "type": "object", "additionalProperties": False, "required": ["r"],
             "properties": {"r": quantity_schema(""), "m": quantity_schema("Pa"), "beta": quantity_schema("")},
             "description": "Softening after the largest load: 1/r is its depth, r > 1; m + beta W_max its energy.",
         },
         "expansion": quantity_schema("1/K"),
-        "temperature_range": {"type": "array", "items": quantity_schema("K"), "minItems": 2, "maxItems": 2},
+        "temperature_range": listed(quantity_schema("K"), minItems=2, maxItems=2),
         "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
         "spread": {"type": "number"},
     }

@@ -12,7 +12,7 @@ from sits_mech.batch.studies.samples import MOST, SAMPLED
 from sits_mech.batch.studies.stages import EXPORT, STAGE_KEYS
 from sits_mech.batch.studies.study import COMBINE, KEYS
 from sits_mech.scene.bounds import quantity_schema
-from sits_mech.schemas.scene import DIALECT
+from sits_mech.schemas.scene import DIALECT, NUMBER_OR_TEXT, listed
 
 Schema = dict[str, Any]
 _DOTTED = r"\."
@@ -21,7 +21,7 @@ _RANGE_PATTERN = r"^[^:]+(:[^:]+:\s*[0-9]+)?$"
 
 def study_schema() -> Schema:
     """Return the schema of a study file."""
-    ends = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+    ends = NUMBER_OR_TEXT
     span = {
         "type": "object", "additionalProperties": False, "required": ["from", "to"],
         "properties": {"from": ends, "to": ends, "count": {"type": "integer", "minimum": 2}},
@@ -31,18 +31,18 @@ def study_schema() -> Schema:
     one = {"type": "string", "description": "A scene file in the same folder, or a name of the catalogue."}
     text = {"type": "string", "maxLength": LONGEST}
     said = {
-        "scene": {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]},
+        "scene": {"anyOf": [one, listed(one, minItems=1, uniqueItems=True)]},
         "request": {"enum": list(REQUESTS), "description": "The request of every case."},
         "combine": {"enum": list(COMBINE), "default": "product", "description": "All, some of all, in step, samples."},
         "samples": {"type": "integer", "minimum": 1, "maximum": MOST, "description": "Number of samples."},
         "seed": {"type": "integer", "minimum": 0, "default": 0, "description": "Of the samples."},
-        "where": {"type": "array", "items": text, "description": "Conditions: cases that break one are left out."},
+        "where": listed(text, description="Conditions: cases that break one are left out."),
         "derive": {"type": "object", "additionalProperties": text, "description": "Keys and arguments by others."},
         "vary": {"type": "object", "minProperties": 1, "additionalProperties": values,
                  "description": "Keys of the scene in quotes, arguments of the request bare: lists or ranges."},
         "fixed": {"type": "object", "description": "What is the same in all cases."},
         "adaptive": _adaptive(),
-        "then": {"type": "array", "items": _stage(text), "description": "Stages on the best cases of the one before."},
+        "then": listed(_stage(text), description="Stages on the best cases of the one before."),
     }
     return {
         "$schema": DIALECT, "title": "Study of sits-mech", "type": "object", "additionalProperties": False,
@@ -56,7 +56,7 @@ def study_schema() -> Schema:
 def _adaptive() -> Schema:
     """Return the table that says what is refined, and how far."""
     name = {"type": "string"}
-    names = {"anyOf": [name, {"type": "array", "items": name, "minItems": 1, "uniqueItems": True}]}
+    names = {"anyOf": [name, listed(name, minItems=1, uniqueItems=True)]}
     said = {
         "of": names | {"description": "Variables of the result that cases predict where they are not solved."},
         "within": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1,
@@ -71,15 +71,15 @@ def _adaptive() -> Schema:
 def _stage(text: Schema) -> Schema:
     """Return a stage after the first."""
     said = {
-        "where": {"type": "array", "items": text, "minItems": 1,
-                  "description": "Conditions on the table of the stage before."},
+        "where": listed(text, minItems=1,
+                  description="Conditions on the table of the stage before."),
         "least": text | {"description": "What is best where it is least: a variable of that table, or made of some."},
         "largest": text | {"description": "What is best where it is largest."},
         "count": {"type": "integer", "minimum": 1, "description": "How many cases go on; all without it."},
         "request": {"enum": list(REQUESTS), "description": "The request of its cases."},
         "fixed": {"type": "object", "description": "What is other than in the stage before."},
-        EXPORT: {"type": "array", "items": {"type": "string"}, "minItems": 1,
-                 "description": "Formats of the command export, of each case that is left."},
+        EXPORT: listed({"type": "string"}, minItems=1,
+                 description="Formats of the command export, of each case that is left."),
     }
     kinds = [{"required": ["request"], "properties": {EXPORT: False}},
              {"required": [EXPORT], "properties": {"request": False, "fixed": False}}]
