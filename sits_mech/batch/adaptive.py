@@ -13,9 +13,10 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.batch.studies.asked import Adaptive, Study
@@ -26,9 +27,6 @@ from sits_mech.scene.materials import unknown
 from sits_mech.status import ANSWERED, INTERPOLATED, OK, marked
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_label
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ADAPTIVE = "adaptive"
 """How cases are combined that are refined."""
@@ -151,16 +149,13 @@ class _Grid:
         """Return the variables at points of the grid, scaled, shape (points, outputs); NaN where a case has none."""
         numbers = _at(self.axes, self.numbers, points)
         self._solved(numbers)
-        rows = [self._vector(self.rows[index]) for index in numbers if index in self.rows]
+        known = [self.rows[index] for index in numbers if index in self.rows]
+        rows = [np.concatenate([_numbers(name, row).ravel() for name in self.asked.of], dtype=float) for row in known]
         if len(rows) < len(numbers) or len({row.size for row in rows}) > 1:
             return np.full((len(numbers), 1), np.nan)
         if not self.scale:
             self.scale.append(self._ranges(np.array(rows)))
         return np.array(rows) / self.scale[0]
-
-    def _vector(self, row: Row) -> Array:
-        """Return the variables of a row, one after the other."""
-        return np.concatenate([_numbers(name, row).ravel() for name in self.asked.of], dtype=float)
 
     def _ranges(self, outputs: Array) -> Array:
         """Return for each part the largest range of its variable's parts; 1 of a single variable, as of its limit."""

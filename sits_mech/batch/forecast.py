@@ -104,7 +104,8 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
     rows, whole = dict[int, Row](), _counted(shared.values(), chunk)
     trial = _Trial(Case(study), len(whole.left[-1]) < whole.cases)
     order = list(chain.from_iterable(grouped({index: own.order for index, own in shared.items()})))
-    for near, share in zip(_places(order, shared), _shares(), strict=False):
+    shares = chain((math.inf, math.inf, 0.5), repeat(0.02))  # of the forecast, that may have been tried before a place
+    for near, share in zip(_places(order, shared), shares, strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
         for index in near:
@@ -184,11 +185,6 @@ def _places(order: Sequence[int], shared: Mapping[int, Shared]) -> Iterator[list
         rests = (index for index in later if shared[index][1:] != here[1:])
         pads = (index for index in later if shared[index].pad != here.pad)
         yield [*order[at : at + 2], *islice(rests, 2), *islice(pads, 1)]
-
-
-def _shares() -> Iterator[float]:
-    """Yield what part of the forecast may have been tried before each place: both ends, the middle, further ones."""
-    return chain((math.inf, math.inf, 0.5), repeat(0.02))
 
 
 class _Trial:

@@ -10,9 +10,9 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from sits_mech.batch.studies.asked import Stage, Study
 from sits_mech.batch.studies.expressions import Expression
@@ -20,9 +20,6 @@ from sits_mech.cases import grid_points
 from sits_mech.scene.materials import unknown
 from sits_mech.status import ANSWERED
 from sits_mech.units import SceneError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def following(stage: Study, before: Study, numbers: Sequence[int]) -> Study:

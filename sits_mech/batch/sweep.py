@@ -32,13 +32,9 @@ class _Options(TypedDict, total=False):
 
 
 def sweep(
-    function: Callable[..., Mapping[str, Any]] | str | Path,
-    grid: Mapping[str, Sequence[Any]] | None = None,
-    *,
-    executor: Executor | Client | None = None,
-    folder: str | Path | None = None,
-    progress: cases.Progress | None = None,
-    **options: Unpack[_Options],
+    function: Callable[..., Mapping[str, Any]] | str | Path, grid: Mapping[str, Sequence[Any]] | None = None, *,
+    executor: Executor | Client | None = None, folder: str | Path | None = None,
+    progress: cases.Progress | None = None, **options: Unpack[_Options],
 ) -> xr.Dataset:
     """Call a function at every point of a grid, or run the cases of a study file.
 

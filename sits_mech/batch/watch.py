@@ -14,16 +14,14 @@ from collections.abc import Iterator
 from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from sits_mech.batch.run import TABLE, open_sweep
 from sits_mech.batch.studies.asked import SCENE
 from sits_mech.status import ANSWERED, UNFINISHED, kind_of
 from sits_mech.store import STORE
 from sits_mech.units import SceneError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SHOWN = 5  # groups under way: some processes, and what they left
 

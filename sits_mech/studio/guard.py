@@ -25,7 +25,8 @@ class Guard:
             return await self.app(scope, receive, send)
         headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
         by_address = f"token={self.token}" in scope.get("query_string", b"").decode("latin-1").split("&")
-        if not (self._here(headers) and (by_address or f"{self._cookie(headers)}={self.token}" in _cookies(headers))):
+        cookies = [part.strip() for part in headers.get("cookie", "").split(";")]
+        if not (self._here(headers) and (by_address or f"{self._cookie(headers)}={self.token}" in cookies)):
             return await _refused(scope, send)
 
         async def sent(message: Message) -> None:
@@ -45,11 +46,6 @@ class Guard:
     def _cookie(self, headers: dict[str, str]) -> str:
         """Return the cookie's name: one for each port, so that two studios do not disturb each other."""
         return f"{_COOKIE}_{headers.get('host', '').rpartition(':')[2]}"
-
-
-def _cookies(headers: dict[str, str]) -> list[str]:
-    """Return the cookies of a request."""
-    return [part.strip() for part in headers.get("cookie", "").split(";")]
 
 
 async def _refused(scope: Message, send: Callable[[Message], Awaitable[None]]) -> None:

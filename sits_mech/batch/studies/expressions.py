@@ -86,16 +86,12 @@ def _parsed(text: object) -> ast.expr | None:
     """Return the tree of a text; None where it is none, or has what no text may have."""
     if not isinstance(text, str) or len(text) > LONGEST:
         return None
+    quoted = _WITH_UNIT.sub(lambda match: match[1] or f'"{match[2]} {match[3]}"', text)
     try:
-        tree = ast.parse(_WITH_UNIT.sub(_quoted, text).strip(), mode="eval").body
+        tree = ast.parse(quoted.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
     return tree if all(_allowed(node, tree) for node in ast.walk(tree)) else None
-
-
-def _quoted(match: re.Match[str]) -> str:
-    """Return a quantity in quotes, and what is in quotes as it is."""
-    return match[1] or f'"{match[2]} {match[3]}"'
 
 
 def _number(node: ast.Constant) -> bool:

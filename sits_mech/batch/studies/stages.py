@@ -15,6 +15,7 @@ from sits_mech.batch.studies.expressions import Expression, expression
 from sits_mech.batch.studies.possible import check_names, named
 from sits_mech.batch.studies.samples import is_whole
 from sits_mech.batch.tables import SWEPT
+from sits_mech.scene.files import check_keys
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, scene_text
 from sits_mech.store import Row
@@ -53,9 +54,7 @@ def texts_of(scenes: Mapping[str, Sensor], request: Request, varied: Iterable[st
 
 def _check_kind(table: Mapping[str, Any], request: str) -> None:
     """Refuse a stage that has no request of those known, and is no export that may follow the request before."""
-    for key in table:
-        if key not in STAGE_KEYS:
-            raise SceneError(f"key {unknown(key, STAGE_KEYS)}")
+    check_keys(table, STAGE_KEYS)
     if request == EXPORT:
         raise SceneError("must not follow an export, which is the last stage")
     kinds = [key for key in ("request", EXPORT) if key in table]
