@@ -11,6 +11,7 @@ leads are added in series.
 
 from __future__ import annotations
 
+import json
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.propagation import diagonals, signal_weights
 from sits_mech.magnetics.coils.loops import coil_inductances
-from sits_mech.quantities import Array, Impedance, SolveReport
+from sits_mech.quantities import POSE, Array, Impedance, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import code_of, converter, tank_frequency
 from sits_mech.readout.front_end import FrontEnd, front_end
@@ -106,6 +107,26 @@ def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
     parts = {name: data[name] for name in ("shared_L", "alone_L", "slope_T_L", "slope_T_L_by") if name in data}
     own = _over_loads(sensor, data, **each).assign(L0=("coil", L0), scale=scale)
     return own.assign({name: part * own["scale"] for name, part in parts.items()}).drop_vars("scale")
+
+
+def request_of(data: xr.Dataset) -> dict[str, Any]:
+    """Return what a table was asked for: models, tolerance, loads."""
+    return dict(json.loads(data.attrs["request"]))
+
+
+def loads_over(low: Array, high: Array, count: int) -> Array:
+    """Return `count` even values of each component of a load, all combinations, shape (m, d)."""
+    axes = [np.linspace(a, b, count) for a, b in zip(low, high, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
+
+
+def table_poses(data: xr.Dataset, prefix: str = "") -> Array:
+    """Return poses of a table, or by the prefix of their names their errors, (n, 6); missing components are zero."""
+    found, dims = np.zeros((data["status"].size, len(POSE))), data["status"].dims
+    for k, name in enumerate(POSE):
+        if f"{prefix}{name}" in data:
+            found[:, k] = data[f"{prefix}{name}"].transpose(*dims).to_numpy().ravel()
+    return found
 
 
 def _converged(data: xr.Dataset) -> NDArray[np.bool_]:

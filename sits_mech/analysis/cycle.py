@@ -59,14 +59,8 @@ def triangle(period: float, cycles: int = 2, samples: int = 200) -> Programme:
 
 
 def load_cycle(
-    sensor: Sensor,
-    peak: Wrench,
-    programme: Programme,
-    *,
-    tolerance: float = 1e-2,
-    mechanics: str = "auto",
-    magnetics: str = "auto",
-    points: int = 17,
+    sensor: Sensor, peak: Wrench, programme: Programme, *, tolerance: float = 1e-2, mechanics: str = "auto",
+    magnetics: str = "auto", points: int = 17,
 ) -> xr.Dataset:
     """Return pose, inductance and signals under a load cycle up to `peak`, as a Dataset over time.
 

@@ -22,7 +22,6 @@ A path that ended before is a limit of its own, with the error that its two mesh
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -31,6 +30,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
+from sits_mech.analysis.bench import request_of, table_poses
 from sits_mech.cases import Progress
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded
@@ -38,7 +38,7 @@ from sits_mech.geometry.collision import clearance, room
 from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import POSE, Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
+from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.scene.sensor import Sensor, known_stretch, silicone_of
 from sits_mech.silicone.history import left_share, loop_width
@@ -94,7 +94,7 @@ def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
     known = known_stretch(sensor)
     dims, size = data["status"].dims, data["status"].size
     stretch = data["stretch"].transpose(*dims).to_numpy().ravel() if "stretch" in data else np.full(size, np.nan)
-    pose, error = (_components(data, prefix) for prefix in ("", "error_"))
+    pose, error = (table_poses(data, prefix) for prefix in ("", "error_"))
     gap = clearance(sensor, Pose.of(pose))
     half = np.zeros(2) if sensor.target is None else np.array(sensor.target.extent) / 2.0
     off = error[:, 1] + half[0] * error[:, 2] + half[1] * error[:, 4]
@@ -115,7 +115,7 @@ def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
 
 def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Progress | None = None) -> Limits:
     """Return limits with the largest multiples of the table's corner loads that a pad carries."""
-    request = json.loads(data.attrs["request"])
+    request = request_of(data)
     name = request["mechanics"] if request["mechanics"] in ("block", "planar") else "block"
     corners, found = corner_loads(sensor, data), []
     for load in corners:
@@ -243,12 +243,3 @@ def _share(part: Wrench, load: Wrench) -> float:
     """Return the ratio of two proportional loads."""
     whole = load.components
     return float(part.components @ whole / (whole @ whole))
-
-
-def _components(data: xr.Dataset, prefix: str) -> Array:
-    """Return poses of a table, or their errors, (n, 6); missing components are zero."""
-    found, dims = np.zeros((data["status"].size, len(POSE))), data["status"].dims
-    for k, name in enumerate(POSE):
-        if f"{prefix}{name}" in data:
-            found[:, k] = data[f"{prefix}{name}"].transpose(*dims).to_numpy().ravel()
-    return found

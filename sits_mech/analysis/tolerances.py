@@ -12,14 +12,13 @@ size.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.bench import request_of, sensor_calibration
 from sits_mech.analysis.spread import Spread, design, spread
 from sits_mech.cases import Progress
 from sits_mech.chain.models import loaded_model, mechanical_model
@@ -79,7 +78,7 @@ def force_spread(
     held = fixed(data.isel({name: 0 for name in varied(data) if name not in cal.forces}))
     wrenches = [Wrench(**held | dict(zip(cal.forces, load, strict=True))) for load in asked.tolist()]
     points = design(list(deviations.values()), samples)
-    request = json.loads(data.attrs["request"])
+    request = request_of(data)
     poses, kept = [], dict[tuple[float, float], Array]()
     for number, point in enumerate(points):
         at = dict.fromkeys(TOLERANCES, 0.0) | dict(zip(deviations, point.tolist(), strict=True))

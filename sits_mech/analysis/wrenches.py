@@ -8,13 +8,11 @@ assumed: where the scene is its own image in y = 0, what F_y, M_x and M_z do com
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import free_inductances
+from sits_mech.analysis.bench import free_inductances, request_of
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.quantities import POSE, WRENCH, Array, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.observability import Observability, observability
@@ -50,7 +48,7 @@ def _pose_slopes(sensor: Sensor, field: MagneticModel, rest: Array) -> Array:
 
 def table_slopes(sensor: Sensor, data: xr.Dataset) -> Array:
     """Return `wrench_slopes` of a calibrated sensor in space; raise SceneError where models do not hold the scene."""
-    pad = mechanical_model(sensor, "block", json.loads(data.attrs["request"])["tolerance"])[0]
+    pad = mechanical_model(sensor, "block", request_of(data)["tolerance"])[0]
     return wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
 
 

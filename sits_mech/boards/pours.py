@@ -87,4 +87,3 @@ def _check_clear(pour: Pour, copper: Any, run: Run, where: str) -> None:
             f"{where}: its track must be clear of the pour of {pour.net or 'no net'} on {pour.layer}; got one that "
             f"touches it at {place(at)}"
         )
-

@@ -25,7 +25,6 @@ app = App(
 )
 
 
-
 def flag(help: str) -> Parameter:
     """Return an option without value that has no opposite."""
     return Parameter(negative="", help=help)

@@ -276,15 +276,13 @@ def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]
 
 def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array]:
     """Return the inductances of a table's largest load while it comes and goes, the second time."""
-    import json
-
-    from sits_mech.analysis.bench import branches
+    from sits_mech.analysis.bench import branches, request_of
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.quantities import Wrench
     from sits_mech.readout.loads import fixed, load_words, varied
     from sits_mech.units import SceneError
 
-    request = json.loads(data.attrs["request"])
+    request = request_of(data)
     models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}
     held = load_words(fixed(data))
     if held:

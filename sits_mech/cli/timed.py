@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -32,6 +31,7 @@ def in_time(
     sensor: Sensor, path: Path, models: Models, rcount: int | None, output: Path | None, as_json: bool, accept: bool
 ) -> int:
     """Follow a history of loads, and the converter through it."""
+    from sits_mech.analysis.bench import request_of
     from sits_mech.analysis.histories.codes import checked_count, with_codes
     from sits_mech.analysis.histories.read import read_history
     from sits_mech.analysis.histories.response import in_time as followed
@@ -48,7 +48,7 @@ def in_time(
             data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=count)
     except SolveFailed as error:
         return not_converged(error, as_json, True)
-    names = json.loads(data.attrs["request"])
+    names = request_of(data)
     unsolved = [item for item in omissions(sensor, loads.loads, names["mechanics"], names["magnetics"]) if item.asked]
     answer(history_record(data, unsolved), [history_table(data), *left_out_tables(unsolved)], as_json)
     if folder is not None:

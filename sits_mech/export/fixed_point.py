@@ -28,7 +28,6 @@ _STRIDE = {1: 8, 2: 8, 3: 5}  # of the fine grid, for starting points
 _FEW = 16  # starting points of a part that no strided node lies in
 
 
-
 @dataclass(frozen=True)
 class FixedPoint:
     """A calibration in codes as integers."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Sequence
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.bench import request_of
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE, Pose, Wrench, shown_unit
 from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -30,8 +30,7 @@ class Source:
     @property
     def request(self) -> dict[str, Any]:
         """Return the request of the calibration: models, tolerance, forces."""
-        found = json.loads(self.data.attrs["request"])
-        return found if isinstance(found, dict) else {}
+        return request_of(self.data)
 
     @property
     def about(self) -> str:

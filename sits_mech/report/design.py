@@ -123,5 +123,3 @@ def _tables(asked: Requirements, found: DesignAnswer) -> str:
     tables = "\n".join(f"<h3>{html.escape(str(each.title))}</h3>{html_table(each)}" for each in every)
     notes = "".join(f"<li>{html.escape(line)}</li>" for line in found.notes)
     return f"{tables}<ul class='words'>{notes}</ul>"
-
-

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich.table import Table
 from scipy.interpolate import CubicSpline
 
 from sits_mech.analysis.envelope import Envelope, Ray
@@ -18,7 +19,6 @@ from sits_mech.report.tables.solves import key_table, with_error
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from rich.table import Table
 
 
 def envelope_record(found: Envelope) -> dict[str, Any]:

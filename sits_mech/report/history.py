@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.analysis.bench import request_of
 from sits_mech.chain.omissions import Omission
 from sits_mech.quantities import POSE, WRENCH, shown_unit
 from sits_mech.readout.signals import told
@@ -68,7 +69,7 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
     own = data.isel(time=np.flatnonzero(data["given"].to_numpy()))
     coils = np.diagonal(own["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=1, axis2=2)
     return status_record(joined(data["flags"].to_numpy())) | {
-        "request": json.loads(data.attrs["request"]),
+        "request": request_of(data),
         "time": own["time"].to_numpy(),
         "wrench": {name: own[name].to_numpy() for name in WRENCH},
         "pose": {name: own[name].to_numpy() for name in POSE},

@@ -35,6 +35,11 @@ def report_record(
     return {name: item for name, item in found.items() if item is not None}
 
 
+def named(names: Sequence[str], values: Array) -> Record:
+    """Return values by their names."""
+    return dict(zip(names, values.tolist(), strict=True))
+
+
 def status_record(flags: Sequence[str]) -> Record:
     """Return the flags of an answer, worst first, and the worst as its status."""
     return {"status": flags[0], "flags": list(flags)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.bench import request_of
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import varied, wrench_of
@@ -60,7 +60,7 @@ def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     first = 1e-9 * shares @ 0.5 ** np.arange(len(dims))  # of mirror images the one with the positive forces
     at = done[int(np.argmax(np.sum(shares**2, axis=1) + first))]
     wrench = wrench_of(data[["status"]].isel(dict(zip(dims, at, strict=True))))
-    request = json.loads(data.attrs["request"])
+    request = request_of(data)
     mechanics, tolerance = request["mechanics"], request["tolerance"]
     drift = "slope_T_L" in data
     known = kept_rest((cases_folder(folder), kept_key(sensor, mechanics, tolerance, drift=drift)), wrench)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import own_inductances
+from sits_mech.analysis.bench import own_inductances, request_of
 from sits_mech.readout.loads import several, varied
 from sits_mech.scene.sensor import Sensor
 from sits_mech.synthesis.answered import Answered, Task
@@ -29,7 +27,7 @@ def at_a_glance(
     L = own_inductances(sensor, data)["L"].transpose(*varied(data), "coil").to_numpy().reshape(-1, len(sensor.coils))
     if not np.isfinite(L).all():
         raise ValueError("loads: every one must have a result for figures of merit")
-    solver = Solver(asked, float(json.loads(data.attrs["request"])["tolerance"]))
+    solver = Solver(asked, float(request_of(data)["tolerance"]))
     if like is None or like.table is None:
         noise, rate = solver.converter(sensor, data)
         known = errors_of(sensor, data, noise)

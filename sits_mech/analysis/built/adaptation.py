@@ -32,7 +32,6 @@ from sits_mech.analysis.built.fit import Beforehand, Free, ParameterFit, fit_par
 from sits_mech.analysis.built.force_maps import Table, moduli
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.prior import HALF, Prior, inverted, load_noise_of
-from sits_mech.analysis.built.unknowns import Known
 from sits_mech.analysis.measured import Measured
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
@@ -113,43 +112,20 @@ def _force_widths(found: Adaptation, P: Array) -> float:
 
 @dataclass(frozen=True)
 class Adaptation:
-    """What readings tell of a built sensor.
+    """What readings tell of a built sensor."""
 
-    Attributes
-    ----------
-    prior : Prior
-        The calibrated sensor, and what was unknown.
-    measured : Measured
-        The readings.
-    names : tuple of str
-        Of the unknowns of sensor and bench, then of the factors of shared errors.
-    values, deviations : ndarray, shape (p,)
-        Where the posterior is largest, and its standard deviations [SI].
-    covariance : ndarray, shape (p, p)
-    chi_square : float
-        Least of the module docstring; `numbers` the numbers read.
-    residual : ndarray, shape (m, n)
-        Readings less what the adapted sensor shows, loads as read [H].
-    structured : float, freedom : int
-        Of the same what no unknown can move, as a chi^2, and its degrees of freedom.
-    before : ndarray, shape (m, n)
-        Readings less what the calibration shows [H].
-    posterior : Posterior
-        Of all unknowns, what loads were misread by as well.
-    """
-
-    prior: Prior
+    prior: Prior  # the calibrated sensor, and what was unknown
     measured: Measured
-    names: tuple[str, ...]
-    values: Array
-    covariance: Array
-    chi_square: float
-    numbers: int
-    residual: Array
-    structured: float
-    freedom: int
-    before: Array
-    posterior: Posterior = field(repr=False)
+    names: tuple[str, ...]  # of the unknowns of sensor and bench, then of the factors of shared errors
+    values: Array  # where the posterior is largest, (p,) [SI]
+    covariance: Array  # (p, p)
+    chi_square: float  # least of the module docstring
+    numbers: int  # that were read
+    residual: Array  # readings less what the adapted sensor shows, loads as read, (m, n) [H]
+    structured: float  # of the same what no unknown can move, as a chi^2
+    freedom: int  # degrees of freedom of that
+    before: Array  # readings less what the calibration shows, (m, n) [H]
+    posterior: Posterior = field(repr=False)  # of all unknowns, what loads were misread by as well
 
     @property
     def deviations(self) -> Array:
@@ -193,21 +169,10 @@ def adapt(
 ) -> Adaptation:
     """Return what readings tell of a built sensor.
 
-    Parameters
-    ----------
-    prior : Prior
-        From `prior_of`.
-    measured : Measured
-        Readings under loads; a load that was not measured is NaN, and then found from the readings themselves.
-    load_noise : float, optional
-        Deviation of a force that is read [N]; by default, as of moments, a thousandth of the table's largest.
-    depth_noise : float
-        The same of the target's way down, where it was measured [m].
-
-    Raises
-    ------
-    SceneError
-        When loads lie beyond the table for every modulus, or an unknown is at the end of its reach.
+    A load of `measured` that was not measured is NaN, and then found from the readings themselves; `load_noise` is the
+    deviation of a force that is read [N], by default, as of moments, a thousandth of the table's largest; `depth_noise`
+    that of the target's way down, where it was measured [m]. Raises SceneError when loads lie beyond the table for
+    every modulus, or an unknown is at the end of its reach.
     """
     table, n, m = prior.table, len(prior.noise), len(measured.L)
     size = load_noise_of(table, load_noise)
@@ -217,8 +182,9 @@ def adapt(
     y, scale = measured.L, np.tile(np.hypot(prior.noise, prior.model), (m, 1))
     if measured.depth is not None:
         y, scale = np.column_stack([y, measured.depth]), np.column_stack([scale, np.full(m, depth_noise)])
-    misread = _misread(table, forces, blind, size)
-    known = Beforehand((*_free(prior, forces), *_factors(prior.factors), *misread), prior.root)
+    misread, reach = _misread(table, forces, blind, size), _WIDEST * HALF
+    factors = [Free(each.name, each.value or 0.0, -reach, reach, HALF, each.deviation) for each in prior.factors]
+    known = Beforehand((*_free(prior, forces), *factors, *misread), prior.root)
     fit = fit_parameters(bench.model, y, known.free, noise=scale, slopes=bench.slopes, root=known.root)
     p = len(prior.start)
     none, freedom = _structured(bench, fit, scale, misread)
@@ -232,23 +198,15 @@ def adapt(
 
 def _free(prior: Prior, forces: Array) -> list[Free]:
     """Return the parameters of sensor and bench to be fitted."""
-    (softest, stiffest), why = moduli(forces, prior.table, prior.forces)
+    (softest, stiffest), why = moduli(forces, prior.table, prior.forces, "modulus" in prior.setup.names)
     room = 1e-3 * (stiffest - softest)
     modulus = Free("modulus", 1.0, softest + room, stiffest - room, 1.0, beyond=why)
-    parameters = prior.setup.parameters
-    if not softest <= 1.0 <= stiffest and all(each.name != "modulus" for each in parameters):
-        raise SceneError(f"table: must reach beyond the measured forces; {why[int(softest <= 1.0)]}")
     found = prior.setup.free(prior.table.poses, {"modulus": modulus})
     if any(not each.low < each.high for each in found if each.name == "modulus"):
         raise SceneError(f"table: must reach beyond the measured forces; {why[0] or why[1]}")
     least = -prior.sensor.readout.lead_inductance  # no lead has less than none
     found = tuple(replace(each, low=max(each.low, least), wall=True) if each.name == "lead" else each for each in found)
     return [replace(each, start=float(np.clip(each.start, each.low, each.high))) for each in found]
-
-
-def _factors(known: Sequence[Known]) -> list[Free]:
-    """Return the factors of shared errors."""
-    return [Free(each.name, each.value or 0.0, -_WIDEST * HALF, _WIDEST * HALF, HALF, each.deviation) for each in known]
 
 
 def _misread(table: Table, forces: Array, blind: NDArray[np.bool_], noises: Array) -> list[Free]:

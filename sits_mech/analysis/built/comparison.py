@@ -8,14 +8,13 @@ coils; with nothing moved they are the table's own.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import sensor_front_end
+from sits_mech.analysis.bench import request_of, sensor_front_end
 from sits_mech.analysis.built.fit import Free, Model, ParameterFit, fit_parameters, profile
 from sits_mech.analysis.built.force_maps import layer_slopes, moduli, table_of
 from sits_mech.analysis.built.loaded import LoadedBench
@@ -98,7 +97,7 @@ def _maker(
 ) -> Callable[[Sensor], MagneticModel]:
     """Return a function that makes the magnetic model of a scene: the table's, or that of the poses."""
     if data is not None:
-        request = json.loads(data.attrs["request"])
+        request = request_of(data)
         loads = [wrench_of(row) for row in points(data)]
         return lambda scene: loaded_model(scene, request["magnetics"], request["tolerance"], loads)[0]
     poses = np.zeros((0, len(POSE))) if measured.poses is None else measured.poses
@@ -125,14 +124,11 @@ def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float |
     """Compare readings under loads."""
     sensor, names = setup.sensor, several(data)
     table = table_of(sensor, data, names)
-    (softest, stiffest), why = moduli(measured.forces, table, names)
-    columns = [each.name for each in setup.parameters]
-    if not softest <= 1.0 <= stiffest and "modulus" not in columns:
-        raise SceneError(f"table: must reach beyond the measured forces; {why[int(softest <= 1.0)]}")
-
+    columns = setup.names
+    (softest, stiffest), why = moduli(measured.forces, table, names, "modulus" in columns)
     layer = None
     if {*columns} & {*LAYER}:
-        request = json.loads(data.attrs["request"])
+        request = request_of(data)
         layer = layer_slopes(sensor, data, names, request["mechanics"], request["tolerance"])
     bench = LoadedBench(setup, table, measured.forces, layer)
     inside = (softest + 1e-3 * (stiffest - softest), stiffest - 1e-3 * (stiffest - softest))

@@ -16,12 +16,11 @@ on 90 % of loads (`biorob2018-w15`; one that is softer by 28 % and turned 1.1 %)
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from sits_mech.analysis.bench import code_calibration, codes_of, sensor_front_end
+from sits_mech.analysis.bench import code_calibration, codes_of, loads_over, sensor_front_end
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.quantities import Array
@@ -87,8 +86,7 @@ def _grid(cal: Calibration) -> Array:
     """Return forces over the table, (m, d)."""
     count = _ACROSS.get(len(cal.forces), 4)
     edge = 0.5 * (1.0 - _SHARE) * (cal.high - cal.low)
-    ends = zip(np.minimum(cal.low + edge, np.maximum(cal.low, 0.0)), cal.high - edge, strict=True)
-    return np.array(list(product(*(np.linspace(low, high, count) for low, high in ends))))
+    return loads_over(np.minimum(cal.low + edge, np.maximum(cal.low, 0.0)), cal.high - edge, count)
 
 
 def _codes(prior: Prior, p: Array, forces: Array) -> Array:

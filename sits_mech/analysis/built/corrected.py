@@ -14,14 +14,13 @@ film) is in the table alone.
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import henries
+from sits_mech.analysis.bench import henries, request_of
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.chain.calibrate import tabulated
@@ -65,7 +64,7 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
             continue
         settled[load] = Settled(_rest(row, load, places[turn], moved[:, turn]))
         turn += 1
-    request = json.loads(data.attrs["request"])
+    request = request_of(data)
     request |= {name: (s * np.array(request[name])).tolist() for name in WRENCH if name in request}
     asked = float(data.attrs["magnetics_tolerance"])
     field, choice = loaded_model(sensor, request["magnetics"], asked, list(settled))

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.analysis.bench import table_impedance
+from sits_mech.analysis.bench import loads_over, table_impedance
 from sits_mech.analysis.built.setup import shown_inductances
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.chain.derivatives.gradient_grid import slopes_under
@@ -65,9 +65,7 @@ class Table:
     @cached_property
     def ranges(self) -> Array:
         """The range of each inductance over the forces [H]."""
-        axes = [np.linspace(a, b, 9) for a, b in zip(self.map.low, self.map.high, strict=True)]
-        loads = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
-        return np.asarray(np.ptp(self.map.at(loads), axis=0))
+        return np.asarray(np.ptp(self.map.at(loads_over(self.map.low, self.map.high, 9)), axis=0))
 
 
 def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
@@ -130,8 +128,13 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     return fit_map(names, loads[:, [WRENCH.index(name) for name in names]], slopes.reshape(len(loads), -1))
 
 
-def moduli(forces: Array, table: Table, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:
-    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why."""
+def moduli(
+    forces: Array, table: Table, names: Sequence[str], fitted: bool
+) -> tuple[tuple[float, float], tuple[str, str]]:
+    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why.
+
+    Where the modulus is not `fitted` one must be among them.
+    """
     (least, most), (why_least, why_most) = _MODULI, ("", "")
     for k, (name, low, high) in enumerate(zip(names, *table.ends(), strict=True)):
         unit = shown_unit(name)
@@ -145,4 +148,12 @@ def moduli(forces: Array, table: Table, names: Sequence[str]) -> tuple[tuple[flo
                 least, why_least = top / end, came
             if end < 0.0 and top / end < most:
                 most, why_most = top / end, came
+    if not fitted:
+        _check_one(least, most, (why_least, why_most))
     return (least, most), (why_least, why_most)
+
+
+def _check_one(least: float, most: float, why: tuple[str, str]) -> None:
+    """Refuse forces that the map holds for other moduli than the scene's alone."""
+    if not least <= 1.0 <= most:
+        raise SceneError(f"table: must reach beyond the measured forces; {why[int(least <= 1.0)]}")

@@ -18,10 +18,10 @@ the table that a sensor which is softer by a deviation of its modulus can be rea
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
+from sits_mech.analysis.bench import loads_over
 from sits_mech.analysis.built.prior import SURE, Prior, inverted, load_noise_of
 from sits_mech.analysis.built.unknowns import Known
 from sits_mech.quantities import Array
@@ -38,34 +38,17 @@ _NOTHING = 1.0  # deviation of a way down that was not measured [m]: far more th
 class LoadPlan:
     """Loads to be read, and what they bring.
 
-    Attributes
-    ----------
-    rig : str
-    forces : tuple of str
-        Names of the components of the loads.
-    loads : ndarray, shape (N, d)
-        In the order of their use [N, N m].
-    kinds : tuple of str
-        What each is: load, rest, weight, stop (its load is the one that the computed sensor has there).
-    read : ndarray, shape (m, d)
-        Loads that the errors below are taken over: the range to be read.
-    errors : ndarray, shape (N + 1, d)
-        Of each force over its range, 90 % of readings lie within: after none of the loads but a tare at rest (in use
-        without one), one, ...
-    more : ndarray, shape (d,)
-        The same after the loads and as many more of the best.
-    told : ndarray, shape (N + 1, p, p)
-        What is known of the unknowns each time, as a matrix of information.
+    Errors are of each force over its range, 90 % of readings lie within.
     """
 
     rig: str
-    forces: tuple[str, ...]
-    loads: Array
-    kinds: tuple[str, ...]
-    read: Array
-    errors: Array
-    more: Array
-    told: Array
+    forces: tuple[str, ...]  # components of the loads
+    loads: Array  # in the order of their use, (N, d) [N, N m]
+    kinds: tuple[str, ...]  # of each: load, rest, weight, stop (its load is the one that the computed sensor has there)
+    read: Array  # loads that errors are taken over, the range to be read, (m, d)
+    errors: Array  # after none of the loads but a tare at rest (in use without one), one, ..., (N + 1, d)
+    more: Array  # the same after the loads and as many more of the best, (d,)
+    told: Array  # what is known of the unknowns each time, as a matrix of information, (N + 1, p, p)
 
 
 def plan_loads(
@@ -122,8 +105,7 @@ def _grid(prior: Prior) -> Array:
     names = prior.setup.names
     known = prior.known[names.index("modulus")] if "modulus" in names else Known("modulus", 1.0, 0.0)
     softer = (known.value or 1.0) / (1.0 + known.deviation / (known.value or 1.0))
-    low, high = (softer * end for end in (prior.table.map.low, prior.table.map.high))
-    return np.array(list(product(*(np.linspace(a, b, _ACROSS) for a, b in zip(low, high, strict=True)))))
+    return loads_over(softer * prior.table.map.low, softer * prior.table.map.high, _ACROSS)
 
 
 def _goal(prior: Prior, read: Array) -> Array:

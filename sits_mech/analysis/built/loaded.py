@@ -169,5 +169,3 @@ def _turned(names: Sequence[str], forces: Array, turns: Array) -> Array:
     for place, axis in own:
         found[..., place] = _UPWARDS[axis] * whole[..., axis]
     return found
-
-

@@ -12,7 +12,6 @@ and a force that is read is off by
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -21,7 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import own_inductances, sensor_front_end
+from sits_mech.analysis.bench import own_inductances, request_of, sensor_front_end
 from sits_mech.analysis.built.force_maps import Table, layer_slopes, shared_poses, table_of, told
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
@@ -159,16 +158,10 @@ def prior_of(
 ) -> Prior:
     """Return a calibrated sensor with what is unknown of it.
 
-    Parameters
-    ----------
-    sensor, data
-        As from `calibrate`.
-    unknown : sequence of str
-        Names or texts as of `unknowns.known`; by default all that a sensor and its bench have.
-    noise : float, optional
-        Of an inductance that is read [H]; by default the converter's.
+    `unknown` are names or texts as of `unknowns.known`, by default all that a sensor and its bench have; `noise` is of
+    an inductance that is read [H], by default the converter's.
     """
-    request, names = json.loads(data.attrs["request"]), several(data)
+    request, names = request_of(data), several(data)
     known = priors(sensor, unknown or usual_unknowns(sensor, (request["mechanics"], request["magnetics"]), names))
     loads = [wrench_of(row) for row in points(data)]
     asked = float(data.attrs["magnetics_tolerance"])

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,12 +29,10 @@ from sits_mech.analysis.built.fit import Free
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.prior import Prior, inverted
 from sits_mech.analysis.built.unknowns import CELL, Known
+from sits_mech.analysis.measured import Measured
+from sits_mech.cases import Progress
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
-
-if TYPE_CHECKING:
-    from sits_mech.analysis.measured import Measured
-    from sits_mech.cases import Progress
 
 _MIX = {"modulus": 0.03, "stiffening": 0.01}  # deviations between units of one mix, chosen
 _HALF = 0.5  # of the variance of others that is each unit's, chosen; units themselves tell
@@ -60,27 +58,13 @@ class Shared:
 
 @dataclass(frozen=True)
 class Production:
-    """What readings of some units tell of all.
+    """What readings of some units tell of all."""
 
-    Attributes
-    ----------
-    start : Prior
-        What was known before any.
-    next : Prior
-        What is known of one more unit.
-    within : ndarray, shape (p,)
-        Standard deviations between units, of parameters and factors [SI; of the modulus relative].
-    units : dict of str to Adaptation
-        Each unit, by its own readings and those of the others.
-    refused : dict of str to str
-        Units whose readings tell nothing, and why.
-    """
-
-    start: Prior
-    next: Prior
-    within: Array
-    units: dict[str, Adaptation]
-    refused: dict[str, str]
+    start: Prior  # what was known before any
+    next: Prior  # what is known of one more unit
+    within: Array  # deviations between units, of parameters and factors, (p,) [SI; of the modulus relative]
+    units: dict[str, Adaptation]  # each by its own readings and those of the others
+    refused: dict[str, str]  # whose readings tell nothing, and why
 
     @classmethod
     def alone(cls, prior: Prior) -> Production:
@@ -104,20 +88,10 @@ def produced(
 ) -> Production:
     """Return what readings of units tell of their production, and each unit with the help of the others.
 
-    Parameters
-    ----------
-    prior : Prior
-        Of a unit, before any is read.
-    units : mapping
-        Readings of each; those that are hardly of such a sensor do not count for the others.
-    within : mapping of str to float
-        Deviations between units by name of the unknown [SI, of the modulus relative]; others by half of the variance.
-    progress : callable, optional
-        Called with the number of fits done and of all.
-    **noises
-        As of `adapt`.
-
-    Raises SceneError for a name that is not unknown, or when no unit is such a sensor.
+    `prior` is of a unit before any is read; `units` are the readings of each, of which those that are hardly of such a
+    sensor do not count for the others; `within` are deviations between units by name of the unknown [SI, of the modulus
+    relative], others by half of the variance; `progress` gets the number of fits done and of all; `noises` as of
+    `adapt`. Raises SceneError for a name that is not unknown, or when no unit is such a sensor.
     """
     count = 0
 
@@ -154,8 +128,9 @@ def told_by(found: Adaptation) -> Told:
     """Return what the readings of a unit tell, without what was known before."""
     count, fit = len(found.values), found.posterior.fit
     free = found.posterior.known.free[:count]
-    slopes = np.array([each.known_slope(value) for each, value in zip(free, found.values.tolist(), strict=True)])
-    z = np.array([float(each.known(np.array(value))) for each, value in zip(free, found.values.tolist(), strict=True)])
+    pairs = list(zip(free, found.values.tolist(), strict=True))
+    slopes = np.array([each.known_slope(value) for each, value in pairs])
+    z = np.array([float(each.known(np.array(value))) for each, value in pairs])
     whole = inverted(found.covariance / fit.variance * np.outer(slopes, slopes))
     before = np.eye(count) if found.prior.root is None else found.prior.root.T @ found.prior.root
     size, turn = np.linalg.eigh(whole - before)

@@ -142,8 +142,6 @@ def _usual(sensor: Sensor, name: str) -> Known:
     return Known(name, 1.0 if name == "cell" else 0.0, USUAL.get(name, USUAL["alpha"]) * of.get(name, 1.0))
 
 
-
-
 def _stated(sensor: Sensor, name: str) -> float | None:
     """Return the deviation that a scene states."""
     found = getattr(sensor.tolerances, name, None)

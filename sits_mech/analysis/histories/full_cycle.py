@@ -12,6 +12,7 @@ import json
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.bench import request_of
 from sits_mech.analysis.cycle import Programme, loops
 from sits_mech.analysis.histories.response import between, in_time
 from sits_mech.labels import labelled
@@ -44,7 +45,7 @@ def full_cycle(
         found[name] = (data[name].dims, between(solved, load, data[name].to_numpy())(programme.time))
     coords = {"time": programme.time, "coil": data["coil"], "coil_2": data["coil_2"]}
     full = xr.Dataset({"share": ("time", programme.share), **found, "L0": data["L0"]}, coords, data.attrs)
-    request = json.loads(data.attrs["request"]) | {"peak": vars(peak)}
+    request = request_of(data) | {"peak": vars(peak)}
     full = full.assign_attrs(marked(joined(data["flags"].to_numpy())))
     full = full.assign_attrs(request=json.dumps(request))
     return labelled(full.assign_attrs({key: item for name in told(full) for key, item in loops(full, name).items()}))

@@ -184,4 +184,3 @@ def _widths(cycles: _Cycles, x: Array, free: Array) -> tuple[float, list[float |
     select = np.eye(3)[:, free]
     widths = half_widths(np.stack(slopes, axis=1), np.column_stack([np.zeros(3), select]), residual, cycles.weight)
     return c, widths, residual
-

@@ -8,7 +8,6 @@ Its own layout and script stand beside this file. The response is the slow one; 
 from __future__ import annotations
 
 import html
-from importlib import resources
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -45,23 +44,19 @@ def page(source: Source, numbers: dict[str, Any], notes: list[str]) -> str:
     poses = [item for item in items if item["name"] in POSE]
     record = table(sensor, data, read, poses, small=False)
     kept = {name: np.asarray(value).tolist() for name, value in numbers.items() if not name.endswith("_float32")}
-    markup = Template(_file("page.html")).substitute(
+    markup = Template(page_file("page.html", "export.page")).substitute(
         sliders=sliders(data), cards="\n".join((cards(coils), _back(numbers), cards(poses))),
         charts="\n".join(_chart(k, name) for k, name in enumerate(kept["coils"])),
         shown="Codes" if kept["codes"] else "Inductances", about=html.escape(source.about),
         notes="".join(f"<li>{html.escape(note)}</li>" for note in notes),
     )
-    evaluator = (resources.files("sits_mech.export.twin") / "twin.js").read_text(encoding="utf-8")
-    code = [page_file("table.js"), page_file("scene.js"), evaluator, _file("page.js")]
+    evaluator = page_file("twin.js", "export.twin")
+    code = [page_file("table.js"), page_file("scene.js"), evaluator, page_file("page.js", "export.page")]
     return page_of(
-        sensor.name, [("sensor", "Press and shear", markup)], " SI units; F_z presses down.", _file("page.css"),
-        subtitle=subtitle(data), tiles="", script=script_of(record | {"twin": kept}, code),
+        sensor.name, [("sensor", "Press and shear", markup)], " SI units; F_z presses down.",
+        page_file("page.css", "export.page"), subtitle=subtitle(data), tiles="",
+        script=script_of(record | {"twin": kept}, code),
     )
-
-
-def _file(name: str) -> str:
-    """Return the text of a file beside this one."""
-    return (resources.files("sits_mech.export.page") / name).read_text(encoding="utf-8")
 
 
 def _back(numbers: dict[str, Any]) -> str:

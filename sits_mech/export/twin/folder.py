@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 from sits_mech.export.source import Source, comment, own_folder
 from sits_mech.export.twin.arrays import twin_arrays
 from sits_mech.export.twin.mjcf import mjcf
+from sits_mech.report.page.explorer import page_file
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.version import __version__
 
@@ -36,7 +36,7 @@ def write_twin(source: Source, path: Path) -> tuple[str, ...]:
     np.savez(stream, allow_pickle=False, **numbers)
     write_bytes(path / "sensor.npz", stream.getvalue())
     for name in EVALUATORS:
-        write_text(path / name, (resources.files("sits_mech.export.twin") / name).read_text(encoding="utf-8"))
+        write_text(path / name, page_file(name, "export.twin"))
     write_text(path / "sensor.h", c_tables(numbers, source.about))
     pad = mjcf(source.sensor, numbers)
     if pad is None:

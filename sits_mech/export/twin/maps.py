@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from sits_mech.analysis.bench import absolute, codes_of
+from sits_mech.analysis.bench import absolute, codes_of, table_poses
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.models import loaded_model
 from sits_mech.export.source import Source
@@ -162,9 +162,8 @@ def _nodes(d: int, count: int) -> tuple[Array, Array]:
 
 def _reached(source: Source) -> Array:
     """Return the poses of the table, shape (m, 6) [m, rad]."""
-    zero = 0.0 * source.data["d_v"]
-    each = [(source.data[name] if name in source.data else zero).to_numpy().ravel() for name in POSE]
-    return np.asarray(np.transpose(each)[np.isfinite(np.sum(each, axis=0))])
+    poses = table_poses(source.data)
+    return poses[np.isfinite(poses).all(axis=1)]
 
 
 def _among(found: SmoothMap, powers: Powers) -> Array:

@@ -37,6 +37,7 @@ _MOST = 300_000  # numbers in a page
 _DIGITS = {True: 11, False: 6}
 _FEW = 6  # coils that are shown before signals and pose
 _STILL = 1e-9  # a component of the pose below it is none [m, rad]
+_UNSHOWN = ("values", "along", "limit")  # of what is required
 _KINDS = {
     "F_x": "shear", "F_y": "shear along y", "F_z": "normal", "M": "moment about y", "M_x": "moment about x",
     "M_z": "moment about z",
@@ -90,7 +91,8 @@ class Asked:
 def explorer(sensor: Sensor, data: xr.Dataset, read: Readings, asked: Asked | None = None) -> tuple[str, str]:
     """Return the explorer's section and script; the table must vary at least one component of the load."""
     asked = asked or Asked()
-    items = [*items_of(sensor, data, read), *(_item(each) for each in asked.items)]
+    items = items_of(sensor, data, read)
+    items += [{key: item for key, item in each.items() if key not in _UNSHOWN} for each in asked.items]
     data = data.assign({each["name"]: (varied(data), each["values"]) for each in asked.items})
     curves = charts(data, items, asked)
     small = sum(1 + ("error" in item) for item in items) * data["status"].size <= _MOST
@@ -110,9 +112,9 @@ def script_of(record: Record, code: Sequence[str]) -> str:
     return f'{script}<script>\n(function () {{\n"use strict";\n{whole}\n}})();\n</script>\n'
 
 
-def page_file(name: str) -> str:
-    """Return the text of a file of the page."""
-    return (resources.files("sits_mech.report.page") / name).read_text(encoding="utf-8")
+def page_file(name: str, room: str = "report.page") -> str:
+    """Return the text of a file of the page, or of another room."""
+    return (resources.files(f"sits_mech.{room}") / name).read_text(encoding="utf-8")
 
 
 def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
@@ -158,11 +160,6 @@ def sliders(data: xr.Dataset) -> str:
             f'<output id="o-{name}" for="s-{name}"></output>'
         )
     return "\n".join(lines)
-
-
-def _item(asked: Record) -> Record:
-    """Return the item of what is required."""
-    return {name: value for name, value in asked.items() if name not in ("values", "along", "limit")}
 
 
 def charts(data: xr.Dataset, items: list[Record], asked: Asked) -> list[Record]:

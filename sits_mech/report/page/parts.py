@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ import xarray as xr
 from pydantic import BaseModel
 from rich.table import Table
 
-from sits_mech.analysis.bench import Readings, coil_table, sensor_calibration
+from sits_mech.analysis.bench import Readings, coil_table, request_of, sensor_calibration
 from sits_mech.analysis.limits import limits_of
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit
@@ -46,7 +45,7 @@ _NOTABLE = 10.0  # crosstalk worth a sentence [% of full scale]
 
 def subtitle(data: xr.Dataset) -> str:
     """Return one line under the title."""
-    request = json.loads(data.attrs["request"])
+    request = request_of(data)
     models = f"{request['mechanics']} mechanics, {request['magnetics']} magnetics"
     frequency = f"{float(data.attrs['frequency']) / 1e6:.4g} MHz"
     held = load_words(fixed(data))
@@ -118,7 +117,7 @@ def _mixing(data: xr.Dataset) -> list[str]:
 
 def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
     """Return the limitations of the models that were used."""
-    lines, mechanics = [], json.loads(data.attrs["request"])["mechanics"]
+    lines, mechanics = [], request_of(data)["mechanics"]
     if data.attrs["unit_L"] != "H":
         lines.append(
             "The magnetic model is per metre of depth. Microhenries and codes are its relative changes times the "
@@ -277,7 +276,7 @@ def _shown(key: str, value: Any) -> str:
 
 def computed_part(data: xr.Dataset) -> str:
     """Return models, tolerance, errors and times."""
-    request = json.loads(data.attrs["request"])
+    request = request_of(data)
     done = data.where(data["status"].isin(ANSWERED))
     seconds = data["seconds"]
     rows = [

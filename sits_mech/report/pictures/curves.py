@@ -181,5 +181,3 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
         axes.set_title("largest crosstalk, in percent of the signal's full scale")
         axes.grid(False)
     return figure
-
-

@@ -13,6 +13,7 @@ import numpy as np
 from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import TRACKS, add_polygons, label_bar
+from sits_mech.scene.sensor import Sensor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,6 +27,8 @@ _MARGIN = 3e-3  # around coils and plates [m]
 _GATHER = 2.0  # exponent of the levels: dense near zero, where the lines leave the coils
 _SHADES = np.linspace(0.0, 0.9, 256)  # of a colour map: without the yellow that white paper swallows
 _DECADES = 3.0  # of current density shown
+CURRENT = 1e-3
+"""Of the driven coil [A]."""
 CURRENT_HEIGHT = 0.6
 """Of the picture of the current density, over its width."""
 
@@ -61,9 +64,8 @@ def draw_potential(axes: Axes, field: PlanarField, currents: Array) -> None:
     label_bar(bar, "Re $A$ along $y$ [nWb/m]; lines dashed where negative")
     _draw_parts(axes, field)
     axes.set(xlim=(_MM * left, _MM * right), ylim=(_MM * bottom, _MM * top), xlabel="$x$ [mm]", ylabel="$z$ [mm]")
-    axes.set_aspect("equal")
+    axes.set(aspect="equal", title=f"flux lines, {written_frequency(field.omega / (2.0 * np.pi))}")
     axes.grid(False)
-    axes.set_title(f"flux lines, {written_frequency(field.omega / (2.0 * np.pi))}")
 
 
 def draw_current(axes: Axes, field: PlanarField, currents: Array) -> None:
@@ -77,16 +79,11 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array) -> None:
     J = field.current_density(0, places.ravel(), np.asarray(currents, dtype=complex)).reshape(places.shape)
     size = 1e-6 * np.abs(J)
     norm = LogNorm(size.max() * 10**-_DECADES, size.max())
-    shown = axes.pcolormesh(
-        _MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud", rasterized=True
-    )
-    bar = axes.figure.colorbar(
-        shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min"
-    )
+    shown = axes.pcolormesh(_MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud", rasterized=True)
+    bar = axes.figure.colorbar(shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min")
     label_bar(bar, r"$|J_y|$ [A/mm$^2$]")
     axes.grid(False)
-    axes.set_xlabel(r"along the plate [mm]")
-    axes.set_ylabel(r"above its bottom face [µm]")
+    axes.set(xlabel="along the plate [mm]", ylabel="above its bottom face [µm]")
     axes.set_title(f"current density in {plate.name}, {written_frequency(field.omega / (2.0 * np.pi))}")
 
 
@@ -98,6 +95,11 @@ def part_handles(plates: bool, metal: bool, beside: bool = False) -> list[Patch]
     found = [Patch(color=shade, label=f"track, {way}") for shade, way in zip(TRACKS, ways, strict=True)]
     found += [Patch(facecolor=COPPER, edgecolor="0.2", label="target")] * plates
     return found + [Patch(facecolor=METAL, edgecolor="0.2", label="fixed metal")] * metal
+
+
+def driven_currents(sensor: Sensor, driven: str) -> Array:
+    """Return the currents of all coils, of which one is driven, shape (coils,) [A]."""
+    return np.array([CURRENT if coil.name == driven else 0.0 for coil in sensor.coils])
 
 
 def written_frequency(frequency: float) -> str:

@@ -10,6 +10,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich.table import Table
 
 from sits_mech.analysis.material.fitted import Fitted
 from sits_mech.analysis.material.fitting import Fit
@@ -25,7 +26,6 @@ from sits_mech.silicone.laws import LAWS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from rich.table import Table
 
 _STROKES = {"uniaxial": ("C0", "o"), "planar": ("C2", "s"), "biaxial": ("C3", "^")}  # colour and marker
 _Many = float | None | tuple[float | None, ...] | tuple[float, ...]
@@ -64,12 +64,9 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
     with new_figure(height=0.8, columns=2) as (figure, (curve, rest)):
         for one in (test, *test.others):
             _draw_test(curve, rest, one, fit)
-        for axes in (curve, rest):
-            axes.set_xlabel("engineering strain [%]")
-        curve.set_ylabel("engineering stress [kPa]")
-        rest.set_ylabel("measured minus law [kPa]")
         rest.axhline(0.0, color="black", linewidth=0.5)
-        rest.set_xlim(0.0, 100.0 * fit.max_strain)
+        rest.set(xlabel="engineering strain [%]", ylabel="measured minus law [kPa]", xlim=(0.0, 100.0 * fit.max_strain))
+        curve.set(xlabel="engineering strain [%]", ylabel="engineering stress [kPa]")
         curve.set_ylim(bottom=0.0)
         curve.set_xlim(left=0.0)
         figure.suptitle(f"{fill(Path(test.source).stem, 40)}: tensile test and {fit.law} law")

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.analysis.built.comparison import Comparison
-from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.report.pictures.style import MARKS, new_figure
+from sits_mech.report.records import named
+from sits_mech.report.tables.built import unknown_scale
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_FACTOR = "times the scene's"
 _UNITS = ((1e9, "nH"), (1e12, "pH"), (1e15, "fH"))
-_SCALES = {"": (1.0, "times the scene's"), "m": (1e6, "um"), "rad": (180.0 / np.pi, "deg"), "H": (1e9, "nH"),
-           "F": (1e12, "pF")}
 
 
 def comparison_record(found: Comparison, coils: Sequence[str]) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def comparison_record(found: Comparison, coils: Sequence[str]) -> dict[str, Any]
         "rms_before": fit.rms_before,
         "map_error": found.map_error,
         "rows": len(found.measured.L),
-        "residual": dict(zip(coils, fit.residual.T.tolist(), strict=True)),
+        "residual": named(coils, fit.residual.T),
         "source": found.measured.source,
     }
 
@@ -43,8 +43,8 @@ def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
     """Return a comparison as rows of a table: each parameter with its 95 % half-width."""
     fit, rows = found.fit, []
     for name, value, width in zip(fit.names, fit.values, fit.half_widths, strict=True):
-        scale, unit = _SCALES[PARAMETERS[name]] if name in PARAMETERS else (1.0, "(SI)")
-        rows.append((name, f"{scale * value:.5g} \u00b1 {scale * width:.2g} {unit}"))
+        scale, unit = unknown_scale(name)
+        rows.append((name, f"{scale * value:.5g} \u00b1 {scale * width:.2g} {unit or _FACTOR}"))
     if "modulus" in fit.names:
         rows.append(("shear modulus", f"{1e-3 * found.shear_modulus:.4g} kPa at small strain"))
     strong = [

@@ -15,10 +15,12 @@ from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Po
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import (
     COPPER,
+    CURRENT,
     CURRENT_HEIGHT,
     METAL,
     draw_current,
     draw_potential,
+    driven_currents,
     part_handles,
     potential_height,
     written_frequency,
@@ -36,7 +38,6 @@ _MM = 1e3  # millimetres in a metre
 _SHRUNK = 0.9  # volume ratio below which it is said: of a silicone as good as incompressible it is one
 _BESIDE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
 _SHOWN = {"displacement": "displacement [mm]", "stretch": "largest principal stretch, or its reciprocal [-]"}
-_CURRENT = 1e-3  # of the driven coil [A]
 
 
 def layer_view(
@@ -141,7 +142,7 @@ def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str) -> Fig
 
     Raise SceneError where nothing but coils conducts, ValueError as `planar_fem`, SolveFailed.
     """
-    currents = np.array([_CURRENT if coil.name == driven else 0.0 for coil in sensor.coils])
+    currents = driven_currents(sensor, driven)
     field = planar_fem(sensor).field(pose, frequency)
     if field is None:
         raise SceneError(f"{sensor.name}: target: must be given for a picture of the field; no metal acts on it")
@@ -149,7 +150,7 @@ def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str) -> Fig
     with new_figure(sum(heights) + 0.06, rows=2, shares=heights) as (figure, (lines, density)):
         draw_potential(lines, field, currents)
         draw_current(density, field, currents)
-        lines.set_title(f"flux lines: {driven} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}")
+        lines.set_title(f"flux lines: {driven} carries {1e3 * CURRENT:g} mA, {written_frequency(frequency)}")
         density.set_title(f"current density in {field.plates[0].name}")
         handles = part_handles(True, len(field.plates) > 1)
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1.0)
@@ -168,12 +169,9 @@ def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame, plane: Plane) -> 
     """Give axes, title and the substrate's surface."""
     across, up = frame
     axes.axhline(0.0, color="0.4", linewidth=0.4)
-    axes.set_xlim(*(_MM * x for x in across))
-    axes.set_ylim(*(_MM * z for z in up))
-    axes.set_aspect("equal")
-    axes.grid(False)
+    axes.set(xlim=[_MM * x for x in across], ylim=[_MM * z for z in up], aspect="equal", ylabel="$z$ [mm]")
     axes.set_xlabel("$x$ [mm]" if plane.angle == 0.0 else "along the section [mm]")
-    axes.set_ylabel("$z$ [mm]")
+    axes.grid(False)
     shown = ("F_x", "F_z", *(name for name in WRENCH[2:] if getattr(equilibrium.wrench, name) != 0.0))
     load = ((name, getattr(equilibrium.wrench, name)) for name in shown)
     words = ", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load)

@@ -21,7 +21,7 @@ from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.pictures.fields import written_frequency
+from sits_mech.report.pictures.fields import CURRENT, driven_currents, written_frequency
 from sits_mech.report.pictures.stream import Stream, placed, plate_stream
 from sits_mech.report.pictures.style import label_bar, new_figure
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MM = 1e3  # millimetres in a metre
-_CURRENT = 1e-3  # of the driven coil [A]
 _LINES = 14  # of current on the target
 _FAINT = 0.02  # smallest density of the scale over the largest
 _SHOWN = 0.95  # of the lines' length lies within the scale: the density has no limit at an edge
@@ -54,12 +53,12 @@ def spatial_view(sensor: Sensor, pose: Pose, frequency: float, driven: str) -> F
     target = sensor.target
     stream = None
     if target is not None and target.metal.relative_permeability == 1.0:
-        currents = np.array([_CURRENT if coil.name == driven else 0.0 for coil in sensor.coils])
+        currents = driven_currents(sensor, driven)
         stream = plate_stream(sensor, pose, frequency, currents)
     renders()
     picture, density = _rendered(sensor, pose, driven, stream)
     neglected = "\nlines of current without the fixed metal" if sensor.conductors and stream is not None else ""
-    driven_by = f"{driven} (orange) carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}"
+    driven_by = f"{driven} (orange) carries {1e3 * CURRENT:g} mA, {written_frequency(frequency)}"
     title = f"eddy current: {driven_by}; grid 1 mm{neglected}"
     return _framed(picture, density, title)
 

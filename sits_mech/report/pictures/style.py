@@ -52,11 +52,7 @@ def _parameters() -> Any:
 
 @contextmanager
 def new_figure(
-    height: float = 0.75,
-    columns: int = 1,
-    rows: int = 1,
-    *,
-    width: float = COLUMN,
+    height: float = 0.75, columns: int = 1, rows: int = 1, *, width: float = COLUMN,
     shares: Sequence[float] | None = None,
 ) -> Iterator[tuple[Figure, list[Axes]]]:
     """Yield a figure in the paper's style and its axes row by row; raise SceneError without matplotlib.

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from rich.table import Table
 
+from sits_mech.analysis.bench import loads_over
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.load_plan import LoadPlan
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.prior import SURE
 from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.quantities import UNITS, Array
+from sits_mech.report.records import named
 from sits_mech.report.tables.solves import column_table, key_table
 
-if TYPE_CHECKING:
-    from rich.table import Table
-
-_SCALES = {"": (1.0, ""), "m": (1e6, " um"), "rad": (180.0 / np.pi, " deg"), "H": (1e9, " nH"), "F": (1e12, " pF")}
+_SCALES = {"": (1.0, ""), "m": (1e6, "um"), "rad": (180.0 / np.pi, "deg"), "H": (1e9, "nH"), "F": (1e12, "pF")}
 _STRONG = 0.95  # of a correlation: what is as strong cannot be told apart
 
 
@@ -28,8 +28,7 @@ def force_errors(found: Adaptation) -> tuple[Array, Array]:
     """
     prior = found.prior
     s = found.values[found.names.index("modulus")] if "modulus" in found.names else 1.0
-    axes = [np.linspace(a, b, 5) for a, b in zip(s * prior.table.map.low, s * prior.table.map.high, strict=True)]
-    loads = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
+    loads = loads_over(s * prior.table.map.low, s * prior.table.map.high, 5)
     before, after = found.force_deviations(loads)
     return SURE * np.sqrt(np.mean(before**2, axis=0)), SURE * np.sqrt(np.mean(after**2, axis=0))
 
@@ -52,18 +51,23 @@ def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
         "chi_square": found.chi_square,
         "numbers": found.numbers,
         "mistake": mistake,
-        "force_error_before": dict(zip(prior.forces, before.tolist(), strict=True)),
-        "force_error": dict(zip(prior.forces, after.tolist(), strict=True)),
-        "residual": dict(zip(prior.sensor.coil_names, found.residual.T.tolist(), strict=True)),
+        "force_error_before": named(prior.forces, before),
+        "force_error": named(prior.forces, after),
+        "residual": named(prior.sensor.coil_names, found.residual.T),
         "rows": len(found.measured.L),
         "source": found.measured.source,
     }
 
 
+def unknown_scale(name: str) -> tuple[float, str]:
+    """Return factor and unit in which a reader is shown an unknown."""
+    return _SCALES[PARAMETERS[name]] if name in PARAMETERS else (1.0, "(SI)")
+
+
 def shown_unknown(name: str, value: float | None, deviation: float) -> str:
     """Return a value and two of its deviations, or these alone, in the unit of an unknown."""
-    scale, unit = _SCALES[PARAMETERS[name]] if name in PARAMETERS else (1.0, " (SI)")
-    width = f"\u00b1 {2.0 * scale * deviation:.2g}{unit}"
+    scale, unit = unknown_scale(name)
+    width = f"\u00b1 {2.0 * scale * deviation:.2g} {unit}".rstrip()
     return width if value is None else f"{scale * value:.4g} {width}"
 
 
@@ -107,12 +111,12 @@ def plan_record(plan: LoadPlan) -> dict[str, Any]:
     """Return a plan of loads for a program, SI; errors over each range."""
     return {
         "rig": plan.rig,
-        "loads": [dict(zip(plan.forces, load, strict=True)) for load in plan.loads.tolist()],
+        "loads": [named(plan.forces, load) for load in plan.loads],
         "kinds": list(plan.kinds),
         "range": {name: [float(ends.min()), float(ends.max())] for name, ends in
                   zip(plan.forces, plan.read.T, strict=True)},
         "errors": {name: each.tolist() for name, each in zip(plan.forces, plan.errors.T, strict=True)},
-        "error_twice": dict(zip(plan.forces, plan.more.tolist(), strict=True)),
+        "error_twice": named(plan.forces, plan.more),
     }
 
 

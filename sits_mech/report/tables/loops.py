@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from itertools import pairwise
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.analysis.bench import request_of
 from sits_mech.analysis.histories.full_cycle import difference
 from sits_mech.quantities import POSE, WRENCH, Array
 from sits_mech.readout.signals import told
@@ -43,7 +43,7 @@ def loop_record(data: xr.Dataset) -> dict[str, Any]:
     loops = {f"loop_{name}": [value for value, _ in _widths(data, name)] for name in told(data)}
     errors = {f"error_loop_{name}": [error for _, error in _widths(data, name)] for name in told(data)}
     notes = [data.attrs["notes"]] if data.attrs["notes"] else []
-    own = status_record(joined([data.attrs["flags"]])) | {"request": json.loads(data.attrs["request"])}
+    own = status_record(joined([data.attrs["flags"]])) | {"request": request_of(data)}
     return own | {"ends": ends, "notes": notes} | loops | errors
 
 
@@ -70,7 +70,7 @@ def _widths(data: xr.Dataset, name: str) -> list[tuple[float, float]]:
 
 def loop_curves(data: xr.Dataset) -> Figure:
     """Plot the signals under a cyclic load, each against the largest component of the load."""
-    peak, names = json.loads(data.attrs["request"])["peak"], told(data)
+    peak, names = request_of(data)["peak"], told(data)
     force = max((name for name in WRENCH if peak[name]), key=lambda name: abs(peak[name]), default="F_z")
     load, turns = peak[force] * data["share"].to_numpy(), _turns(data["share"].to_numpy())
     with new_figure(0.8 if len(names) == 1 else 0.62, columns=len(names)) as (figure, every):
@@ -81,8 +81,7 @@ def loop_curves(data: xr.Dataset) -> Figure:
                 for k in (len(values) // 4, 3 * len(values) // 4) if number in (1, len(turns)) else ():
                     start, end = ((load[span][j], values[j]) for j in (k, k + len(values) // 10))
                     axes.annotate("", end, start, arrowprops=_ARROW | {"color": color})
-            axes.set_xlabel(load_label(force))
-            axes.set_ylabel(signal_label(name, data.sizes["coil"]))
+            axes.set(xlabel=load_label(force), ylabel=signal_label(name, data.sizes["coil"]))
         figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading, along the arrows")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure

@@ -10,6 +10,7 @@ from sits_mech.analysis.built.delivered import MOST, Delivered
 from sits_mech.analysis.built.load_plan import LoadPlan
 from sits_mech.analysis.built.production import Production
 from sits_mech.quantities import UNITS
+from sits_mech.report.records import named
 from sits_mech.report.tables.built import force_errors, shown_unknown
 from sits_mech.report.tables.solves import column_table
 
@@ -25,8 +26,8 @@ def production_record(
         after = force_errors(one)[1]
         units[name] = {
             "rows": len(one.measured.L), "p_value": one.p_value, "refused": "",
-            "force_error": dict(zip(forces, after.tolist(), strict=True)),
-            "unknowns": dict(zip(one.names[:count], one.values[:count].tolist(), strict=True)),
+            "force_error": named(forces, after),
+            "unknowns": named(one.names[:count], one.values[:count]),
         }
     return {
         "unknowns": {
@@ -35,9 +36,9 @@ def production_record(
         },
         "units": units | {name: {"refused": why} for name, why in found.refused.items()},
         "limit": limit,
-        "loads": [dict(zip(plan.forces, load, strict=True)) for load in plan.loads.tolist()],
+        "loads": [named(plan.forces, load) for load in plan.loads],
         "delivered": [
-            {"after": one.after, "force_error": dict(zip(forces, one.error.tolist(), strict=True)), "yield": one.good,
+            {"after": one.after, "force_error": named(forces, one.error), "yield": one.good,
              "yield_of_lots": list(one.lots)} for one in delivered
         ],
     }

@@ -17,6 +17,7 @@ from sits_mech.readout.crosstalk import crosstalk, largest_rotation, short_name,
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
+from sits_mech.report.records import named
 from sits_mech.report.tables.loads import per
 from sits_mech.report.tables.solves import column_table, figure_text, key_table, short, shown_scale
 
@@ -31,47 +32,42 @@ def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None
     own = {name: short_name(signal) for name, signal in signals_of(data).items() if name in forces}
     before, unsure = _before(found, stray, own)
     record = {
-        "full_scale": _named(forces, found.full_scale),
+        "full_scale": named(forces, found.full_scale),
         "own_signal": own,
-        "signal_range": _named(coils, found.signal_range),
-        "error_range": _named(coils, found.error_range),
-        "linearity": _named(forces, found.linearity),
+        "signal_range": named(coils, found.signal_range),
+        "error_range": named(coils, found.error_range),
+        "linearity": named(forces, found.linearity),
         "error_linearity": _bend_errors(found, stray, own),
         "sensitivity": _matrix(coils, forces, found.sensitivity),
         "error_sensitivity": _matrix(coils, forces, found.error_sensitivity),
         "crosstalk_before": before,
         "error_crosstalk_before": unsure,
         "crosstalk": _matrix(forces, forces, found.crosstalk),
-        "error_crosstalk": _named(forces, found.crosstalk_error),
+        "error_crosstalk": named(forces, found.crosstalk_error),
         "crosstalk_after": _matrix(forces, forces, found.crosstalk_after),
-        "error_crosstalk_after": _named(forces, 2.0 * found.by_map / np.ptp(found.full_scale, axis=1)),
-        "resolution": _named(forces, found.resolution),
-        "error_by_model": _named(forces, found.by_model),
-        "error_by_map": _named(forces, found.by_map),
+        "error_crosstalk_after": named(forces, 2.0 * found.by_map / np.ptp(found.full_scale, axis=1)),
+        "resolution": named(forces, found.resolution),
+        "error_by_model": named(forces, found.by_model),
+        "error_by_map": named(forces, found.by_map),
         "condition": list(found.condition),
         "forces_seen": components_record(found.seen),
         "valid_share": found.valid_share,
         "no_inverse": list(found.no_inverse),
         "map_error": found.map_error,
-        "hysteresis": _named(forces, found.hysteresis),
+        "hysteresis": named(forces, found.hysteresis),
         "signals": {str(name): float(value) for name, value in stray.items()} | _rotation(data),
     }
     return record | ({} if scatter is None else {"tolerances": _scatter_record(scatter)})
 
 
-def _named(names: Sequence[str], values: Array) -> Record:
-    """Return values by their names."""
-    return dict(zip(names, values.tolist(), strict=True))
-
-
 def _matrix(rows: Sequence[str], columns: Sequence[str], values: Array) -> Record:
     """Return the rows of a matrix by their names, each by those of the columns."""
-    return {name: _named(columns, row) for name, row in zip(rows, values, strict=True)}
+    return {name: named(columns, row) for name, row in zip(rows, values, strict=True)}
 
 
 def _bend_errors(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str]) -> Record:
     """Return the error of each force's nonlinearity over its signal's range, by the errors of the signal."""
-    errors = dict(zip(found.forces, found.crosstalk_error.tolist(), strict=True))
+    errors = named(found.forces, found.crosstalk_error)
     for name, signal in own.items():
         size = stray[f"full_scale_{signal}"]
         errors[name] = stray[f"error_full_scale_{signal}"] / size if size > 0.0 else math.inf
@@ -89,7 +85,7 @@ def _before(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str
         values[name] = {other: stray.get(key, math.nan) / 100.0 for other, key in keys.items()}
         errors[name] = {other: stray.get(f"error_{key}", math.nan) / 100.0 for other, key in keys.items()}
         if name not in own:
-            values[name] = _named(found.forces, found.crosstalk[k])
+            values[name] = named(found.forces, found.crosstalk[k])
             errors[name] = dict.fromkeys(found.forces, float(found.crosstalk_error[k]))
     return values, errors
 
@@ -108,7 +104,7 @@ def components_record(found: Observability) -> Record:
     return {
         "resolved": list(found.resolved),
         "resolution": fine,
-        "alone": _named(found.names, found.alone),
+        "alone": named(found.names, found.alone),
         "unseen": list(found.unseen),
         "signal": found.signal.tolist(),
     }

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
+from sits_mech.analysis.bench import loads_over
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration
 from sits_mech.readout.front_end import FrontEnd, register_text
+from sits_mech.report.records import named
 from sits_mech.report.tables.solves import key_table, with_error
 
 Record = dict[str, Any]
@@ -36,8 +38,7 @@ def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -
 def _nearest(cal: Calibration, given: Sequence[tuple[str, float]]) -> str:
     """Return which load's inductances are nearest to a reading, and how far they are, in words."""
     side = min(_SIDE, int(_MOST ** (1.0 / len(cal.forces))))
-    axes = [np.linspace(a, b, side) for a, b in zip(cal.low, cal.high, strict=True)]
-    loads = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    loads = loads_over(cal.low, cal.high, side)
     off = np.abs(cal.forward(loads) - np.array([value for _, value in given])) / cal.full_scale
     best = int(np.argmin(np.max(off, axis=1)))
     coil = int(np.argmax(off[best]))
@@ -57,10 +58,10 @@ def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | N
     each |= {} if by_temperature is None else {"error_by_temperature": by_temperature}
     shown = {"L" if cal.unit != "code" else "codes": reading} | ({"L0": cal.L0} if cal.unit != "code" else {})
     return {
-        **{name: dict(zip(cal.forces, values.tolist(), strict=True)) for name, values in each.items()},
+        **{name: named(cal.forces, values) for name, values in each.items()},
         "status": str(found.status),
         "residual": float(found.residual),
-        **{name: dict(zip(cal.coils, values.tolist(), strict=True)) for name, values in shown.items()},
+        **{name: named(cal.coils, values) for name, values in shown.items()},
         "unit_L": cal.unit,
         "map_error": cal.error,
         "domain": {name: [float(a), float(b)] for name, a, b in ends},
