@@ -90,7 +90,7 @@ class _Page:
             with ui.column().classes("sits-sensor"):
                 with ui.row().classes("items-center w-full"):
                     self.state = ui.badge("", color="grey").props('role="status"')
-                    self.stops = ui.button("stop", on_click=self._stops_or_solves).props("dense flat no-caps")
+                    self.stops = _button("stop", self._stops_or_solves)
                     self.open = ui.label()
                 self.drawing = ui.html(sanitize=False).classes("sits-drawing")
                 ui.html('<div id="sits-frames"></div>', sanitize=False).classes("w-full")
@@ -109,25 +109,28 @@ class _Page:
         if source.endswith("recommended.toml"):  # of a design, whose front stands beside it
             others += sorted(map(str, (Path(source).parent / "front").glob("*.toml")))
         options = [*others, *names]
-        self.scene = ui.select(options, label="scene", value=source or names[0], on_change=self._opens)
+        self.scene = ui.select(
+            options, label="scene", value=source or names[0],
+            on_change=lambda event: self._does(lambda: self.session.open(str(event.value))),
+        )
         self.wrong = ui.label().classes("sits-wrong").props('role="alert"')
         self.form = Form(self.session, self._tried)
         with ui.expansion("scene file").classes("w-full"):
             self.text = ui.textarea().classes("w-full sits-text").props("outlined dense")
-            ui.button("take over", on_click=self._takes).props("dense flat no-caps")
+            _button("take over", lambda: self._does(lambda: self.session.take(sensor_of(str(self.text.value)))))
         with ui.expansion("required", value=bool(required), on_value_change=self._begins_to_require).classes("w-full"):
             self.required = ui.textarea(value=required).classes("w-full sits-text").props("outlined dense")
             with ui.row():
-                ui.button("judge", on_click=self._judges).props("dense flat no-caps")
-                ui.button("find", on_click=self._finds).props("dense flat no-caps")
+                _button("judge", lambda: self._does(lambda: self.session.require(str(self.required.value))))
+                _button("find", lambda: self._does(lambda: self.session.find(str(self.required.value))))
             self.search = ui.column().classes("w-full sits-search gap-0").props('role="log"')
         with ui.expansion("out").classes("w-full"):
             self.command = ui.label().classes("sits-command")
             with ui.row():
                 for name in _FILES:
-                    ui.button(name, on_click=partial(self._hands_out, name)).props("dense flat no-caps")
+                    _button(name, partial(self._hands_out, name))
             self.picture = ui.select(["drawing.svg", "drawing.png"], label="picture", value="drawing.svg")
-            ui.button("picture", on_click=lambda: self._hands_out(str(self.picture.value))).props("dense flat no-caps")
+            _button("picture", lambda: self._hands_out(str(self.picture.value)))
             self.link = ui.link("this state").classes("sits-command")
 
     def _tried(self, act: Callable[[], None]) -> None:
@@ -138,14 +141,9 @@ class _Page:
         except SceneError as error:
             self.wrong.set_text(" ".join(str(error).split()))
 
-    def _opens(self, event: Any) -> None:
-        """Open another scene."""
-        self._tried(lambda: self.session.open(str(event.value)))
-        self.form.fill()
-
-    def _takes(self) -> None:
-        """Take the scene file over as it was written."""
-        self._tried(lambda: self.session.take(sensor_of(str(self.text.value))))
+    def _does(self, act: Callable[[], None]) -> None:
+        """Do what a hand asked for, and show it in the form."""
+        self._tried(act)
         self.form.fill()
 
     def _stops_or_solves(self) -> None:
@@ -161,16 +159,6 @@ class _Page:
             from sits_mech.studio.asked import first_words
 
             self.required.set_value(first_words(self.session.most, self.session.sensor))
-
-    def _judges(self) -> None:
-        """Judge the scene by what is required."""
-        self._tried(lambda: self.session.require(str(self.required.value)))
-        self.form.fill()
-
-    def _finds(self) -> None:
-        """Search the best scene."""
-        self._tried(lambda: self.session.find(str(self.required.value)))
-        self.form.fill()
 
     def _show(self, view: View) -> None:
         """Show what is known now."""
@@ -235,21 +223,20 @@ class _Page:
                 best, space = session.found.best, session.asked.space
                 ui.label(session.found.verdict)
                 for each in dict.fromkeys((best.design, *(one.design for one in session.found.front))):
-                    opens = partial(self._opens_design, space.sensor(each))
-                    ui.button(space.words(each), on_click=opens).props("dense flat no-caps")
+                    _button(space.words(each), partial(self._does, partial(self.session.take, space.sensor(each))))
             for line in reversed(session.tried):
                 ui.label(line).classes("sits-command")
-
-    def _opens_design(self, sensor: Sensor) -> None:
-        """Show a design that was found."""
-        self._tried(lambda: self.session.take(sensor))
-        self.form.fill()
 
     def _hands_out(self, name: str) -> None:
         """Give a file of what is shown."""
         from sits_mech.studio.shown import file_of
 
         self._tried(lambda: ui.download(file_of(self.session.view(), name), name))
+
+
+def _button(words: str, act: Callable[[], None]) -> ui.button:
+    """Make a button in a line of others."""
+    return ui.button(words, on_click=act).props("dense flat no-caps")
 
 
 def sensor_of(text: str) -> Sensor:

@@ -18,19 +18,17 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.analysis.material.tensile import STRAIN_UNITS, STRESS_UNITS, finite_rows, lines_of, unit_of
+from sits_mech.analysis.material.tensile import UNITS, finite_rows, lines_of, unit_of
 from sits_mech.quantities import Array
 
-_TIME_UNITS = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
 _COLUMN = re.compile(
     r"(?P<what>time|stretch|(?:engineering|nominal)\s+(?:strain|stress))\s*(?:[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]])?",
     re.IGNORECASE,
 )
 _UNITS = {
-    "time": (_TIME_UNITS, "in s, ms, min or h"),
-    "strain": (STRAIN_UNITS, "a plain number or in %"),
-    "stretch": (STRAIN_UNITS, "a plain number or in %"),
-    "stress": (STRESS_UNITS, "in Pa, kPa, MPa, N/mm2 or psi"),
+    "time": ({"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}, "in s, ms, min or h"),
+    "stretch": UNITS["strain"],
+    **UNITS,
 }
 _LEAST = 8  # rows
 

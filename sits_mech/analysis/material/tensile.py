@@ -16,6 +16,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +24,14 @@ from sits_mech.memory import input_text
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
 
-STRESS_UNITS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "n/mm2": 1e6, "n/mm^2": 1e6, "psi": 6894.757293168}
-STRAIN_UNITS = {"": 1.0, "-": 1.0, "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "%": 1e-2}
+UNITS = {
+    "strain": ({"": 1.0, "-": 1.0, "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "%": 1e-2}, "a plain number or in %"),
+    "stress": (
+        {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "n/mm2": 1e6, "n/mm^2": 1e6, "psi": 6894.757293168},
+        "in Pa, kPa, MPa, N/mm2 or psi",
+    ),
+}
+"""Factors to SI of the units of a column, and what it must be in."""
 _NAMES = {"uniaxial": "uniaxial", "planar": "planar", "pure shear": "planar", "biaxial": "biaxial"}
 _COLUMN = re.compile(
     r"(?:(?P<test>uniaxial|planar|pure shear|(?:equi-?)?biaxial)\s+)?(?:engineering|nominal)\s+(?P<what>strain|stress)"
@@ -44,15 +51,12 @@ class TensileTest:
     others: tuple[TensileTest, ...] = ()
 
 
-@dataclass(frozen=True)
-class _Columns:
-    """Columns of a test, with units in SI."""
+class _Columns(NamedTuple):
+    """Mode of a test, places of its strain and stress, and the factors of their units to SI."""
 
     mode: str
-    strain: int
-    stress: int
-    strain_unit: float
-    stress_unit: float
+    places: list[int]
+    factors: list[float]
 
 
 def read_tensile(path: str | Path) -> TensileTest:
@@ -93,14 +97,10 @@ def _columns(names: list[str], source: str) -> list[_Columns]:
             cells.setdefault((_NAMES[test], match["what"].lower()), (index, match["unit"] or ""))
     found = []
     for mode in ("uniaxial", "planar", "biaxial"):
-        strain, stress = cells.get((mode, "strain")), cells.get((mode, "stress"))
-        if strain is None or stress is None:
-            continue
-        units = [
-            unit_of(names[strain[0]], strain[1], STRAIN_UNITS, "a plain number or in %", source),
-            unit_of(names[stress[0]], stress[1], STRESS_UNITS, "in Pa, kPa, MPa, N/mm2 or psi", source),
-        ]
-        found.append(_Columns(mode, strain[0], stress[0], *units))
+        own = {what: cells[mode, what] for what in UNITS if (mode, what) in cells}
+        if len(own) == len(UNITS):
+            factors = [unit_of(names[place], unit, *UNITS[what], source) for what, (place, unit) in own.items()]
+            found.append(_Columns(mode, [place for place, _ in own.values()], factors))
     return found
 
 
@@ -125,8 +125,7 @@ def finite_rows(lines: list[str], separator: str, places: Sequence[int]) -> Arra
 
 def _test(lines: list[str], separator: str, columns: _Columns, source: str) -> TensileTest:
     """Return the rows that hold numbers, up to the largest stress."""
-    data = finite_rows(lines, separator, (columns.strain, columns.stress))
-    data = data * [columns.strain_unit, columns.stress_unit]
+    data = finite_rows(lines, separator, columns.places) * columns.factors
     data = data[: int(np.argmax(data[:, 1])) + 1] if len(data) else data
     rising = data[:, 0] > np.maximum.accumulate(np.r_[-1.0, data[:-1, 0]]) if len(data) else np.zeros(0, dtype=bool)
     if np.count_nonzero(rising) < 5:

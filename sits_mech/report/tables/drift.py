@@ -62,9 +62,7 @@ def _number(value: float | None, scale: float) -> str:
 
 def temperatures_record(temperatures: Sequence[float], found: Sequence[Simulation]) -> Record:
     """Return what a sensor shows under one load at each temperature [K], for a program, SI."""
-    return {
-        "temperature": list(temperatures), "temperatures": [simulation_record(each) for each in found],
-    }
+    return {"temperature": list(temperatures), "temperatures": [*map(simulation_record, found)]}
 
 
 def temperatures_table(coils: Sequence[str], temperatures: Sequence[float], found: Sequence[Simulation]) -> Table:
