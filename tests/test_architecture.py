@@ -62,6 +62,7 @@ PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN
 UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
     "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
+    "analysis/material/uniaxial.py": "tests/silicone/test_uniaxial.py: every law, with rate and softening",
     "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",

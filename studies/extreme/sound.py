@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.cli.main import run
 from sits_mech.scene.files import written
 from sits_mech.scene.sensor import load_sensor, scene_text
 from sits_mech.silicone.material import silicone_from
-from sits_mech.silicone.uniaxial import uniaxial_stress
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SOFT = {

@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
+from sits_mech.analysis.material.uniaxial import divided, uniaxial_stress
 from sits_mech.silicone.history import relaxation
 from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.material import Softening
-from sits_mech.silicone.uniaxial import divided, uniaxial_stress
 
 PRONY = ((0.2, 0.5), (0.1, 6.0))
 

@@ -23,10 +23,10 @@ from sits_mech.analysis.material.record import Record, read_record
 from sits_mech.analysis.material.relaxing import Relaxation, fit_relaxation
 from sits_mech.analysis.material.softening import CyclicFit, envelope, fit_softening
 from sits_mech.analysis.material.tensile import TensileTest, read_tensile
+from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.material import Silicone, table_of
-from sits_mech.silicone.uniaxial import uniaxial_stress
 
 _DIGITS = 5  # of what is pasted
 _ROUNDS = 12  # of law and rate

@@ -36,9 +36,9 @@ from scipy.optimize import least_squares, nnls
 
 from sits_mech.analysis.material.least_squares import half_widths
 from sits_mech.analysis.material.record import Record
+from sits_mech.analysis.material.uniaxial import branch_stress, divided, softened_stress
 from sits_mech.quantities import Array
 from sits_mech.silicone.material import Silicone
-from sits_mech.silicone.uniaxial import branch_stress, divided, softened_stress
 
 _PER_DECADE = 20  # parts of the hold that samples are averaged over
 _GRID = 24  # times per decade at which B is computed; between them it is interpolated

@@ -30,10 +30,10 @@ from scipy.optimize import least_squares
 from sits_mech.analysis.material.least_squares import half_widths
 from sits_mech.analysis.material.record import Record
 from sits_mech.analysis.material.tensile import TensileTest
+from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import energy_density, principal_stretches
 from sits_mech.silicone.material import Silicone, Softening
-from sits_mech.silicone.uniaxial import uniaxial_stress
 
 _BELOW = 0.9  # of the largest energy: a record that goes lower has left a peak
 _NEW = 1.1  # of a peak's energy: the next peak is another one

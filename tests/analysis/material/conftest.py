@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.material.record import Record
+from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.silicone.material import silicone_from
-from sits_mech.silicone.uniaxial import uniaxial_stress
 
 YEOH = {"law": "yeoh", "c10": 1.5e4, "c20": -300.0, "c30": 40.0, "bulk_modulus": 3e7}
 PRONY = [{"weight": 0.08, "time": 0.4}, {"weight": 0.06, "time": 5.0}, {"weight": 0.1, "time": 60.0}]
