@@ -4,6 +4,7 @@ import gc
 import json
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -42,6 +43,12 @@ def _same_in_every_run() -> None:
 
     settings.register_profile("same", derandomize=True, deadline=None, database=None)
     settings.load_profile("same")
+
+
+def pytest_runtest_setup() -> None:
+    """Ignore broken pipes, as Python does, also after a test that drew a mesh by gmsh itself."""
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 
 def pytest_collectstart() -> None:

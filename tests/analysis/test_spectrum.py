@@ -73,6 +73,8 @@ def test_spectrum_carries_the_terminals(free: Sensor) -> None:
     for name, value in (("L", seen.L), ("R", seen.R), ("Q", seen.Q)):
         np.testing.assert_allclose(data[f"terminal_{name}"][0], value, rtol=2e-4)
     np.testing.assert_allclose(data["tank_frequency"][0], seen.tank_frequency, rtol=2e-4)
+    omega = 2.0 * np.pi * seen.self_resonance
+    np.testing.assert_allclose(omega**2 * seen.L * seen.own_capacitance, 1.0, rtol=1e-12)
     np.testing.assert_allclose(data["R_track"][0], data["R_dc"], rtol=7e-4)
     assert np.all(data["R_track"][1] > 1.02 * data["R_dc"]) and np.all(data["shift"] < 0.0)
 

@@ -1,4 +1,4 @@
-"""Own capacitance of tracks: plates of linear voltage, scaling, what a coil resonates at."""
+"""Own capacitance of tracks: plates of linear voltage, scaling."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.constants import epsilon_0
 
-from sits_mech.analysis.terminals import own_capacitance, self_resonance
+from sits_mech.analysis.terminals import own_capacitance
 from sits_mech.geometry.tracks import track_length
 from sits_mech.scene.coils import Coil
 
@@ -43,10 +43,3 @@ def test_scaling() -> None:
     assert own_capacitance(double) == pytest.approx(2 * own_capacitance(two), rel=0.01)
     assert own_capacitance(Coil(**KEYS | {"layers": 1})) < 0.05 * own_capacitance(two)
     assert own_capacitance(Coil(**KEYS | {"layers": 4})) < own_capacitance(two)
-
-
-def test_self_resonance() -> None:
-    """1 / (2 pi sqrt(L C))."""
-    coil = Coil(**KEYS)
-    omega = 2 * np.pi * self_resonance(coil, 2e-6)
-    assert omega**2 * 2e-6 * own_capacitance(coil) == pytest.approx(1.0, rel=1e-12)
