@@ -37,8 +37,7 @@ class ForceSpread:
 
     loads: Array  # (k, d) [N]
     forces: tuple[str, ...]
-    spread: Spread  # of the errors [N], in the order loads times forces
-    samples: int  # sensors solved; those that failed are left out
+    spread: Spread  # of the errors [N], in the order loads times forces, without sensors that failed
 
     def table(self) -> xr.Dataset:
         """Return deviation, interval and shares over (load, force), the shares also over the cause."""
@@ -90,7 +89,7 @@ def force_spread(
     inverse = np.linalg.pinv(cal.map.slopes(asked[1:]))
     errors = np.einsum("kdn,mkn->mkd", inverse, off[:, 1:] - off[:, :1])
     found = spread(tuple(deviations), list(deviations.values()), points, errors.reshape(len(points), -1))
-    return ForceSpread(asked[1:], cal.forces, found, int(np.sum(np.isfinite(errors).all(axis=(1, 2)))))
+    return ForceSpread(asked[1:], cal.forces, found)
 
 
 def usual_loads(cal: Calibration) -> Array:

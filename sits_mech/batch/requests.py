@@ -198,7 +198,7 @@ def _shown(found: Impedance) -> Row:
 
 
 _CHAIN = {"mechanics": tuple(MECHANICS), "magnetics": tuple(MAGNETICS)}
-REQUESTS: Mapping[str, Request] = {
+REQUESTS = {
     "pose": Request(_pose, _LOAD, {"model": _CHAIN["mechanics"]}),
     "inductance": Request(_inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25),
     "simulate": Request(_simulate, _LOAD, _CHAIN, chunk=4),

@@ -130,7 +130,7 @@ def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, An
         z = round(board.stack[run.layer].z - top, _DIGITS)
         points = np.round(run.points - origin, _DIGITS) + 0.0
         path.append([[x, y, z] for x, y in points.tolist()])
-    table: dict[str, Any] = {
+    table = {
         "name": found.net, "shape": "path", "track_width": widths[longest],
         "track_thickness": round(_thickness(board, found), _DIGITS), "path": path,
     }

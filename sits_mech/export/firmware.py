@@ -147,7 +147,7 @@ def unit_numbers(data: xr.Dataset, forces: Sequence[str], constants: Constants) 
     Raises SceneError for a unit so far off that its numbers have no room.
     """
     many = np.array([_unit(name)[0] for name in forces])
-    rows: dict[str, Array] = {
+    rows = {
         "gain": constants.gain * 2.0**_GAIN_BITS, "offset": constants.offset, "rest": constants.rest,
         "factor": constants.factor * 2.0**_FACTOR_BITS * many[:, None] / many, "shift": constants.shift * many,
     }

@@ -64,7 +64,7 @@ def fixed_point(cal: Calibration) -> FixedPoint:
     above[0] -= base
     bits, fraction, most = _precision(power, above)
     one = 2.0**fraction
-    coefficient = np.rint(above * one).astype(np.int64)
+    coefficient = _whole(above * one)
     weight = np.maximum(np.rint(cal.weights / cal.weights.max() * 2**WEIGHT_BITS), 1).astype(np.int64)
     far = np.ceil((most + INCONSISTENT * cal.full_scale) * one).astype(np.int64)
     length = np.log2(float(np.max((far + most * one) * weight)))

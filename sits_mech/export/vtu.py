@@ -78,7 +78,7 @@ def _loaded(source: Source, model: PlanarLayer | BlockPad) -> Iterator[tuple[Wre
     """Give every converged load of the table with its equilibrium, normal forces rising, or why there is none."""
     data = source.data
     rows = [name for name in varied(data) if name != "F_z"]
-    last: Equilibrium | None = None
+    last = None
     before: list[float] = []
     for row in points(data.transpose(*rows, *(["F_z"] if "F_z" in data.dims else []), ...)):
         here, wrench = [float(row[name]) for name in rows], wrench_of(row)

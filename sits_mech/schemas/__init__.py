@@ -10,7 +10,7 @@ from sits_mech.schemas.requirements import requirements_schema
 from sits_mech.schemas.scene import scene_schema
 from sits_mech.schemas.study import study_schema
 
-SCHEMAS: Mapping[str, Callable[[], dict[str, Any]]] = {
+SCHEMAS = {
     "scene": scene_schema,
     "study": study_schema,
     "requirements": requirements_schema,

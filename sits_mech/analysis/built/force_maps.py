@@ -6,7 +6,7 @@ is e T_(P+1)(x) beyond, and may be 5 e.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -108,7 +108,7 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     The loads are solved once more on the first meshes (gradient_grid.py): derivatives have no need of others.
     They are kept for the next command.
     """
-    axes: Mapping[str, list[float]] = {
+    axes = {
         name: [float(data[name].min()), 0.5 * float(data[name].min() + data[name].max()), float(data[name].max())]
         for name in names
     }

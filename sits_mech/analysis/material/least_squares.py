@@ -198,7 +198,7 @@ def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
 
 def _starts(columns: Array, points: Points, terms: int) -> list[list[int]]:
     """Return the choices of shapes, by index, of least residual with non-negative moduli."""
-    small: Array = np.asarray(
+    small = np.asarray(
         np.linalg.qr(np.column_stack([columns, points.stress / points.scale]) * points.weight[:, None], mode="r")
     )
     choices = [list(chosen) for chosen in itertools.combinations(range(columns.shape[1]), terms)]

@@ -184,10 +184,10 @@ def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[
     L = cal.forward(0.5 * (cal.low + cal.high))
     counted = np.full(len(unknown), conversion_time(front.rcount, front.part, front.reference))
     return found | {
-        "sigma_L": _array(front.noise) / L, "reference": np.array(front.reference), "bits": np.array(front.part.bits),
+        "sigma_L": front.noise / L, "reference": np.array(front.reference), "bits": np.array(front.part.bits),
         "input_divider": np.array(front.input_divider), "reference_divider": np.array(front.reference_divider),
         "rcount": np.array(front.rcount), "conversion": counted,
-        "opened": windows(front)[0], "channel_time": _array(front.channel_time),
+        "opened": windows(front)[0], "channel_time": front.channel_time,
     }
 
 
@@ -207,8 +207,3 @@ def _temperature(source: Source) -> dict[str, Any]:
     if "thermal_cause" in data.coords:
         found["thermal_causes"] = np.array([str(cause) for cause in data["thermal_cause"].to_numpy()])
     return found | {f"slope_T_over_{load}": data[load].to_numpy() for load in loads}
-
-
-def _array(values: Any) -> Array:
-    """Return numbers as an array of floats."""
-    return np.asarray(values, dtype=float)

@@ -28,7 +28,7 @@ TRACKS = ("#d55e00", "#0072b2")
 MARKS = "os^Dv<>PX"
 """Of the curves of a family, in order."""
 _DASHES = ("-", "--", "-.", ":")
-_DATES: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out of files
+_DATES = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out of files
 
 
 @contextmanager
