@@ -157,16 +157,16 @@ def with_quality(row: Row) -> Row:
     _check_converter(sensor)
     noise = sensor_front_end(sensor, data)[0].noise
     found, force = quality(sensor_calibration(sensor, data), noise, table=coil_table(sensor, data)), ("force",)
-    others = np.where(np.eye(len(found.forces), dtype=bool), 0.0, found.crosstalk)
-    after = np.where(np.eye(len(found.forces), dtype=bool), 0.0, found.crosstalk_after)
+    own, each = np.eye(len(found.forces), dtype=bool), (found.crosstalk, found.crosstalk_after)
+    before, after = (np.abs(np.where(own, 0.0, shares)).max(axis=1) for shares in each)
     row = row | {
         "forces": (force, np.array(found.forces, dtype=object)),
         "resolution": (force, found.resolution[:, 2]),
         "error_by_model": (force, found.by_model[:, 2]),
         "linearity": (force, found.linearity),
-        "crosstalk": (force, np.abs(others).max(axis=1)),
+        "crosstalk": (force, before),
         "error_crosstalk": (force, found.crosstalk_error),
-        "crosstalk_after": (force, np.abs(after).max(axis=1)),
+        "crosstalk_after": (force, after),
         "condition": found.condition[1],
         "valid_share": found.valid_share,
     }

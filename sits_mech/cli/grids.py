@@ -186,11 +186,9 @@ def sensitivity(
 def _swept(asked: Study, output: Path, executor: Executor | None) -> list[str]:
     """Run the stages of a study, print their tables, and return the statuses of all cases."""
     from sits_mech.batch.funnel import following, going_on
-    from sits_mech.batch.run import keep_known, run_study
+    from sits_mech.batch.run import keep_known
 
-    with progress_bar("cases") as progress:
-        data = run_study(asked, output, executor=executor, progress=progress)
-    _tell(asked, data, output)
+    data = _ran(asked, output, executor)
     statuses, before, study = data["status"].to_numpy().ravel().tolist(), output, asked
     for number, stage in enumerate(asked.then, 1):
         chosen, place = going_on(data, stage), output / f"then-{number}"
@@ -202,20 +200,20 @@ def _swept(asked: Study, output: Path, executor: Executor | None) -> list[str]:
             break
         first, study = (study, data), following(stage.study, study, chosen)
         keep_known(study, place, first, chosen)
-        with progress_bar("cases") as progress:
-            data = run_study(study, place, executor=executor, progress=progress)
-        _tell(study, data, place)
+        data = _ran(study, place, executor)
         statuses, before = statuses + data["status"].to_numpy().ravel().tolist(), place
     return statuses
 
 
-def _tell(study: Study, data: xr.Dataset, folder: Path) -> None:
-    """Print the table of a study's cases, and what is to know about them."""
+def _ran(study: Study, folder: Path, executor: Executor | None) -> xr.Dataset:
+    """Run a study, print the table of its cases and what is to know about them, and return it."""
     from sits_mech.batch.adaptive import refined
-    from sits_mech.batch.run import cases_aside
+    from sits_mech.batch.run import cases_aside, run_study
     from sits_mech.report.tables.cases import case_failures, case_table
     from sits_mech.store import STORE
 
+    with progress_bar("cases") as progress:
+        data = run_study(study, folder, executor=executor, progress=progress)
     show(case_table(data))
     aside = 0 if study.adaptive else cases_aside(study, folder)
     others = f"not in this table: {aside} finished case(s) of other values, kept in {folder / STORE}"
@@ -223,6 +221,7 @@ def _tell(study: Study, data: xr.Dataset, folder: Path) -> None:
     chosen = [refined(data, study.adaptive)] if study.adaptive else []
     notes = [*_left_out(study), *chosen, *([others] if aside else [])]
     warn(*case_failures(data), *notes, f"written to {folder}")
+    return data
 
 
 def _export(folder: Path, cases: Sequence[int], kinds: Sequence[str], place: Path) -> None:

@@ -120,11 +120,11 @@ def _outer_ends(coil: Coil, first: float, turned: float, number: int) -> list[Ho
     for k in range(coil.layers):
         angle = first + (k // 2) * turned
         if k in (0, coil.layers - 1) and (k == 0 or k % 2):
-            place = _polar(np.array([far]), np.array([angle + (aside if k else -aside)]))
-            found.append(Hole(place[0], _PAD, _HOLE, str(2 * number + 1 + (k > 0))))
+            place = _polar(far, angle + (aside if k else -aside))[0]
+            found.append(Hole(place, _PAD, _HOLE, str(2 * number + 1 + (k > 0))))
         else:
             between = first + ((k + 1) // 2 - 0.5) * turned
-            found.append(Hole(_polar(np.array([edge + _VIA / 2]), np.array([between]))[0], _VIA, _DRILL))
+            found.append(Hole(_polar(edge + _VIA / 2, between)[0], _VIA, _DRILL))
     return found
 
 
@@ -163,7 +163,7 @@ def _away(sensor: Sensor, number: int) -> float:
     return float(np.arctan2(out[1], out[0])) if np.hypot(*out) > 1e-9 else -np.pi / 2
 
 
-def _polar(radius: Array, angle: Array) -> Array:
+def _polar(radius: Array | float, angle: Array | float) -> Array:
     """Return points x, y at radii and angles."""
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
 

@@ -118,12 +118,13 @@ def failure_record(error: SolveFailed, whole: bool = False) -> Record:
     last, report = error.last, report_record(error.report)
     begun = None if last is None or error.half == "mechanics" else report_record(last.report)
     halves = {"mechanics": begun, "magnetics": None}
+    carried, unsure = (None, None) if error.carried is None else map(asdict, error.carried)
     return {
         "status": error.status,
         "message": str(error),
         **{name: None if last is None else asdict(getattr(last, name)) for name in ("pose", "error", "wrench")},
-        "carried": None if error.carried is None else asdict(error.carried[0]),
-        "error_carried": None if error.carried is None else asdict(error.carried[1]),
+        "carried": carried,
+        "error_carried": unsure,
         "report": halves | {error.half: report} if whole else report,
     }
 

@@ -67,9 +67,7 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
     sides = []
     for way in (1.0, -1.0):
         near, far = start + way * inner, start + way * outer
-        left, right = np.minimum(near, far), np.maximum(near, far)
-        box = ((left, low), (right, low), (right, high), (left, high))
-        sides.append(np.stack([np.stack(corner, axis=-1) for corner in box], axis=1))
+        sides.append(_boxes(np.minimum(near, far), np.maximum(near, far), low, high))
     corners = np.concatenate([side[cut] for side in sides])
     if substrate_radius is not None:
         corners = _bent(corners, substrate_radius)
@@ -86,8 +84,12 @@ def _straight_cut(coil: Coil, plane: Plane) -> tuple[Array, Array]:
     middle = s_a[cut] - d_a[cut] * (s_b - s_a)[cut] / across
     half = tracks.width[cut] / 2 * tracks.length[cut] / np.abs(across)
     low, high = (tracks.start[cut, 2] + k * tracks.thickness[cut] / 2 for k in (-1, 1))
-    box = ((middle - half, low), (middle + half, low), (middle + half, high), (middle - half, high))
-    return np.stack([np.stack(corner, axis=-1) for corner in box], axis=1), np.sign(across)
+    return _boxes(middle - half, middle + half, low, high), np.sign(across)
+
+
+def _boxes(left: Array, right: Array, low: Array, high: Array) -> Array:
+    """Return the corners of boxes between ends along and up, (m,) each, shape (m, 4, 2)."""
+    return np.stack([np.stack([left, right, right, left], axis=-1), np.stack([low, low, high, high], axis=-1)], axis=-1)
 
 
 def _bent(places: Array, radius: float) -> Array:
