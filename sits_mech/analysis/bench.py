@@ -88,7 +88,7 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
     if seen is None:
         raise SceneError(f"{sensor.name}: {'; '.join(reasons)}")
     shape = (*good.shape, len(sensor.coils))
-    L, R = np.full(shape, np.nan), np.full(shape, np.nan)
+    L, R = np.full((2, *shape), np.nan)
     L[good], R[good] = seen.L, seen.R
     return _over_loads(sensor, data, L=L, R=R), missing
 

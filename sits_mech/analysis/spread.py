@@ -85,7 +85,7 @@ def _within(found: SmoothMap, points: Array) -> Array:
 def _shares(found: SmoothMap, s: Array, samples: int) -> tuple[Array, Array]:
     """Return first-order and total shares, shape (q, p) each."""
     q = found.coefficients.shape[1]
-    first, total = np.full((q, len(s)), np.nan), np.full((q, len(s)), np.nan)
+    first, total = np.full((2, q, len(s)), np.nan)
     scale = np.ptp(found.at(_within(found, design(s, 64))), axis=0)
     moves = np.flatnonzero(scale > _STILL * np.maximum(np.abs(found.at(np.zeros(len(s)))), 1e-300))
     if moves.size == 0:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, progress_bar, warn
-from sits_mech.cli.options import Folder, Json, Output, Quantity, app, check_readable, flag, si_of
+from sits_mech.cli.options import Clock, Folder, Json, Output, Quantity, app, check_readable, flag, si_of
 
 if TYPE_CHECKING:
     from sits_mech.analysis.built.adaptation import Adaptation
@@ -31,7 +31,7 @@ class Known:
     noise: Annotated[Quantity | None, Parameter(help="Noise of a reading; by default the converter's.")] = None
     load_noise: Annotated[Quantity | None, Parameter(help="Noise of a load; 0.1 % of the largest.")] = None
     depth_noise: Annotated[Quantity, Parameter(help="Noise of the way down.")] = "10 um"
-    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None
+    clock: Clock = None
 
     @property
     def noises(self) -> dict[str, Any]:

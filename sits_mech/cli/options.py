@@ -48,6 +48,7 @@ MAGNETICS = ("auto", "planar", "planar-fem", "axisymmetric", "sheets")
 # where one physics is meant, --model says the same
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=", ".join(MECHANICS))]
 Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=", ".join(MAGNETICS))]
+Clock = Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")]
 Warmth = Annotated[Quantity | None, Parameter(help="Temperature of all parts; by default the scene's (20 degC).")]
 Warmths = Annotated[Quantity | None, Parameter(help='Of all parts: one temperature, or a range "first:last:count".')]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]

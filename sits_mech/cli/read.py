@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app, check_readable, output_of, si_of
+from sits_mech.cli.options import Case, Clock, Folder, Json, Magnetics, Quantity, app, check_readable, output_of, si_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +27,7 @@ def invert(
     folder: Folder, *,
     reading: Annotated[tuple[str, ...], Parameter(negative="", help='Inductance of a coil by name: "C1=91.2 %".')] = (),
     code: Annotated[tuple[str, ...], Parameter(negative="", help="Code of the converter: C1=38900874.")] = (),
-    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None,
+    clock: Clock = None,
     temperature: Annotated[Quantity | None, Parameter(help="Measured temperature of the sensor.")] = None,
     as_json: Json = False,
     **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: inductance of each coil by number.")],
@@ -182,7 +182,7 @@ def compare(
     free: Annotated[str, Parameter(help='To fit: modulus, "gap=0+-0.3 mm", a key of the scene, ...')] = "",
     noise: Annotated[Quantity | None, Parameter(help="Noise of a reading, the weight of the data.")] = None,
     magnetics: Magnetics = "auto",
-    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None,
+    clock: Clock = None,
     output: Annotated[Path | None, output_of("Picture of data and model.")] = None,
     as_json: Json = False,
 ) -> int:

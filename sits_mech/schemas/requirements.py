@@ -6,7 +6,7 @@ from typing import Any
 
 from sits_mech.quantities import UNITS, WRENCH
 from sits_mech.scene.bounds import quantity_schema
-from sits_mech.schemas.scene import DIALECT, NUMBER_OR_TEXT
+from sits_mech.schemas.scene import DIALECT, NUMBER_OR_TEXT, listed
 from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, SPECIAL, figure_names, unit_of
 
 Schema = dict[str, Any]
@@ -41,7 +41,7 @@ def _loads() -> Schema:
 
 def _pair(unit: str) -> Schema:
     """Return two quantities."""
-    return {"type": "array", "items": quantity_schema(unit), "minItems": 2, "maxItems": 2, "x-unit": unit}
+    return listed(quantity_schema(unit), minItems=2, maxItems=2) | {"x-unit": unit}
 
 
 def _vary() -> Schema:

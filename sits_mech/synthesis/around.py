@@ -86,7 +86,7 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
     count = _FINE if len(some) == 1 else _COARSE
     unit = np.linspace(0.0, 1.0, count)
     shape = (count,) * len(some)
-    aim, excess = np.zeros(shape), np.zeros(shape)
+    aim, excess = np.zeros((2, *shape))
     for index in np.ndindex(shape):
         x = best.point.copy()
         x[: len(some)] = unit[list(index)]

@@ -135,7 +135,7 @@ def _basis(slopes: Array, covariance: Array) -> Array:
 def _rest(row: xr.Dataset, load: Any, place: Array, parts: Array) -> Equilibrium:
     """Return a rest of the table under its new load, at its new place, with new shared parts (j, 6) of its error."""
     names = [name for name in POSE if f"error_{name}" in row]
-    error, shared = np.zeros(len(POSE)), np.zeros(len(POSE))
+    error, shared = np.zeros((2, len(POSE)))
     for name in names:
         error[POSE.index(name)] = float(row[f"error_{name}"])
         shared[POSE.index(name)] = float(np.abs(row[f"shared_{name}"]).sum()) if f"shared_{name}" in row else 0.0

@@ -69,7 +69,7 @@ class LoadedBench:
 
     def derivatives(self, p: Array) -> tuple[Array, Array]:
         """Return derivatives of the outputs by parameters and factors, (m, n, p), and by each row's load, (m, n, d)."""
-        count, (parts, deeper) = self.count[0] + self.count[1], self.parts(p)
+        count, (parts, deeper) = sum(self.count[:2]), self.parts(p)
         found = parts.by_pose + parts.direct
         if self.depth:
             found = np.concatenate([found, deeper.T[:, None, :]], axis=1)
@@ -77,7 +77,7 @@ class LoadedBench:
 
     def parts(self, p: Array) -> tuple[Slopes, Array]:
         """Return derivatives by parameters, factors and loads in their parts, and those of the ways down, (v, m)."""
-        count = self.count[0] + self.count[1]
+        count = sum(self.count[:2])
         steps = self._steps(count)
         ways = np.concatenate([np.eye(len(p))[:count] * steps[:, None], np.zeros((self.forces.shape[1], len(p)))])
         pushes = self._ranges * _STEP

@@ -142,7 +142,7 @@ class Setup:
 
     def _here(self, P: Array) -> dict[str, Array]:
         """Return the values of each parameter by name, shape (k,)."""
-        return dict(zip((each.name for each in self.parameters), P.T, strict=True))
+        return dict(zip(self.names, P.T, strict=True))
 
     def free(self, poses: Array, ends: Mapping[str, Free]) -> tuple[Free, ...]:
         """Return the parameters to be fitted with first values, ends and sizes.

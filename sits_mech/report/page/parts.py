@@ -167,8 +167,7 @@ def readout_part(sensor: Sensor, read: Readings) -> str:
     """Return the converter's settings and the codes of the coils."""
     if read.front is None:
         return f"<p>{html.escape(_sentence('; '.join(read.left_out)))}</p>"
-    names = sensor.coil_names
-    return html_table(front_end_table(read.front, names, read.left_out))
+    return html_table(front_end_table(read.front, sensor.coil_names, read.left_out))
 
 
 def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
@@ -278,13 +277,13 @@ def computed_part(data: xr.Dataset) -> str:
     """Return models, tolerance, errors and times."""
     request = request_of(data)
     done = data.where(data["status"].isin(ANSWERED))
-    seconds = data["seconds"]
+    seconds, least = data["seconds"], float(done["min_J"].min()) if "min_J" in done else math.nan
     rows = [
         ("mechanics", f"{request['mechanics']}: relative error of a pose up to {_most(done, 'error_mechanics')}"),
         ("magnetics", f"{request['magnetics']}: relative error of a change up to {_most(done, 'error_magnetics')}"),
         ("asked tolerance", f"{request['tolerance']:g}"),
         ("time", f"{float(seconds.sum()):.3g} s for all loads, at most {float(seconds.max()):.2g} s for one"),
-        ("smallest volume ratio", _least(done)),
+        ("smallest volume ratio", f"{least:.4f}" if math.isfinite(least) else "not known"),
         *((f"largest error of {name.removesuffix('_percent')}", f"{_most(done, f'error_{name}')} % of L0")
           for name in told(data)),
         ("version", f"sits-mech {data.attrs['version']}, scene {data.attrs['scene_hash']}"),
@@ -296,12 +295,6 @@ def _most(data: xr.Dataset, name: str) -> str:
     """Return the largest value of a variable."""
     value = float(data[name].max()) if name in data else math.nan
     return f"{value:.2g}" if math.isfinite(value) else "unknown"
-
-
-def _least(data: xr.Dataset) -> str:
-    """Return the smallest volume ratio."""
-    value = float(data["min_J"].min()) if "min_J" in data else math.nan
-    return f"{value:.4f}" if math.isfinite(value) else "not known"
 
 
 def html_table(table: Table, *, numbers: bool = False) -> str:
