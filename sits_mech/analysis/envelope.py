@@ -129,7 +129,7 @@ def envelope(
         rough = layer.rough
         deeper = layer.towards(None, min(tolerance, _POSE), deepest=_MESHES) if choice.name == "block" else None
     search = _Search(sensor, rough, deeper, known_stretch(sensor), tolerance)
-    found, count = list[Ray](), len(planes) * rays
+    found, count = [], len(planes) * rays
     for plane in planes:
         for ray in search.along(plane, rays):
             found.append(ray)

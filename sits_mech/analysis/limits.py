@@ -85,7 +85,7 @@ class Limits:
     hysteresis: float  # loop width of a load cycle in `PERIOD`, of the displacement [-]
     left: float  # remaining displacement `AFTER` it, of the displacement [-]
     spread: float  # largest over smallest stress at 100 % strain of the silicone's sources [-]
-    capacity: tuple[Capacity, ...] = field(default=())  # where it was asked for
+    capacity: tuple[Capacity, ...] = ()  # where it was asked for
 
 
 def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:

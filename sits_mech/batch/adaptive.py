@@ -129,7 +129,7 @@ class _Grid:
 
     def between(self, part: SolvedPart) -> Iterator[tuple[int, Row]]:
         """Yield a row for each case that is not solved."""
-        first, columns, words = next(iter(self.rows.values())), dict[str, Array](), self._words()
+        first, columns, words = next(iter(self.rows.values())), {}, self._words()
         sizes = [_item(first[name])[1].size for name in self.asked.of]
         missed = np.split(part.error * self.scale[0], np.cumsum(sizes)[:-1])
         for name, own in zip(self.asked.of, missed, strict=True):
@@ -202,7 +202,7 @@ def _grids(vary: Mapping[str, Sequence[Any]]) -> Iterator[tuple[Axes, NDArray[np
 
 def _axes(vary: Mapping[str, Sequence[Any]]) -> dict[str, list[float]]:
     """Return the ascending values in SI of each key that has numbers; refuse a study with none, or with one twice."""
-    found = dict[str, list[float]]()
+    found = {}
     for name, written in vary.items():
         own = [value for value in map(si_label, written) if isinstance(value, float)]
         if len(own) == len(written):

@@ -46,7 +46,7 @@ class Case:
 
 def keys(study: Study) -> Callable[[Row], str]:
     """Return a function that gives what the answer at a point depends on; it looks at each scene once."""
-    scenes = dict[Variant, str]()
+    scenes = {}
 
     def key(point: Row) -> str:
         variant, arguments = study.case(point)

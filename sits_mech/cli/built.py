@@ -260,7 +260,7 @@ def _unit_rows(found: Production, record: dict[str, Any]) -> str:
     from sits_mech.analysis.built.constants import constants_of
     from sits_mech.export.firmware import unit_numbers
 
-    prior, rows, cal = found.start, list[dict[str, Any]](), None
+    prior, rows, cal = found.start, [], None
     try:
         cal = code_calibration(prior.sensor, prior.data)
     except ValueError as error:

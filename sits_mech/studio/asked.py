@@ -98,7 +98,7 @@ def lines(judged: Judged, sensor: Sensor, data: xr.Dataset) -> Asked:
 def _curves(judged: Judged, data: xr.Dataset) -> list[dict[str, Any]]:
     """Return resolution and error over the loads of a table, those that have a limit."""
     table, judge, names = judged.found.table, judged.task.judge, varied(data)
-    order, found = judge.operator.loads.names, list[dict[str, Any]]()
+    order, found = judge.operator.loads.names, []
     if table is None or not set(order) <= set(names):
         return []
     grid = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)

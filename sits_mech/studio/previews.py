@@ -89,7 +89,7 @@ def preview(base: Solved, others: Sequence[Solved], sensor: Sensor) -> xr.Datase
     if changed is None:
         return None
     f, rest = base.shown
-    factors, added, orders = list[Array](), list[Array](), list[tuple[list[Array], list[Array]]]()
+    factors, added, orders = [], [], []
     left_f, left = np.zeros(f.shape), np.zeros(rest.shape)
     for key in changed:
         nodes = [each for each in others if _differ(base.numbers, each.numbers) == [key]]
@@ -155,7 +155,7 @@ def _of_both(one: Sequence[Array], other: Sequence[Array]) -> Array:
 
 def _table(base: Solved, sensor: Sensor, own: tuple[Array, Array], rest: tuple[Array, Array]) -> xr.Dataset:
     """Return the first table with other numbers, as of `Solved.shown`, each with what is left open of it."""
-    loads, found = varied(base.data), dict[str, tuple[tuple[str, ...], Array]]()
+    loads, found = varied(base.data), {}
     shape, L0 = tuple(base.data.sizes[name] for name in loads), np.diagonal(base.data["L0"].to_numpy())
     n, count = len(L0), len(base.pose)
 

@@ -217,7 +217,7 @@ class Session:
         """Draw what is known, and ask for what is not."""
         self.stopped = False
         view = self.view()
-        wishes = list[tuple[Question, bool]]()
+        wishes = []
         if view.kind != "solved":
             wishes.append((self.question(self.sensor), True))
         if self.search is not None:
@@ -231,7 +231,7 @@ class Session:
 
     def _behind(self) -> list[Question]:
         """Return what may be solved while nobody waits: slopes where there are none, tables beside a slider."""
-        numbers, found = self._numbers, list[Question]()
+        numbers, found = self._numbers, []
         base = next((each for each in self._known() if each.slopes is not None), None)
         if base is None:
             found.append(self.question(self.sensor, numbers))

@@ -55,7 +55,7 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     moved = np.einsum("vmk,vj->jmk", moved[used], basis)
     scale = henries(sensor, data.attrs["unit_L"], data["L0"].to_numpy())
     direct = np.moveaxis(direct[..., used] @ basis, -1, 0) / scale
-    settled, turn = dict[Any, Settled](), 0
+    settled, turn = {}, 0
     for row, fine in zip(rows, good, strict=True):
         load = wrench_of(row)
         load = type(load)(**{name: s * getattr(load, name) for name in WRENCH})

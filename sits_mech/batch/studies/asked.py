@@ -114,7 +114,7 @@ class Study:
 
     def shared(self, point: Row) -> Shared:
         """Return what a case prepares, by what varies of it."""
-        coils, pad, load = list[Item](), list[Item](), list[Item]()
+        coils, pad, load = [], [], []
         for name, value in point.items():
             item, part = (name, str(value)), name.partition(".")[0]
             if name in LOAD_ARGUMENTS:

@@ -56,7 +56,7 @@ def _check_side_by_side(study: Study) -> None:
 
 def _looked_at(study: Study) -> dict[str, list[str]]:
     """Return the values of the scene's keys in each case as texts; "" where any value of many will do."""
-    whole, found = study.combined == "zip" and not study.asked.get("derive"), dict[str, list[str]]()
+    whole, found = study.combined == "zip" and not study.asked.get("derive"), {}
     for name, values in study.vary.items():
         if of_scene(name, study.request):
             texts = [json.dumps(value) for value in values]

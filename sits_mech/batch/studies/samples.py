@@ -94,7 +94,7 @@ def derived(
     """
     found = []
     for point in points:
-        values, more = {**known(point), **{name: si_label(item) for name, item in point.items()}}, dict[str, Any]()
+        values, more = {**known(point), **{name: si_label(item) for name, item in point.items()}}, {}
         for name, text in derive.items():
             value = text(values)
             values[name] = more[name] = float(f"{value:.15g}") if isinstance(value, float) else value

@@ -31,7 +31,7 @@ def stages_of(tables: Any, request: str, names: tuple[Row, Row], scenes: Mapping
     """Return the stages of a file after its first, of which request, names (varied, fixed) and scenes are given."""
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
         raise SceneError(f"then: must be tables under [[then]]; got {shown(tables)}")
-    found, (varied, fixed) = list[Stage](), names
+    found, (varied, fixed) = [], names
     for number, table in enumerate(tables, 1):
         place = f"then.{number}"
         try:

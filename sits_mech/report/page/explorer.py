@@ -119,7 +119,7 @@ def page_file(name: str, room: str = "report.page") -> str:
 
 def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
     """Return label, variable, its error, scale, digits and unit of each item; many coils come last."""
-    coils, found = list[Record](), list[Record]()
+    coils, found = [], []
     for i, coil in enumerate(sensor.coils):
         entry = {"label": f"L of {coil.name}", "name": f"L{i}", "error": f"error_L{i}", "scale": 1e6, "digits": 5}
         coils.append(entry | {"unit": "µH"})

@@ -79,7 +79,7 @@ def _before(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str
 
     A force without a signal of its own is read by the linear sum of all coils.
     """
-    values, errors = dict[str, Record](), dict[str, Record]()
+    values, errors = {}, {}
     for k, name in enumerate(found.forces):
         keys = {other: f"largest_{own.get(name)}_from_{other}" for other in found.forces}
         values[name] = {other: stray.get(key, math.nan) / 100.0 for other, key in keys.items()}

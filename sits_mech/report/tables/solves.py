@@ -48,7 +48,7 @@ def sizes_of(data: Any, names: Sequence[str]) -> dict[str, float]:
     `data` has values and errors (``error_`` and the name) of one load or many; what is not zero at rest counts by
     range.
     """
-    own, kind = dict[str, float](), {name: name[:2] for name in names}
+    own, kind = {}, {name: name[:2] for name in names}
     for name in names:
         both = (np.ravel(np.asarray(data[key], dtype=float)) for key in (name, f"error_{name}") if key in data)
         values, *errors = (each[np.isfinite(each)] for each in both)
