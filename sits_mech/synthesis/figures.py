@@ -236,7 +236,7 @@ class Judge:
         if not len(table.by_tolerance):
             return resolution, np.zeros(points.shape)
         off = np.abs(np.tensordot(self.few, self._wrong(table, points, at), 1))
-        return resolution, np.asarray(np.quantile(off, self.share, axis=0))
+        return resolution, np.quantile(off, self.share, axis=0)
 
     def _wrong(self, table: Table, points: Array, at: tuple[Array, Array]) -> Array:
         """Return misreadings at loads (m, d) by each tolerance, tared and scaled, shape (p, m, d)."""

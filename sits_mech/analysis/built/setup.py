@@ -108,7 +108,7 @@ class Setup:
         own = np.einsum("mnnk->mnk", by_pose) * henries(scene, field.unit_L, field.L0)[:, None]
         slopes = np.einsum("mnk,vmk->mnv", own, moved[..., [POSE.index(name) for name in components]])
         gain = 1.0 + self._here(p[None]).get("capacitance", np.zeros(1))[0] / self.sensor.readout.parallel_capacitance
-        return Slopes(places, moved, np.asarray(gain * slopes), self._direct(places, p, len(by)))
+        return Slopes(places, moved, gain * slopes, self._direct(places, p, len(by)))
 
     def _placed(self, rests: Array, p: Array, by: Array) -> tuple[Array, Array]:
         """Return where the set-up has targets, (m, 6), and derivatives by the variables, (v, m, 6); as `slopes`."""

@@ -30,7 +30,7 @@ def cube(combine: str, count: int, seed: int, keys: int) -> Array:
     if combine == "latin":
         return qmc.LatinHypercube(keys, rng=seed).random(count)
     wide = keys * (1 + (combine == "saltelli"))
-    found = np.asarray(qmc.Sobol(wide, rng=seed).random_base2(math.ceil(math.log2(count))))[:count]
+    found = qmc.Sobol(wide, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
     if combine == "sobol":
         return found
     a, b = found[:, :keys], found[:, keys:]

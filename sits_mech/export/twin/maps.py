@@ -97,7 +97,7 @@ def over_poses(source: Source, codes: FrontEnd | None) -> tuple[TwinMap | None, 
     worst = {degree: float((miss / scale).max()) for degree, miss in off.items()}
     most = max(_AS_GOOD * min(worst.values()), _ENOUGH)
     best = next(degree for degree in degrees if worst[degree] <= most)
-    powers, error = total_degree(d, best), np.asarray(off[best].max(axis=0))
+    powers, error = total_degree(d, best), off[best].max(axis=0)
     moved, count = ", ".join(POSE[k] for k in columns), len(others)
     found = _based(powers, fits[best].T, (low[columns], high[columns]), columns, held, error, len(source.sensor.coils))
     return found, f"poses: {len(powers)} terms over {moved}, within {worst[best]:.1e} of the range at {count} others"
@@ -157,7 +157,7 @@ def _nodes(d: int, count: int) -> tuple[Array, Array]:
     u = qmc.Sobol(2 * d, scramble=False).random_base2(int(np.ceil(np.log2(max(count, _OTHERS) + 1))))
     corners = np.array(list(product((-1.0, 1.0), repeat=d)))
     near = np.cos(np.pi * u[1 : count + 1, :d])
-    return np.vstack([corners, near]), np.asarray(2.0 * u[1 : _OTHERS + 1, d:] - 1.0)
+    return np.vstack([corners, near]), 2.0 * u[1 : _OTHERS + 1, d:] - 1.0
 
 
 def _reached(source: Source) -> Array:
