@@ -11,7 +11,6 @@ leads are added in series.
 
 from __future__ import annotations
 
-import json
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -107,11 +106,6 @@ def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
     parts = {name: data[name] for name in ("shared_L", "alone_L", "slope_T_L", "slope_T_L_by") if name in data}
     own = _over_loads(sensor, data, **each).assign(L0=("coil", L0), scale=scale)
     return own.assign({name: part * own["scale"] for name, part in parts.items()}).drop_vars("scale")
-
-
-def request_of(data: xr.Dataset) -> dict[str, Any]:
-    """Return what a table was asked for: models, tolerance, loads."""
-    return dict(json.loads(data.attrs["request"]))
 
 
 def loads_over(low: Array, high: Array, count: int) -> Array:

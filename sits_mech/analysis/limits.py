@@ -30,7 +30,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
-from sits_mech.analysis.bench import request_of, table_poses
+from sits_mech.analysis.bench import table_poses
 from sits_mech.cases import Progress
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded
@@ -39,7 +39,7 @@ from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
-from sits_mech.readout.loads import fixed, load_words, varied
+from sits_mech.readout.loads import fixed, load_words, request_of, varied
 from sits_mech.scene.sensor import Sensor, known_stretch, silicone_of
 from sits_mech.silicone.history import left_share, loop_width
 

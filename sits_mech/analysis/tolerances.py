@@ -18,13 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import request_of, sensor_calibration
+from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.analysis.spread import Spread, design, spread
 from sits_mech.cases import Progress
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.quantities import POSE, Array, Pose, SolveFailed, Wrench
 from sits_mech.readout.calibration import Calibration
-from sits_mech.readout.loads import fixed, varied
+from sits_mech.readout.loads import fixed, request_of, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 
 TOLERANCES = ("thickness", "modulus", "gap", "offset")

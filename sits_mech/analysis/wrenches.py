@@ -12,9 +12,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import free_inductances, request_of
+from sits_mech.analysis.bench import free_inductances
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.quantities import POSE, WRENCH, Array, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.readout.loads import request_of
 from sits_mech.readout.observability import Observability, observability
 from sits_mech.scene.sensor import SceneError, Sensor
 

@@ -14,19 +14,11 @@ from sits_mech.chain.prices.ends import ROUGH
 from sits_mech.chain.prices.forecast import Look
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
-from sits_mech.scene.coils import resolved_shear
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.material import implausible
 
 _SPACE = {"mechanics": "block", "magnetics": "sheets"}  # what a half takes instead of a section
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
-USUAL = {"F_x": 1.0, "F_y": 1.0, "F_z": 4.0}
-"""Largest forces of a grid by default [N]."""
-
-
-def usual_loads(sensor: Sensor) -> dict[str, float]:
-    """Return the largest forces of a grid by default [N]: the first shear that coils resolve, and the normal force."""
-    return {name: USUAL[name] for name in (*resolved_shear(sensor.coils)[:1], "F_z")}
 
 
 @dataclass(frozen=True)

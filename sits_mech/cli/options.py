@@ -154,11 +154,11 @@ class LoadGrid:
 
         By default those that the coils resolve: no shear along an axis on which all have one place.
         """
-        from sits_mech.chain.request import usual_loads
         from sits_mech.quantities import LOAD_ARGUMENTS
+        from sits_mech.scene.coils import usual_loads
         from sits_mech.units import quantity_or_range
 
-        usual = usual_loads(sensor)
+        usual = usual_loads(sensor.coils)
         if self.fx:
             usual.pop("F_y", None)
         ranges = {f"f{name[2]}": f"{0.0 if name == 'F_z' else -most} N:{most} N:9" for name, most in usual.items()}

@@ -276,10 +276,10 @@ def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]
 
 def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array]:
     """Return the inductances of a table's largest load while it comes and goes, the second time."""
-    from sits_mech.analysis.bench import branches, request_of
+    from sits_mech.analysis.bench import branches
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.quantities import Wrench
-    from sits_mech.readout.loads import fixed, load_words, varied
+    from sits_mech.readout.loads import fixed, load_words, request_of, varied
     from sits_mech.units import SceneError
 
     request = request_of(data)

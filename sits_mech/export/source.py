@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import request_of
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE, Pose, Wrench, shown_unit
-from sits_mech.readout.loads import fixed, load_words, varied
+from sits_mech.readout.loads import fixed, load_words, request_of, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import ANSWERED
 

@@ -6,8 +6,9 @@ without dimension; what is neither is zero.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +16,11 @@ from sits_mech.quantities import WRENCH, Wrench, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def request_of(data: xr.Dataset) -> dict[str, Any]:
+    """Return what a table was asked for: models, tolerance, loads."""
+    return dict(json.loads(data.attrs["request"]))
 
 
 def varied(data: xr.Dataset) -> tuple[str, ...]:

@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
-from sits_mech.analysis.bench import request_of
 from sits_mech.chain.omissions import Omission
 from sits_mech.quantities import POSE, WRENCH, shown_unit
+from sits_mech.readout.loads import request_of
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import signal_label
 from sits_mech.report.pictures.style import new_figure, save_figure, strokes

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import request_of
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
-from sits_mech.readout.loads import varied, wrench_of
+from sits_mech.readout.loads import request_of, varied, wrench_of
 from sits_mech.report.folder import cases_folder
 from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.section import load_view

@@ -68,6 +68,7 @@ UPRIGHT = ("track_thickness", "layer_pitch")
 _OF_BOARD = ("board_permittivity", "board_expansion", "board_expansion_z", "conductivity", "temperature_coefficient")
 _OPTIONAL = ("shape", "corner_radius", "layer_z", "directions", "path_widths", *_OF_BOARD)
 _MOST = 20_000  # points of a path
+_USUAL = {"F_x": 1.0, "F_y": 1.0, "F_z": 4.0}  # largest forces of a grid by default [N]
 
 
 class Coil(BaseModel):
@@ -345,3 +346,8 @@ def _layers(given: Mapping[str, Any]) -> dict[str, Any]:
 def resolved_shear(coils: Sequence[Coil]) -> tuple[str, ...]:
     """Return the shear forces that coils resolve: along axes on which not all have one place."""
     return tuple(name for k, name in enumerate(("F_x", "F_y")) if len({coil.centre[k] for coil in coils}) > 1)
+
+
+def usual_loads(coils: Sequence[Coil]) -> dict[str, float]:
+    """Return the largest forces of a grid by default [N]: the first shear that coils resolve, and the normal force."""
+    return {name: _USUAL[name] for name in (*resolved_shear(coils)[:1], "F_z")}

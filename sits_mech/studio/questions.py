@@ -63,10 +63,10 @@ class Borne(Question):
     def answer(self, told: Told) -> tuple[tuple[str, tuple[float, ...]], ...]:
         """Return the grid."""
         from sits_mech.analysis.envelope import borne_share
-        from sits_mech.chain.request import usual_loads
         from sits_mech.quantities import Wrench
+        from sits_mech.scene.coils import usual_loads
 
-        most = usual_loads(self.sensor)
+        most = usual_loads(self.sensor.coils)
         share = borne_share(self.sensor, Wrench(**most), self.models[0])
         return tuple((name, grid_of(name, share * size)) for name, size in most.items())
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import own_inductances, request_of
-from sits_mech.readout.loads import several, varied
+from sits_mech.analysis.bench import own_inductances
+from sits_mech.readout.loads import request_of, several, varied
 from sits_mech.scene.sensor import Sensor
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Judge, Loads, Operator, Table

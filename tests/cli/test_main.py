@@ -437,7 +437,6 @@ REFUSED_AT_ONCE = (
 )
 
 
-@pytest.mark.slow
 def test_a_refusal_comes_before_what_is_heavy(calibrated: Path) -> None:
     """One line each, before solvers, tables and pictures are imported; in 0.5 s of processor time and 60 MB (measured);
     a unit of another dimension takes pint besides, 0.3 s."""

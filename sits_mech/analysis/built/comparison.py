@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import request_of, sensor_front_end
+from sits_mech.analysis.bench import sensor_front_end
 from sits_mech.analysis.built.fit import Free, Model, ParameterFit, fit_parameters, profile
 from sits_mech.analysis.built.force_maps import layer_slopes, moduli, table_of
 from sits_mech.analysis.built.loaded import LoadedBench
@@ -23,7 +23,7 @@ from sits_mech.analysis.built.unknowns import LAYER, checked
 from sits_mech.analysis.measured import Measured, Tank
 from sits_mech.chain.models import loaded_model, magnetic_model
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
-from sits_mech.readout.loads import points, several, wrench_of
+from sits_mech.readout.loads import points, request_of, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
 USUAL = ("modulus", "gap", "lead")

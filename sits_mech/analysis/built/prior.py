@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import own_inductances, request_of, sensor_front_end
+from sits_mech.analysis.bench import own_inductances, sensor_front_end
 from sits_mech.analysis.built.force_maps import Table, layer_slopes, shared_poses, table_of, told
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
@@ -28,7 +28,7 @@ from sits_mech.analysis.built.unknowns import CELL, LAYER, Known, priors, usual_
 from sits_mech.chain.models import loaded_model
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, UNITS, Array, MagneticModel
-from sits_mech.readout.loads import points, several, wrench_of
+from sits_mech.readout.loads import points, request_of, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
 SURE = 1.645

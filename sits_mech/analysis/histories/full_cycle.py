@@ -12,12 +12,12 @@ import json
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import request_of
 from sits_mech.analysis.cycle import Programme, loops
 from sits_mech.analysis.histories.response import between, in_time
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Progress, untold
 from sits_mech.quantities import POSE, WRENCH, Wrench
+from sits_mech.readout.loads import request_of
 from sits_mech.readout.signals import told
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import joined, marked

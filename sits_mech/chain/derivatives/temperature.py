@@ -23,7 +23,6 @@ with its board (no change of shape), by which henries and codes grow but not sha
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -38,7 +37,7 @@ from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import POSE, Array, Equilibrium, Impedance, MagneticModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.calibration import OK, Calibration, calibration
 from sits_mech.readout.inversion import Inverse
-from sits_mech.readout.loads import load_words, varied, wrench_of
+from sits_mech.readout.loads import load_words, request_of, varied, wrench_of
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
 from sits_mech.scene.sensor import REFERENCE, SceneError, Sensor
 from sits_mech.scene.thermal import CAUSES, at_temperature, celsius, check_temperature, clock_factor
@@ -156,7 +155,7 @@ def read_at(
 
 def _remainder(sensor: Sensor, moved: xr.Dataset, temperature: float, known: Calibration, load: Array) -> xr.DataArray:
     """Return what is read of each coil at a load less the table moved along its slopes, over ``coil``."""
-    request = json.loads(moved.attrs["request"])
+    request = request_of(moved)
     warm = sensor.model_copy(update={"temperature": temperature})
     one = moved.isel({name: 0 for name in varied(moved)})
     forces = dict(zip(known.forces, load.tolist(), strict=True))

@@ -14,12 +14,12 @@ import xarray as xr
 from pydantic import BaseModel
 from rich.table import Table
 
-from sits_mech.analysis.bench import Readings, coil_table, request_of, sensor_calibration
+from sits_mech.analysis.bench import Readings, coil_table, sensor_calibration
 from sits_mech.analysis.limits import limits_of
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
-from sits_mech.readout.loads import at_middle, fixed, load_words, varied
+from sits_mech.readout.loads import at_middle, fixed, load_words, request_of, varied
 from sits_mech.readout.quality import quality
 from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
-from sits_mech.analysis.bench import request_of
 from sits_mech.analysis.histories.full_cycle import difference
 from sits_mech.quantities import POSE, WRENCH, Array
+from sits_mech.readout.loads import request_of
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import load_label, signal_label
 from sits_mech.report.pictures.style import new_figure, strokes
