@@ -72,12 +72,13 @@ def test_coil_and_plate_turned_by_a_quarter() -> None:
 
 @pytest.mark.slow
 def test_mirrored_poses_of_a_square() -> None:
-    """d_h and -d_h, and d_y instead, are one."""
+    """d_h and -d_h, and d_y instead, are one, but for weak combinations of fields, sought among random currents."""
     model = sheets(scene(rectangle(2.0, 2.0)), 2e-2)
     zero, shift = np.zeros(3), 0.6 * MM * np.array([1.0, -1.0, 0.0])
     beside = 0.6 * MM * np.array([0.0, 0.0, 1.0])
     found = model.impedance(Pose(shift, np.full(3, 1.5 * MM), zero, beside, zero, zero), F)
-    assert np.ptp(found.L[:, 0, 0]) < 1e-10 * found.L[0, 0, 0] and np.ptp(found.R[:, 0, 0]) < 1e-8 * found.R[0, 0, 0]
+    change = np.abs(found.L - found.L0)[0, 0, 0]
+    assert np.ptp(found.L[:, 0, 0]) < 1e-7 * change and np.ptp(found.R[:, 0, 0]) < 1e-6 * found.R[0, 0, 0]
 
 
 @pytest.mark.slow

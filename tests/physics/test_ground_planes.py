@@ -48,14 +48,14 @@ def answer(*parts: Conductor, frequency: float = 1e6) -> tuple[float, Impedance]
 
 @pytest.mark.slow
 def test_a_square_is_a_square_and_a_slit_opens_it() -> None:
-    """Triangles over the whole against a quarter of rectangles: within twice the errors, and within what was asked; a
-    slit to the middle takes a third.
+    """Triangles over the whole against a quarter of rectangles: within the errors, and within what was asked; a slit to
+    the middle takes a third.
     """
     (change, whole), (same, outline), (cut, slitted) = (
         answer(part) for part in (rectangle(0.0, 8.0), plane(SQUARE), plane(slit(4.0)))
     )
-    assert abs(same - change) < 2.0 * (whole.error_L[0, 0] + outline.error_L[0, 0]) < 1e-2 * abs(change)
-    assert abs(outline.R - whole.R)[0, 0] < min(2.0 * (outline.error_R + whole.error_R)[0, 0], 1e-2 * whole.R[0, 0])
+    assert abs(same - change) < whole.error_L[0, 0] + outline.error_L[0, 0] < 1e-2 * abs(change)
+    assert abs(outline.R - whole.R)[0, 0] < min((outline.error_R + whole.error_R)[0, 0], 1e-2 * whole.R[0, 0])
     assert 0.6 * abs(change) < abs(cut) < 0.7 * abs(change) and slitted.R[0, 0] > 1.3 * whole.R[0, 0]
 
 
@@ -63,7 +63,7 @@ def test_a_square_is_a_square_and_a_slit_opens_it() -> None:
 def test_a_slit_through_parts_the_plate() -> None:
     """All but 0.6 mm of 8 mm cut: two plates, within errors; they take less than half of what the whole takes."""
     (change, found), (parted, halves) = answer(plane(slit(7.4))), answer(rectangle(-2.1, 3.8), rectangle(2.1, 3.8))
-    assert abs(change - parted) < (found.error_L + halves.error_L)[0, 0] < 1e-2 * abs(parted)
+    assert abs(change - parted) < (found.error_L + halves.error_L)[0, 0] < 1.5e-2 * abs(parted)
     assert found.R[0, 0] == pytest.approx(halves.R[0, 0], rel=5e-2)
     assert abs(parted) < 0.5 * abs(answer(plane(SQUARE))[0])
 
@@ -76,8 +76,10 @@ def ring(radius: float, corners: int) -> Loop:
 
 
 def rings(inner: float, outer: float, frequency: float) -> complex:
-    """Return Delta Z of a ring of 35 um in the upper layer of the coil, as 40 x 4 rings of uneven sizes [mm]."""
-    share = [(1 - np.cos(np.linspace(0, np.pi, n + 1))) / 2 for n in (40, 4)]
+    """Return Delta Z of a ring of 35 um in the upper layer of the coil, as 120 x 6 rings [mm]: 160 x 6 and
+    120 x 8 differ by 3e-5 in L and 3e-4 in R.
+    """
+    share = [(1 - np.cos(np.linspace(0, np.pi, n + 1))) / 2 for n in (120, 6)]
     r, z = (inner + (outer - inner) * share[0]) * MM, -35e-6 * share[1]
     parts = [np.meshgrid(a, b, indexing="ij") for a, b in (((r[1:] + r[:-1]) / 2, (z[1:] + z[:-1]) / 2),
                                                            (np.diff(r), -np.diff(z)))]
@@ -90,15 +92,15 @@ def rings(inner: float, outer: float, frequency: float) -> complex:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("frequency", "most"), [(1e5, 4e-3), (5e6, 2e-2)])  # no memory for finer cells at 5 MHz
+@pytest.mark.parametrize(("frequency", "most"), [(1e5, 4e-3), (5e6, 2e-3)])
 def test_ground_around_the_coil_in_its_plane(frequency: float, most: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A disc of 16 mm with a hole of 7.8 mm around a coil of 6.8 mm: rings, good to some 5e-4 and in R 2e-3."""
+    """A disc of 16 mm with a hole of 7.8 mm around a coil of 6.8 mm, against rings."""
     monkeypatch.setenv("SITS_MECH_MEMORY", "6")
     change, found = answer(plane(ring(8.0, 48), ring(3.9, 40), z=-17.5e-3), frequency=frequency)
     expected = rings(3.9, 8.0, frequency)
     reactance = expected.imag / (2 * np.pi * frequency)
-    assert abs(change - reactance) < found.error_L[0, 0] + 5e-4 * abs(reactance) < most * abs(reactance)
-    assert abs(found.R[0, 0] - expected.real) < found.error_R[0, 0] + 2e-3 * expected.real < 3e-2 * expected.real
+    assert abs(change - reactance) < found.error_L[0, 0] + 1e-4 * abs(reactance) < most * abs(reactance)
+    assert abs(found.R[0, 0] - expected.real) < found.error_R[0, 0] + 5e-4 * expected.real < 1e-2 * expected.real
 
 
 def test_the_section_has_no_outline() -> None:

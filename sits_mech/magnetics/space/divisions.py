@@ -10,9 +10,11 @@ q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 f
     2 g n (n + q) + c max(4 n^2 + 2 n u + 2 u^2, 5 u^2 + 7.5 q u / min(g, 4)),
 
 the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled to find modes, and
-what drives them. A near plate keeps L and R of all k classes of all divisions besides and, where it moves, their LU
-factors at f frequencies (three where its cells do not resolve the skin depth, `modes.beyond`): k u^2 (2 c + 2 f). What
-takes more than the limit of memory, or longer than a step may, is refused.
+what drives them. A near plate keeps L and R of all k classes of all divisions, 2 c k u^2, one after the other: what
+was kept of those before, and of all but the last class, is there with the dense matrices. When all are, A = R + j
+omega L of the largest class is summed, copied and factored, 6 u^2; where the plate moves, LU factors at f frequencies
+are kept, 2 f k u^2 (f = 3 where cells do not resolve the skin depth, `modes.beyond`). What takes more than the limit of
+memory, or longer than a step may, is refused.
 """
 
 from __future__ import annotations
@@ -152,8 +154,8 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     seconds = _GIB * needed / GIB
     if seen != "by polynomials":
         frequencies = 0 if seen == "at rest" else 1 if resolved else DEPTHS.size
-        held, factored = _near_cost(divisions, vertical, frequencies)
-        needed, seconds = needed + held, seconds + factored
+        needed, factored = _near_cost(divisions, vertical, frequencies)
+        seconds += factored
     return _Family(divisions, box, highest, vertical, resolved, needed, seconds)
 
 
@@ -179,14 +181,15 @@ def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
 
 
 def _near_cost(divisions: Sequence[tuple[Plan, Array]], depth: float, frequencies: int) -> tuple[float, float]:
-    """Return what a near plate's classes keep, by the module's formula [bytes], and what their factors take [s]."""
-    held = seconds = 0.0
-    for plan, z in (divisions[k] for k in set(first_alike(divisions))):
-        u, classes = (z.size - 1) * most_unknowns(plan, depth), 2 * len(plan.characters)
-        c = 2 if np.iscomplex(plan.characters).any() else 1
-        held += 8.0 * classes * u**2 * (2 * c + 2 * frequencies)
-        seconds += _FACTOR * classes * u**3 * frequencies
-    return held, seconds
+    """Return the most that a near plate takes, by the module's formula [bytes], and what its factors take [s]."""
+    different = [divisions[k] for k in sorted(set(first_alike(divisions)))]
+    u = np.array([(z.size - 1) * most_unknowns(plan, depth) for plan, z in different], dtype=float)
+    kinds = [plan.characters for plan, _ in different]
+    classes, c = np.array([(2 * len(kind), 1 + np.iscomplex(kind).any()) for kind in kinds]).T
+    kept = np.cumsum(16.0 * c * classes * u**2)
+    making = kept - 16.0 * c * u**2 + [memory_of(plan, z.size - 1, depth, 1) for plan, z in different]
+    factors = 16.0 * frequencies * classes @ u**2
+    return max(making.max(), kept[-1] + factors + 48.0 * u.max() ** 2), _FACTOR * frequencies * float(classes @ u**3)
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:

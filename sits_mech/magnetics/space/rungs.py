@@ -149,7 +149,7 @@ def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float
     `values` (p, n, n) are Delta Z of each division; then of the first one, off by another error [ohm]. `thickness` of
     the plate and `finest`, the skin depth for which it is divided, are over the skin depth. Along a plate the error of
     R falls like the square of the cells, and much faster where the current of a thick plate crowds at the rim in few of
-    them.
+    them. Where the levels along show no order, their whole rest is its error.
     """
     if rung.single:
         return values[0], np.zeros_like(values[0])
@@ -158,13 +158,14 @@ def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float
     crowded = math.prod(x**6 / (1.0 + x**6) for x in (thickness / _CROWDED, finest / _COARSE))
     results = []
     orders = _ORDER + _FASTER * crowded, _ORDER
+    shown = rung.along[0] < rung.along[1]
     skin, deep = min(1.0, thickness / _CROWDED), float(np.interp(thickness, _DEEP, (0.0, 1.0)))
     trusts = max(_EVEN, 0.7 * skin) * _TRUST[0], _TRUST[1]
     parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
     for part, order, trust in zip(parts, orders, trusts, strict=True):
         x, error_x = added([part(Z) for Z in along], rung.along, order)
         z, error_z = added([part(Z) for Z in across], rung.across, _ORDER)
-        error = trust * (error_x + error_z) + sum(np.abs(part(Z - values[0])) for Z in others)
+        error = (trust if shown else 1.0) * error_x + trust * error_z + sum(np.abs(part(Z - values[0])) for Z in others)
         results.append((part(along[-1] + across[-1] - stem) + x + z, error))
     (R, error_R), (X, error_X) = results
     left_R, left_X = (np.dot(each, (1.0, skin**2, deep)) for each in _LEFT)
