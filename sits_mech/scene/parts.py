@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
@@ -47,21 +47,58 @@ else:
     ConverterName = Literal[(*CONVERTERS, "none")]  # as read by pydantic
 
 
-def _metal(plate: Target | Conductor) -> Metal:
-    """Return the catalogue's metal with the scene's own numbers in place of the catalogue's.
+class Plate(BaseModel):
+    """What targets and conductors have in common; `Target` says what each is."""
 
-    A coefficient of the catalogue is dropped where the scene gives its own conductivity or permeability.
-    """
-    found = metals()[plate.material] if plate.material is not None else Metal("", 0.0)
-    if plate.conductivity is not None:
-        found = replace(found, temperature_coefficient=None)
-    if plate.relative_permeability is not None:
-        found = replace(found, permeability_coefficient=0.0 if plate.relative_permeability == 1.0 else None)
-    changes: dict[str, Any] = {key: number for key in _METAL if (number := getattr(plate, key)) is not None}
-    return replace(found, **changes, source="the scene") if changes else found
+    model_config = _FROZEN
+    material: MetalName | None = None
+    conductivity: Conductivity | None = None
+    relative_permeability: Permeability | None = None
+    temperature_coefficient: Coefficient | None = None
+    permeability_coefficient: Coefficient | None = None
+    expansion: Coefficient | None = None
+    shape: Literal["rectangle", "disc", "outline"]
+    width: Length | None = None
+    length: Length | None = None
+    diameter: Length | None = None
+    points: tuple[Point, ...] | None = None
+    holes: tuple[tuple[Point, ...], ...] = ()
+    thickness: Length
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        """Refuse a plate without metal, without the sizes of its shape, with those of another, or impossible rims."""
+        if self.material is None and self.conductivity is None:
+            raise SceneError("material (or conductivity) must be given; it is missing")
+        needed = {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape]
+        check_sizes(self, needed, f"a{'n' if self.shape == 'outline' else ''} {self.shape}")
+        check_rims(self.points, self.holes)
+        return self
+
+    @property
+    def metal(self) -> Metal:
+        """The catalogue's metal with the scene's own numbers in place of the catalogue's.
+
+        A coefficient of the catalogue is dropped where the scene gives its own conductivity or permeability.
+        """
+        found = metals()[self.material] if self.material is not None else Metal("", 0.0)
+        if self.conductivity is not None:
+            found = replace(found, temperature_coefficient=None)
+        if self.relative_permeability is not None:
+            found = replace(found, permeability_coefficient=0.0 if self.relative_permeability == 1.0 else None)
+        changes: dict[str, Any] = {key: number for key in _METAL if (number := getattr(self, key)) is not None}
+        return replace(found, **changes, source="the scene") if changes else found
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Size along x and y [m]; of an outline, twice its reach from the plate's centre."""
+        if self.points is not None:
+            x, y = zip(*self.points, strict=True)
+            return 2.0 * max(map(abs, x)), 2.0 * max(map(abs, y))
+        return extent_of(self.width, self.length, self.diameter)
 
 
-class Target(BaseModel):
+class Target(Plate):
     """The conducting plate on the elastomer, exactly rigid.
 
     Attributes
@@ -89,20 +126,6 @@ class Target(BaseModel):
         Where the vector potential vanishes, for "free" [m].
     """
 
-    model_config = _FROZEN
-    material: MetalName | None = None
-    conductivity: Conductivity | None = None
-    relative_permeability: Permeability | None = None
-    temperature_coefficient: Coefficient | None = None
-    permeability_coefficient: Coefficient | None = None
-    expansion: Coefficient | None = None
-    shape: Literal["rectangle", "disc", "outline"]
-    width: Length | None = None
-    length: Length | None = None
-    diameter: Length | None = None
-    points: tuple[Point, ...] | None = None
-    holes: tuple[tuple[Point, ...], ...] = ()
-    thickness: Length
     net_current: Literal["zero", "free"] = "zero"
     load_height: Offset
     planar_boundary_radius: Length | None = None
@@ -122,25 +145,20 @@ class Target(BaseModel):
         return given
 
     @model_validator(mode="after")
-    def _whole(self) -> Target:
-        """Refuse a target without material, without its sizes, or without the boundary its current returns at."""
-        _check_plate(self)
+    def _bounded(self) -> Self:
+        """Refuse a target without the boundary that its current returns at."""
         if self.net_current == "free" and self.planar_boundary_radius is None:
             raise SceneError('planar_boundary_radius must be given with net_current = "free"; it is missing')
         return self
 
-    @property
-    def metal(self) -> Metal:
-        """The metal of the target."""
-        return _metal(self)
 
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Size along x and y [m]; of an outline, twice its reach from the target's centre."""
-        return _extent(self)
+class _Named(BaseModel):
+    """What is told by its name, which comes first."""
+
+    name: Name
 
 
-class Conductor(BaseModel):
+class Conductor(Plate, _Named):
     """A fixed plate of metal or ferrite near the sensor, parallel to the coils.
 
     Attributes
@@ -161,23 +179,8 @@ class Conductor(BaseModel):
         As of the target, from `centre` [m].
     """
 
-    model_config = _FROZEN
-    name: Name
-    material: MetalName | None = None
-    conductivity: Conductivity | None = None
-    relative_permeability: Permeability | None = None
-    temperature_coefficient: Coefficient | None = None
-    permeability_coefficient: Coefficient | None = None
-    expansion: Coefficient | None = None
     loss_tangent: LossTangent = 0.0
-    shape: Literal["rectangle", "disc", "outline"]
     centre: tuple[Coordinate, Coordinate, Coordinate]
-    width: Length | None = None
-    length: Length | None = None
-    diameter: Length | None = None
-    points: tuple[Point, ...] | None = None
-    holes: tuple[tuple[Point, ...], ...] = ()
-    thickness: Length
 
     @model_validator(mode="before")
     @classmethod
@@ -188,22 +191,11 @@ class Conductor(BaseModel):
             return dict(given) | {"centre": (centre[0], 0.0, centre[1])}
         return given
 
-    @model_validator(mode="after")
-    def _whole(self) -> Conductor:
-        """Refuse a plate without material or sizes."""
-        _check_plate(self)
-        return self
-
     @property
     def metal(self) -> Metal:
-        """The metal of the conductor."""
-        found = _metal(self)
+        """The metal of the conductor, with the losses of ferrite."""
+        found = super().metal
         return replace(found, loss_tangent=self.loss_tangent) if self.loss_tangent else found
-
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Size along x and y [m]; of an outline, twice its reach from the centre."""
-        return _extent(self)
 
 
 class Readout(BaseModel):
@@ -265,20 +257,3 @@ class Tolerances(BaseModel):
     frame: Turn | None = None
     frame_x: Turn | None = None
     frame_z: Turn | None = None
-
-
-def _check_plate(plate: Target | Conductor) -> None:
-    """Refuse a plate without metal, without the sizes of its shape, with those of another, or with impossible rims."""
-    if plate.material is None and plate.conductivity is None:
-        raise SceneError("material (or conductivity) must be given; it is missing")
-    needed = {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[plate.shape]
-    check_sizes(plate, needed, f"a{'n' if plate.shape == 'outline' else ''} {plate.shape}")
-    check_rims(plate.points, plate.holes)
-
-
-def _extent(plate: Target | Conductor) -> tuple[float, float]:
-    """Return the size along x and y of a plate, symmetric about its middle [m]."""
-    if plate.points is not None:
-        x, y = zip(*plate.points, strict=True)
-        return 2.0 * max(map(abs, x)), 2.0 * max(map(abs, y))
-    return extent_of(plate.width, plate.length, plate.diameter)
