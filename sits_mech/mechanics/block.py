@@ -130,7 +130,7 @@ class BlockPad:
             missed = self.goal is None and report.estimated_error > self.tolerance
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
-        raise ended(line, control, solved._replace(found=replace(found, report=report)), "pad")
+        raise ended(control, solved._replace(found=replace(found, report=report)), "pad")
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:

@@ -25,9 +25,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.element.kernel import deformation, element_forces, most_stretched
+from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
-from sits_mech.mechanics.equilibrium.body import unpacked
 from sits_mech.mechanics.equilibrium.control import Control, under
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.family import Line
@@ -91,7 +90,7 @@ class PlanarLayer:
         solved = arrived(self.line, start, (*via, control))
         report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
         if solved.part < 1.0:
-            raise ended(self.line, control, solved._replace(found=replace(solved.found, report=report)), "layer")
+            raise ended(control, solved._replace(found=replace(solved.found, report=report)), "layer")
         notes = (*report.notes, *_edge_notes(self.sensor, self.edges, solved.found.wrench))
         if self.line.goal is None and report.estimated_error > self.tolerance:
             missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
@@ -140,24 +139,6 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> DeformedSecti
     every = [deformation(mesh, u, at)[1] for at in (mesh.inside, mesh.nodal) if at is not None]
     J = np.concatenate(every, axis=1).min(axis=1)
     return DeformedSection(points, quads, J, most_stretched(mesh, u).max(axis=1), rest)
-
-
-def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False) -> float:
-    """Return the energy of a layer at rest [J], contacts included: the work of the target's forces.
-
-    On the mesh whose state is kept; with `limit` extrapolated from the first two levels as the pose is.
-    """
-    levels, scales = model.line[int(equilibrium.state[0])], model.line.scales
-    fine, coarse = levels.fine, levels.coarse
-    halves = np.split(equilibrium.state[1:], [fine.size])
-    energies = []
-    for body, half in zip((coarse, fine), reversed(halves), strict=True):
-        state = unpacked(body, half, scales.load(equilibrium.wrench)[:3])
-        parts = sum(part(state.u, state.q).energy for part in body.parts)
-        own = element_forces(body.mesh, body.law, body.K, state.u, None, body.swelling).energy
-        energies.append(np.array([own + parts]))
-    found = levels.limit(energies).value if limit else energies[-1]
-    return scales.force * scales.thickness * float(found[0])
 
 
 def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[str, ...]:

@@ -20,12 +20,13 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from common.energy import stored
 from extreme.rows import DONE, Row
 from scipy.interpolate import CubicSpline
 
 from sits_mech.mechanics.block import BlockPad, block_pad, solved_body
 from sits_mech.mechanics.element.kernel import element_forces
-from sits_mech.mechanics.layer import PlanarLayer, planar_layer, stored
+from sits_mech.mechanics.layer import PlanarLayer, planar_layer
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, SolveReport, Wrench
 from sits_mech.scene.sensor import Elastomer, Sensor
 

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from common.energy import stored
 
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.path import follow
-from sits_mech.mechanics.layer import deformed_mesh, planar_layer, stored
+from sits_mech.mechanics.layer import deformed_mesh, planar_layer
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body

@@ -85,10 +85,10 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
             tell(100, 100)
             return motion
         numbers = list(line.last)
-    raise _failed(line, history, max(ended, key=lambda each: each.time))
+    raise _failed(history, max(ended, key=lambda each: each.time))
 
 
-def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
+def _failed(history: LoadHistory, end: _Ended) -> SolveFailed:
     """Build the error of a history that could not be completed."""
     state = end.last.state
     words = f"{REASONS[end.reason]} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"

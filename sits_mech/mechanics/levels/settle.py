@@ -166,7 +166,7 @@ def _without_contact(line: Line, free: Solved) -> Solved:
     return free._replace(found=replace(found, error=Pose.of(size / lever), report=report))
 
 
-def ended(line: Line, control: Control, solved: Solved, body: str) -> SolveFailed:
+def ended(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
     last, there = solved.found, {name: solved.seen * value for name, value in control.given.items()}
     laws = tuple(f"{note}, under {_given_words(there)} on a coarse mesh" for note in solved.laws)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from common.energy import stored
 
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import fanned, section_mesh
@@ -12,7 +13,7 @@ from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import crosses_itself, face_contact
 from sits_mech.mechanics.faces.surface import edges
-from sits_mech.mechanics.layer import planar_layer, stored
+from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.pad.section import Fineness, Guard, bonded_body, side_faces, top_faces
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
