@@ -30,7 +30,8 @@ from common.stories import REQUIREMENTS
 from common.trials import best_of, grid_designs, merit_of, random_designs, shares_made
 
 from sits_mech.report.folder import cases_folder, prepare_folder
-from sits_mech.synthesis.answer import DesignAnswer, figure_words, unit_of
+from sits_mech.synthesis.answer import DesignAnswer
+from sits_mech.synthesis.kinds import figure_words, shown_as
 from sits_mech.synthesis.requirements import Requirements, read_requirements
 from sits_mech.synthesis.run import COARSE, design
 from sits_mech.synthesis.search import MOST
@@ -61,7 +62,7 @@ def goal_of(found: DesignAnswer) -> tuple[float, float]:
     """Return what is minimised, and its stated error, nan where a part of it is not known."""
     task, best = found.task, found.best
     figures, size = task.figures(best.table, best.plain), task.sizes | (task.weighed or task.limits)
-    error = {each.name: each.error / unit_of(each.name)[1] for each in found.figures}
+    error = {each.name: each.error / shown_as(each.name)[1] for each in found.figures}
     return task.aim(figures), sum(w * error[name] / abs(size.get(name, 1.0)) for name, w in task.goal.items())
 
 

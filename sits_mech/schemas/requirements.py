@@ -7,7 +7,8 @@ from typing import Any
 from sits_mech.quantities import UNITS, WRENCH
 from sits_mech.scene.bounds import quantity_schema
 from sits_mech.schemas.scene import DIALECT, NUMBER_OR_TEXT, listed
-from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, SPECIAL, figure_names, unit_of
+from sits_mech.synthesis.kinds import ASKED, KINDS, Kind, figure_names, unit_of
+from sits_mech.synthesis.requirements import SPECIAL
 
 Schema = dict[str, Any]
 
@@ -55,19 +56,17 @@ def _vary() -> Schema:
 
 def _require() -> Schema:
     """Return the limits of the figures."""
-    by_force = {
-        kind: _object(
-            {name: quantity_schema(unit_of(kind, name)) for name in WRENCH},
-            f"At most, the {kind} of each component.",
-        )
-        for kind in BY_FORCE
-    }
-    plain = {
-        name: quantity_schema(unit) | {"description": "At least." if name in LEAST else "At most."}
-        for name, unit in PLAIN.items()
-    }
-    footprint = {"footprint": _pair("m") | {"description": "At most, along x and y."}}
-    return _object(by_force | plain | footprint, "Limits of figures, all optional.")
+    limits = {key: _limit(key, kind) for key, kind in KINDS.items() if key in ASKED}
+    return _object(limits, "Limits of figures, all optional.")
+
+
+def _limit(key: str, kind: Kind) -> Schema:
+    """Return the limit of a kind of figure."""
+    if kind.of == "load":
+        each = {name: quantity_schema(unit_of(f"{key}.{name}")) for name in WRENCH}
+        return _object(each, f"At most, the {key} of each component.")
+    own = _pair(kind.unit) if kind.of else quantity_schema(kind.unit)
+    return own | {"description": f"At {'least' if kind.least else 'most'}{', along x and y' if kind.of else ''}."}
 
 
 def _tolerance() -> Schema:

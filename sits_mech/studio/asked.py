@@ -14,10 +14,11 @@ from sits_mech.quantities import Array
 from sits_mech.readout.loads import varied
 from sits_mech.report.page.explorer import Asked
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.synthesis.answer import TITLES, Figure, Share, figures_of, made_share, unit_of
+from sits_mech.synthesis.answer import Figure, Share, figures_of, made_share
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.glance import at_a_glance
-from sits_mech.synthesis.requirements import LEAST, Requirements, requirements_of
+from sits_mech.synthesis.kinds import kind_of, shown_as
+from sits_mech.synthesis.requirements import Requirements, requirements_of
 from sits_mech.synthesis.space import size_of
 
 _WIDEST = 1.5  # of a limit: what a bar is cut at
@@ -118,7 +119,7 @@ def _curves(judged: Judged, data: xr.Dataset) -> list[dict[str, Any]]:
 
 def _item(figure: str, along: str, values: Array, limit: float) -> dict[str, Any]:
     """Return a curve of the explorer."""
-    unit, scale = unit_of(figure)
+    unit, scale = shown_as(figure)
     kind = figure.partition(".")[0]
     return {
         "name": figure.replace(".", "_"), "label": f"{kind} of {along}", "scale": scale, "digits": 3, "unit": unit,
@@ -145,10 +146,10 @@ def _row(each: Figure, solved: bool) -> str:
     """Return the row of a figure."""
     value, unit = f"{each.value:.3g}", f" {each.unit}" if each.unit else ""
     value += f" ± {each.error:.2g}{unit}" if np.isfinite(each.error) and each.error > 0.0 else unit
-    name = html.escape(TITLES.get(each.name) or each.name.replace(".", " of "))
+    name = html.escape(kind_of(each.name).title or each.name.replace(".", " of "))
     if each.limit is None:
         return _ROW.format(kind="", name=name, value=value, limit="", bar="", holds="")
-    least, size = each.name in LEAST, each.value / each.limit
+    least, size = kind_of(each.name).least, each.value / each.limit
     spare = 100.0 * ((size - 1.0) if least else (1.0 - size))
     limit = f"{'at least' if least else 'at most'} {each.limit:.3g}{unit}"
     words = each.holds if each.holds not in _COLOURS else f"{each.holds}, {spare:+.0f} %"

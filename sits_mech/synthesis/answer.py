@@ -14,16 +14,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sits_mech.quantities import Array, shown_unit
-from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task, over
+from sits_mech.quantities import Array
+from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task, over
 from sits_mech.synthesis.around import Changes, Landscape, Price
-from sits_mech.synthesis.requirements import BY_FORCE, INVERSE, LEAST, PLAIN, SCATTERING, Requirements
+from sits_mech.synthesis.kinds import INVERSE, STRAIN, figure_words, kind_of, shown_as
+from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Design
 
 Words = Callable[[Design], str]
 _MANY = 4096  # sensors made
-_UNKNOWN = (*BY_FORCE, "crosstalk_before_inverse", STRAIN)  # figures whose error is not known where it is not told
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Figure:
     value: float  # [unit]
     error: float  # nan where not known [unit]
     unit: str  # "%" for shares
-    limit: float | None  # at most, or for what is in `LEAST` at least [unit]
+    limit: float | None  # at most, or for some kinds at least [unit]
     holds: str  # "yes", "no", "within its error", or "" without a limit
 
 
@@ -119,29 +119,6 @@ class DesignAnswer:
         return f"{'every limit holds' if self.feasible else 'no solved design holds every limit'}{open_}"
 
 
-def unit_of(name: str) -> tuple[str, float]:
-    """Return the unit that a figure is shown in, and its factor from SI."""
-    kind, _, part = name.partition(".")
-    if kind in ("resolution", "drift"):
-        return f"m{shown_unit(part)}{BY_FORCE[kind]}", 1e3
-    if kind == "footprint" or PLAIN.get(name) == "m":
-        return "mm", 1e3
-    return ("Hz", 1.0) if name == "rate" else ("", 1.0) if name == INVERSE else ("%", 100.0)
-
-
-TITLES = {
-    STRAIN: "strain under the overload, of its data", INVERSE: "one load for each reading (1: evenly)",
-    "rate": "readings a second",
-}
-"""Names of figures for a reader, where they do not tell."""
-
-
-def figure_words(name: str, value: float) -> str:
-    """Format a figure for a reader."""
-    unit, scale = unit_of(name)
-    return f"{scale * value:.3g} {unit}".strip()
-
-
 def said_of(task: Task, found: Answered) -> str:
     """Return the figures of a solved design that are asked for, for a reader, and which limits they exceed."""
     if not found.carried:
@@ -156,9 +133,8 @@ def figures_of(task: Task, found: Answered) -> tuple[Figure, ...]:
     """Return the figures of a solved design with their limits."""
     figures, rows = task.own_figures(found), []
     for name, value in figures.items():
-        unit, scale = unit_of(name)
-        limit, unknown = task.limits.get(name), np.nan if name.partition(".")[0] in _UNKNOWN else 0.0
-        error = found.error.get(name, unknown)
+        unit, scale = shown_as(name)
+        limit, error = task.limits.get(name), found.error.get(name, 0.0 if kind_of(name).exact else np.nan)
         holds = ""
         if limit is not None:
             holds = "no" if over(name, value, limit) > 0.0 else "yes"
@@ -176,7 +152,7 @@ def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
         if not each.carried or figures.get(INVERSE, 1.0) < LEAST_INVERSE or figures.get(STRAIN, 0.0) > 1.0:
             continue
         names = [name for name in asked if name in figures]
-        own = np.array([(-1.0 if name in LEAST else 1.0) * figures[name] for name in names])
+        own = np.array([(-1.0 if kind_of(name).least else 1.0) * figures[name] for name in names])
         rows.append((each, own, np.array([each.error.get(name, 0.0) for name in names])))
 
     def beats(other: tuple[Answered, Array, Array], one: tuple[Answered, Array, Array]) -> bool:
@@ -248,7 +224,7 @@ def made_share(task: Task, best: Answered) -> Share:
     if best.table is None or not len(task.judge.deviations):
         return Share(np.nan, np.nan, np.nan)
     figures = task.own_figures(best)
-    fixed = [name for name in figures if name.partition(".")[0] not in SCATTERING]
+    fixed = [name for name in figures if not kind_of(name).scatters]
     if any(over(name, figures[name], task.limits[name]) > 0.0 for name in fixed if name in task.limits):
         return Share(0.0, 0.0, 0.0)
     excess, off = task.judge.excess(best.table, _MANY), task.errors(best).get("yield", 0.0)

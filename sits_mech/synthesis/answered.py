@@ -13,11 +13,9 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.requirements import LEAST, SCATTERING
+from sits_mech.synthesis.kinds import kind_of
 from sits_mech.synthesis.space import Design
 
-STRAIN = "strain"
-"""Largest strain of the silicone under the overload, over what is known of it: at most one."""
 LEAST_INVERSE = 0.05
 """Of the figure `INVERSE`: what is below is one load for each reading by luck."""
 
@@ -78,7 +76,7 @@ class Task:
     def errors(self, found: Answered) -> dict[str, float]:
         """Return the error of each excess, where known; the yield's by the worst of its limits."""
         each = {name: found.error.get(name, 0.0) / abs(limit) for name, limit in self.limits.items()}
-        scattering = [name for name in each if name.partition(".")[0] in SCATTERING]
+        scattering = [name for name in each if kind_of(name).scatters]
         return each | {"yield": max((each[name] for name in scattering), default=0.0)}
 
     def undecided(self, found: Answered) -> tuple[str, ...]:
@@ -103,7 +101,7 @@ class Task:
     def aim(self, figures: dict[str, float]) -> float:
         """Return what is minimised: figures over their limits, or over their sizes, by their weights."""
         return sum(
-            weight * (-1.0 if name in LEAST else 1.0) * figures[name] / self.scale(name)
+            weight * (-1.0 if kind_of(name).least else 1.0) * figures[name] / self.scale(name)
             for name, weight in self.goal.items()
         )
 
@@ -112,4 +110,4 @@ def over(name: str, value: float, limit: float) -> float:
     """Return by how much a figure exceeds its limit, over the limit."""
     if not np.isfinite(value):
         return 1e3
-    return float((limit - value if name in LEAST else value - limit) / abs(limit))
+    return float((limit - value if kind_of(name).least else value - limit) / abs(limit))

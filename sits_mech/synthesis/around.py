@@ -18,8 +18,9 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered, Task
+from sits_mech.synthesis.kinds import INVERSE, kind_of
 from sits_mech.synthesis.prediction import Prediction
-from sits_mech.synthesis.requirements import INVERSE, LEAST, Requirements
+from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Variable
 
@@ -72,7 +73,7 @@ def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
 
 def _looser(task: Task, name: str) -> Task:
     """Return a task with one limit a tenth looser, its scales unchanged."""
-    factor = 1.0 - _LOOSER if name in LEAST else 1.0 + _LOOSER
+    factor = 1.0 - _LOOSER if kind_of(name).least else 1.0 + _LOOSER
     limits = task.limits | {name: task.limits[name] * factor}
     judge = replace(task.judge, limits={key: limits[key] for key in task.judge.limits})
     return replace(task, judge=judge, limits=limits, weighed=task.weighed or task.limits)

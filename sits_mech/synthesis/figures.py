@@ -34,7 +34,7 @@ from numpy.polynomial import chebyshev
 from scipy.stats import norm, qmc
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.requirements import INVERSE
+from sits_mech.synthesis.kinds import INVERSE
 
 _COUNTS = {1: 5, 2: 5}  # loads along each component, by their number, three of more; one less to one side
 _FINE = {1: 17, 2: 7, 3: 5}

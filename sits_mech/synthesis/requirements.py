@@ -46,20 +46,11 @@ from sits_mech.scene.materials import unknown
 from sits_mech.scene.parameters import parameter, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicone_of
 from sits_mech.scene.thermal import unknown_coefficients
+from sits_mech.synthesis.kinds import ASKED, KINDS, figure_names, kind_of, unit_of
 from sits_mech.synthesis.space import Space, space_of
 from sits_mech.units import quantity, shown
 
 KEYS = ("scene", "loads", "vary", "require", "tolerance", "goal")
-BY_FORCE = {"resolution": "", "error": "-", "drift": "/K"}
-"""Figures that every component of the load has one of; resolution in its own unit, drift in that per kelvin."""
-SCATTERING = ("resolution", "error")
-"""Those of them that tolerances scatter."""
-PLAIN = {"crosstalk_before_inverse": "", "hysteresis": "", "rate": "Hz", "height": "m"}
-"""The other figures, with their units."""
-INVERSE = "inverse"
-"""Name of the figure that tells whether there is one load for each reading."""
-LEAST = ("rate", INVERSE)
-"""Figures that must be at least so much; the others at most."""
 SPECIAL = {"modulus": "", "coil_offset": "m", "repeatability": ""}
 """Tolerances that are no key of the scene."""
 _YIELD = 0.95  # of the sensors made, by default
@@ -120,16 +111,6 @@ def requirements_of(
     return found
 
 
-def figure_names(forces: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of all figures of a sensor for some components of the load."""
-    return (*(f"{kind}.{name}" for kind in BY_FORCE for name in forces), *PLAIN, "footprint.x", "footprint.y")
-
-
-def unit_of(kind: str, force: str) -> str:
-    """Return the unit of a figure of `BY_FORCE` for a component of the load."""
-    return "" if kind == "error" else UNITS[force] + BY_FORCE[kind]
-
-
 def _part(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """Return a table of the file, empty where it is missing."""
     part = table.get(name, {})
@@ -164,29 +145,30 @@ def _ends(name: str, ends: Any) -> tuple[float, float]:
 
 def _limits(table: Mapping[str, Any], forces: tuple[str, ...]) -> dict[str, float]:
     """Return the limits of the figures by name."""
-    known = (*BY_FORCE, *PLAIN, "footprint")
     found: dict[str, float] = {}
     for key, item in table.items():
-        if key not in known:
-            raise SceneError(f"require: {unknown(key, known)}")
-        parts = {key: (item, PLAIN[key])} if key in PLAIN else _parts(key, item, forces)
-        found |= {name: quantity(part, unit, f"require.{name}") for name, (part, unit) in parts.items()}
+        if key not in ASKED:
+            raise SceneError(f"require: {unknown(key, ASKED)}")
+        parts = _parts(key, item, forces)
+        found |= {name: quantity(part, unit_of(name), f"require.{name}") for name, part in parts.items()}
     for name, value in found.items():
         if not value > 0.0:
             raise SceneError(f"require.{name}: must be positive; got {value:g}")
     return found
 
 
-def _parts(key: str, item: Any, forces: tuple[str, ...]) -> dict[str, tuple[Any, str]]:
-    """Return what a limit by components of the load, or of the footprint by axes, asks of each, with its unit."""
-    if key == "footprint":
+def _parts(key: str, item: Any, forces: tuple[str, ...]) -> dict[str, Any]:
+    """Return what a limit by components of the load, or of the footprint by axes, asks of each."""
+    if not KINDS[key].of:
+        return {key: item}
+    if KINDS[key].of == "axes":
         if not isinstance(item, list) or len(item) != 2:
             form = 'two lengths, such as ["25 mm", "25 mm"]'
-            raise SceneError(f"require.footprint: must be {form}; got {shown(item)}")
-        return {f"footprint.{axis}": (side, "m") for axis, side in zip("xy", item, strict=True)}
+            raise SceneError(f"require.{key}: must be {form}; got {shown(item)}")
+        return dict(zip(figure_names(forces, (key,)), item, strict=True))
     if not isinstance(item, dict) or not set(item) <= set(forces) or not item:
         raise SceneError(f"require.{key}: must be a table of some of {', '.join(forces)}; got {shown(item)}")
-    return {f"{key}.{name}": (part, unit_of(key, name)) for name, part in item.items()}
+    return {f"{key}.{name}": part for name, part in item.items()}
 
 
 def _tolerance(table: Mapping[str, Any], sensor: Sensor, space: Space) -> dict[str, float]:
@@ -244,7 +226,7 @@ def _weights(given: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, floa
     """Return the weights of figures, that of the footprint for both its sides."""
     found = {}
     for name, weight in given.items():
-        for each in (f"{name}.x", f"{name}.y") if name == "footprint" else (name,):
+        for each in figure_names((), (name,)) if name == "footprint" else (name,):
             if each not in known:
                 raise SceneError(f"goal.minimise: {unknown(each, (*known, 'feasible'))}")
             found[each] = quantity(weight, "", f"goal.minimise.{name}")
@@ -256,7 +238,7 @@ def _weights(given: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, floa
 def _check_together(found: Requirements, sensor: Sensor) -> None:
     """Refuse requirements that contradict each other."""
     n, asked = len(sensor.coils), (*found.limits, *found.goal)
-    by_force = [name for name in asked if name.partition(".")[0] in BY_FORCE]
+    by_force = [name for name in asked if kind_of(name).of == "load"]
     if n < len(found.forces) and by_force:
         raise SceneError(f"loads: must be at most {n} components for as many coils; got {', '.join(found.forces)}")
     for name, least in found.space.least_sizes().items():

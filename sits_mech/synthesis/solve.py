@@ -43,9 +43,10 @@ from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.silicone.history import loop_width
 from sits_mech.status import ANSWERED, NOT_CARRIED, OK
 from sits_mech.store import case_path, finish, read_case
-from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task
+from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task
 from sits_mech.synthesis.figures import Judge, Operator, Table, loads_between
-from sits_mech.synthesis.requirements import INVERSE, Requirements
+from sits_mech.synthesis.kinds import INVERSE, STRAIN
+from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.space import Design, size_of
 from sits_mech.version import __version__
 

@@ -17,8 +17,9 @@ from sits_mech.report.pictures.design import design_pictures
 from sits_mech.report.tables.design import design_record, figure_table
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.store import read_table
-from sits_mech.synthesis.answered import STRAIN, Answered
+from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.figures import Table
+from sits_mech.synthesis.kinds import STRAIN
 from sits_mech.synthesis.requirements import requirements_of
 from sits_mech.synthesis.run import design
 from sits_mech.synthesis.solve import Solver

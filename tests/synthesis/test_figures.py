@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from sits_mech.synthesis.figures import Judge, Operator, Table, loads_between
-from sits_mech.synthesis.requirements import INVERSE
+from sits_mech.synthesis.kinds import INVERSE
 
 ENDS = {"F_x": (-1.0, 1.0), "F_z": (0.0, 4.0)}
 MATRIX = np.array([[2.0, -1.0], [-2.0, -1.0], [0.5, -0.5]])  # n x d [H/N]

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from sits_mech.synthesis.answer import DesignAnswer, Share
-from sits_mech.synthesis.answered import STRAIN, Answered, Task
+from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Table
+from sits_mech.synthesis.kinds import STRAIN
 from sits_mech.synthesis.requirements import Requirements, requirements_of
 from sits_mech.synthesis.run import COARSE, FINE, FINEST, design
 from sits_mech.synthesis.solve import Solver

@@ -10,7 +10,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.geometry.collision import Collision
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.synthesis.answered import STRAIN
+from sits_mech.synthesis.kinds import STRAIN
 from sits_mech.synthesis.requirements import requirements_of
 from sits_mech.synthesis.run import design
 from sits_mech.synthesis.solve import Solver

@@ -14,11 +14,12 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure
-from sits_mech.synthesis.answer import DesignAnswer, unit_of
+from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.answer import Figure as Asked
-from sits_mech.synthesis.answered import STRAIN, Answered, Task
+from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.around import Landscape
-from sits_mech.synthesis.requirements import INVERSE, LEAST, Requirements
+from sits_mech.synthesis.kinds import INVERSE, STRAIN, kind_of, shown_as
+from sits_mech.synthesis.requirements import Requirements
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,13 +84,13 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     for axis, most in ((spot.xaxis, 2), (spot.yaxis, 4)):
         axis.set_major_locator(MaxNLocator(most))
         axis.set_major_formatter(StrMethodFormatter("{x:.3g}"))
-    dx, dy = ([unit_of(name)[1] * each.error.get(name, 0.0) for each in found.front] for name in names)
+    dx, dy = ([shown_as(name)[1] * each.error.get(name, 0.0) for each in found.front] for name in names)
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
     spot.errorbar(places[:, 0], places[:, 1], dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
     spot.plot(*_places(task, [found.best], names).T, "k*", ms=7, label=_star(found))
     for name, line in zip(names, (spot.axvline, spot.axhline), strict=True):
         if name in task.limits:
-            line(unit_of(name)[1] * task.limits[name], color="0.5", lw=0.8, ls="--")
+            line(shown_as(name)[1] * task.limits[name], color="0.5", lw=0.8, ls="--")
     spot.set(xlabel=_label(names[0]), ylabel=_label(names[1]))
 
 
@@ -132,7 +133,7 @@ def choice_words(asked: Requirements, choice: tuple[int, ...]) -> str:
 
 def _shown(task: Task, each: Answered, name: str) -> float:
     """Return a figure in its shown unit."""
-    return unit_of(name)[1] * task.own_figures(each)[name]
+    return shown_as(name)[1] * task.own_figures(each)[name]
 
 
 def _words(name: str) -> str:
@@ -143,7 +144,7 @@ def _words(name: str) -> str:
 
 def _label(name: str) -> str:
     """Return a figure with its unit, for an axis."""
-    unit = unit_of(name)[0]
+    unit = shown_as(name)[0]
     return f"{_words(name)} [{unit}]" if unit else _words(name)
 
 
@@ -196,14 +197,14 @@ def _aim_words(task: Task) -> tuple[float, str]:
         what = " + ".join(each)
         return 1.0, f"{what}, relative" if what else "largest excess of a limit"
     name, weight = next(iter(task.goal.items()))
-    sign = -1.0 if name in LEAST else 1.0
-    return sign * task.scale(name) / weight * unit_of(name)[1], _label(name)
+    sign = -1.0 if kind_of(name).least else 1.0
+    return sign * task.scale(name) / weight * shown_as(name)[1], _label(name)
 
 
 def _draw_limit(spot: Axes, number: int, each: Asked) -> None:
     """Draw a figure over its limit as a bar with its error, and both in words."""
     limit = each.limit or 1.0
-    share, sign = (limit / each.value, "\u2265") if each.name in LEAST else (each.value / limit, "\u2264")
+    share, sign = (limit / each.value, "\u2265") if kind_of(each.name).least else (each.value / limit, "\u2264")
     error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
     spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
     words = f"{each.value:.3g} {sign} {each.limit:.3g} {each.unit}"

@@ -10,9 +10,10 @@ from rich.table import Table
 
 from sits_mech.quantities import UNITS
 from sits_mech.report.tables.solves import column_table, key_table
-from sits_mech.synthesis.answer import TITLES, DesignAnswer, Figure, Share, unit_of
+from sits_mech.synthesis.answer import DesignAnswer, Figure, Share
 from sits_mech.synthesis.around import Changes, Price
-from sits_mech.synthesis.requirements import INVERSE, LEAST, SPECIAL, Requirements
+from sits_mech.synthesis.kinds import INVERSE, kind_of, shown_as
+from sits_mech.synthesis.requirements import SPECIAL, Requirements
 
 _NOTHING = 5e-4  # of what is minimised: a gain that is none
 
@@ -100,17 +101,18 @@ def figure_table(found: DesignAnswer) -> Table:
 
 def figure_cells(each: Figure) -> tuple[str, str, str, str, str]:
     """Return a figure as cells of a table."""
-    sign = ">=" if each.name in LEAST else "<="
+    kind = kind_of(each.name)
+    sign = ">=" if kind.least else "<="
     limit = "" if each.limit is None else f"{sign} {each.limit:.4g} {each.unit}"
     error = "not known" if math.isnan(each.error) else f"{float(f'{each.error:.2g}'):g}" if each.error else ""
-    return TITLES.get(each.name, each.name), f"{each.value:.4g} {each.unit}", error, limit, each.holds
+    return kind.title or each.name, f"{each.value:.4g} {each.unit}", error, limit, each.holds
 
 
 def design_record(found: DesignAnswer) -> dict[str, Any]:
     """Return an answer for a program, figures in SI."""
     rows = {}
     for each in found.figures:
-        scale = unit_of(each.name)[1]
+        scale = shown_as(each.name)[1]
         own = {"value": each.value / scale, "error": each.error / scale, "holds": each.holds}
         rows[each.name] = own | {"limit": None if each.limit is None else each.limit / scale}
     return {
