@@ -9,16 +9,16 @@ Scenes by chance: one coil over coaxial discs of 3 to 20 mm radius and 0.02 to 1
 25 MHz, asked to three tolerances: true errors of Delta L and of R against the axisymmetric model at 1e-4, told ones,
 unknowns, and seconds from the scene on; how many meet what was asked, and what they tell.
 
-Estimated errors: true ones over them, for L, M and R, of the sensor's plate shifted and tilted against the finest rung.
+Estimated errors: true ones over them, for L, M and R, of the sensor's plate shifted and tilted against the finest
+rung; and of ground planes by chance (`common/ground_planes.py`), drawn outlines against the same as rectangles.
 
 Seconds are processor time on one core: of the preparation, and of a thousand poses after it.
 
 Uses of the published sensor: one pose cold, one after it (poses asked one by one), a batch of a thousand, a spectrum of
 200 frequencies from 10 kHz to 20 MHz, cold; of 64 coils over its plate, a pose cold and one of a hundred after it.
 
-Arrays of coils: the published winding on square grids 8 mm apart, under plates pressed down
-from 2 mm by up to 0.15 mm, 5 MHz; L0 of all coils, and a batch of 100 poses of all six components after the plate's
-preparation.
+Arrays of coils: the published winding on square grids 8 mm apart, under plates pressed down from 2 mm by up to 0.15
+mm, 5 MHz; L0 of all coils, and a batch of 100 poses of all six components after the plate's preparation.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from common.ground_planes import ground_planes
 from common.outputs import study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
@@ -104,8 +105,7 @@ def measure(name: str, sensor: Sensor, tolerance: float, row: tuple[float, float
     thousand = time.process_time() - began
     change = (z.L - z.L0)[0, 0]
     errors = (change / delta_L - 1, z.error_L[0, 0] / abs(change), z.R[0, 0] / R - 1, z.error_R[0, 0] / z.R[0, 0])
-    values = (name, tolerance, f, gap, z.report.unknowns, *errors, prepare, thousand)
-    return dict(zip(COLUMNS, values, strict=True))
+    return dict(zip(COLUMNS, (name, tolerance, f, gap, z.report.unknowns, *errors, prepare, thousand), strict=True))
 
 
 def small_gaps(tolerance: float) -> list[dict[str, object]]:
@@ -157,6 +157,16 @@ def estimates(coarse: bool) -> list[dict[str, object]]:
     return lines
 
 
+def drawn(coarse: bool) -> list[dict[str, object]]:
+    """True errors over estimated ones of ground planes by chance whose outline is drawn."""
+    tolerance, finest, count = (1e-1, 3e-2, 1) if coarse else (1e-2, 1e-3, 14)
+    lines: list[dict[str, object]] = []
+    for name, gap, f, *scenes in ground_planes(disc_sensor(4e-3).coils[:1], count):
+        pair = [sheets(*each).impedance(Pose(0.0, 2e-3), f) for each in zip(scenes, (tolerance, finest), strict=True)]
+        lines += compared(name, tolerance, gap, *pair)
+    return lines
+
+
 def by_chance(coarse: bool) -> list[dict[str, object]]:
     """Lines of the scenes by chance; those that rings do not carry to 1e-4 are passed over."""
     rng, left = np.random.default_rng(0), 1 if coarse else CHANCES
@@ -201,7 +211,7 @@ def kept(lines: list[dict[str, object]]) -> str:
 def summary(lines: list[dict[str, object]]) -> str:
     """What share of the rows has an estimate that is one."""
     words = []
-    for part in ("L", "M", "R"):
+    for part in dict.fromkeys(str(line["quantity"]) for line in lines):
         ratio = np.array([float(str(line["true_over_estimated"])) for line in lines if line["quantity"] == part])
         inside = float(((ratio > 0.2) & (ratio < 5.0)).mean())
         words.append(f"{part}: {inside:.0%} of {ratio.size} within 0.2 to 5, largest {ratio.max():.2g}")
@@ -323,14 +333,14 @@ def main() -> None:
     """Write the table and its picture."""
     coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(1):
-        of_uses = uses(coarse)
+        of_uses, of_drawn = uses(coarse), drawn(coarse)
         of_chance, of_estimates, of_arrays, lines = by_chance(coarse), estimates(coarse), arrays(coarse), table(coarse)
     print(write_rows(of_chance, folder / "benchmark_sheets_by_chance.csv"))
     print(kept(of_chance))
     draw_chances(of_chance, folder / "benchmark_sheets_by_chance.png")
     print(write_rows(of_uses, folder / "benchmark_sheets_uses.csv"))
-    print(write_rows(of_estimates, folder / "benchmark_sheets_estimates.csv"))
-    print(summary(of_estimates))
+    print(write_rows([*of_estimates, *of_drawn], folder / "benchmark_sheets_estimates.csv"))
+    print(f"{summary(of_estimates)}\noutlines drawn: {summary(of_drawn)}")
     print(write_rows(of_arrays, folder / "benchmark_sheets_arrays.csv"))
     print(write_rows(lines, folder / "benchmark_sheets.csv"))
     draw(lines, folder / "benchmark_sheets.png")

@@ -19,7 +19,7 @@ def solved(**more):
 def test_a_law_is_named_with_the_load_that_its_stretch_was_reached_under():
     """That of the coarse mesh, which got farther, is told once."""
     carried = Wrench(0.0, 11.0), Wrench(0.0, 0.5)
-    failed = ended(None, under(Wrench(0.0, 20.0)), solved(seen=0.5, carried=carried, limit=(0.55, 0.025)), "pad")
+    failed = ended(under(Wrench(0.0, 20.0)), solved(seen=0.5, carried=carried, limit=(0.55, 0.025)), "pad")
     told = f"{LAW}, under F_x = 0 N, F_z = 10 N, M = 0 N m on a coarse mesh"
     assert told in str(failed) and str(failed).count("1.556") == 1
     assert [note for note in failed.report.notes if "1.556" in note] == [told]
@@ -27,6 +27,6 @@ def test_a_law_is_named_with_the_load_that_its_stretch_was_reached_under():
 
 
 def test_a_path_without_a_limit_says_how_far_a_coarse_mesh_got():
-    failed = ended(None, under(Wrench(2.0)), solved(seen=0.5), "layer")
+    failed = ended(under(Wrench(2.0)), solved(seen=0.5), "layer")
     assert "no largest load was found: a coarse mesh could be followed to F_x = 1 N" in str(failed)
     assert failed.report.status == "load path ended" and "reached 22.5% of the path" in failed.report.notes
