@@ -10,11 +10,10 @@ q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 f
     2 g n (n + q) + c max(4 n^2 + 2 n u + 2 u^2, 5 u^2 + 7.5 q u / min(g, 4)),
 
 the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled to find modes, and
-what drives them. A near plate keeps L and R of all k classes of all divisions, 2 c k u^2, one after the other: what
-was kept of those before, and of all but the last class, is there with the dense matrices. When all are, A = R + j
-omega L of the largest class is summed, copied and factored, 6 u^2; where the plate moves, LU factors at f frequencies
-are kept, 2 f k u^2 (f = 3 where cells do not resolve the skin depth, `modes.beyond`). What takes more than the limit of
-memory, or longer than a step may, is refused.
+what drives them. A near plate keeps L and R of all k classes of each division, 2 c k u^2; those made before, and all
+but the last class, are there beside a division's dense matrices. Then A = R + j omega L of the largest class is summed,
+copied and factored, 6 u^2; where the plate moves, LU factors at f frequencies are kept, 2 f k u^2 (f = 3 where cells do
+not resolve the skin depth, `modes.beyond`). What takes more memory or time than the limits is refused.
 """
 
 from __future__ import annotations
@@ -186,10 +185,11 @@ def _near_cost(divisions: Sequence[tuple[Plan, Array]], depth: float, frequencie
     u = np.array([(z.size - 1) * most_unknowns(plan, depth) for plan, z in different], dtype=float)
     kinds = [plan.characters for plan, _ in different]
     classes, c = np.array([(2 * len(kind), 1 + np.iscomplex(kind).any()) for kind in kinds]).T
-    kept = np.cumsum(16.0 * c * classes * u**2)
-    making = kept - 16.0 * c * u**2 + [memory_of(plan, z.size - 1, depth, 1) for plan, z in different]
-    factors = 16.0 * frequencies * classes @ u**2
-    return max(making.max(), kept[-1] + factors + 48.0 * u.max() ** 2), _FACTOR * frequencies * float(classes @ u**3)
+    each = 16.0 * c * u**2
+    kept = np.cumsum(classes * each)
+    making = kept - each + [memory_of(plan, z.size - 1, depth, 1) for plan, z in different]
+    made = kept[-1] + 16.0 * frequencies * classes @ u**2 + 48.0 * u.max() ** 2
+    return max(making.max(), made), _FACTOR * frequencies * float(classes @ u**3)
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:

@@ -73,8 +73,8 @@ _TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth m
 ROUGH = 3e-2
 """The asked error from which on the first of them will do; where memory has no room for the second, twice what is told.
 """
-_TRUST = 1.0, 0.4  # errors of R and of Delta L over what `added` says, as measured
-_EVEN = 0.1  # of R where current fills the plate, and from there with the thickness over the skin depth
+_TRUST = 0.4  # error of Delta L over what `added` says, as measured
+_EVEN = 0.1  # the same of R where current fills the plate, and from there with the thickness over the skin depth
 # Of R and of omega Delta L, what no division shows: everywhere, where current crowds at the faces, in plates of more
 # skin depths than `_DEEP` (from, to); 120 answers by chance of studies/benchmark_sheets.py, 9 and 2 % of them beyond
 _LEFT = (1e-3, 4e-3, 1.2e-2), (3e-4, 0.0, 3e-3)
@@ -157,15 +157,15 @@ def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float
     across = stem, *values[3:DIVISIONS]
     crowded = math.prod(x**6 / (1.0 + x**6) for x in (thickness / _CROWDED, finest / _COARSE))
     results = []
-    orders = _ORDER + _FASTER * crowded, _ORDER
-    shown = rung.along[0] < rung.along[1]
+    unordered = rung.along[0] == rung.along[1]
     skin, deep = min(1.0, thickness / _CROWDED), float(np.interp(thickness, _DEEP, (0.0, 1.0)))
-    trusts = max(_EVEN, 0.7 * skin) * _TRUST[0], _TRUST[1]
+    trusts = max(_EVEN, 0.7 * skin), _TRUST
     parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
-    for part, order, trust in zip(parts, orders, trusts, strict=True):
+    for part, order, trust in zip(parts, (_ORDER + _FASTER * crowded, _ORDER), trusts, strict=True):
         x, error_x = added([part(Z) for Z in along], rung.along, order)
         z, error_z = added([part(Z) for Z in across], rung.across, _ORDER)
-        error = (trust if shown else 1.0) * error_x + trust * error_z + sum(np.abs(part(Z - values[0])) for Z in others)
+        own = trust * (error_x + error_z) + unordered * (1.0 - trust) * error_x
+        error = own + sum(np.abs(part(Z - values[0])) for Z in others)
         results.append((part(along[-1] + across[-1] - stem) + x + z, error))
     (R, error_R), (X, error_X) = results
     left_R, left_X = (np.dot(each, (1.0, skin**2, deep)) for each in _LEFT)
