@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space.rungs import ROUGH
+from sits_mech.magnetics.space.rungs import ROUGH, Rung, limit
 from sits_mech.memory import VARIABLE
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, load_sensor
@@ -39,3 +39,13 @@ def test_coarse_triangles_in_place_of_fine_ones_tell_no_less_than_they_are_asked
     found = sheets(sensor, 1e-2).impedance(Pose(0.0, 2e-3), 1e5)
     assert any("a coarser division is taken" in note for note in found.report.notes)
     assert found.error_L[0, 0] >= 0.5 * ROUGH * abs(found.L - found.L0)[0, 0] > 0.0
+
+
+@pytest.mark.parametrize(("along", "L", "R"), [((2, 2, 4), 1.0, 1.0), ((2, 3, 4), 0.4 * 0.15, 0.1 * 0.15)])
+def test_levels_without_an_order_tell_all_of_their_rest(along: tuple[int, int, int], L: float, R: float) -> None:
+    """Of a thin plate whose values y + a / m^2 show it, a share of 0.15 is told, times what such plates showed."""
+    Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.16 / m**2)]]) for m in (*along[::-1], along[0], along[0])]
+    found, error = limit(Z, Rung(along, (1, 2, 3), 7.0), 1e-3, 1.0)
+    told = error - 1e-3 * found.real - 3e-4j * found.imag  # without what no division shows
+    assert found.item() == pytest.approx(1.0 + 1.0j, abs=1e-12)
+    assert told.item() == pytest.approx(0.01 * (R + 1.0j * L), abs=1e-8)
