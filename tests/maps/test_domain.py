@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.maps.domain import Domain, domain_of, hull_of
+from sits_mech.maps.domain import Domain, _whitening, domain_of, hull_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 
 
@@ -78,3 +78,15 @@ def test_loads_along_a_line_are_held_by_their_box(x: np.ndarray) -> None:
         assert np.max(hull[:, :-1] @ way + hull[:, -1]) == 0.0
         assert np.max(hull[:, :-1] @ (1.1 * way) + hull[:, -1]) == pytest.approx(0.1)
     assert np.all(hull[:, -1] == -1.0) and len(hull) == 2 * d
+
+
+def test_units_of_coils_and_their_weights_do_not_count() -> None:
+    """Of three coils over two forces: coils read in other units, with their weights, give the same directions."""
+    rng, units = np.random.default_rng(3), np.array([1.0, 20.0, 0.3])
+    values, slopes, weights = rng.normal(size=(9, 3)), rng.normal(size=(9, 3, 2)), np.array([1.0, 2.0, 0.5])
+    middle, directions = _whitening(values, slopes, weights)
+    other, turned = _whitening(values * units, slopes * units[:, None], weights / units)
+    np.testing.assert_allclose(other, middle * units, rtol=1e-12)
+    spread, same = (values - middle) @ directions, (values * units - other) @ turned
+    assert directions.shape == (3, 2)
+    np.testing.assert_allclose(np.abs(same), np.abs(spread), rtol=1e-9, atol=1e-12)

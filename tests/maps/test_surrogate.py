@@ -145,7 +145,9 @@ def test_what_cannot_be_fitted_is_refused() -> None:
         fit_map(("x", "y"), np.eye(3)[:, :2], np.ones((3, 1)))
     with pytest.raises(ValueError, match="y: must take at least two values; got 1 alone"):
         fit_map(("x", "y"), np.c_[np.arange(6.0), np.ones(6)], np.ones((6, 1)))
-    with pytest.raises(ValueError, match="must be finite"):
-        fit_map(("x",), np.arange(4.0)[:, None], np.array([[1.0], [2.0], [np.nan], [3.0]]))
+    some, gap = np.arange(4.0)[:, None], np.array([[1.0], [2.0], [np.nan], [3.0]])
+    for points, values in ((some, gap), (gap, some)):
+        with pytest.raises(ValueError, match="must be finite"):
+            fit_map(("x",), points, values)
     with pytest.raises(ValueError, match=r"must be of shapes \(m, 2\) and \(m, n\); got"):
         fit_map(("x", "y"), np.ones((5, 3)), np.ones((5, 1)))

@@ -71,7 +71,8 @@ def test_one_coil_has_a_sum_alone() -> None:
 def test_what_does_not_fit_is_refused() -> None:
     """Counts that differ; a free-space inductance that is not positive."""
     weights = weights_of([[-1.0, 0.0], [1.0, 0.0]], 0.1)
-    with pytest.raises(ValueError, match="one number of coils; got 2, 3 and 2"):
-        signals(np.ones(2), np.ones(3), weights)
+    for L, L0 in ((2, 3), (3, 2), (3, 3)):
+        with pytest.raises(ValueError, match=f"one number of coils; got {L}, {L0} and 2"):
+            signals(np.ones(L), np.ones(L0), weights)
     with pytest.raises(ValueError, match="L0 must be positive"):
         signals(np.ones(2), np.array([1.0, 0.0]), weights)
