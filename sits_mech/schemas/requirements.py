@@ -56,8 +56,7 @@ def _vary() -> Schema:
 
 def _require() -> Schema:
     """Return the limits of the figures."""
-    limits = {key: _limit(key, kind) for key, kind in KINDS.items() if key in ASKED}
-    return _object(limits, "Limits of figures, all optional.")
+    return _object({key: _limit(key, KINDS[key]) for key in ASKED}, "Limits of figures, all optional.")
 
 
 def _limit(key: str, kind: Kind) -> Schema:

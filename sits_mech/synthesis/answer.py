@@ -152,7 +152,7 @@ def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
         if not each.carried or figures.get(INVERSE, 1.0) < LEAST_INVERSE or figures.get(STRAIN, 0.0) > 1.0:
             continue
         names = [name for name in asked if name in figures]
-        own = np.array([(-1.0 if kind_of(name).least else 1.0) * figures[name] for name in names])
+        own = np.array([kind_of(name).sign * figures[name] for name in names])
         rows.append((each, own, np.array([each.error.get(name, 0.0) for name in names])))
 
     def beats(other: tuple[Answered, Array, Array], one: tuple[Answered, Array, Array]) -> bool:

@@ -100,14 +100,11 @@ class Task:
 
     def aim(self, figures: dict[str, float]) -> float:
         """Return what is minimised: figures over their limits, or over their sizes, by their weights."""
-        return sum(
-            weight * (-1.0 if kind_of(name).least else 1.0) * figures[name] / self.scale(name)
-            for name, weight in self.goal.items()
-        )
+        return sum(w * kind_of(name).sign * figures[name] / self.scale(name) for name, w in self.goal.items())
 
 
 def over(name: str, value: float, limit: float) -> float:
     """Return by how much a figure exceeds its limit, over the limit."""
     if not np.isfinite(value):
         return 1e3
-    return float((limit - value if kind_of(name).least else value - limit) / abs(limit))
+    return kind_of(name).sign * float(value - limit) / abs(limit)

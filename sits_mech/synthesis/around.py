@@ -73,7 +73,7 @@ def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
 
 def _looser(task: Task, name: str) -> Task:
     """Return a task with one limit a tenth looser, its scales unchanged."""
-    factor = 1.0 - _LOOSER if kind_of(name).least else 1.0 + _LOOSER
+    factor = 1.0 + kind_of(name).sign * _LOOSER
     limits = task.limits | {name: task.limits[name] * factor}
     judge = replace(task.judge, limits={key: limits[key] for key in task.judge.limits})
     return replace(task, judge=judge, limits=limits, weighed=task.weighed or task.limits)

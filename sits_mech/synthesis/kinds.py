@@ -25,6 +25,11 @@ class Kind(NamedTuple):
     exact: bool = False  # without error where none is told
     title: str = ""  # for a reader, where its name does not tell
 
+    @property
+    def sign(self) -> float:
+        """Of what is minimised: -1 for figures that must be at least so much."""
+        return -1.0 if self.least else 1.0
+
 
 KINDS = {
     "resolution": Kind("{}", "m{}", 1e3, of="load", scatters=True),
@@ -39,7 +44,7 @@ KINDS = {
     INVERSE: Kind("", "", 1.0, least=True, exact=True, title="one load for each reading (1: evenly)"),
     STRAIN: Kind(title="strain under the overload, of its data"),
 }
-ASKED = tuple(KINDS)[:-2]
+ASKED = tuple(key for key in KINDS if key not in (INVERSE, STRAIN))
 """Kinds that requirements may limit."""
 
 

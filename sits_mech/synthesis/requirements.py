@@ -90,9 +90,7 @@ def read_requirements(path: Path) -> Requirements:
     return read_as(path, requirements_of)
 
 
-def requirements_of(
-    table: Mapping[str, Any], folder: Path = Path(), sensor: Sensor | None = None
-) -> Requirements:
+def requirements_of(table: Mapping[str, Any], folder: Path = Path(), sensor: Sensor | None = None) -> Requirements:
     """Return the requirements of tables, as of a file in a folder, of its scene or of `sensor` instead.
 
     Errors as `read_requirements`.

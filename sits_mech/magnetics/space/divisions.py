@@ -149,11 +149,11 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
     resolved, terms = half <= _THICK * depth, math.prod(box.order) if seen == "by polynomials" else 1
-    needed = max(memory_of(plan, z.size - 1, vertical, terms) for plan, z in divisions)
-    seconds = _GIB * needed / GIB
+    dense = [memory_of(plan, z.size - 1, vertical, terms) for plan, z in divisions]
+    needed, seconds = max(dense), _GIB * max(dense) / GIB
     if seen != "by polynomials":
         frequencies = 0 if seen == "at rest" else 1 if resolved else DEPTHS.size
-        needed, factored = _near_cost(divisions, vertical, frequencies)
+        needed, factored = _near_cost(divisions, dense, vertical, frequencies)
         seconds += factored
     return _Family(divisions, box, highest, vertical, resolved, needed, seconds)
 
@@ -170,8 +170,7 @@ def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
 def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
     """Return what the modes of a division take at most, by the module's formula [bytes].
 
-    `sheets` are of the upper half, `depth` is how far from the rim current may pass between sheets [m], `polynomials`
-    are of the box, along all axes.
+    `sheets` are of the upper half, `depth` is how far from the rim current passes between them [m].
     """
     g, q, n = len(plan.group), polynomials, plan.cells.shape[0] * sheets
     u, c = sheets * most_unknowns(plan, depth), 2 if np.iscomplex(plan.characters).any() else 1
@@ -179,17 +178,19 @@ def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
     return float(_SLACK * 8.0 * (2.0 * g * n * (n + q) + c * dense))
 
 
-def _near_cost(divisions: Sequence[tuple[Plan, Array]], depth: float, frequencies: int) -> tuple[float, float]:
-    """Return the most that a near plate takes, by the module's formula [bytes], and what its factors take [s]."""
-    different = [divisions[k] for k in sorted(set(first_alike(divisions)))]
+def _near_cost(
+    divisions: Sequence[tuple[Plan, Array]], dense: Sequence[float], depth: float, frequencies: int
+) -> tuple[float, float]:
+    """Return the most that a near plate takes [bytes], with dense matrices of its divisions, and its factors [s]."""
+    first = sorted(set(first_alike(divisions)))
+    different = [divisions[k] for k in first]
     u = np.array([(z.size - 1) * most_unknowns(plan, depth) for plan, z in different], dtype=float)
-    kinds = [plan.characters for plan, _ in different]
-    classes, c = np.array([(2 * len(kind), 1 + np.iscomplex(kind).any()) for kind in kinds]).T
+    classes, c = np.array([(2 * len(p.characters), 1 + np.iscomplex(p.characters).any()) for p, _ in different]).T
     each = 16.0 * c * u**2
     kept = np.cumsum(classes * each)
-    making = kept - each + [memory_of(plan, z.size - 1, depth, 1) for plan, z in different]
+    making = kept - each + np.array(dense)[first]
     made = kept[-1] + 16.0 * frequencies * classes @ u**2 + 48.0 * u.max() ** 2
-    return max(making.max(), made), _FACTOR * frequencies * float(classes @ u**3)
+    return max(*making, made), _FACTOR * frequencies * float(classes @ u**3)
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:

@@ -71,8 +71,7 @@ ACROSS, ACROSS_LEVEL = 0.58, 4.0
 """Sheet at a face over the skin depth, on a level across; on others in proportion."""
 _TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth map
 ROUGH = 3e-2
-"""The asked error from which on the first of them will do; where memory has no room for the second, twice what is told.
-"""
+"""The asked error from which the first of them will do; twice what is told where memory cannot hold the second."""
 _TRUST = 0.4  # error of Delta L over what `added` says, as measured
 _EVEN = 0.1  # the same of R where current fills the plate, and from there with the thickness over the skin depth
 # Of R and of omega Delta L, what no division shows: everywhere, where current crowds at the faces, in plates of more

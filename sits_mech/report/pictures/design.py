@@ -197,8 +197,7 @@ def _aim_words(task: Task) -> tuple[float, str]:
         what = " + ".join(each)
         return 1.0, f"{what}, relative" if what else "largest excess of a limit"
     name, weight = next(iter(task.goal.items()))
-    sign = -1.0 if kind_of(name).least else 1.0
-    return sign * task.scale(name) / weight * shown_as(name)[1], _label(name)
+    return kind_of(name).sign * task.scale(name) / weight * shown_as(name)[1], _label(name)
 
 
 def _draw_limit(spot: Axes, number: int, each: Asked) -> None:
