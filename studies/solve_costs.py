@@ -25,7 +25,7 @@ from scipy.linalg import lu_factor
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import MAGNETICS, MECHANICS
-from sits_mech.chain.prices.costs import COSTS
+from sits_mech.chain.prices import COSTS
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor, load_sensor

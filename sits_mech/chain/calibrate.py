@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.cases import Progress
+from sits_mech.chain.aimed import AimedLoads, aimed_loads, status_of
 from sits_mech.chain.columns import Columns, of_readings, of_rests, spread
 from sits_mech.chain.derivatives.gradient import SlopedModel, numbers_of
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
+from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import Choice, leaving
 from sits_mech.chain.propagation import poses_of, read_poses
-from sits_mech.chain.tolerance.aimed import AimedLoads, aimed_loads, status_of
-from sits_mech.chain.tolerance.goal import Goal
 from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes
 from sits_mech.mechanics.loads import Settled, kept_key

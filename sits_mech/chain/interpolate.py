@@ -21,9 +21,9 @@ import numpy as np
 
 from sits_mech.cases import Progress
 from sits_mech.chain.corrections import corrected
-from sits_mech.chain.prices.forecast import MANY_ON_THREE
+from sits_mech.chain.goal import Goal
+from sits_mech.chain.prices import MANY_ON_THREE
 from sits_mech.chain.propagation import levers, poses_of, unloaded
-from sits_mech.chain.tolerance.goal import Goal
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle, settled_again, upright
 from sits_mech.mechanics.symmetry import Symmetry

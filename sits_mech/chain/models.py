@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
+from sits_mech.chain.ends import ROUGH, InSection
+from sits_mech.chain.goal import HALF, Goal, goal_of
 from sits_mech.chain.omissions import Omission, Shown, strain_bound
 from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
-from sits_mech.chain.prices.costs import magnetic_tolerance
-from sits_mech.chain.prices.ends import ROUGH, InSection
-from sits_mech.chain.prices.forecast import Look, look
+from sits_mech.chain.prices import Look, look, magnetic_tolerance
 from sits_mech.chain.propagation import poses_of, unloaded
 from sits_mech.chain.request import Plan
-from sits_mech.chain.tolerance.goal import HALF, Goal, goal_of
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.plausible import check_loads
 from sits_mech.scene.sensor import Sensor

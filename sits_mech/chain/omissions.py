@@ -51,7 +51,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.chain.prices.ends import ends_of_pad, ends_of_plates, in_plane_strain, pitch_of_spirals, whole_factors
+from sits_mech.chain.ends import ends_of_pad, ends_of_plates, in_plane_strain, pitch_of_spirals, whole_factors
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.mechanics.closed_form import small_strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of

@@ -6,12 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from sits_mech.chain.ends import ROUGH
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.omissions import ENDS, Omission, Shown, omissions, strain_bound
 from sits_mech.chain.plan import Choice
-from sits_mech.chain.prices.costs import Step, Steps, cost, steps
-from sits_mech.chain.prices.ends import ROUGH
-from sits_mech.chain.prices.forecast import Look
+from sits_mech.chain.prices import Look, Step, Steps, cost, steps
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Sensor

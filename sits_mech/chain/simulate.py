@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.chain.aimed import Promise, aim_at
+from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.prices.forecast import Look
+from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of, read_poses, signals_at
-from sits_mech.chain.tolerance.goal import Goal, goal_at
-from sits_mech.chain.tolerance.promise import Promise, aim_at
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.mechanics.levels.answer import load_words

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, loads_of, poses_on_grid, worst
-from sits_mech.chain.tolerance.goal import Goal
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled, settle
 from sits_mech.mechanics.symmetry import Symmetry

@@ -9,7 +9,7 @@ from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, plan
 from sits_mech.chain.omissions import beside_errors, history_share, omissions, skin_depths, strain_bound
 from sits_mech.chain.plan import choose_magnetics, choose_mechanics
-from sits_mech.chain.prices.costs import REACHED, cost
+from sits_mech.chain.prices import REACHED, cost
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor

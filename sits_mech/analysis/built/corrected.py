@@ -23,9 +23,9 @@ import xarray as xr
 from sits_mech.analysis.bench import henries
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.unknowns import PARAMETERS
+from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import tabulated
 from sits_mech.chain.models import loaded_model
-from sits_mech.chain.tolerance.aimed import AimedLoads
 from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport
 from sits_mech.readout.loads import fixed, points, request_of, varied, wrench_of

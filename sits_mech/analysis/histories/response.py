@@ -18,12 +18,12 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
+from sits_mech.chain.aimed import aim_at
+from sits_mech.chain.goal import farthest
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import Choice
 from sits_mech.chain.propagation import read_poses
 from sits_mech.chain.simulate import flags_over
-from sits_mech.chain.tolerance.goal import farthest
-from sits_mech.chain.tolerance.promise import aim_at
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled

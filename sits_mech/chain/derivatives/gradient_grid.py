@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+from sits_mech.chain.aimed import aimed_loads, status_of
 from sits_mech.chain.columns import Columns, spread
 from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.derivatives.gradient import (
@@ -28,7 +29,6 @@ from sits_mech.chain.derivatives.gradient import (
 from sits_mech.chain.interpolate import LoadGrid, loads_of
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.propagation import poses_of, read_poses
-from sits_mech.chain.tolerance.aimed import aimed_loads, status_of
 from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.scene.parameters import Parameter

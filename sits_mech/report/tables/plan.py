@@ -10,9 +10,9 @@ from typing import Any
 from rich.table import Table
 
 from sits_mech.analysis.ladder import Rung, power, sentence
+from sits_mech.chain.ends import ends_of_pad
 from sits_mech.chain.omissions import Omission, beside_errors, skin_depths
-from sits_mech.chain.prices.costs import Step
-from sits_mech.chain.prices.ends import ends_of_pad
+from sits_mech.chain.prices import Step
 from sits_mech.chain.request import Plan
 from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.scene.sensor import Sensor

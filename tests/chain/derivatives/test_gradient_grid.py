@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from sits_mech.chain.aimed import aimed_loads
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.derivatives.gradient import gradient, mirrors_of
 from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 from sits_mech.chain.interpolate import LoadGrid
-from sits_mech.chain.tolerance.aimed import aimed_loads
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import POSE, Pose, Wrench

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from sits_mech.chain.goal import Goal, goal_of
 from sits_mech.chain.models import magnetic_model
-from sits_mech.chain.tolerance.goal import Goal, goal_of
 from sits_mech.quantities import Array, Bounded, Impedance, Pose, SolveReport
 from sits_mech.scene.sensor import load_sensor
 

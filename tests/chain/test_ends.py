@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from sits_mech.chain import ends
 from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.ends import InSection, ends_of_plates, pitch_of_spirals
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
-from sits_mech.chain.prices import ends
-from sits_mech.chain.prices.ends import InSection, ends_of_plates, pitch_of_spirals
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import MagneticModel, Pose, Wrench

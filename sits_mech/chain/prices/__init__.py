@@ -1,1 +1,0 @@
-"""What a model leaves out and what a request will cost."""
