@@ -94,10 +94,7 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("geometry/outline.py", "geometry/sheet_plan.py"), "tests/magnetics/test_sheets_outline.py: the sheets on them"
     ),
-    **dict.fromkeys(
-        ("geometry/plates.py", "geometry/solids.py"),
-        "tests/magnetics/space/test_neighbours.py: conductors made of them",
-    ),
+    "geometry/plates.py": "tests/magnetics/space/test_neighbours.py: conductors made of them",
     "magnetics/section/elements.py": "tests/magnetics/test_field_parts.py: the field that it solves",
     "magnetics/disc.py": "tests/magnetics/test_rings.py: its impedance",
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
@@ -133,10 +130,7 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
     ),
-    **dict.fromkeys(
-        ("report/tables/built.py", "report/tables/production.py"),
-        "tests/cli/test_built.py: adapt and lot print and draw them",
-    ),
+    "report/tables/built.py": "tests/cli/test_built.py: adapt and lot print and draw it",
     "report/tables/drift.py": "tests/cli/test_main.py: simulate over temperature",
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
     "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
@@ -149,7 +143,7 @@ UNMIRRORED = {
         (f"silicone/laws/{name}.py" for name in ("gent", "law", "mooney_rivlin", "neo_hookean", "ogden", "yeoh")),
         "tests/silicone/laws/test_laws.py: every law by the same tests",
     ),
-    "analysis/material/least_squares.py": "tests/analysis/material/test_fitting.py: the fits that it makes",
+    "analysis/material/least_squares.py": "tests/analysis/material/test_fitted.py: the fits that it makes",
     "version.py": "tests/report/test_folder.py: a calibration of another version is refused",
 }
 

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.batch.studies.asked import Stage, Study
-from sits_mech.batch.studies.expressions import Expression
+from sits_mech.batch.studies.samples import Expression
 from sits_mech.cases import grid_points
 from sits_mech.scene.materials import unknown
 from sits_mech.status import ANSWERED

@@ -1,4 +1,7 @@
-"""Turn pours into plates parallel to the coils, clear of them and of each other; name those left out.
+"""Find the pours of a board and turn them into plates parallel to the coils; name those left out.
+
+A fill is written as one polygon, its holes tied to the rim by bridges: edges that go to the hole and come back over the
+same two corners. Taking out each edge that has its opposite leaves the rims, the outer one and those of the holes.
 
 A pour without holes is a rectangle or a disc where it fills 98 % of one and no corner of its rim is further than the
 tolerance from that, which is what the rounded corners of a fill leave. Others keep their outlines with slots and holes,
@@ -20,7 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.boards.pours import Pour
+from sits_mech.boards.kicad import Board, place
+from sits_mech.boards.route import Route, Run
 from sits_mech.boards.stackup import Layer
 from sits_mech.quantities import Array
 from sits_mech.scene.apart import check_parts
@@ -28,6 +32,77 @@ from sits_mech.scene.outlines import polygon, signed_area
 from sits_mech.scene.parts import Conductor
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
+
+_GRID = 1e-9  # the board's own step [m]
+
+
+@dataclass(frozen=True)
+class Pour:
+    """A plate of copper."""
+
+    net: str
+    layer: str
+    rim: Array  # (n, 2) counter-clockwise [m]
+    holes: tuple[Array, ...]  # [m]
+
+    @property
+    def area(self) -> float:
+        """Return the area of the copper [m^2]."""
+        return float(signed_area(self.rim)) - sum(abs(float(signed_area(hole))) for hole in self.holes)
+
+
+def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tuple[str, ...]]:
+    """Return the filled copper of nets other than the coils', and omissions; raise SceneError if it touches a coil."""
+    nets = {found.net for found in routes}
+    found, notes = [], []
+    for zone in board.zones:
+        title, on = f"zone {zone.net or 'without net'}", ", ".join(zone.layers)
+        if zone.net in nets:
+            notes.append(f"{title} on {on}: left out, it is of the coil's own net")
+        elif not zone.fills:
+            notes.append(f"{title} on {on}: left out, it is not filled: fill all zones in KiCad and save")
+        else:
+            found += [_pour(zone.net, layer, points) for layer, points in zone.fills]
+    for pour in found:
+        copper = polygon([pour.rim, *pour.holes])
+        for other in routes:
+            for run in other.runs:
+                _check_clear(pour, copper, run, f"{board.name}: net {other.net}")
+    return tuple(found), tuple(notes)
+
+
+def _pour(net: str, layer: str, points: Array) -> Pour:
+    """Return a filled polygon as a plate."""
+    rim, *holes = loops(points)
+    return Pour(net, layer, rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes))
+
+
+def loops(points: Array) -> list[Array]:
+    """Return the rims of a polygon (k, 2) whose holes are tied in by bridges, the outer one first [m]."""
+    import shapely
+
+    whole = shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure")
+    if not whole.area > 0.0:
+        return [points]
+    largest = max(shapely.get_parts(whole), key=lambda piece: piece.area).simplify(0.0)
+    return [shapely.get_coordinates(ring)[:-1] * _GRID for ring in (largest.exterior, *largest.interiors)]
+
+
+def _check_clear(pour: Pour, copper: Any, run: Run, where: str) -> None:
+    """Refuse a pour, a polygon of shapely beside it, that touches the copper of a run on its layer."""
+    if pour.layer != run.layer:
+        return
+    import shapely
+
+    pieces = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
+    near = np.flatnonzero(shapely.dwithin(copper, pieces, run.width / 2))
+    at = run.points[near[0]] if len(near) else None
+    if at is not None:
+        raise SceneError(
+            f"{where}: its track must be clear of the pour of {pour.net or 'no net'} on {pour.layer}; got one that "
+            f"touches it at {place(at)}"
+        )
+
 
 _SMALL = 0.01  # of the square of the coils' size, an island's area
 _FINE = 0.01  # of the coils' size

@@ -15,8 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from sits_mech.boards.arcs import flattened, thinned
-from sits_mech.boards.joints import ROUNDING, End, Joints, joined, merged
+from sits_mech.boards.joints import ROUNDING, End, Joints, flattened, joined, merged, thinned
 from sits_mech.boards.kicad import Board, Hole, Track, place
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown

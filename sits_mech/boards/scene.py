@@ -20,8 +20,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sits_mech.boards.kicad import Board, place, read_board
-from sits_mech.boards.plates import plates
-from sits_mech.boards.pours import pours
+from sits_mech.boards.plates import plates, pours
 from sits_mech.boards.route import Route, Run, length_of, route
 from sits_mech.boards.stackup import permittivity
 from sits_mech.quantities import Array

@@ -145,7 +145,7 @@ def lot(
     from sits_mech.analysis.built.production import produced
     from sits_mech.analysis.measured import read_units
     from sits_mech.readout.loads import fixed
-    from sits_mech.report.tables import production as tables
+    from sits_mech.report.tables import built as tables
 
     prior = known.prior(folder)
     spread, held, coils = spread_of(prior, _listed(within)), fixed(prior.data), prior.sensor.coil_names

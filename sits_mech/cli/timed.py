@@ -31,9 +31,9 @@ def in_time(
     sensor: Sensor, path: Path, models: Models, rcount: int | None, output: Path | None, as_json: bool, accept: bool
 ) -> int:
     """Follow a history of loads, and the converter through it."""
-    from sits_mech.analysis.histories.codes import checked_count, with_codes
     from sits_mech.analysis.histories.read import read_history
     from sits_mech.analysis.histories.response import in_time as followed
+    from sits_mech.analysis.histories.scan import checked_count, with_codes
     from sits_mech.chain.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.readout.loads import request_of

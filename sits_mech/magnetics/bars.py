@@ -33,9 +33,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import mu_0
 
-from sits_mech.geometry.collision import smooth_height
+from sits_mech.geometry.collision import CLEARANCE, smooth_height
 from sits_mech.geometry.plates import Plate, distance, outline_refusal, return_radius, section_plates
-from sits_mech.geometry.solids import CLEARANCE
 from sits_mech.geometry.tracks import coil_bars, section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving, sizes
 from sits_mech.magnetics.modes import skin_depth

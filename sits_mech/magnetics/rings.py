@@ -20,7 +20,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sits_mech.geometry.solids import CLEARANCE
+from sits_mech.geometry.collision import CLEARANCE
 from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, served, serving, sizes
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_resistances

@@ -37,8 +37,8 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.geometry.collision import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.outline import Outline
-from sits_mech.geometry.solids import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances

@@ -7,8 +7,7 @@ from typing import Any
 from sits_mech.batch.adaptive import ADAPTIVE
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.studies.asked import COMPONENTS, TOP
-from sits_mech.batch.studies.expressions import LONGEST
-from sits_mech.batch.studies.samples import MOST, SAMPLED
+from sits_mech.batch.studies.samples import LONGEST, MOST, SAMPLED
 from sits_mech.batch.studies.stages import EXPORT, STAGE_KEYS
 from sits_mech.batch.studies.study import COMBINE, KEYS
 from sits_mech.scene.bounds import quantity_schema

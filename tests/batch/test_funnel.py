@@ -8,7 +8,7 @@ import xarray as xr
 
 from sits_mech.batch.funnel import following, going_on
 from sits_mech.batch.studies.asked import Stage, Study
-from sits_mech.batch.studies.expressions import expression
+from sits_mech.batch.studies.samples import expression
 from sits_mech.units import SceneError
 
 STATES = ["ok", "above tolerance", "failed", "interpolated", "ok", "unfinished"]

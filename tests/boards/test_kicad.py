@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sits_mech.boards.kicad import read_board
-from sits_mech.boards.pours import loops
+from sits_mech.boards.plates import loops
 from sits_mech.units import SceneError
 
 

@@ -11,7 +11,7 @@ viscosity.
 
 m and beta differ only in how they go with W_max: from one peak m cannot be told from beta, and m = 0 is taken. From
 several, a constant whose 95 % interval reaches zero is none, and the others are fitted without it. A softening whose
-depth 1/r is within its interval is none. Confidence as in fitting.py.
+depth 1/r is within its interval is none. Confidence as in fitted.py.
 
 The primary curve may be that of the record itself: `envelope` are its points beyond all strains before, a pull.
 

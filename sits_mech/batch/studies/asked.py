@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from sits_mech.batch.requests import REQUESTS, Request, Variant
-from sits_mech.batch.studies.expressions import Expression
+from sits_mech.batch.studies.samples import Expression
 from sits_mech.cases import Combine
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
 from sits_mech.scene.files import literal

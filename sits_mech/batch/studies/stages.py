@@ -11,9 +11,8 @@ from typing import Any
 
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.studies.asked import Stage, Study, arguments_of, of_scene, overrides_of
-from sits_mech.batch.studies.expressions import Expression, expression
 from sits_mech.batch.studies.possible import check_names, named
-from sits_mech.batch.studies.samples import is_whole
+from sits_mech.batch.studies.samples import Expression, expression, is_whole
 from sits_mech.batch.tables import SWEPT
 from sits_mech.scene.files import check_keys
 from sits_mech.scene.materials import unknown

@@ -12,7 +12,7 @@
 
 Beside these: `scene` may be a list, which varies as a key of [vary] called `scene` would. Samples take `samples` and
 `seed`, and in [vary] ranges without a count; of a list they draw evenly. [derive] gives keys of the scene or arguments
-from others, each by a text (expressions.py); `where` is a list of conditions, and a case that breaks one is left out.
+from others, each by a text (samples.py); `where` is a list of conditions, and a case that breaks one is left out.
 Samples, derived keys and conditions make cases stand side by side, as those of "zip", along the dimension `case`.
 
     scene = ["biorob2018", "biorob2018-w15"]
@@ -58,7 +58,6 @@ import numpy as np
 from sits_mech.batch.adaptive import ADAPTIVE, adaptive_of
 from sits_mech.batch.requests import REQUESTS
 from sits_mech.batch.studies.asked import SCENE, Study, arguments_of, overrides_of
-from sits_mech.batch.studies.expressions import expression, names_of
 from sits_mech.batch.studies.possible import check_cases, check_names, named
 from sits_mech.batch.studies.samples import (
     MOST,
@@ -67,7 +66,9 @@ from sits_mech.batch.studies.samples import (
     cube,
     derived,
     ends,
+    expression,
     is_whole,
+    names_of,
     sampled,
     written,
 )

@@ -20,8 +20,8 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import Readings
+from sits_mech.geometry.collision import as_plate
 from sits_mech.geometry.outline import pad_outlines, target_outline
-from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import POSE, UNITS, shown_unit

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.geometry.collision import as_plate
 from sits_mech.geometry.outline import target_outline
-from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.quantities import Array, Pose

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sits_mech.geometry.collision import as_plate
 from sits_mech.geometry.outline import pad_outlines, target_outline
-from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.table import Table
 
-from sits_mech.analysis.material.fitted import Fitted
-from sits_mech.analysis.material.fitting import Fit
+from sits_mech.analysis.material.fitted import Fit, Fitted
 from sits_mech.analysis.material.relaxing import Relaxation
 from sits_mech.analysis.material.softening import CyclicFit
 from sits_mech.analysis.material.tensile import TensileTest

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.geometry.collision import as_plate
 from sits_mech.geometry.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.geometry.outline import target_outline
-from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.quantities import Array, Pose
 from sits_mech.report.pictures.fields import CURRENT, driven_currents, written_frequency

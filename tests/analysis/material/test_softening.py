@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.fitted import fit_law
 from sits_mech.analysis.material.softening import envelope, fit_softening
 
 PEAKS = (0.3, 0.6, 1.0)

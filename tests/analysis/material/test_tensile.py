@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.fitted import fit_law
 from sits_mech.analysis.material.tensile import read_tensile
 from sits_mech.silicone.homogeneous import engineering_stress
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from common.infinite_plate import Layer, coil_change
 
-from sits_mech.geometry.solids import as_plate
+from sits_mech.geometry.collision import as_plate
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.loops import mutual_loops
 from sits_mech.magnetics.coils.ring_field import ring_potential

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from common.infinite_plate import Layer, coil_change
 
-from sits_mech.geometry.collision import Collision, Solid, separation
-from sits_mech.geometry.solids import placed_plates
+from sits_mech.geometry.collision import Collision, Solid, placed_plates, separation
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.divisions import prepared, prepared_near

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.fitted import fit_law
 from sits_mech.analysis.material.tensile import TensileTest
 from sits_mech.report.pictures.fit import fit_figure, fit_rows
 from sits_mech.report.pictures.style import save_figure

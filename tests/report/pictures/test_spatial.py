@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from sits_mech.geometry.solids import as_plate
+from sits_mech.geometry.collision import as_plate
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.pictures import spatial
 from sits_mech.report.pictures.asked import driven_coil, kind_of_picture

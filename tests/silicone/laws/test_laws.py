@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.material.fitting import fit_law
+from sits_mech.analysis.material.fitted import fit_law
 from sits_mech.analysis.material.tensile import TensileTest
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.silicone.energy import isochoric_energy
