@@ -8,6 +8,7 @@ import sys
 import tokenize
 from collections.abc import Sequence
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -215,6 +216,30 @@ def dotted(path: Path) -> str:
 def test_imports_point_downwards() -> None:
     """By the order of rooms in the design: nouns, meshes and maps, geometry, physics, chain, readers, the top."""
     assert {dotted(path): wrong for path in FILES if (wrong := violations(nodes_of(path), dotted(path)))} == {}
+
+
+def circle(sources: dict[str, list[ast.AST]]) -> list[str]:
+    """Return modules of which each imports the next one and the last the first, wherever in a file; none if none do."""
+    graph: dict[str, set[str]] = {}
+    for module, nodes in sources.items():
+        names = {f"{node.module}.{alias.name}" for node in nodes if isinstance(node, ast.ImportFrom) and node.module
+                 for alias in node.names} | {name for _, name in imported(nodes, module.rsplit(".", 1)[0])}
+        graph[module] = (names & set(sources)) - {module}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_files_import_each_other_in_no_circle() -> None:
+    """Within a room as well arrows run down, those under TYPE_CHECKING and within functions too; the rule sees each."""
+    def arrow(name: str) -> list[ast.AST]:
+        return parsed(f"if TYPE_CHECKING:\n    from sits_mech.{name} import x\ndef f():\n    import sits_mech.{name}")
+
+    assert circle({"sits_mech.a": arrow("b"), "sits_mech.b": arrow("c"), "sits_mech.c": arrow("a")})
+    assert circle({"sits_mech.a": arrow("b"), "sits_mech.b": arrow("c")}) == []
+    assert circle({dotted(path).removesuffix(".__init__"): nodes_of(path) for path in FILES}) == []
 
 
 def test_folders_of_mechanics_stand_in_order() -> None:

@@ -25,8 +25,8 @@ from sits_mech.chain.propagation import diagonals, signal_weights
 from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.quantities import POSE, Array, Impedance, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
-from sits_mech.readout.converter import code_of, converter, tank_frequency
-from sits_mech.readout.front_end import FrontEnd, front_end
+from sits_mech.readout.converter import FrontEnd, code_of, converter, tank_frequency
+from sits_mech.readout.front_end import front_end
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature, clock_factor

@@ -24,18 +24,16 @@ limits, the registers and 16 RCOUNT + 4; as quoted by published drivers of the p
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
 
-if TYPE_CHECKING:
-    from sits_mech.readout.front_end import FrontEnd
-
+_NEAR = 0.2  # of the solved frequency: nearer, skins are the same to some percent
 Registers = tuple[tuple[int, str, int], ...]
 _DEGLITCH = ((1e6, 0b001), (3.3e6, 0b100), (10e6, 0b101), (33e6, 0b111))  # bandwidth [Hz] and its code
 
@@ -102,6 +100,41 @@ class Converter:
     stops_below: float = 0.0  # amplitude below which the oscillation may stop, peak [V]
     register_bits: int = 16
     registers: Callable[[FrontEnd], Registers] = no_registers  # what it is set up with
+
+
+@dataclass(frozen=True)
+class FrontEnd:
+    """A converter set for a sensor; arrays are of shape (n,) or (n, 2), least and greatest, one entry a coil."""
+
+    part: Converter
+    reference: float  # frequency after its divider [Hz]
+    rcount: int
+    input_divider: int
+    reference_divider: int
+    settlecount: Array  # (n,) integers
+    drive: Array  # (n,) codes
+    frequency: Array  # (n, 2) [Hz]
+    code: Array  # (n, 2)
+    R_p: Array  # (n, 2) [ohm]
+    Q: Array  # (n, 2)
+    amplitude: Array  # (n, 2) [V]
+    channel_time: Array  # (n,) settling and switching included [s]
+    rate: float  # readings of all coils per second [1/s]
+    noise: Array  # (n,) of each inductance, one standard deviation [H]
+    warnings: tuple[str, ...]  # what the part cannot follow
+    registers: tuple[tuple[int, str, int], ...]  # address, name and value of each
+
+    @property
+    def period(self) -> float:
+        """Time of a scan of all coils [s]."""
+        return 1.0 / self.rate
+
+    def off(self, solved: float) -> str:
+        """Say where the tanks swing far from the frequency that was solved [Hz]; empty where they are near it."""
+        middle = float(np.exp(np.log(self.frequency).mean()))
+        if abs(math.log(middle / solved)) < math.log(1.0 + _NEAR):
+            return ""
+        return f", and L too, where the tanks swing at some {middle:.3g} Hz: set frequency to that and calibrate anew"
 
 
 _DRIVE_161X = (

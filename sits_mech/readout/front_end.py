@@ -14,8 +14,7 @@ between conversions. Sources: data sheets SNOSCY9A and SNOSD01D.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +22,7 @@ from numpy.typing import ArrayLike
 from sits_mech.quantities import Array
 from sits_mech.readout.converter import (
     Converter,
+    FrontEnd,
     code_of,
     conversion_time,
     inductance_noise,
@@ -30,43 +30,6 @@ from sits_mech.readout.converter import (
     relative_noise,
     tank_frequency,
 )
-
-_NEAR = 0.2  # of the solved frequency: nearer, skins are the same to some percent
-
-
-@dataclass(frozen=True)
-class FrontEnd:
-    """A converter set for a sensor; arrays are of shape (n,) or (n, 2), least and greatest, one entry a coil."""
-
-    part: Converter
-    reference: float  # frequency after its divider [Hz]
-    rcount: int
-    input_divider: int
-    reference_divider: int
-    settlecount: Array  # (n,) integers
-    drive: Array  # (n,) codes
-    frequency: Array  # (n, 2) [Hz]
-    code: Array  # (n, 2)
-    R_p: Array  # (n, 2) [ohm]
-    Q: Array  # (n, 2)
-    amplitude: Array  # (n, 2) [V]
-    channel_time: Array  # (n,) settling and switching included [s]
-    rate: float  # readings of all coils per second [1/s]
-    noise: Array  # (n,) of each inductance, one standard deviation [H]
-    warnings: tuple[str, ...]  # what the part cannot follow
-    registers: tuple[tuple[int, str, int], ...]  # address, name and value of each
-
-    @property
-    def period(self) -> float:
-        """Time of a scan of all coils [s]."""
-        return 1.0 / self.rate
-
-    def off(self, solved: float) -> str:
-        """Say where the tanks swing far from the frequency that was solved [Hz]; empty where they are near it."""
-        middle = float(np.exp(np.log(self.frequency).mean()))
-        if abs(math.log(middle / solved)) < math.log(1.0 + _NEAR):
-            return ""
-        return f", and L too, where the tanks swing at some {middle:.3g} Hz: set frequency to that and calibrate anew"
 
 
 def front_end(

@@ -38,8 +38,8 @@ from sits_mech.analysis.histories.response import between
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.labels import labelled
 from sits_mech.quantities import WRENCH, Array
-from sits_mech.readout.converter import code_of, converter, frequency_of, tank_frequency, tank_inductance
-from sits_mech.readout.front_end import FrontEnd, front_end
+from sits_mech.readout.converter import FrontEnd, code_of, converter, frequency_of, tank_frequency, tank_inductance
+from sits_mech.readout.front_end import front_end
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature, clock_factor
 

@@ -18,8 +18,7 @@ from sits_mech.export.source import Source
 from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches
 from sits_mech.quantities import Array, SolveFailed, Wrench
 from sits_mech.readout.calibration import OK, Calibration, check_resolved
-from sits_mech.readout.converter import conversion_time
-from sits_mech.readout.front_end import FrontEnd
+from sits_mech.readout.converter import FrontEnd, conversion_time
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
 from sits_mech.readout.loads import load_words, several, varied
 from sits_mech.scene.sensor import SceneError

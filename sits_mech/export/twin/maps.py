@@ -28,7 +28,7 @@ from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed
 from sits_mech.readout.calibration import Calibration
-from sits_mech.readout.front_end import FrontEnd
+from sits_mech.readout.converter import FrontEnd
 from sits_mech.readout.loads import fixed, varied, wrench_of
 from sits_mech.readout.loads import points as rows_of
 

@@ -11,7 +11,8 @@ from rich.table import Table
 from sits_mech.analysis.bench import loads_over
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration
-from sits_mech.readout.front_end import FrontEnd, register_text
+from sits_mech.readout.converter import FrontEnd
+from sits_mech.readout.front_end import register_text
 from sits_mech.report.records import named
 from sits_mech.report.tables.solves import key_table, with_error
 
