@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -60,8 +60,35 @@ class SlopedModel(MechanicalModel, Protocol):
 
 
 @dataclass(frozen=True)
-class Gradient:
-    """Derivatives of what a sensor shows under one load.
+class ByNumbers:
+    """Derivatives of what c coils show by n numbers of a scene, at p poses or one, and estimated absolute errors.
+
+    Attributes
+    ----------
+    L, error_L, R, error_R : ndarray, shape (p, c, c, n), or (c, c, n) at one
+        Impedance of the coils [its unit per SI unit].
+    signals, errors : dict of str to ndarray, shape (p, n) or (n,)
+        Signals of the sensor by their names, and their errors.
+    """
+
+    L: Array
+    error_L: Array
+    R: Array
+    error_R: Array
+    signals: dict[str, Array]
+    errors: dict[str, Array]
+
+    def first(self) -> dict[str, Any]:
+        """Return what is known at the first pose, by the names of the attributes."""
+        return {
+            name: {key: each[0] for key, each in found.items()} if isinstance(found, dict) else found[0]
+            for name, found in vars(self).items()
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gradient(ByNumbers):
+    """Derivatives of what a sensor shows under one load: those of the coils, at one pose, and those of the pose.
 
     Attributes
     ----------
@@ -70,13 +97,9 @@ class Gradient:
     simulation : Simulation
         What it shows.
     pose, error_pose : ndarray, shape (6, n)
-        By each number [m or rad per its SI unit], and estimated absolute errors, here and below.
+        By each number [m or rad per its SI unit].
     compliance, error_compliance : ndarray, shape (6, 6)
         Pose by each component of the load [m or rad per N or N m]; NaN of what the mechanical model does not hold.
-    L, error_L, R, error_R : ndarray, shape (c, c, n)
-        Impedance of the coils [its unit per SI unit].
-    signals, errors : dict of str to ndarray, shape (n,)
-        Signals of the sensor by their names, and their errors.
     """
 
     names: tuple[str, ...]
@@ -85,12 +108,6 @@ class Gradient:
     error_pose: Array
     compliance: Array
     error_compliance: Array
-    L: Array
-    error_L: Array
-    R: Array
-    error_R: Array
-    signals: dict[str, Array]
-    errors: dict[str, Array]
 
 
 class Moved(NamedTuple):
@@ -98,17 +115,6 @@ class Moved(NamedTuple):
 
     pose: Array
     error: Array
-
-
-class Shown(NamedTuple):
-    """Derivatives of what the coils show at p poses: impedances, shape (p, c, c, n); signals by name, (p, n)."""
-
-    L: Array
-    error_L: Array
-    R: Array
-    error_R: Array
-    signals: dict[str, Array]
-    errors: dict[str, Array]
 
 
 def sloped_model(
@@ -167,11 +173,10 @@ def gradient(
     shown = simulation.impedance
     single = {name: getattr(shown, name)[None] for name in ("L", "R", "error_L", "error_R")}
     change = shown_change(sensor, field, replace(shown, **single), one, numbers, moved, direct)
-    each = [{key: value[0] for key, value in part.items()} for part in (change.signals, change.errors)]
-    L, error_L, R, error_R = (getattr(change, name)[0] for name in ("L", "error_L", "R", "error_R"))
     compliance, error = _taken_back(by_pose, back)
     return Gradient(
-        tuple(names), simulation, moved.pose[0], moved.error[0], compliance, error, L, error_L, R, error_R, *each
+        **change.first(), names=tuple(names), simulation=simulation, pose=moved.pose[0], error_pose=moved.error[0],
+        compliance=compliance, error_compliance=error,
     )
 
 
@@ -218,7 +223,7 @@ def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
 def shown_change(
     sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
     moved: Moved, direct: Direct, *, quick: bool = False,
-) -> Shown:
+) -> ByNumbers:
     """Join both halves: return derivatives of what the coils show at p poses by n numbers.
 
     The errors of `shown`, shape (p, c, c), include the poses' errors; `quick` as for `pose_slopes`.
@@ -236,7 +241,7 @@ def shown_change(
     _, wrong = _chained(rows @ own[0], ways, rows @ own[1], np.abs(rows) @ own[2], share_L)
     there = np.einsum("pii->pi", shown.L), np.diagonal(shown.L0)
     values, errors = _signal_slopes(sensor, there, (np.einsum("piin->pin", L), direct.L0), numbers, wrong)
-    return Shown(L, error_L, R, error_R, values, errors)
+    return ByNumbers(L, error_L, R, error_R, values, errors)
 
 
 def _share(error: Array, size: Array) -> Array:
