@@ -41,9 +41,9 @@ def written(folder: Path, count: int = 2) -> Path:
 
 @contextmanager
 def cluster(workers: int, threads: int = 1, settings: dict[str, Any] | None = None, **more: Any) -> Iterator[Any]:
-    """Give a cluster of processes on this machine."""
+    """Give a cluster of processes on this machine; the port of its page is any free one, for others may run here."""
     distributed, dask = pytest.importorskip("distributed"), pytest.importorskip("dask")
-    quiet = {"dashboard_address": None, "silence_logs": 50, "processes": True}
+    quiet = {"dashboard_address": ":0", "silence_logs": 50, "processes": True}
     settings = {"deploy.lost-worker-timeout": "60s"} | (settings or {})  # a machine that is busy begins them slowly
     with (
         dask.config.set({f"distributed.{name}": item for name, item in settings.items()}),
@@ -67,7 +67,7 @@ def test_a_client_in_this_process(tmp_path: Path) -> None:
     """It stays open; what it runs is what one process gives."""
     distributed = pytest.importorskip("distributed")
     path = written(tmp_path)
-    with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+    with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=":0") as client:
         data = sm.sweep(path, folder=tmp_path / "out", executor=client)
         assert client.submit(int, "7").result() == 7
         found = sm.sweep(lambda a: {"b": 2.0 * a}, {"a": [1.0, 2.0]}, executor=client)
