@@ -53,7 +53,7 @@ import numpy as np
 
 from sits_mech.chain.ends import ends_of_pad, ends_of_plates, in_plane_strain, pitch_of_spirals, whole_factors
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.mechanics.closed_form import small_strain_bound
+from sits_mech.mechanics.closed_form import pad_moduli, small_strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Array, Impedance, Pose, Wrench
 from sits_mech.scene.sensor import Sensor, silicone_of
@@ -101,17 +101,17 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     if elastomer.kind == "pillars":
         return math.inf
     (w, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
-    shape, mu = w / (2.0 * t), elastomer.silicone.shear_modulus
-    if shape < _SLENDER:
+    if min(w, length) < 2.0 * t * _SLENDER:
         return math.inf
-    E_c = 1.0 / (1.0 / (4.0 * mu * (1.0 + shape**2)) + 1.0 / elastomer.silicone.bulk_modulus)
-    E_b = mu * (4.0 + 0.8 * shape**2)
+    silicone, is_round = elastomer.silicone, target.shape == "disc" or elastomer.is_round
+    mu = silicone.shear_modulus
+    area, E_c, E_b = pad_moduli(mu, silicone.bulk_modulus, (w, length), t, is_round)
     free = 3.0 * abs(elastomer.free_stretch - 1.0)  # of the thickness, by which the pad moves without load, at most
     bounds, lever = [small_strain_bound(free, 0.0, 0.0)], target.load_height + 0.5 * t
     for load in loads:
-        sink, shear = abs(load.F_z) / (E_c * w * length), math.hypot(load.F_x, load.F_y) / (mu * w * length)
+        sink, shear = abs(load.F_z) / (E_c * area), math.hypot(load.F_x, load.F_y) / (mu * area)
         along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
-        edge = math.hypot(along / (w**2 * length), across / (w * length**2)) / (E_b / 6.0)
+        edge = (8.0 if is_round else 6.0) * math.hypot(along / w, across / length) / (E_b * area)
         bounds.append(small_strain_bound(sink + free, shear, edge))
     return max(bounds)
 

@@ -1,6 +1,7 @@
 """Requests: choices, and that what is left out changes the answer by no more than is promised."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,10 +12,13 @@ from sits_mech.chain.omissions import beside_errors, history_share, omissions, s
 from sits_mech.chain.plan import choose_magnetics, choose_mechanics
 from sits_mech.chain.prices import REACHED, cost
 from sits_mech.chain.simulate import simulate
+from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 
 LONG = ("elastomer.length=0.2", "target.length=0.2")
+SQUARE = [f"{part}.{side}=0.02" for part in ("target", "elastomer") for side in ("width", "length")]
 COAXIAL = (
     'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
     'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
@@ -103,6 +107,8 @@ def test_a_sheet_of_ferrite_is_magnetised_in_space() -> None:
     [
         pytest.param([], id="8"), pytest.param(["target.width=0.015"], id="15", marks=pytest.mark.slow),
         pytest.param(["elastomer.thickness=0.006"], id="tall", marks=pytest.mark.slow),
+        pytest.param(SQUARE, id="square", marks=pytest.mark.slow),
+        pytest.param([*SQUARE, "elastomer.thickness=0.001"], id="thin square", marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.parametrize("wrench", [(0.0, 1.0), (1.0, 0.0), (0.5, 1.0)], ids=["press", "shear", "both"])
@@ -111,7 +117,8 @@ def test_one_compliance_misses_less_than_its_bound(keys: list[str], wrench: tupl
     sensor = load_sensor("biorob2018", [*LONG, *keys])
     part = 1e-2 / strain_bound(sensor, [Wrench(*wrench)])
     load = Wrench(*(part * force for force in wrench))
-    full, small = (mechanical_model(sensor, name, 1e-3)[0].equilibrium(load) for name in ("planar", "linear"))
+    finite = finite_strain_model(sensor)
+    full, small = (mechanical_model(sensor, name, 1e-3)[0].equilibrium(load) for name in (finite, "linear"))
     rest = sensor.elastomer.thickness if sensor.elastomer else 0.0
     reach = 0.5 * sensor.target.extent[0] if sensor.target else 0.0
 
@@ -124,8 +131,34 @@ def test_one_compliance_misses_less_than_its_bound(keys: list[str], wrench: tupl
     assert missed > 5e-6  # the promise is about something
 
 
+@pytest.mark.parametrize("size", [(20, 20, 2), (8, 8, 4), (20, 8, 2), (8, 40, 2), (20, 0, 2)], ids=str)
+def test_strains_of_pads_are_those_of_the_model_in_space(size: tuple[int, int, int]) -> None:
+    """Pressed, tilted about either axis, sheared: squares, rectangles, a disc; at a bound of 1e-4 all is linear."""
+    width, length, thickness = size
+    sides = [f'{part}.{side}="{value} mm"' for part in ("target", "elastomer")
+             for side, value in (("width", width), ("length", length))]
+    disc = [f'target={{material="copper", shape="disc", diameter="{width} mm", thickness="0.2 mm"}}',
+            f'elastomer={{diameter="{width} mm", thickness="{thickness} mm", material="ecoflex-00-30"}}']
+    sensor = load_sensor("biorob2018", [*sides, f'elastomer.thickness="{thickness} mm"'] if length else disc)
+    layer, t = block_pad(sensor, 0.1), 1e-3 * thickness
+    w, b = (sensor.target.extent if sensor.target else (0.0, 0.0))
+    rest = layer.equilibrium(Wrench()).pose
+
+    def over_bound(component: str, strain: Callable[[Pose], float]) -> float:
+        load = Wrench(**{component: 1e-4 / strain_bound(sensor, [Wrench(**{component: 1.0})])})
+        return strain(layer.equilibrium(load).pose) / 1e-4
+
+    assert over_bound("F_z", lambda pose: 3.0 * (rest.d_v - pose.d_v) / t) == pytest.approx(1.0, abs=0.08)
+    tilts = [over_bound("M", lambda pose: 0.25 * pose.alpha * w / t),
+             over_bound("M_x", lambda pose: 0.25 * pose.alpha_x * b / t)]
+    assert 0.45 < min(tilts) and 0.84 < max(tilts) < 1.0
+    assert 1.0 < over_bound("F_x", lambda pose: (0.5 * pose.d_h + 0.25 * pose.alpha * w) / t) < 1.25
+
+
 def test_slender_layers_have_no_small_strain() -> None:
-    """They buckle at strains of any smallness."""
+    """They buckle at strains of any smallness, along x or y."""
+    for keys in (["elastomer.length=0.0015"], ['elastomer.thickness="10 mm"']):
+        assert math.isinf(strain_bound(load_sensor("biorob2018", keys), [Wrench(0.0, 0.01)]))
     assert math.isinf(strain_bound(load_sensor("biorob2018", ['elastomer.thickness="10 mm"']), [Wrench(0.0, 0.01)]))
 
 
