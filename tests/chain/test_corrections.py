@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.chain.corrections import corrected
+from sits_mech.chain.corrections import _telling, corrected
 from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 
@@ -158,3 +158,11 @@ def test_finer_meshes_that_fail_change_nothing():
     assert corrected(before, lambda load: tried.append(load) or failed, LEVERS, AT_REST) == before
     assert len(tried) == 4
     assert corrected({Wrench(): before[Wrench()]}, lambda load: 1 / 0, LEVERS, AT_REST) == {Wrench(): before[Wrench()]}
+
+
+def test_loads_that_move_every_component_come_first():
+    """Each over its own largest, however small that is; of equals the one that moves more; what rests does not count."""
+    way = np.array([[1.0, 0.01, 0.0], [0.4, 0.05, 0.0], [0.5, 0.1, 1e-5], [0.6, 0.1, 0.0]])
+    way = np.hstack([way, np.zeros((4, 3))])
+    assert _telling(way, [0, 1, 2, 3]) == [3, 2, 1, 0]
+    assert _telling(way, [0, 1]) == [1, 0] and _telling(way, []) == []

@@ -78,3 +78,39 @@ def test_coils_that_are_one_have_no_bound() -> None:
     one = np.ones((2, 2))
     assert np.isinf(idle_bound(seen(np.zeros((2, 2)), one, 0.0 * one)))
     assert idle_bound(seen(np.eye(1), np.eye(1), np.zeros((1, 1)))) == 0.0
+
+
+def test_the_bound_of_three_coils_by_hand() -> None:
+    """Alike, and each k from both others: two take of the one that is driven; a plate takes of all, tracks lose."""
+    k, t, lost = 0.1, 0.2, 0.05
+    L0 = np.where(np.eye(3, dtype=bool), 1.0, k)
+    bare = seen(L0, L0, np.zeros((3, 3)))
+    assert idle_bound(bare) == pytest.approx(2.0 * k**2 / (1.0 - k))
+    assert idle_share(bare) == pytest.approx(2.0 * k**2 / (1.0 + k))
+    R = lost * (1.0 - np.eye(3)) + 1e-3 * np.eye(3)
+    under = seen(L0 - t * np.eye(3), L0, R)
+    assert idle_bound(under) == pytest.approx(2.0 * (k**2 + lost**2) / ((1.0 - t) * (1.0 - k / (1.0 - t))))
+    close = seen(L0, np.where(np.eye(3, dtype=bool), 1.0, 0.6), R)
+    assert idle_bound(close) == np.inf and idle_bound(seen(-0.1 * L0, L0, R)) == np.inf
+    one = seen(L0[:1, :1], L0[:1, :1], R[:1, :1])
+    assert idle_bound(one) == idle_share(one) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_bound_holds_what_is_taken(seed: int) -> None:
+    """Of coils by chance over a plate by chance: at rest it holds for every smaller change."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    size = 1e-6 * rng.uniform(1.0, 3.0, n)
+    scale = np.sqrt(np.outer(size, size))
+
+    def alike(least: float, most: float) -> Array:
+        half = np.triu(rng.uniform(least, most, (n, n)), 1)
+        return (half + half.T) * scale
+
+    L0 = np.diag(size) + alike(-0.15, 0.15)
+    change = np.diag(size * rng.uniform(0.0, 0.3, n)) + alike(-0.05, 0.05)
+    R = np.diag(size * rng.uniform(0.0, 0.05, n)) + alike(-0.02, 0.02)
+    bound = idle_bound(seen(L0 - change, L0, R))
+    for share in (0.0, 0.5, 1.0):
+        assert idle_share(seen(L0 - share * change, L0, share * R)) <= bound < np.inf

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.chain.propagation import read_poses, signal_weights
+from sits_mech.chain.propagation import _untilted, read_poses, signal_weights
 from sits_mech.quantities import Bounded, Impedance, Pose, SolveReport
 from sits_mech.readout.signals import combine
 from sits_mech.scene.sensor import load_sensor
@@ -56,3 +56,13 @@ def test_a_place_does_not_count_for_what_the_rotation_does(sensor):
     rest = np.full(2, 3e-12) @ np.abs(combine(np.eye(2), weights))
     expected = rest + angle[:, None] * np.abs(combine(SLOPES[:, 2], weights))
     np.testing.assert_allclose(found.turned, expected, atol=1e-18)
+
+
+def test_a_pose_without_rotation_is_not_solved_twice(sensor):
+    """Neither is one whose rotation is rounding; any other is solved at its place, the rotation left out."""
+    model, flat, rounded, turned = Linear(), *(Pose.of([[1e-4, 2e-3, angle, 0, 0, 0]]) for angle in (0.0, 1e-18, 1e-3))
+    for pose in (flat, rounded):
+        found = model.impedance(pose, sensor.frequency)
+        assert _untilted(model, found, pose) is found
+    placed = _untilted(model, model.impedance(turned, 1e6), turned)
+    np.testing.assert_array_equal(placed.L, model.impedance(flat, 1e6).L)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import plan
+from sits_mech.chain.prices import cost
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import Wrench
@@ -52,3 +53,13 @@ def test_a_target_wider_than_its_elastomer_says_what_reaches_over() -> None:
     np.testing.assert_allclose(rests[0].components, rests[1].components, rtol=1e-9, atol=1e-15)
     L = [planar_bars(one, 1e-2).impedance(rests[0], one.frequency).L[0, 0] for one in (flush, wide)]
     assert L[1] < L[0]
+
+
+def test_conductors_cost_where_they_are_solved_in_space() -> None:
+    """A plan's seconds are those of its steps: a plate in section costs nothing more, in space its time."""
+    plate = 'conductors=[{name="P", material="ferrite", centre=["0 mm", "-1 mm"], thickness="0.5 mm", %s}]'
+    shapes = 'shape="disc", diameter="18 mm"', 'shape="rectangle", width="18 mm", length="18 mm"'
+    section, space = (plan(load_sensor("biorob2018", [plate % shape])) for shape in shapes)
+    assert (section.magnetics.name, space.magnetics.name) == ("planar-fem", "sheets")
+    alone = [cost("magnetics", found.magnetics.name, found.steps[0].tolerance, 1) for found in (section, space)]
+    assert section.steps[0].seconds == alone[0] and space.steps[0].seconds == pytest.approx(alone[1] + 1.0)

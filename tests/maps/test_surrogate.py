@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.maps.surrogate import fit_map
+from sits_mech.maps.surrogate import _uncertainty, fit_map
 
 
 def grid(*sizes: int) -> np.ndarray:
@@ -151,3 +151,12 @@ def test_what_cannot_be_fitted_is_refused() -> None:
             fit_map(("x",), points, values)
     with pytest.raises(ValueError, match=r"must be of shapes \(m, 2\) and \(m, n\); got"):
         fit_map(("x", "y"), np.ones((5, 3)), np.ones((5, 1)))
+
+
+def test_doubts_of_three_variables_add_up() -> None:
+    """A cubic of each that a square map leaves out: 1.5 times one of them, or 1.25 times all where there are three."""
+    nodes = np.cos(np.pi * (np.arange(7) + 0.5) / 7)
+    for count, expected in ((1, 1.5), (2, 1.5), (3, 3.75)):
+        x = np.stack(np.meshgrid(*[nodes] * count, indexing="ij"), -1).reshape(-1, count)
+        y = (4.0 * x**3 - 3.0 * x).sum(axis=1, keepdims=True)
+        assert _uncertainty(x, y, [2] * count, [7] * count, False) == pytest.approx(expected, rel=1e-9)

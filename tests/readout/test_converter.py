@@ -103,6 +103,9 @@ def test_the_single_channel_part() -> None:
     values = {name: value for _, name, value in found.registers}
     assert values["RP_SET"] == 0x80 | 6 and values["LHR_CONFIG"] == 1  # 1.5 kohm <= 0.8 * 2.58 kohm
     assert values["LHR_RCOUNT_LSB"] + 256 * values["LHR_RCOUNT_MSB"] == 1000
+    modes = {name: values[name] for name in ("DIG_CONFIG", "ALT_CONFIG", "D_CONFIG", "START_CONFIG")}
+    slowest = 15 if found.frequency.min() > 8e6 else int(16 - 8e6 / found.frequency.min())  # SNOSD01D, table 16
+    assert modes == {"DIG_CONFIG": slowest << 4 | 7, "ALT_CONFIG": 1, "D_CONFIG": 1, "START_CONFIG": 0}
     two = front_end(LDC1101, [[2.3e-6] * 2], [[2.7] * 2], 330e-12)
     assert any("2 coils, but the LDC1101 reads 1: take 2" in line for line in two.warnings)
 

@@ -95,6 +95,7 @@ def test_own_numbers_replace_the_catalogue() -> None:
         ({"law": "neo-hookean", "shear_modulus": 1.0, "bulk_modulus": 1.0, "source": 3}, "source must be a printable"),
         ({"law": "neo-hookean", "shear_modulus": 1, "bulk_modulus": 1, "fitted_range": 3}, "fitted_range must be"),
         ({"law": "mooney-rivlin", "c10": 1.0, "c01": -2.0, "bulk_modulus": 1.0}, "positive shear modulus"),
+        ({"law": "gent", "shear_modulus": 1.0, "j_m": 0.0, "bulk_modulus": 1.0}, "j_m must be positive; got 0"),
         ({"prony": [{"weight": 0.6, "time": 1.0}, {"weight": 0.4, "time": 2.0}]}, "weights must sum to less than 1"),
         ({"prony": [{"weight": 0.1, "time": "-1 s"}]}, "prony.0 must have a positive weight and time"),
         ({"prony": [{"weight": 0.1, "time": "1 mm"}]}, "prony.0.time: must be a time"),

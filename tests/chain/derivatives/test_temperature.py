@@ -1,5 +1,7 @@
 """Slopes by temperature of the whole chain: against answers at other temperatures, and tables moved along them."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -188,3 +190,29 @@ def test_the_bench_sees_the_sensor_at_its_temperature(data: xr.Dataset) -> None:
     L = own["cold"]["L"].to_numpy()
     ratio = codes_of(warm, front["cold"], L) / codes_of(cold, front["cold"], L)
     np.testing.assert_allclose(ratio, (1 + 600e-6) ** -0.5 / (1 - 40e-6), rtol=1e-12)
+
+
+def scripted(forces: list[float], error: float) -> Callable[[xr.Dataset], Inverse]:
+    """Return an inverse that gives these F_z one after the other, F_x always the same; it ends with the list."""
+    answers = iter(forces)
+    none = np.zeros(2)
+
+    def inverse(_: xr.Dataset) -> Inverse:
+        return Inverse(np.array([0.1, next(answers)]), np.array("ok"), np.full(2, error), none, none, np.array(0.0))
+
+    return inverse
+
+
+def test_a_reading_is_read_again_until_every_force_settles(
+    data: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Within a tenth of its error each, at most three times; corrections that grow beyond the errors are refused."""
+    scene = sensor(*COEFFICIENTS)
+    none = xr.zeros_like(data["L0"].isel(coil_2=0, drop=True))
+    monkeypatch.setattr(temperature_module, "_remainder", lambda *_: none)
+    warm = scene.temperature + 10.0
+    for forces, last in (([0.8, 1.3, 1.31], 0.01), ([0.8, 0.81], 0.01), ([0.2, 0.9, 0.3, 0.6], 0.3)):
+        _, left = read_at(scene, data, warm, scripted(forces, 1.0))
+        np.testing.assert_allclose(left, [0.0, last], atol=1e-12)
+    with pytest.raises(SceneError, match="got 30 degC, where corrections of the load do not settle"):
+        read_at(scene, data, warm, scripted([0.1, 0.2, 0.4, 0.8], 0.01))
