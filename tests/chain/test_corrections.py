@@ -161,7 +161,7 @@ def test_finer_meshes_that_fail_change_nothing():
 
 
 def test_loads_that_move_every_component_come_first():
-    """Each over its own largest, however small that is; of equals the one that moves more; what rests does not count."""
+    """Each over its own largest, however small it is; of equals the one that moves more; what rests does not count."""
     way = np.array([[1.0, 0.01, 0.0], [0.4, 0.05, 0.0], [0.5, 0.1, 1e-5], [0.6, 0.1, 0.0]])
     way = np.hstack([way, np.zeros((4, 3))])
     assert _telling(way, [0, 1, 2, 3]) == [3, 2, 1, 0]
