@@ -96,6 +96,14 @@ def test_registers() -> None:
     assert dict((name, value) for _, name, value in four.registers)["MUX_CONFIG"] == 0xC20D
 
 
+@pytest.mark.parametrize(("frequency", "code"), [(0.9e6, 1), (1.1e6, 4), (3.2e6, 4), (3.4e6, 5), (9e6, 5), (11e6, 7)])
+def test_the_deglitch_filter_is_the_next_wider_one(frequency: float, code: int) -> None:
+    """Of 1, 3.3, 10 and 33 MHz, SNOSCY9A on MUX_CONFIG, the lowest that exceeds the sensor's frequency."""
+    capacitance = 1.0 / ((2.0 * np.pi * frequency) ** 2 * 2.3e-6)
+    found = front_end(LDC1614, [[2.3e-6, 2.3e-6]], [[2.7, 2.7]], capacitance)
+    assert {name: value for _, name, value in found.registers}["MUX_CONFIG"] & 7 == code
+
+
 def test_the_single_channel_part() -> None:
     """LDC1101: 24 bits, divider for a 16 MHz clock, R_p_min below 0.8 R_p, no settling."""
     found = front_end(LDC1101, [2.3e-6], [2.7], 330e-12, rcount=1000)
@@ -104,7 +112,7 @@ def test_the_single_channel_part() -> None:
     assert values["RP_SET"] == 0x80 | 6 and values["LHR_CONFIG"] == 1  # 1.5 kohm <= 0.8 * 2.58 kohm
     assert values["LHR_RCOUNT_LSB"] + 256 * values["LHR_RCOUNT_MSB"] == 1000
     modes = {name: values[name] for name in ("DIG_CONFIG", "ALT_CONFIG", "D_CONFIG", "START_CONFIG")}
-    slowest = 15 if found.frequency.min() > 8e6 else int(16 - 8e6 / found.frequency.min())  # SNOSD01D, table 16
+    slowest = 15 if found.frequency.min() > 8e6 else int(16 - 8e6 / found.frequency.min())  # SNOSD01D, MIN_FREQ
     assert modes == {"DIG_CONFIG": slowest << 4 | 7, "ALT_CONFIG": 1, "D_CONFIG": 1, "START_CONFIG": 0}
     two = front_end(LDC1101, [[2.3e-6] * 2], [[2.7] * 2], 330e-12)
     assert any("2 coils, but the LDC1101 reads 1: take 2" in line for line in two.warnings)

@@ -113,7 +113,7 @@ def turning_path(d):
 
 
 @pytest.mark.parametrize(("made", "d", "c"), SPACES)
-@pytest.mark.parametrize("mullins", [pytest.param(None, marks=pytest.mark.slow), {"r": 1.8}])
+@pytest.mark.parametrize("mullins", [pytest.param(None, marks=pytest.mark.slow), {"r": 1.8, "m": 4e3, "beta": 0.7}])
 def test_stress_is_the_convolution_it_stands_for(made, d, c, mullins):
     own = silicone(prony=PRONY) if mullins is None else silicone(prony=PRONY, mullins=mullins)
     path, t = turning_path(d), 2.0
