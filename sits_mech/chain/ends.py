@@ -29,7 +29,7 @@ import numpy as np
 from sits_mech.geometry.collision import clearance
 from sits_mech.magnetics.answer import largest
 from sits_mech.magnetics.sheets import not_representable, sheets
-from sits_mech.mechanics.closed_form import finite_strain_model
+from sits_mech.mechanics.closed_form import finite_strain_model, plain_pad
 from sits_mech.quantities import POSE, Array, Impedance, Integers, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Sensor, Target
 
@@ -146,10 +146,7 @@ class InSection:
 
 def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
     """Return the factors by which plane strain is too stiff for a pad; None where no planar layer stands for it."""
-    target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or target.shape == "outline":
-        return None
-    if elastomer.mesh is not None or elastomer.kind == "pillars":
+    if plain_pad(sensor) is None:
         return None
     from sits_mech.mechanics.linear import finite_length_factor  # the whole mechanics, for long pads alone
 

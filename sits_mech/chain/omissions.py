@@ -53,7 +53,7 @@ import numpy as np
 
 from sits_mech.chain.ends import ends_of_pad, ends_of_plates, in_plane_strain, pitch_of_spirals, whole_factors
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.mechanics.closed_form import pad_moduli, small_strain_bound
+from sits_mech.mechanics.closed_form import pad_moduli, plain_pad, small_strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Array, Impedance, Pose, Wrench
 from sits_mech.scene.sensor import Sensor, silicone_of
@@ -95,11 +95,10 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
 
     Infinite for slender layers, and where the scene has no layer that a strip stands for.
     """
-    target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or elastomer.mesh is not None or target.shape == "outline":
+    plain = plain_pad(sensor)
+    if plain is None:
         return math.inf
-    if elastomer.kind == "pillars":
-        return math.inf
+    target, elastomer = plain
     (w, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
     if min(w, length) < 2.0 * t * _SLENDER:
         return math.inf

@@ -54,7 +54,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_out_of_plane
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
 from sits_mech.threads import one_thread
 
 SHEAR_EDGES = 0.2308  # thicknesses by which the two free edges shorten an incompressible strip in shear
@@ -129,6 +129,14 @@ def finite_strain_model(sensor: Sensor) -> str:
     """Return the model for finite strains: "planar" for a long pad, "block" for any other."""
     elastomer = sensor.elastomer
     return "planar" if elastomer is None or elastomer.extent[1] >= LONG * elastomer.extent[0] else "block"
+
+
+def plain_pad(sensor: Sensor) -> tuple[Target, Elastomer] | None:
+    """Return target and layer where both are boxes or round, the layer in one piece; None for others."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None or target.shape == "outline":
+        return None
+    return None if elastomer.mesh is not None or elastomer.kind == "pillars" else (target, elastomer)
 
 
 @dataclass(frozen=True)
