@@ -2,16 +2,18 @@
 
 import json
 import re
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 from sits_mech.analysis.cycle import load_cycle, triangle
+from sits_mech.chain import conductors
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.conductors import _shares, _small_together
+from sits_mech.chain.conductors import AmongFar, _shares, _small_together
 from sits_mech.chain.models import loaded_model, magnetic_model, plan
 from sits_mech.chain.simulate import simulate
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import Impedance, Pose, SolveReport, Wrench
 from sits_mech.report.tables.loads import remarks
 from sits_mech.scene.sensor import Conductor, SceneError, Sensor, load_sensor
 
@@ -207,3 +209,31 @@ def test_the_plan_says_how_much_what_counts_may_change() -> None:
 def test_a_change_of_nothing_has_no_share_that_is_small() -> None:
     """A target too far to change anything: what is beside counts, and no division by zero is told of."""
     assert np.all(np.isinf(_shares(SENSOR, REST, np.zeros(1), False, [nut(500.0, 0.0)])))
+
+
+@dataclass(frozen=True)
+class Coils:
+    """A model whose first coil changes by a tenth of L0 at the first pose, by a hundredth at the second."""
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        L0, none = np.diag([2e-6, 1e-6]), np.zeros((2, 2, 2))
+        L = L0 - np.array([0.2e-6, 0.02e-6])[:, None, None] * np.diag([1.0, 0.0])
+        report = SolveReport("coils", 0, 0, 0.0, 1e-3, 0.0, left_out=("air",))
+        return Impedance(frequency, L, none, L0, np.zeros(2), none + 1e-9, none + 1e-3, "H", report)
+
+
+def test_bounds_of_far_conductors_are_added_to_the_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two, summed, as shares of the larger L0; R's at the frequency asked for; the worst pose's share is told."""
+    sensor = SENSOR.model_copy(update={"conductors": (nut(200.0, 0.0), nut(0.0, 200.0, name="other"))})
+    shares = np.array([[1e-4, 2e-4], [1e-4, 1e-4]])
+    monkeypatch.setattr(conductors, "remote_bounds", lambda *_, **__: shares)
+    model = AmongFar(Coils(), sensor, SENSOR, ("nut", "other"), ("far",))
+    found = model.impedance(Pose.of([[0.0, 2 * MM, 0.0, 0.0, 0.0, 0.0], [0.0, 3 * MM, 0.0, 0.0, 0.0, 0.0]]), 1e6)
+    bound = 2e-6 * np.array([3e-4, 2e-4])
+    np.testing.assert_allclose(found.error_L[:, 0, 1], 1e-9 + bound)
+    np.testing.assert_allclose(found.error_R[:, 1, 1], 1e-3 + 2.0 * np.pi * 1e6 * bound)
+    assert found.report.estimated_error == pytest.approx(1e-3 + bound[1] / 0.02e-6)
+    assert found.report.left_out == ("air", "nut", "other") and found.report.notes == ("far",)
+    monkeypatch.setattr(conductors, "remote_bounds", lambda *_, **__: np.full((2, 2), np.inf))
+    with pytest.raises(ValueError, match="must stay far from conductors.nut, conductors.other"):
+        model.impedance(Pose.of(np.array([[0.0, 2 * MM, 0.0, 0.0, 0.0, 0.0]] * 2)), 1e6)

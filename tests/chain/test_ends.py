@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.chain import ends
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.ends import InSection, ends_of_plates, pitch_of_spirals
+from sits_mech.chain.ends import InSection, ends_of_plates, in_plane_strain, pitch_of_spirals
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.magnetics.bars import planar_bars
@@ -155,3 +155,11 @@ def test_the_pitch_of_spirals_is_worth_something() -> None:
     pose = Pose(0.0, 2 * MM)
     rings = magnetic_model(scene, "axisymmetric", 1e-2)[0].impedance(pose, scene.frequency)
     assert 1e-5 < pitch_of_spirals(scene, rings, pose) < 3e-2
+
+
+def test_the_models_in_plane_strain() -> None:
+    """By their names, and the linear one where the layer is long, of its own shape, or under any outline."""
+    pad, long = load_sensor("biorob2018"), load_sensor("biorob2018", ["elastomer.length=0.3"])
+    names = "planar", "closed-form", "linear", "block"
+    found = {name: [in_plane_strain(each, name) for each in (pad, long)] for name in names}
+    assert found == {"planar": [True] * 2, "closed-form": [True] * 2, "linear": [False, True], "block": [False] * 2}

@@ -8,7 +8,7 @@ import pytest
 
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, plan
-from sits_mech.chain.omissions import beside_errors, history_share, omissions, skin_depths, strain_bound
+from sits_mech.chain.omissions import Omission, beside_errors, history_share, omissions, skin_depths, strain_bound
 from sits_mech.chain.plan import choose_magnetics, choose_mechanics
 from sits_mech.chain.prices import REACHED, cost
 from sits_mech.chain.simulate import simulate
@@ -153,6 +153,26 @@ def test_strains_of_pads_are_those_of_the_model_in_space(size: tuple[int, int, i
              over_bound("M_x", lambda pose: 0.25 * pose.alpha_x * b / t)]
     assert 0.45 < min(tilts) and 0.84 < max(tilts) < 1.0
     assert 1.0 < over_bound("F_x", lambda pose: (0.5 * pose.d_h + 0.25 * pose.alpha * w) / t) < 1.25
+
+
+def test_skin_depths_of_a_permeable_target() -> None:
+    """delta = 1/sqrt(pi f mu sigma): four times the permeability, twice the depths."""
+    sizes = 'shape="rectangle", width=8e-3, length=8e-3, thickness=2e-4'
+    plate = f"target={{conductivity=7e6, relative_permeability=%g, {sizes}}}"
+    one, four = (skin_depths(load_sensor("biorob2018", [plate % each, "frequency=1e6"])) for each in (1.0, 4.0))
+    assert one == pytest.approx(2e-4 * math.sqrt(math.pi * 1e6 * 4e-7 * math.pi * 7e6), rel=1e-6)
+    assert four == pytest.approx(2.0 * one)
+
+
+def test_what_is_left_out_says_its_size_where_it_has_one() -> None:
+    """In one line: nothing of none, that it is not known, at most so much, of the change or of L0."""
+    sizes = (0.0, math.nan, 0.023)
+    assert [Omission("x", "why", size).text for size in sizes] == [
+        "x: why", "x: why (not estimated)", "x: why (at most 0.02)",
+    ]
+    assert Omission("x", "why", 0.023, of_change=False).text == "x: why (at most 0.02 of L0)"
+    (ends,) = (item for item in omissions(load_sensor("biorob2018"), (), None, "planar") if item.what == "ends along y")
+    assert not ends.in_error and ends.text.endswith("(not estimated)")
 
 
 def test_slender_layers_have_no_small_strain() -> None:

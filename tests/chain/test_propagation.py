@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.chain.propagation import _untilted, read_poses, signal_weights
+from sits_mech.chain.propagation import _untilted, levers, read_poses, signal_weights
 from sits_mech.quantities import Bounded, Impedance, Pose, SolveReport
 from sits_mech.readout.signals import combine
 from sits_mech.scene.sensor import load_sensor
@@ -66,3 +66,10 @@ def test_a_pose_without_rotation_is_not_solved_twice(sensor):
         assert _untilted(model, found, pose) is found
     placed = _untilted(model, model.impedance(turned, 1e6), turned)
     np.testing.assert_array_equal(placed.L, model.impedance(flat, 1e6).L)
+
+
+def test_levers_are_half_the_sides():
+    """An angle moves an end of the target by half its side, one about z by half the longer."""
+    sensor = load_sensor("biorob2018", ["target.width=0.006", "target.length=0.01"])
+    assert levers(sensor).tolist() == [1.0, 1.0, 0.003, 1.0, 0.005, 0.005]
+    assert levers(sensor.model_copy(update={"target": None})).tolist() == [1.0, 1.0, 0.0, 1.0, 0.0, 0.0]
