@@ -31,6 +31,7 @@ from scipy.stats import norm, qmc, sobol_indices
 from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.cases import Progress
 from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.geometry.collision import Collision
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import POSE, Array, Pose, SolveFailed, Wrench
 from sits_mech.readout.calibration import Calibration
@@ -38,6 +39,7 @@ from sits_mech.readout.loads import fixed, request_of, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 
 _WIDTH = 3.0  # standard deviations that the design covers
+_SOFTEST = 0.9  # of the modulus, what a sensor may lack
 _STILL = 1e-9  # of an answer: what scatters less may be rounding
 
 
@@ -153,12 +155,14 @@ def force_spread(
     """Return the errors of forces by tolerances at some loads.
 
     `deviations` are standard deviations of `TOLERANCES`; `loads` hold all components that the table varies, in its
-    order [N, N m]; `samples`, the sensors to solve, is a power of two. Raises SceneError for an unknown tolerance or
-    where no load has readings of its own, ValueError for a deviation that is not positive or too few sensors solved.
+    order [N, N m]; `samples`, the sensors to solve, is a power of two. Raises SceneError for an unknown tolerance, a
+    deviation that is not positive or of which three leave no sensor, too few samples, or where no load has readings of
+    its own.
     """
     wrong = [name for name in deviations if name not in TOLERANCES]
     if wrong or not deviations:
         raise SceneError(f"tolerance: must be some of {', '.join(TOLERANCES)}; got {', '.join(wrong) or 'none'}")
+    _check_deviations(sensor, deviations, samples)
     cal = sensor_calibration(sensor, data)
     if cal.share == 0.0:
         every = ", ".join(cal.forces)
@@ -174,12 +178,29 @@ def force_spread(
         poses.append(_poses(sensor, at, wrenches, (request["mechanics"], request["tolerance"]), kept))
         if progress is not None:
             progress(number + 1, len(points))
-    L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
+    try:
+        L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
+    except Collision as reason:
+        raise SceneError(f"{', '.join(deviations)}: three deviations must leave the target clear; {reason}") from None
     off = L - L[:1]
     inverse = np.linalg.pinv(cal.map.slopes(asked[1:]))
     errors = np.einsum("kdn,mkn->mkd", inverse, off[:, 1:] - off[:, :1])
     found = spread(tuple(deviations), list(deviations.values()), points, errors.reshape(len(points), -1))
     return ForceSpread(asked[1:], cal.forces, found)
+
+
+def _check_deviations(sensor: Sensor, deviations: Mapping[str, float], samples: int) -> None:
+    """Refuse deviations of which three leave no layer, or hardly any modulus, and too few samples for them."""
+    thickness = 0.0 if sensor.elastomer is None else sensor.elastomer.thickness
+    most = {"thickness": thickness / _WIDTH, "modulus": _SOFTEST / _WIDTH}
+    for name, size in deviations.items():
+        if not 0.0 < size < most.get(name, np.inf):
+            below = f" below {most[name]:.3g}" if name in most else ""
+            raise SceneError(f"{name}: must be a positive deviation{below}; got {size:g}")
+    if samples < 2 * len(deviations) + 2:
+        raise SceneError(
+            f"samples: must be at least {2 * len(deviations) + 2} for {len(deviations)} tolerances; got {samples}"
+        )
 
 
 def usual_loads(cal: Calibration) -> Array:
@@ -206,8 +227,6 @@ def _settled(
     """Return the poses (k, 6) of a layer of another thickness and modulus."""
     if sensor.elastomer is None:
         raise SceneError(f"{sensor.name}: elastomer: must be given; it is missing")
-    if stiffer <= -0.9 or sensor.elastomer.thickness + thicker <= 0.0:
-        raise SceneError("tolerance: must leave three deviations of modulus and thickness positive; got more")
     layer = sensor.elastomer.model_copy(update={"thickness": sensor.elastomer.thickness + thicker})
     solver, _ = mechanical_model(sensor.model_copy(update={"elastomer": layer}), *model)
     found, start = np.full((len(loads), len(POSE)), np.nan), None

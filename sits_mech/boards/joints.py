@@ -124,16 +124,16 @@ class Joints:
         return found[0] if found else None
 
 
-def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING) -> Joints:
+def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING, where: str = "board") -> Joints:
     """Return where tracks of a net meet each other and holes, ends within `nearness` [m] being one.
 
-    Raise SceneError when tracks are so short that they would shrink to a point.
+    Raise SceneError, which begins with `where`, when tracks are so short that they would shrink to a point.
     """
-    found = _without_stubs(_near(tracks, holes, nearness))
+    found = _without_stubs(_near(tracks, holes, nearness, where))
     return _parted(_overlapping(_without_stubs(_in_holes(found))))
 
 
-def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Joints:
+def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float, where: str) -> Joints:
     """Join ends that are near each other, holes at their middles; drop tracks without length and duplicates."""
     places = [(track.layer, track.points[e]) for track in tracks for e in (0, -1)]
     places += [(layer, hole.place) for hole in holes for layer in hole.layers]
@@ -144,7 +144,7 @@ def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Jo
         members = np.flatnonzero(layers == layer)
         pairs += members[cKDTree(points[members]).query_pairs(nearness, output_type="ndarray")].tolist()
     label = merged(len(points), pairs)
-    _check_small(points, label, nearness)
+    _check_small(points, label, nearness, where)
     ends = label[: 2 * len(tracks)].reshape(-1, 2)
     kept = _different(tracks, ends, nearness)
     at = tuple((int(label[a]), hole) for a, hole in zip(starts[:-1], holes, strict=True))
@@ -164,13 +164,15 @@ def _different(tracks: Sequence[Track], ends: NDArray[np.int64], nearness: float
     return kept
 
 
-def _check_small(points: Array, label: NDArray[np.int64], nearness: float) -> None:
+def _check_small(points: Array, label: NDArray[np.int64], nearness: float, where: str) -> None:
     """Refuse a nearness at which tracks in short steps shrink to a point."""
     low, high = np.full((2, len(points), 2), np.inf) * [[[1.0]], [[-1.0]]]
     np.minimum.at(low, label, points)
     np.maximum.at(high, label, points)
     if (high - low).max() > _WIDEST * nearness:
-        raise SceneError(f"tracks must be longer than {nearness:.3g} m for ends that near to be one; got shorter ones")
+        raise SceneError(
+            f"{where}: tracks must be longer than {nearness:.3g} m for ends that near to be one; got shorter ones"
+        )
 
 
 def merged(count: int, pairs: Sequence[tuple[int, int]] | NDArray[np.int64]) -> NDArray[np.int64]:

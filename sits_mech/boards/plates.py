@@ -62,7 +62,7 @@ def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tupl
         elif not zone.fills:
             notes.append(f"{title} on {on}: left out, it is not filled: fill all zones in KiCad and save")
         else:
-            found += [_pour(zone.net, layer, points) for layer, points in zone.fills]
+            found += [_pour(zone.net, layer, rims) for layer, points in zone.fills for rims in loops(points)]
     for pour in found:
         copper = polygon([pour.rim, *pour.holes])
         for other in routes:
@@ -71,21 +71,25 @@ def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tupl
     return tuple(found), tuple(notes)
 
 
-def _pour(net: str, layer: str, points: Array) -> Pour:
-    """Return a filled polygon as a plate."""
-    rim, *holes = loops(points)
+def _pour(net: str, layer: str, rims: Sequence[Array]) -> Pour:
+    """Return a piece of a filled polygon as a plate, by its rims, the outer one first."""
+    rim, *holes = rims
     return Pour(net, layer, rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes))
 
 
-def loops(points: Array) -> list[Array]:
-    """Return the rims of a polygon (k, 2) whose holes are tied in by bridges, the outer one first [m]."""
+def loops(points: Array) -> list[list[Array]]:
+    """Return the rims of each piece of a polygon (k, 2) whose holes are tied in by bridges, the outer ones first [m].
+
+    A polygon that touches itself in a point has several pieces.
+    """
     import shapely
 
     whole = shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure")
     if not whole.area > 0.0:
-        return [points]
-    largest = max(shapely.get_parts(whole), key=lambda piece: piece.area).simplify(0.0)
-    return [shapely.get_coordinates(ring)[:-1] * _GRID for ring in (largest.exterior, *largest.interiors)]
+        return [[points]]
+    pieces = (piece.simplify(0.0) for piece in shapely.get_parts(whole) if piece.geom_type == "Polygon")
+    rings = ([piece.exterior, *piece.interiors] for piece in pieces)
+    return [[shapely.get_coordinates(ring)[:-1] * _GRID for ring in each] for each in rings]
 
 
 def _check_clear(pour: Pour, copper: Any, run: Run, where: str) -> None:

@@ -75,7 +75,7 @@ def _path(
     refusal = None
     for nearness in (ROUNDING, _CARELESS * min(track.width for track in tracks)):
         try:
-            piece, left_out = _longest(joined(tracks, holes, nearness), net, where)
+            piece, left_out = _longest(joined(tracks, holes, nearness, where), net, where)
             return piece, _walk(piece, where), left_out
         except SceneError as error:
             refusal = refusal or error

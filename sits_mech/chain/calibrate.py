@@ -19,7 +19,7 @@ from sits_mech.chain.derivatives.gradient import SlopedModel, numbers_of
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, loads_of
+from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import Choice, leaving
@@ -34,13 +34,10 @@ from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
 from sits_mech.silicone.stability import renewed_notes
 from sits_mech.status import OK, flags_of, marked
-from sits_mech.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_UNTILTED = {"dL_x": "dL_x_untilted", "dL_y": "dL_y_untilted", "L_h_percent": "L_h_untilted_percent"}
-_SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
 _MOST = 100_000  # loads: minutes to fill in between those that are solved
 
 Loads = float | Sequence[float]
@@ -84,7 +81,8 @@ def calibrate(
     drift : bool
         Whether slopes by temperature are asked for: ``slope_T_L``, ``slope_T_d_h``, ... (derivatives/temperature.py).
     best : bool
-        Whether a tolerance that cannot be reached for these loads is answered with what is; it is refused otherwise.
+        Whether a tolerance that cannot be reached for these loads is answered with what is; a mechanical model of
+        several meshes refuses it otherwise, before it solves for it.
 
     Returns
     -------
@@ -110,7 +108,7 @@ def calibrate(
     ({'F_x': 3, 'F_z': 3}, 'ok')
     """
     given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
-    axes = {name: _checked(name, values) for name, values in given.items()}
+    axes = {name: checked_values(name, values) for name, values in given.items()}
     grid = {name: axes[name] for name in WRENCH if name in ("F_x", "F_z") or np.ndim(given[name])}
     fixed = {name: values[0] for name, values in axes.items() if name not in grid and values[0] != 0.0}
     count = math.prod(len(values) for values in axes.values())
@@ -207,20 +205,6 @@ def _beside(sensor: Sensor, names: tuple[str, str], read: Sequence[Equilibrium],
     size, unknown = beside_errors(omissions(sensor, (), *names, shown))
     parts = [f"what sections neglect, {size:.2g} of the largest change, is not in the errors"] if size > 0.0 else []
     return (*parts, *(f"{name}: not estimated, not in the errors" for name in unknown))
-
-
-def _checked(name: str, values: Loads) -> list[float]:
-    """Return the values of a component in ascending order; raise SceneError for bad ones."""
-    try:
-        given = np.sort(np.atleast_1d(np.asarray(values, dtype=float)))
-    except (TypeError, ValueError):
-        given = np.full(1, np.nan)
-    largest = np.max(np.abs(given), initial=0.0)
-    if given.ndim > 1 or not given.size or not np.all(np.isfinite(given)) or np.any(np.diff(given) <= _SAME * largest):
-        what = "moments [N m]" if name.startswith("M") else "forces [N]"
-        raise SceneError(f"{name} must be one or more different finite {what}; got {shown(values)}")
-    rounded = (given != -given[::-1]) & (np.abs(given + given[::-1]) <= _SAME * largest)  # two images are one solve
-    return [float(f"{value:.14g}") if own else float(value) for value, own in zip(given, rounded, strict=True)]
 
 
 def _marks(sensor: Sensor, goal: Goal | None, settled: Settled, status: str, tolerance: float) -> dict[str, str]:

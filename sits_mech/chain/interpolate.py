@@ -28,11 +28,13 @@ from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, sol
 from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle, settled_again, upright
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.units import shown
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
 _SIGNALS = 0.5  # of that, what the map is given of the signals; chosen: w15 reaches 1.00 % by default, with 1 1.04 %
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
+_SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
 _FEW = 3  # loads that are solved on all meshes each: one more than are compared
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
 
@@ -146,6 +148,20 @@ def worst(settled: Iterable[Settled], goal: Goal | None) -> float:
     if goal is None:
         return np.inf
     return max((goal.mechanics(poses_of([one.rest])) for one in settled if one.rest), default=0.0)
+
+
+def checked_values(name: str, values: float | Sequence[float]) -> list[float]:
+    """Return the values of a component in ascending order; raise SceneError for bad ones."""
+    try:
+        given = np.sort(np.atleast_1d(np.asarray(values, dtype=float)))
+    except (TypeError, ValueError):
+        given = np.full(1, np.nan)
+    largest = np.max(np.abs(given), initial=0.0)
+    if given.ndim > 1 or not given.size or not np.all(np.isfinite(given)) or np.any(np.diff(given) <= _SAME * largest):
+        what = "moments [N m]" if name.startswith("M") else "forces [N]"
+        raise SceneError(f"{name} must be one or more different finite {what}; got {shown(values)}")
+    rounded = (given != -given[::-1]) & (np.abs(given + given[::-1]) <= _SAME * largest)  # two images are one solve
+    return [float(f"{value:.14g}") if own else float(value) for value, own in zip(given, rounded, strict=True)]
 
 
 def loads_of(grid: Axes) -> list[Wrench]:

@@ -75,10 +75,10 @@ def plan(
     >>> found.mechanics.name, found.magnetics.name
     ('block', 'sheets')
     """
-    sensor = at_temperature(sensor)
+    sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
+    check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
     solved, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
-    asked = checked_tolerance(tolerance)
     seen = _seen(sensor, by_layer, (solved, by_field.name), loads, asked)
     return Plan.of(sensor, loads, asked, by_layer, by_field, _rest(solved, by_field.name), seen)
 

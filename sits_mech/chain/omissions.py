@@ -4,13 +4,13 @@ Sizes are of the answer's relative change: of the target's displacement for what
 of inductance for the magnetics, of L0 for idle coils; zero where nothing changes at all. Those that the answer's errors
 do not hold add up to what stands beside them (`beside_errors`); what has no size is named there.
 
-Small strain. A bonded strip of width w, the target's or the layer's, whichever is narrower, of thickness t, depth L and
-shape factor S = w/(2 t) under the load
+Small strain. A bonded pad of sides w and L, the target's or the layer's, whichever is narrower, of thickness t and area
+A under the load
 
-    sink/t = F_z/(E_c w L),   shear = F_x/(mu w L),   edge = alpha w/(2 t),   alpha = M_o t/(E_b w^3 L/12)
+    sink/t = F_z/(E_c A),   shear = F_x/(mu A),   edge = alpha w/(2 t) = 6 M_o/(E_b A w),   8 in place of 6 of discs,
 
-with 1/E_c = 1/(4 mu (1 + S^2)) + 1/K, E_b = mu (4 + 0.8 S^2), M_o the moment about the layer's middle (within 4 % of
-finite elements from S = 2 on). One linear compliance then misses the displacement by less than
+with E_c and E_b of `mechanics.closed_form.pad_moduli`, M_o the moment about the layer's middle. One linear
+compliance then misses the displacement by less than
 
     3 sink/t + (shear + edge)/2,
 
@@ -19,7 +19,7 @@ edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, a
 
 Skin. Of a plate of n = t/skin depth much is current in two skins; what passes from face to face is exp(-n).
 
-Ends along y, pitch of spirals: `prices.ends`, by the answer itself where it is there.
+Ends along y, pitch of spirals: ends.py, by the answer itself where it is there.
 
 Idle coils. Shorted ones reduce the inductance of a driven one: with Z = R + j omega L of the model, each coil alone
 driven, and J the shorted coils,
@@ -40,7 +40,7 @@ Leads and the tracks' own resistance, which make it less, are left out. Closer t
 
 Rate and history. A sudden load meets 1/(1 - sum w) times the stiffness that a Prony series with the weights w has under
 a slow one, so that it moves the target by sum w less; below a larger load of the past Mullins' softening leaves at
-least 1 - erf(1)/r of it. Neither is an error of the answer to a slow first load.
+least 1 - erf(1/beta)/r of it. Neither is an error of the answer to a slow first load.
 """
 
 from __future__ import annotations

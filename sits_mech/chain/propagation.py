@@ -22,9 +22,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.mechanics.closed_form import free_rise
 from sits_mech.quantities import POSE, Array, Bounded, Equilibrium, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of
 from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.thermal import at_temperature
 
 _ROUNDING = 1e-12  # a pose, or an error of it, that is none [m, rad]
 _ROTATION = tuple(POSE.index(name) for name in ("alpha", "alpha_x", "alpha_z"))
@@ -71,9 +73,10 @@ class _Uncertain:
 
 
 def unloaded(sensor: Sensor) -> Pose:
-    """Return the pose without load; at the coil plane without a layer."""
-    layer = sensor.elastomer
-    return Pose(0.0, 0.0 if layer is None else layer.standoff + layer.thickness)
+    """Return the pose without load, of warm or swollen silicone by closed form; at the coil plane without a layer."""
+    warm = at_temperature(sensor)
+    layer = warm.elastomer
+    return Pose(0.0, 0.0 if layer is None else layer.standoff + layer.thickness + free_rise(warm))
 
 
 def levers(sensor: Sensor) -> Array:

@@ -1,4 +1,4 @@
-"""Simulate the sensor under a load: wrench to pose to inductance, the one place where both physics meet.
+"""Simulate the sensor under a load: wrench to pose to inductance.
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
 
@@ -91,7 +91,8 @@ def simulate(
     via : sequence of Wrench
         Loads that are passed on the way from rest, for a layer with friction.
     best : bool
-        Whether a tolerance that cannot be reached at this load is answered with what is; it is refused otherwise.
+        Whether a tolerance that cannot be reached at this load is answered with what is; a mechanical model of several
+        meshes refuses it otherwise, before it solves for it.
 
     Returns
     -------

@@ -47,7 +47,7 @@ from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.ferrite import prepared_core
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
+from sits_mech.magnetics.space.rungs import DIVISIONS, FORCED, ROUGH, Rung, fitting, limit
 from sits_mech.magnetics.space.sources import Posed, Sources, reach
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
@@ -206,8 +206,8 @@ class Sheets:
             values = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
-        triangles = ROUGH / 2 if large and rung.along[0] == rung.along[1] else 0.0
-        left, error, lost = _told(value, left, plates, triangles, bool(sensor.conductors))
+        forced = 0.0 if not large else ROUGH / 2 if rung.along[0] == rung.along[1] else FORCED
+        left, error, lost = _told(value, left, plates, forced, bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         return _Change(value, error, np.stack([left, lost * value]), unknowns, tuple(notes))
 
@@ -296,14 +296,14 @@ def _divided(
 
 
 def _told(
-    value: Complex, left: Complex, plates: Sequence[_Divided], triangles: float, among: bool
+    value: Complex, left: Complex, plates: Sequence[_Divided], forced: float, among: bool
 ) -> tuple[Complex, Complex, float]:
     """Return errors of divisions that plates are known for, all errors, and what polynomials miss of the change.
 
-    `triangles` are what too coarse ones miss besides; `among` others plates answer each other.
+    `forced` is what divisions miss besides that memory forces to be coarse; `among` others plates answer each other.
     """
     left = (_BETWEEN if among else 1.0) * left.real + 1j * max(plate.margin for plate in plates) * left.imag
-    lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if among else (1.0, 1.0)) + triangles
+    lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if among else (1.0, 1.0)) + forced
     R, X = (
         _shared(part(left), share) + missed * largest(part(value))
         for part, share, missed in zip((np.real, np.imag), _MUTUAL, lost, strict=True)

@@ -45,7 +45,9 @@ def front_end(
     """
     L, R = np.atleast_2d(np.asarray(L, dtype=float)), np.atleast_2d(np.asarray(R, dtype=float))
     clock = check_settings(part, clock, rcount)
-    if L.shape != R.shape or not (np.all(np.isfinite(L)) and np.all(R > 0.0)):
+    if noise is not None and not 0.0 < noise < np.inf:
+        raise ValueError(f"noise: must be a positive relative deviation; got {noise:g}")
+    if L.shape != R.shape or not L.size or not (np.all(np.isfinite(L)) and np.all(R > 0.0)):
         raise ValueError(f"L and R: must be finite, positive and of one shape; got {L.shape} and {R.shape}")
     f, R_p = tank_frequency(L, capacitance), parallel_resistance(L, R, capacitance)
     divider, reference_divider = _dividers(part, float(f.max()), clock, L.shape[1])
@@ -80,7 +82,7 @@ def check_settings(part: Converter, clock: float | None, rcount: int) -> float:
     if not part.clock[0] <= clock <= part.clock[1]:
         low, high = part.clock
         raise ValueError(f"clock: must be from {low:g} to {high:g} Hz for the {part.name}; got {clock:g} Hz")
-    if not part.rcount[0] <= rcount <= part.rcount[1]:
+    if not part.rcount[0] <= rcount <= part.rcount[1] or rcount != int(rcount):
         low, high = part.rcount
         raise ValueError(f"rcount: must be from {low} to {high} for the {part.name}; got {rcount}")
     return clock

@@ -68,7 +68,7 @@ UPRIGHT = ("track_thickness", "layer_pitch")
 _OF_BOARD = ("board_permittivity", "board_expansion", "board_expansion_z", "conductivity", "temperature_coefficient")
 _OPTIONAL = ("shape", "corner_radius", "layer_z", "directions", "path_widths", *_OF_BOARD)
 _MOST = 20_000  # points of a path
-_USUAL = {"F_x": 1.0, "F_y": 1.0, "F_z": 4.0}  # largest forces of a grid by default [N]
+_USUAL = {"F_x": 1.0, "F_z": 4.0, "F_y": 1.0}  # largest forces of a grid by default [N], in the order of `WRENCH`
 
 
 class Coil(BaseModel):
@@ -350,4 +350,5 @@ def resolved_shear(coils: Sequence[Coil]) -> tuple[str, ...]:
 
 def usual_loads(coils: Sequence[Coil]) -> dict[str, float]:
     """Return the largest forces of a grid by default [N]: the first shear that coils resolve, and the normal force."""
-    return {name: _USUAL[name] for name in (*resolved_shear(coils)[:1], "F_z")}
+    asked = (*resolved_shear(coils)[:1], "F_z")
+    return {name: largest for name, largest in _USUAL.items() if name in asked}

@@ -63,7 +63,7 @@ def slips_of_pose(pose: Pose) -> tuple[str, ...]:
 
 
 def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
-    """Refuse loads far above what any state of the pad bears, by component [N, N m].
+    """Refuse loads that are no numbers or far above what any state of the pad bears, by component [N, N m].
 
     Raises SceneError with the component and its largest value; without an elastomer nothing is refused.
     """
@@ -75,7 +75,7 @@ def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
     for name, values in loads.items():
         most = force if name.startswith("F") else force * max(sides)
         for value in np.ravel(values):
-            if abs(value) > most:
+            if not abs(value) <= most:
                 unit, why = shown_unit(name), "no pad of this silicone and size carries more (see sits-mech envelope)"
                 raise SceneError(f"{name}: must be within {most:.2g} {unit}: {why}; got {value:g} {unit}")
 

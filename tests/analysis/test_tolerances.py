@@ -17,7 +17,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration_of
-from sits_mech.scene.sensor import Coil, Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
+from sits_mech.scene.sensor import Coil, SceneError, Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.store import save_table
 
 REPORT = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
@@ -130,11 +130,17 @@ def test_what_has_no_tolerance_is_refused(
     """Unknown names, deviations of none, more than there is."""
     with pytest.raises(ValueError, match="must be some of thickness, modulus, gap, offset; got colour"):
         force_spread(sensor, data, {"colour": 1.0}, [[0.0, 1.0]])
-    with pytest.raises(ValueError, match="deviations: must be positive"):
+    with pytest.raises(SceneError, match="gap: must be a positive deviation; got 0"):
         force_spread(sensor, data, {"gap": 0.0}, [[0.0, 1.0]])
+    with pytest.raises(SceneError, match=r"modulus: must be a positive deviation below 0\.3; got 0\.31"):
+        force_spread(sensor, data, {"modulus": 0.31}, [[0.0, 1.0]], samples=16)
+    with pytest.raises(SceneError, match=r"thickness: must be a positive deviation below 0\.000667; got 0\.0007"):
+        force_spread(sensor, data, {"thickness": 7e-4}, [[0.0, 1.0]], samples=16)
+    with pytest.raises(SceneError, match="samples: must be at least 4 for 1 tolerances; got 2"):
+        force_spread(sensor, data, {"gap": 1e-5}, [[0.0, 1.0]], samples=2)
     monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (Spring(), None))
-    with pytest.raises(ValueError, match="must leave three deviations of modulus and thickness positive"):
-        force_spread(sensor, data, {"modulus": 0.5}, [[0.0, 1.0]], samples=16)
+    with pytest.raises(SceneError, match="gap: three deviations must leave the target clear; pose: the target must"):
+        force_spread(sensor, data, {"gap": 2e-3}, [[0.0, 1.0]], samples=8)
 
 
 @pytest.mark.slow

@@ -157,7 +157,7 @@ HOLES = [
 @pytest.mark.parametrize("way", [1, -1])
 def test_holes_come_out_of_their_bridges(start: int, way: int) -> None:
     """A square of 20 mm with holes of 4 x 4 and 3 x 4 mm: 400 - 16 - 12; corners on the bridges are gone."""
-    rim, *holes = loops(1e-3 * np.roll(np.array(HOLES), start, axis=0)[::way])
+    ((rim, *holes),) = loops(1e-3 * np.roll(np.array(HOLES), start, axis=0)[::way])
     assert {tuple(p) for p in np.round(1e3 * rim, 6).tolist()} == {tuple(map(float, p)) for p in SQUARE}
     assert sorted(len(hole) for hole in holes) == [4, 4]
     areas = [abs(float(signed_area(loop))) for loop in (rim, *holes)]
@@ -168,7 +168,7 @@ def test_holes_come_out_of_their_bridges(start: int, way: int) -> None:
 def test_a_polygon_without_holes_is_itself() -> None:
     """Turned, closed twice or with corners on its sides."""
     corners = 1e-3 * np.array([(0, 0), (10, 0), (20, 0), (20, 20), (20, 20), (0, 20), (0, 0)])
-    (rim,) = loops(corners)
+    ((rim,),) = loops(corners)
     assert len(rim) == 4 and abs(signed_area(rim)) == pytest.approx(400e-6, rel=1e-9)
 
 
@@ -211,3 +211,10 @@ def test_pours_keep_off_the_tracks(draw: Any, track: list[tuple[float, float]], 
                 pours(board, [route(board, "L1", 1e-6)])
         else:
             assert len(pours(board, [route(board, "L1", 1e-6)])[0]) == 1
+
+
+def test_a_fill_that_touches_itself_in_a_point_has_two_pieces() -> None:
+    """5 x 5 and 4 x 5 mm that meet at a corner: neither is lost, and both are held against the tracks."""
+    bow = 1e-3 * np.array([(0, 0), (5, 0), (5, 5), (9, 5), (9, 10), (5, 10), (5, 5), (0, 5)])
+    areas = sorted(abs(float(signed_area(rim))) for (rim,) in loops(bow))
+    assert areas == pytest.approx([20e-6, 25e-6], rel=1e-9)

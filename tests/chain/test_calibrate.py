@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 from sits_mech.chain import models
-from sits_mech.chain.calibrate import _checked, calibrate
-from sits_mech.chain.interpolate import INTERPOLATED, loads_of
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.interpolate import INTERPOLATED, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
@@ -178,10 +178,10 @@ def test_one_force_alone_makes_a_table(sensor: Sensor) -> None:
 
 def test_a_range_and_its_image_are_solved_once() -> None:
     """A range rounds: -0.45 stands beside 0.45000000000000007; what is written otherwise stays."""
-    found = _checked("F_x", np.linspace(-0.9, 0.9, 9))
+    found = checked_values("F_x", np.linspace(-0.9, 0.9, 9))
     assert found == [-value for value in reversed(found)] and found[2] == -0.45
-    assert _checked("F_x", [-1 / 3, 0.0, 1 / 3]) == [-1 / 3, 0.0, 1 / 3]
-    assert _checked("F_x", [-0.2, 0.1, 0.3]) == [-0.2, 0.1, 0.3]
+    assert checked_values("F_x", [-1 / 3, 0.0, 1 / 3]) == [-1 / 3, 0.0, 1 / 3]
+    assert checked_values("F_x", [-0.2, 0.1, 0.3]) == [-0.2, 0.1, 0.3]
 
 
 @pytest.mark.slow

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from sits_mech.chain.propagation import _untilted, levers, read_poses, signal_weights
-from sits_mech.quantities import Bounded, Impedance, Pose, SolveReport
+from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.propagation import _untilted, levers, read_poses, signal_weights, unloaded
+from sits_mech.quantities import Bounded, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.signals import combine
 from sits_mech.scene.sensor import load_sensor
 
@@ -66,6 +67,18 @@ def test_a_pose_without_rotation_is_not_solved_twice(sensor):
         assert _untilted(model, found, pose) is found
     placed = _untilted(model, model.impedance(turned, 1e6), turned)
     np.testing.assert_array_equal(placed.L, model.impedance(flat, 1e6).L)
+
+
+@pytest.mark.parametrize(("keys", "within"), [
+    ([f"{part}.{side}=0.008" for part in ("target", "elastomer") for side in ("width", "length")], 0.03), ([], 0.2),
+])
+def test_warm_silicone_lifts_the_target(keys, within):
+    """At rest about where the model in space has it, not where it was made; at 20 degC where it was made."""
+    warm = load_sensor("biorob2018", [*keys, 'temperature="60 degC"'])
+    made = unloaded(load_sensor("biorob2018", keys)).d_v
+    rest = mechanical_model(warm, "block", 0.1)[0].equilibrium(Wrench()).pose.d_v
+    assert made == 2e-3 and unloaded(warm).d_v - made == pytest.approx(rest - made, rel=within)
+    assert rest - made > 5e-5
 
 
 def test_levers_are_half_the_sides():

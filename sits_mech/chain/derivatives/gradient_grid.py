@@ -26,7 +26,7 @@ from sits_mech.chain.derivatives.gradient import (
     shown_change,
     sloped_model,
 )
-from sits_mech.chain.interpolate import LoadGrid, loads_of
+from sits_mech.chain.interpolate import LoadGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.mechanics.loads import RefinedModel, settle
@@ -68,14 +68,13 @@ def gradient_on_grid(
 ) -> xr.Dataset:
     """Return the derivatives of what a sensor shows over a grid of loads by numbers of its scene, as a Dataset.
 
-    `loads` holds values of components by name [N, N m]; others are zero. Dims (*loads, coil, coil_2, component,
-    parameter): ``pose``, ``L``, ``R`` and signals; ``by_pose``, ``by_L``, ``by_R`` and ``by_`` each signal with the
-    dimension `parameter`; NaN where a load fails (``status``, ``reason``); errors and attributes as `calibrate`.
-    Raises SceneError as `gradient`, and for a component that no load has.
+    `loads` holds values of components by name [N, N m]; others are zero. Dims are these in the order of `WRENCH`,
+    coil, coil_2, component, parameter: ``pose``; ``L``, ``R`` with errors as of `calibrate`; ``by_pose``, ``by_L``,
+    ``by_R`` and ``by_`` each signal with the dimension `parameter`; NaN where a load fails (``status``, ``reason``).
+    Raises SceneError as `gradient`, and for a component that no load has or values of one that are none.
     """
-    _check_components(loads)
     numbers, moving = numbers_of(sensor, names)
-    grid = {name: sorted(map(float, loads.get(name, (0.0,)))) for name in WRENCH}
+    grid = _checked(loads)
     every, mirrors = loads_of(grid), mirrors_of(sensor)
     _, by_field = loaded_model(sensor, magnetics, tolerance, every)
     layer, choice = sloped_model(sensor, mechanics, tolerance, every)
@@ -101,7 +100,7 @@ def gradient_on_grid(
     values["alone_L"] = ("cause", "coil"), reading.alone.swapaxes(0, 1)
     by = {"pose": moved.pose, "L": change.L, "R": change.R, **change.signals}
     values |= {f"by_{name}": ((*dims.get(name, ()), "parameter"), own) for name, own in by.items()}
-    axes = {name: grid[name] for name in loads}
+    axes = {name: values for name, values in grid.items() if name in loads}
     columns = spread(axes, good, values)
     columns |= spread(axes, np.ones(len(every)), {"status": ((), status), "reason": ((), reasons)})
     coils = sensor.coil_names
@@ -111,11 +110,12 @@ def gradient_on_grid(
     return found.assign_attrs(frequency=sensor.frequency, unit_L=shown.unit_L)
 
 
-def _check_components(loads: Mapping[str, Sequence[float]]) -> None:
-    """Refuse components that no load has."""
+def _checked(loads: Mapping[str, float | Sequence[float]]) -> dict[str, list[float]]:
+    """Return the values of all components in the order of `WRENCH`; refuse components that no load has."""
     unknown = [name for name in loads if name not in WRENCH]
     if unknown:
         raise SceneError(f"loads: must be of {', '.join(WRENCH)}; got {', '.join(unknown)}")
+    return {name: checked_values(name, loads.get(name, 0.0)) for name in WRENCH}
 
 
 def slopes_under(
@@ -123,14 +123,16 @@ def slopes_under(
 ) -> tuple[list[Wrench], Array]:
     """Return the loads of a grid at which a layer rests, m of them, and the derivatives of poses there, (m, n, 6).
 
-    By n numbers of the scene, on a model's first meshes. Raises SceneError as `gradient`.
+    By n numbers of the scene, on a model's first meshes. Raises SceneError as `gradient_on_grid`, and without a rest.
     """
     numbers, moving = numbers_of(sensor, names)
-    every, mirrors = loads_of({name: loads.get(name, (0.0,)) for name in WRENCH}), mirrors_of(sensor)
+    every, mirrors = loads_of(_checked(loads)), mirrors_of(sensor)
     layer, _ = sloped_model(sensor, mechanics, tolerance, every)
     settled = settle(WithSlopes(layer, tuple(moving)).rough, every, symmetry=mirrors)
     rests = {load: settled[load].rest for load in every}
     known = {load: rest.slopes for load, rest in rests.items() if rest is not None}
+    if not known:
+        raise SceneError(f"loads: must be some at which the layer rests; got {', '.join(loads)} without any")
     slopes = np.zeros((len(known), len(numbers), len(POSE)))
     slopes[:, [number in moving for number in numbers]] = np.array(list(known.values()))
     return list(known), slopes

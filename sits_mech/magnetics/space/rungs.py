@@ -62,7 +62,9 @@ LADDER = (
     (2e-3, Rung(along=(4, 5, 6), across=(3, 4, 5), terms=9.0)),
     (1e-3, Rung(along=(4, 5, 6), across=(4, 5, 6), terms=10.0)),
 )
-ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0)  # for what a part of a scene is worth
+ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0)
+"""For what a part of a scene is worth, and where memory holds no finer one."""
+FORCED = 1e-3  # of the change, what that one misses beyond its own estimate: of 16 scenes by chance 4, by 7e-4 at most
 DIVISIONS = 5  # of a plate: levels along and across, one of them twice
 _STEM = 4  # level along on which the sheets are refined
 _ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds
@@ -106,7 +108,7 @@ def rungs_for(
     tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float = math.inf
 ) -> tuple[Rung, ...]:
     """Return the rung for an asked error (`rung_for`), and coarser ones to take where it needs too much memory."""
-    coarser = sorted(error for error in (*(error for error, _ in LADDER), ROUGH) if error > tolerance)
+    coarser = sorted(error for error in (*(error for error, _ in LADDER), ROUGH, ROUGHEST[0]) if error > tolerance)
     return tuple(dict.fromkeys(rung_for(error, plates, half) for error in (tolerance, *coarser)))
 
 

@@ -6,7 +6,7 @@ import pytest
 from sits_mech.chain.aimed import aimed_loads
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.derivatives.gradient import gradient, mirrors_of
-from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
+from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid, slopes_under
 from sits_mech.chain.interpolate import LoadGrid
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.mechanics.layer import planar_layer
@@ -86,3 +86,28 @@ def test_few_loads_on_finer_meshes_keep_their_derivatives() -> None:
     found = gradient_on_grid(sensor, ["modulus"], {"F_z": [0.5, 1.0]}, **PLANE | {"tolerance": 3e-3})
     sunk = found.pose.sel(component="d_v").values - 2e-3
     np.testing.assert_allclose(found.by_pose.sel(component="d_v").values[:, 0], -sunk, rtol=0.1)
+
+
+def test_loads_come_in_any_order() -> None:
+    """A table holds what a single load has, whichever component is named first; dims are in the order of a wrench."""
+    sensor = load_sensor("biorob2018")
+    models = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    found = gradient_on_grid(sensor, ["modulus"], {"F_z": [0.0, 1.0, 0.5], "F_x": [0.2, 0.1]}, **models)
+    assert found["pose"].dims[:2] == ("F_x", "F_z")
+    one = gradient(sensor, Wrench(0.1, 1.0), ["modulus"], **models)
+    there = found.sel(F_x=0.1, F_z=1.0)
+    np.testing.assert_allclose(there["pose"], one.simulation.equilibrium.pose.components, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(there["by_pose"], one.pose, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(("loads", "message"), [
+    ({"Q": [1.0]}, "loads: must be of F_x, F_z, M, F_y, M_x, M_z; got Q"),
+    ({"F_z": []}, r"F_z must be one or more different finite forces \[N\]; got \[\]"),
+    ({"F_z": [1.0, 1.0]}, "F_z must be one or more different finite forces"),
+    ({"M": [np.nan]}, "M must be one or more different finite moments"),
+])
+def test_loads_that_are_none_are_refused(loads: dict[str, list[float]], message: str) -> None:
+    """In one line, as of `calibrate`, with slopes alone too."""
+    for asked in (gradient_on_grid, slopes_under):
+        with pytest.raises(SceneError, match=message):
+            asked(load_sensor("biorob2018"), ["modulus"], loads, mechanics="linear", tolerance=0.1)

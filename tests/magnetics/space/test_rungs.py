@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space.rungs import ROUGH, Rung, limit
+from sits_mech.magnetics.space.rungs import FORCED, ROUGH, Rung, limit
 from sits_mech.memory import VARIABLE
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, load_sensor
@@ -39,6 +39,21 @@ def test_coarse_triangles_in_place_of_fine_ones_tell_no_less_than_they_are_asked
     found = sheets(sensor, 1e-2).impedance(Pose(0.0, 2e-3), 1e5)
     assert any("a coarser division is taken" in note for note in found.report.notes)
     assert found.error_L[0, 0] >= 0.5 * ROUGH * abs(found.L - found.L0)[0, 0] > 0.0
+
+
+def test_where_memory_holds_no_default_rung_the_roughest_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By its own error and what it was seen to miss besides; a sixth of the memory."""
+    sensor, pose = load_sensor("biorob2018", ["frequency=2.1e4"]), Pose(0.0, 2e-3)
+    monkeypatch.setenv(VARIABLE, "0.01")
+    rough = sheets(sensor, 1e-2).impedance(pose, sensor.frequency)
+    assert any("a coarser division is taken" in note for note in rough.report.notes)
+    monkeypatch.delenv(VARIABLE)
+    fine = sheets(sensor, 1e-3).impedance(pose, sensor.frequency)
+    assert not any("coarser" in note for note in fine.report.notes)
+    change = abs(fine.L - fine.L0)[0, 0]
+    assert FORCED * change < abs(rough.error_L)[0, 0] < 1e-2 * change
+    assert np.all(abs(rough.L - fine.L) < rough.error_L + fine.error_L)
+    assert np.all(abs(rough.R - fine.R) < rough.error_R + fine.error_R)
 
 
 @pytest.mark.parametrize(("along", "L", "R"), [((2, 2, 4), 1.0, 1.0), ((2, 3, 4), 0.4 * 0.15, 0.1 * 0.15)])
