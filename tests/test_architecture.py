@@ -3,6 +3,7 @@
 import ast
 import io
 import os
+import re
 import subprocess
 import sys
 import tokenize
@@ -296,6 +297,19 @@ def test_files_stay_readable() -> None:
     assert {name for name, count in tokens.items() if count > MOST_TOKENS} == LARGE
     modules = {path: nodes_of(path)[0] for path in FILES}
     assert [path for path, module in modules.items() if module.body and not ast.get_docstring(module)] == []
+
+
+def test_files_that_docstrings_name_are_there() -> None:
+    """Beside the file, in its room, or from the root of the package or of the studies on."""
+    gone = []
+    for path in FILES:
+        own = path.relative_to(PACKAGE)
+        places = path.parent, PACKAGE / own.parts[0], PACKAGE, ROOT, ROOT / "studies"
+        for node in nodes_of(path):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                for name in re.findall(r"(?<![\w/.])(?:[a-z_0-9]+/)*[a-z_0-9]+\.py\b", ast.get_docstring(node) or ""):
+                    gone += [] if any((place / name).exists() for place in places) else [f"{own}: {name}"]
+    assert gone == []
 
 
 def test_files_have_their_tests() -> None:

@@ -1,9 +1,9 @@
 """Find the forces that a sensor bears: the curve in the plane of forces at which the first of its limits is met.
 
 Rays start at no force, at equal angles in the plane of F_x and F_z, each over what it bears alone; where coils stand
-apart along y also in the plane of F_y and F_z. Of rays that are images of one another one is solved (symmetry.py). The
-limits are those of `capacity` (limits.py): stretch at the end of the silicone's data, error of the pose at a tolerance,
-contact with coils or plates, folding, a load that is not carried.
+apart along y also in the plane of F_y and F_z. Of rays that are images of one another one is solved
+(mechanics/symmetry.py). The limits are those of `capacity` (limits.py): stretch at the end of the silicone's data,
+error of the pose at a tolerance, contact with coils or plates, folding, a load that is not carried.
 
 A ray is followed on the first two meshes. Those of a block overestimate the stretch at bonded edges, and bear less:
 from there the model goes on with a third mesh, as `pose` does. Where that one does not come to rest the stretch is that

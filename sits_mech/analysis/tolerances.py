@@ -39,7 +39,6 @@ from sits_mech.readout.loads import fixed, request_of, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 
 _WIDTH = 3.0  # standard deviations that the design covers
-_SOFTEST = 0.9  # of the modulus, what a sensor may lack
 _STILL = 1e-9  # of an answer: what scatters less may be rounding
 
 
@@ -178,10 +177,7 @@ def force_spread(
         poses.append(_poses(sensor, at, wrenches, (request["mechanics"], request["tolerance"]), kept))
         if progress is not None:
             progress(number + 1, len(points))
-    try:
-        L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
-    except Collision as reason:
-        raise SceneError(f"{', '.join(deviations)}: three deviations must leave the target clear; {reason}") from None
+    L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
     off = L - L[:1]
     inverse = np.linalg.pinv(cal.map.slopes(asked[1:]))
     errors = np.einsum("kdn,mkn->mkd", inverse, off[:, 1:] - off[:, :1])
@@ -192,7 +188,7 @@ def force_spread(
 def _check_deviations(sensor: Sensor, deviations: Mapping[str, float], samples: int) -> None:
     """Refuse deviations of which three leave no layer, or hardly any modulus, and too few samples for them."""
     thickness = 0.0 if sensor.elastomer is None else sensor.elastomer.thickness
-    most = {"thickness": thickness / _WIDTH, "modulus": _SOFTEST / _WIDTH}
+    most = {"thickness": thickness / _WIDTH, "modulus": 0.9 / _WIDTH}  # a tenth of it is left
     for name, size in deviations.items():
         if not 0.0 < size < most.get(name, np.inf):
             below = f" below {most[name]:.3g}" if name in most else ""
@@ -243,7 +239,10 @@ def _relative(sensor: Sensor, poses: Array, model: tuple[str, float]) -> Array:
     """Return L over L0 at poses (m, k, 6), shape (m, k, n)."""
     flat = poses.reshape(-1, len(POSE))
     good = np.isfinite(flat).all(axis=1)
-    shown = loaded_model(sensor, model[0], model[1])[0].impedance(Pose.of(flat[good]), sensor.frequency)
+    try:
+        shown = loaded_model(sensor, model[0], model[1])[0].impedance(Pose.of(flat[good]), sensor.frequency)
+    except Collision as reason:
+        raise SceneError(f"gap, thickness: three deviations must leave the target clear; {reason}") from None
     L = np.full((len(flat), len(sensor.coils)), np.nan)
     L[good] = np.diagonal(shown.L, axis1=-2, axis2=-1) / np.diagonal(shown.L0)
     return L.reshape(*poses.shape[:-1], -1)

@@ -62,7 +62,8 @@ def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tupl
         elif not zone.fills:
             notes.append(f"{title} on {on}: left out, it is not filled: fill all zones in KiCad and save")
         else:
-            found += [_pour(zone.net, layer, rims) for layer, points in zone.fills for rims in loops(points)]
+            for layer, points in zone.fills:
+                found += _pours(zone.net, layer, points)
     for pour in found:
         copper = polygon([pour.rim, *pour.holes])
         for other in routes:
@@ -71,10 +72,11 @@ def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tupl
     return tuple(found), tuple(notes)
 
 
-def _pour(net: str, layer: str, rims: Sequence[Array]) -> Pour:
-    """Return a piece of a filled polygon as a plate, by its rims, the outer one first."""
-    rim, *holes = rims
-    return Pour(net, layer, rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes))
+def _pours(net: str, layer: str, points: Array) -> list[Pour]:
+    """Return the pieces of a filled polygon as plates."""
+    return [
+        Pour(net, layer, rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes)) for rim, *holes in loops(points)
+    ]
 
 
 def loops(points: Array) -> list[list[Array]]:
@@ -111,7 +113,7 @@ def _check_clear(pour: Pour, copper: Any, run: Run, where: str) -> None:
 _SMALL = 0.01  # of the square of the coils' size, an island's area
 _FINE = 0.01  # of the coils' size
 _FULL = 0.98  # of a shape that a fill with rounded corners stands for
-_DIGITS = 10  # of lengths: a tenth of the board's own step
+DIGITS = 10  # of lengths: a tenth of the board's own step
 Tables = list[dict[str, Any]]
 
 
@@ -207,7 +209,7 @@ def _simple(rim: Array, size: Array, fine: float) -> dict[str, Any] | None:
 
 def _rounded(value: float) -> float:
     """Return a length as a scene has it."""
-    return round(float(value), _DIGITS)
+    return round(float(value), DIGITS)
 
 
 def simplified(rims: Sequence[Array], fine: float) -> list[Array]:

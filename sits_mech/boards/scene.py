@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sits_mech.boards.kicad import Board, place, read_board
-from sits_mech.boards.plates import plates, pours
+from sits_mech.boards.plates import DIGITS, plates, pours
 from sits_mech.boards.route import Route, Run, length_of, route
 from sits_mech.boards.stackup import permittivity
 from sits_mech.quantities import Array
@@ -28,7 +28,6 @@ from sits_mech.scene.files import written
 from sits_mech.scene.sensor import Sensor, sensor_from
 from sits_mech.units import SceneError
 
-_DIGITS = 10  # of lengths: a tenth of the board's own step
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
 _FEW = 6  # nets in a message
 _FIGURES = 4  # decimals of permittivities
@@ -122,16 +121,16 @@ def _thickness(board: Board, found: Route) -> float:
 
 def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, Any]:
     """Return the table of a coil."""
-    widths = [round(run.width, _DIGITS) for run in found.runs]
+    widths = [round(run.width, DIGITS) for run in found.runs]
     longest = int(np.argmax([length_of(run.points) for run in found.runs]))
     path = []
     for run in found.runs:
-        z = round(board.stack[run.layer].z - top, _DIGITS)
-        points = np.round(run.points - origin, _DIGITS) + 0.0
+        z = round(board.stack[run.layer].z - top, DIGITS)
+        points = np.round(run.points - origin, DIGITS) + 0.0
         path.append([[x, y, z] for x, y in points.tolist()])
     table = {
         "name": found.net, "shape": "path", "track_width": widths[longest],
-        "track_thickness": round(_thickness(board, found), _DIGITS), "path": path,
+        "track_thickness": round(_thickness(board, found), DIGITS), "path": path,
     }
     table |= {"path_widths": widths} if len(set(widths)) > 1 else {}
     relative = permittivity(board.stack[run.layer] for run in found.runs)

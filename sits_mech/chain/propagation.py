@@ -76,7 +76,8 @@ def unloaded(sensor: Sensor) -> Pose:
     """Return the pose without load, of warm or swollen silicone by closed form; at the coil plane without a layer."""
     warm = at_temperature(sensor)
     layer = warm.elastomer
-    return Pose(0.0, 0.0 if layer is None else layer.standoff + layer.thickness + free_rise(warm))
+    rise = 0.0 if layer is None or layer.free_stretch == 1.0 else free_rise(warm)
+    return Pose(0.0, 0.0 if layer is None else layer.standoff + layer.thickness + rise)
 
 
 def levers(sensor: Sensor) -> Array:

@@ -96,10 +96,8 @@ def free_rise(sensor: Sensor) -> float:
     on where silicone reaches beyond the target.
     """
     plain, layer = plain_pad(sensor), sensor.elastomer
-    if layer is None or layer.free_stretch == 1.0:
-        return 0.0
-    if plain is None:
-        return (layer.free_stretch - 1.0) * layer.thickness
+    if layer is None or plain is None:
+        return 0.0 if layer is None else (layer.free_stretch - 1.0) * layer.thickness
     target, silicone = plain[0], layer.silicone
     sides = min(target.extent[0], layer.extent[0]), min(target.extent[1], layer.extent[1])
     is_round = target.shape == "disc" or layer.is_round

@@ -50,7 +50,7 @@ class PointState(NamedTuple):
 
 
 class Past(Protocol):
-    """The history of each point of an array (histories/points.py)."""
+    """The history of each point of an array (points.py)."""
 
     def part(self, some: slice) -> Past:
         """Return the past of some points, counted along one axis."""

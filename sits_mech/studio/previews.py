@@ -38,7 +38,7 @@ _PAIR = ("coil", "coil_2")
 
 @dataclass(frozen=True)
 class Solved:
-    """A scene with its table, and derivatives by some of its numbers (gradient_grid.py) where they are known."""
+    """A scene with its table, and derivatives by some of its numbers where they are known: see `gradient_on_grid`."""
 
     sensor: Sensor
     data: xr.Dataset

@@ -3,8 +3,8 @@
 The overload's corners are solved on a model's first meshes, the one that strains the silicone most once more as finely
 as the tolerance asks. A design that does not carry one, whose target comes to the coils, or that is no scene at all, is
 rejected with its reason and solved no further. Of the others a table of inductances over the loads is made, with its
-derivatives and its errors (gradient_grid.py); figures that need none of that ask for none. Errors of the figures
-are those of `readout.quality`, that of the strain is what the last refinement of the mesh changed.
+derivatives and its errors (chain/derivatives/gradient_grid.py); figures that need none of that ask for none. Errors of
+the figures are those of `readout.quality`, that of the strain is what the last refinement of the mesh changed.
 
     height, footprint   of the box around coils, fixed parts, layer and target at rest
     strain              (largest stretch - 1) under the overload over that of the data behind the silicone's constants

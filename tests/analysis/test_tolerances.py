@@ -139,7 +139,7 @@ def test_what_has_no_tolerance_is_refused(
     with pytest.raises(SceneError, match="samples: must be at least 4 for 1 tolerances; got 2"):
         force_spread(sensor, data, {"gap": 1e-5}, [[0.0, 1.0]], samples=2)
     monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (Spring(), None))
-    with pytest.raises(SceneError, match="gap: three deviations must leave the target clear; pose: the target must"):
+    with pytest.raises(SceneError, match="gap, thickness: three deviations must leave the target clear; pose: "):
         force_spread(sensor, data, {"gap": 2e-3}, [[0.0, 1.0]], samples=8)
 
 

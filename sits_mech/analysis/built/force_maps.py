@@ -105,8 +105,8 @@ def mapped(smooth: SmoothMap, forces: Array) -> Array:
 def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechanics: str, tolerance: float) -> SmoothMap:
     """Return the map from forces to the derivatives of the pose by `LAYER`, on three values of each force.
 
-    The loads are solved once more on the first meshes (gradient_grid.py): derivatives have no need of others.
-    They are kept for the next command.
+    The loads are solved once more on the first meshes (chain/derivatives/gradient_grid.py): derivatives have no need of
+    others. They are kept for the next command.
     """
     axes = {
         name: [float(data[name].min()), 0.5 * float(data[name].min() + data[name].max()), float(data[name].max())]

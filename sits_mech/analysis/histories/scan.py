@@ -3,7 +3,7 @@
 What each coil shows at the end of its leads (analysis/spectrum.py) is interpolated from solved times to all others
 between the corners of the load (response.py, `between`).
 
-The channels go round in their order; channel k of scan s takes ``channel_time[k]`` (front_end.py):
+The channels go round in their order; channel k of scan s takes ``channel_time[k]`` (readout/front_end.py):
 
     | settling 16 SETTLECOUNT/f_ref | counting T = 16 RCOUNT/f_ref | overhead/f_ref | switch |
 

@@ -1,7 +1,7 @@
 """Fit a law to a tensile test by least squares restricted to stable constants, and join it with rate and softening.
 
-Incompressible, stretch ``lambda = 1 + engineering strain``, engineering stress P of homogeneous.py in the uniaxial and,
-where there are data, the planar and the biaxial test. Unknown: the law's constants x. Minimised:
+Incompressible, stretch ``lambda = 1 + engineering strain``, engineering stress P of silicone/homogeneous.py in the
+uniaxial and, where there are data, the planar and the biaxial test. Unknown: the law's constants x. Minimised:
 
     sum over tests, over points:  w (P(x) - P_measured)^2,    w = the point's share of its test's strain range
 

@@ -1,6 +1,6 @@
 """Fit the stable constants of least residual: one least-squares solver for each kind of law.
 
-    minimise over x   |w (P(x) - P_measured)|^2 / 2     under the stability conditions of fitting.py
+    minimise over x   |w (P(x) - P_measured)|^2 / 2     under the stability conditions of fitted.py
 
     linear in its constants (LinearFit)   P = A x, conditions C x >= 0 (a convex programme)
     a sum of terms (TermFit)              P = sum_p m_p a(x_p): bounded nonlinear least squares by trust region; of

@@ -18,7 +18,7 @@ time, do not count.
 Slow load is *identified* where the hold lasts at least three times the longest branch; if not, what relaxes later stays
 in c. Nor is it where the stress over that of the law rises from its least to the end of the hold by more than 2 %, and
 more than noise makes it: no weights above zero do that; a load cell that drifts, a specimen that warms or cures does.
-Confidence: 95 % half-widths as in fitting.py.
+Confidence: 95 % half-widths as in fitted.py.
 
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974); G. H. Golub, V. Pereyra, SIAM J. Numer. Anal.
 10 (1973) 413; G. Schwarz, Ann. Stat. 6 (1978) 461; R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90

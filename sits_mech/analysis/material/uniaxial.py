@@ -1,8 +1,8 @@
 """Uniaxial response of silicone with rate and softening while it is pulled, held and let go.
 
 Incompressible, ``C = diag(l^2, 1/l, 1/l)`` of the stretch l, side faces free. P_e(l) is the engineering stress of the
-law (homogeneous.py), W(l) its energy, W_max the largest W so far, eta the softening (material.py). The deviatoric
-second Piola stress of the softened law has the two components
+law (silicone/homogeneous.py), W(l) its energy, W_max the largest W so far, eta the softening (silicone/material.py).
+The deviatoric second Piola stress of the softened law has the two components
 
     S_1 = (2/3) eta P_e/l,    S_2 = -(1/3) eta P_e l^2        (S : C = 0)
 

@@ -1,8 +1,8 @@
 """Describe a layer to be solved: mesh, law, bonds and contacts, which stay from load to load; and its state.
 
 The total potential of a state is ``E(u) + V(q) + sum of the parts``: the elements' energy (element/kernel.py), the dead
-load's (target.py), and what else stores energy, such as contact. The nodes bonded to the target follow its motion q.
-Scales: lengths by the thickness, stresses by the shear modulus.
+load's (element/target.py), and what else stores energy, such as contact. The nodes bonded to the target follow its
+motion q. Scales: lengths by the thickness, stresses by the shear modulus.
 
 A body carries which components of q it frees: three in the plane and in the half of a pad that is its own mirror image
 in y = 0, six in a whole pad. What such a symmetry hides, displacements that are odd in y and the other three

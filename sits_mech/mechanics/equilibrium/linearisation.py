@@ -5,9 +5,9 @@ T = d u_bonded/dq the gradient and tangent of the total potential (body.py) are
 
     g = (f_free, T^T f_bonded + f_q - work of the load),      A = (K, C; C^T, D + turning),
 
-K, C, D from element/assembly.py, loads and turning from target.py. The pressure p of the geometric stiffness is an
-unknown of its own, eliminated in the element: each step moves it with the linearised volume, ``p <- K pi(J - J_0 + H :
-dF)``, which is Newton's method on the mixed problem. (With p taken from the current volume, K (J - 1), it would be
+K, C, D from element/assembly.py, loads and turning from element/target.py. The pressure p of the geometric stiffness is
+an unknown of its own, eliminated in the element: each step moves it with the linearised volume, ``p <- K pi(J - J_0 + H
+: dF)``, which is Newton's method on the mixed problem. (With p taken from the current volume, K (J - 1), it would be
 Newton on a stiff penalty energy, and creep.)
 
 Mixed control: of each pair F_x, d_h; F_z, d_z; M, alpha; ... one is given, and along a path it goes with the part t of

@@ -27,24 +27,25 @@ The 2.2 is measured, in the plane alone (in space contact is taken to show its o
 20/20/2 mm, of three laws, at loads where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12
 and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of them in the median, 1.5 at most.
 
-The first two levels are brought to rest (path.py). On finer ones Newton steps, from rest where cells at edges are cut
-and from the state of the level before where they are not, end when the target stays; corners need not come to rest
-for that, and a step that no other can follow, as one would turn a corner inside out, is the last: what it may be off by
-is in the error.
+The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps, from rest where cells at
+edges are cut and from the state of the level before where they are not, end when the target stays; corners need not
+come to rest for that, and a step that no other can follow, as one would turn a corner inside out, is the last: what it
+may be off by is in the error.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1,
 dual weighted residuals; J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse solutions.
 
 Memory is predicted before stiffnesses or even the mesh are made. A mesh holds the gradients of its shape functions at
 its quadrature points; each element has a stiffness; the factor holds L and W of each front, and while it is made, what
-the halves of the pieces left (assembly.py). With P pivots and B in the border of a front, and the peak of what its
-first and second half took,
+the halves of the pieces left (element/assembly.py). With P pivots and B in the border of a front, and the peak of what
+its first and second half took,
 
     factor = sum P (P + B),    peak = max(peak_1, B_1^2 + peak_2, B_1^2 + B_2^2 + (P + B)^2 + P^2).
 
 Of a box of bricks, or of a section of squares, P and B follow from the numbers of cells: pieces are boxes, too, that
-are cut as dissection.py cuts them. A mesh in rings takes about as much as a box with as many cells around, outwards and
-through the thickness. Left out: contact, a few percent; the two meshes of an error estimate count one by one.
+are cut as element/dissection.py cuts them. A mesh in rings takes about as much as a box with as many cells around,
+outwards and through the thickness. Left out: contact, a few percent; the two meshes of an error estimate count one by
+one.
 """
 
 from __future__ import annotations
@@ -367,7 +368,7 @@ def _box(box: tuple[_End, ...], least: int) -> _Front:
         return _front(d * prod(own), border, [])
 
     def cost(axis: int) -> float:
-        """Return the cost of a cut as in dissection.py."""
+        """Return the cost of a cut as in element/dissection.py."""
         count = box[axis][0]
         return (1.0 + d * prod(own[:axis] + own[axis + 1 :])) / sqrt(count // 2 / count) if count > 1 else float("inf")
 

@@ -1,9 +1,9 @@
 """Families of meshes of the planar layer.
 
-A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (mesh.py), which
-follow a corner that opens at finite strain, and lines graded towards it. Where it does not get to a load, a mildly
-graded one with a guard on J does (levels/settle.py). The first two levels alone are guarded: finer ones correct the
-target's place, and an order is seen on meshes of one kind.
+A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (element/mesh.py),
+which follow a corner that opens at finite strain, and lines graded towards it. Where it does not get to a load, a
+mildly graded one with a guard on J does (levels/settle.py). The first two levels alone are guarded: finer ones correct
+the target's place, and an order is seen on meshes of one kind.
 
 Order. With exponent k of the displacements at the corner and lines graded with beta, poses converge as ``m**(-2 k
 beta)``: k = 0.5 at the edge of a target in the middle of a face, 0.5946 at the corner of a flush layer, an

@@ -6,7 +6,7 @@ both: what is beyond takes no part but in contact, where silicone that bulges li
 
     a box under a rectangle, or within its target    tensor grid
     a rectangle and a disc, one within the other     rings around a core, the bonded outline one of them
-    a rectangle and a disc that cross                rings in what they share, patches beside it (meshing/crossing.py)
+    a rectangle and a disc that cross                rings in what they share, patches (geometry/meshing/crossing.py)
     pillars                                          rings in each, flush with the target
 
 Every mesh is one of a family: each of its base cells is divided into as many parts along each axis.

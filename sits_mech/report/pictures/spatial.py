@@ -1,6 +1,6 @@
 """Draw the sensor in space: coils as spirals, the target at its pose, and lines of its eddy current.
 
-Between two neighbouring lines runs the same current through the plate's thickness (`space.stream`), shown at the
+Between two neighbouring lines runs the same current through the plate's thickness (stream.py), shown at the
 instant when it is largest; colour is its density. pyvista is imported here alone and renders off screen. Where OpenGL
 is missing a first render may end the process that tries it: a process of its own tries it before.
 """
