@@ -81,8 +81,7 @@ def calibrate(
     drift : bool
         Whether slopes by temperature are asked for: ``slope_T_L``, ``slope_T_d_h``, ... (derivatives/temperature.py).
     best : bool
-        Whether a tolerance that cannot be reached for these loads is answered with what is; a mechanical model of
-        several meshes refuses it otherwise, before it solves for it.
+        Whether a tolerance that cannot be reached is answered with what is; models of several meshes refuse it else.
 
     Returns
     -------

@@ -7,7 +7,7 @@ do not hold add up to what stands beside them (`beside_errors`); what has no siz
 Small strain. A bonded pad of sides w and L, the target's or the layer's, whichever is narrower, of thickness t and area
 A under the load
 
-    sink/t = F_z/(E_c A),   shear = F_x/(mu A),   edge = alpha w/(2 t) = 6 M_o/(E_b A w),   8 in place of 6 of discs,
+    sink/t = F_z/(E_c A),   shear = F_x/(mu A),   edge = alpha w/(2 t) = 6 M_o/(E_b A w),
 
 with E_c and E_b of `mechanics.closed_form.pad_moduli`, M_o the moment about the layer's middle. One linear
 compliance then misses the displacement by less than
@@ -102,15 +102,13 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     (w, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
     if min(w, length) < 2.0 * t * _SLENDER:
         return math.inf
-    silicone, is_round = elastomer.silicone, target.shape == "disc" or elastomer.is_round
-    mu = silicone.shear_modulus
-    area, E_c, E_b = pad_moduli(mu, silicone.bulk_modulus, (w, length), t, is_round)
+    mu, (area, E_c, E_b) = elastomer.silicone.shear_modulus, pad_moduli(target, elastomer)
     free = 3.0 * abs(elastomer.free_stretch - 1.0)  # of the thickness, by which the pad moves without load, at most
     bounds, lever = [small_strain_bound(free, 0.0, 0.0)], target.load_height + 0.5 * t
     for load in loads:
         sink, shear = abs(load.F_z) / (E_c * area), math.hypot(load.F_x, load.F_y) / (mu * area)
         along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
-        edge = (8.0 if is_round else 6.0) * math.hypot(along / w, across / length) / (E_b * area)
+        edge = 6.0 * math.hypot(along / w, across / length) / (E_b * area)
         bounds.append(small_strain_bound(sink + free, shear, edge))
     return max(bounds)
 

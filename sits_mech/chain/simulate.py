@@ -91,8 +91,7 @@ def simulate(
     via : sequence of Wrench
         Loads that are passed on the way from rest, for a layer with friction.
     best : bool
-        Whether a tolerance that cannot be reached at this load is answered with what is; a mechanical model of several
-        meshes refuses it otherwise, before it solves for it.
+        Whether a tolerance that cannot be reached is answered with what is; models of several meshes refuse it else.
 
     Returns
     -------

@@ -68,8 +68,7 @@ _FLUSH = 1e-6  # difference of the widths, relative
 def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:
     """Return the apparent modulus of a thin bonded strip in compression, force over ``w sink/t`` [Pa].
 
-    `bulk_modulus` may be infinite; the thin limit is off by terms of relative order 1/shape_factor (half
-    width/thickness).
+    `bulk_modulus` may be infinite; off by terms of relative order 1/shape_factor, thickness over half the width.
     """
     y = _decay(shear_modulus, bulk_modulus, shape_factor)
     if y < 1e-2:
@@ -77,39 +76,32 @@ def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor:
     return bulk_modulus * (1.0 - float(np.tanh(y)) / y)
 
 
-def pad_moduli(
-    shear_modulus: float, bulk_modulus: float, extent: tuple[float, float], thickness: float, is_round: bool = False
-) -> tuple[float, float, float]:
-    """Return the area of a pad [m^2], force over ``area sink/t``, the least moment over ``w**3 l/12 theta/t`` [Pa]."""
-    a, b = sorted(extent)
-    S2, r = (0.5 * a / thickness) ** 2, a / b
+def pad_moduli(target: Target, layer: Elastomer) -> tuple[float, float, float]:
+    """Return a pad's area [m^2], force over ``area sink/t``, least moment over ``area w/6 theta w/(2 t)`` [Pa]."""
+    a, b = sorted(map(min, target.extent, layer.extent))
+    S2, r, is_round = (0.5 * a / layer.thickness) ** 2, a / b, target.shape == "disc" or layer.is_round
     twist = 0.125 if is_round else 1.0 / 3.0 - 0.21 * r * (1.0 - r**4 / 12.0)
-    sunk, tilted = (shear_modulus * (4.0 - r + form * S2) for form in (12.0 * twist, 0.8 - 0.3 * r))
-    E_c, E_b = (1.0 / (1.0 / modulus + 1.0 / bulk_modulus) for modulus in (sunk, tilted))
-    return a * b * (0.25 * np.pi if is_round else 1.0), E_c, E_b
+    forms, mu = (12.0 * twist, 0.8 - 0.3 * r), layer.silicone.shear_modulus
+    E_c, E_b = (1.0 / (1.0 / (mu * (4.0 - r + form * S2)) + 1.0 / layer.silicone.bulk_modulus) for form in forms)
+    return (0.25 * np.pi * a * b, E_c, 0.75 * E_b) if is_round else (a * b, E_c, E_b)
 
 
 def free_rise(sensor: Sensor) -> float:
-    """Return how far a layer lifts its target without load [m], by Betti's theorem as above for a pad of any sides.
+    """Return how far silicone lifts its target without load [m], by Betti's theorem; of layers not plain their growth.
 
-    Of other layers their free growth. Of what the 3D model has: 0.98 to 1 of flush pads, 0.92 of tall ones, from 0.81
-    on where silicone reaches beyond the target.
+    Of what the 3D model has: 0.98 to 1 of flush pads, 0.92 of tall ones, from 0.81 on where silicone reaches beyond.
     """
     plain, layer = plain_pad(sensor), sensor.elastomer
     if layer is None or plain is None:
         return 0.0 if layer is None else (layer.free_stretch - 1.0) * layer.thickness
-    target, silicone = plain[0], layer.silicone
-    sides = min(target.extent[0], layer.extent[0]), min(target.extent[1], layer.extent[1])
-    is_round = target.shape == "disc" or layer.is_round
-    _, E_c, _ = pad_moduli(silicone.shear_modulus, silicone.bulk_modulus, sides, layer.thickness, is_round)
-    return 3.0 * (layer.free_stretch - 1.0) * layer.thickness * (1.0 - 2.0 * silicone.shear_modulus / E_c)
+    mu, E_c = layer.silicone.shear_modulus, pad_moduli(*plain)[1]
+    return 3.0 * (layer.free_stretch - 1.0) * layer.thickness * (1.0 - 2.0 * mu / E_c)
 
 
 def tilt_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:
     """Return the apparent modulus of a thin strip in tilt about mid-height, moment over ``w**3/12 theta/t`` [Pa].
 
-    `bulk_modulus` may be infinite; the thin limit is off by terms of relative order 1/shape_factor (half
-    width/thickness).
+    `bulk_modulus` may be infinite; off by terms of relative order 1/shape_factor, thickness over half the width.
     """
     y = _decay(shear_modulus, bulk_modulus, shape_factor)
     if y < 3e-2:

@@ -350,5 +350,4 @@ def resolved_shear(coils: Sequence[Coil]) -> tuple[str, ...]:
 
 def usual_loads(coils: Sequence[Coil]) -> dict[str, float]:
     """Return the largest forces of a grid by default [N]: the first shear that coils resolve, and the normal force."""
-    asked = (*resolved_shear(coils)[:1], "F_z")
-    return {name: largest for name, largest in _USUAL.items() if name in asked}
+    return {name: most for name, most in _USUAL.items() if name in (*resolved_shear(coils)[:1], "F_z")}

@@ -61,15 +61,7 @@ class SlopedModel(MechanicalModel, Protocol):
 
 @dataclass(frozen=True)
 class ByNumbers:
-    """Derivatives of what c coils show by n numbers of a scene, at p poses or one, and estimated absolute errors.
-
-    Attributes
-    ----------
-    L, error_L, R, error_R : ndarray, shape (p, c, c, n), or (c, c, n) at one
-        Impedance of the coils [its unit per SI unit].
-    signals, errors : dict of str to ndarray, shape (p, n) or (n,)
-        Signals of the sensor by their names, and their errors.
-    """
+    """Derivatives of what c coils show at p poses: impedances, shape (p, c, c, n); signals by name, (p, n)."""
 
     L: Array
     error_L: Array
@@ -88,7 +80,7 @@ class ByNumbers:
 
 @dataclass(frozen=True, kw_only=True)
 class Gradient(ByNumbers):
-    """Derivatives of what a sensor shows under one load: those of the coils, at one pose, and those of the pose.
+    """Derivatives of what a sensor shows under one load, and estimated absolute errors.
 
     Attributes
     ----------
@@ -100,6 +92,10 @@ class Gradient(ByNumbers):
         By each number [m or rad per its SI unit].
     compliance, error_compliance : ndarray, shape (6, 6)
         Pose by each component of the load [m or rad per N or N m]; NaN of what the mechanical model does not hold.
+    L, error_L, R, error_R : ndarray, shape (c, c, n)
+        Impedance of the coils [its unit per SI unit].
+    signals, errors : dict of str to ndarray, shape (n,)
+        Signals of the sensor by their names, and their errors.
     """
 
     names: tuple[str, ...]

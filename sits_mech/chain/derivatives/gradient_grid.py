@@ -112,8 +112,7 @@ def gradient_on_grid(
 
 def _checked(loads: Mapping[str, float | Sequence[float]]) -> dict[str, list[float]]:
     """Return the values of all components in the order of `WRENCH`; refuse components that no load has."""
-    unknown = [name for name in loads if name not in WRENCH]
-    if unknown:
+    if unknown := [name for name in loads if name not in WRENCH]:
         raise SceneError(f"loads: must be of {', '.join(WRENCH)}; got {', '.join(unknown)}")
     return {name: checked_values(name, loads.get(name, 0.0)) for name in WRENCH}
 

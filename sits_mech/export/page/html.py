@@ -1,8 +1,8 @@
 """Write a calibrated sensor as one HTML file to play with: dragged forces, codes, and the forces back from them.
 
 The file holds everything and needs no network: the twin's arrays of wrenches and readings with its evaluator in
-JavaScript (``twin.js``, which does what ``twin.py`` does), the table's poses and the drawings of the report's explorer.
-Its own layout and script stand beside this file. The response is the slow one; noise is the converter's.
+JavaScript (``twin.js``, which does what ``twin/twin.py`` does), the table's poses and the drawings of the report's
+explorer. Its own layout and script stand beside this file. The response is the slow one; noise is the converter's.
 """
 
 from __future__ import annotations

@@ -62,8 +62,7 @@ LADDER = (
     (2e-3, Rung(along=(4, 5, 6), across=(3, 4, 5), terms=9.0)),
     (1e-3, Rung(along=(4, 5, 6), across=(4, 5, 6), terms=10.0)),
 )
-ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0)
-"""For what a part of a scene is worth, and where memory holds no finer one."""
+ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0)  # for parts of a scene, or where memory is short
 FORCED = 1e-3  # of the change, what that one misses beyond its own estimate: of 16 scenes by chance 4, by 7e-4 at most
 DIVISIONS = 5  # of a plate: levels along and across, one of them twice
 _STEM = 4  # level along on which the sheets are refined
