@@ -48,7 +48,7 @@ PLANE = (
 )
 
 
-class Shown(NamedTuple):
+class Answered(NamedTuple):
     """A problem of magnetics: changes of biorob2018, pose, the coils' changes of L (SI), their error, tolerances."""
 
     model: str
@@ -69,14 +69,14 @@ _SPACE, _SECTION = (1e-2, 3e-3, 1e-3, 3e-4), (1e-2, 1e-3, 1e-4, 1e-5)
 _MIDDLE, _ASIDE = (-1.696012066246201e-05,) * 2, (-4.559785394394114e-06, -5.531686111106578e-05)
 _ROUND, _SQUARE = (-1.722086964359416e-07,), (-59.0133840453461e-9,) * 2
 SPACE = (
-    Shown("axisymmetric", "coaxial disc", DISC, Pose(0.0, 2 * MM), _ROUND, 1e-6, _SPACE),
-    Shown("sheets", "coaxial disc", DISC, Pose(0.0, 2 * MM), _ROUND, 1e-6, _SPACE),
-    Shown("sheets", "plate over two coils", (), Pose(0.0, 2 * MM), _SQUARE, 2e-4, _SPACE),
+    Answered("axisymmetric", "coaxial disc", DISC, Pose(0.0, 2 * MM), _ROUND, 1e-6, _SPACE),
+    Answered("sheets", "coaxial disc", DISC, Pose(0.0, 2 * MM), _ROUND, 1e-6, _SPACE),
+    Answered("sheets", "plate over two coils", (), Pose(0.0, 2 * MM), _SQUARE, 2e-4, _SPACE),
 )
 SECTION = (
-    Shown("planar", "plate in the middle", (), Pose(0.0, 2 * MM), _MIDDLE, 1e-6, _SECTION),
-    Shown("planar-fem", "plate in the middle", (), Pose(0.0, 2 * MM), _MIDDLE, 1e-6, _SECTION),
-    Shown("planar", "plate 2 mm aside", (), Pose(2 * MM, 2 * MM), _ASIDE, 1e-6, _SECTION),
+    Answered("planar", "plate in the middle", (), Pose(0.0, 2 * MM), _MIDDLE, 1e-6, _SECTION),
+    Answered("planar-fem", "plate in the middle", (), Pose(0.0, 2 * MM), _MIDDLE, 1e-6, _SECTION),
+    Answered("planar", "plate 2 mm aside", (), Pose(2 * MM, 2 * MM), _ASIDE, 1e-6, _SECTION),
 )
 
 
@@ -92,7 +92,7 @@ def loads(names: Sequence[str], tolerances: Sequence[float]) -> list[Rung]:
     return found
 
 
-def poses(problems: Sequence[Shown], count: int | None) -> list[Rung]:
+def poses(problems: Sequence[Answered], count: int | None) -> list[Rung]:
     """Return the rungs of some poses, the first `count` tolerances of each."""
     found = []
     for one in problems:

@@ -92,7 +92,7 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
     return _over_loads(sensor, data, L=L, R=R), missing
 
 
-def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
+def table_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
     """Return the inductance of each coil, driven alone, in henry, dims (*varied(data), coil).
 
     ``L`` and ``error_L`` [H], NaN where a load has no result; ``L0`` (coil) [H]; where the table has them the signed
@@ -192,14 +192,14 @@ def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:
 
 
 def coil_table(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
-    """Return `own_inductances` for `quality`: without loads of one value, with ``weights`` (signal, coil)."""
-    own = own_inductances(sensor, data).assign(weights=(("signal", "coil"), signal_weights(sensor)))
+    """Return `table_inductances` for `quality`: without loads of one value, with ``weights`` (signal, coil)."""
+    own = table_inductances(sensor, data).assign(weights=(("signal", "coil"), signal_weights(sensor)))
     return own.isel({name: 0 for name in varied(data) if data.sizes[name] == 1}, drop=True)
 
 
 def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:
     """Return the largest estimated error of each coil's inductance over a table, shape (n,) [H]."""
-    own = own_inductances(sensor, data)["error_L"].to_numpy()
+    own = table_inductances(sensor, data)["error_L"].to_numpy()
     return np.asarray(np.nanmax(own.reshape(-1, len(sensor.coils)), axis=0))
 
 
@@ -252,7 +252,7 @@ class Readings:
 
 def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
     """Return inductances and codes over a calibration."""
-    own = own_inductances(sensor, data)
+    own = table_inductances(sensor, data)
     L, error, L0 = (own[name].to_numpy() for name in ("L", "error_L", "L0"))
     if sensor.readout.converter == "none":
         return Readings(L, error, L0, None, None, ("the scene has no converter",))

@@ -199,7 +199,7 @@ def _check_deviations(sensor: Sensor, deviations: Mapping[str, float], samples: 
         )
 
 
-def usual_loads(cal: Calibration) -> Array:
+def loads_inside(cal: Calibration) -> Array:
     """Return loads (k, d) inside a table: its middle, all but F_z nearer to their ends, and F_z at its end besides."""
     normal = np.array([name == "F_z" for name in cal.forces])
     shares = np.unique([np.where(normal, down, side) for side, down in ((0.5, 0.5), (0.75, 0.5), (0.75, 1.0))], axis=0)

@@ -50,7 +50,7 @@ _TO_ADD = """
 
 
 @dataclass(frozen=True)
-class Choice:
+class Selection:
     """What to take of a board."""
 
     nets: tuple[str, ...]  # one coil each
@@ -60,7 +60,7 @@ class Choice:
     with_pours: bool = True  # take other nets' filled zones as conductors
 
 
-def board_scene(path: Path, choice: Choice) -> tuple[str, tuple[str, ...]]:
+def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:
     """Return the scene file of a board's coils (KiCad 7 or later), and notes on it.
 
     Raise SceneError in one line: the board cannot be read, a net is not there or no single path, a pour touches a

@@ -23,7 +23,7 @@ from sits_mech.chain.models import loaded_model
 from sits_mech.chain.prices import Look, cost, expected, magnetic_tolerance
 from sits_mech.chain.propagation import poses_of
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.mechanics.levels.answer import load_words
+from sits_mech.mechanics.levels.answer import wrench_words
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle
 from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
@@ -134,7 +134,7 @@ def aimed_loads(grid: LoadGrid, magnetics: str, *, best: bool = True) -> AimedLo
         solved = len(symmetry.without_images(solved_likely(loads)))
         planned = aim.promised(first, len(loads), solved)
         if not best:
-            aim.refuse_beyond(planned, load_words(vars(far)))
+            aim.refuse_beyond(planned, wrench_words(vars(far)))
 
     def after(solved: Iterable[Settled]) -> Goal | None:
         """Return the goal of the poses from the largest load, or else from the solved loads."""

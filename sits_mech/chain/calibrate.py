@@ -14,14 +14,14 @@ import numpy as np
 
 from sits_mech.cases import Progress
 from sits_mech.chain.aimed import AimedLoads, aimed_loads, status_of
-from sits_mech.chain.columns import Columns, of_readings, of_rests, spread
+from sits_mech.chain.columns import Columns, of_readings, of_rests, over_grid
 from sits_mech.chain.derivatives.gradient import SlopedModel, numbers_of
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.omissions import Shown, beside_errors, omissions
+from sits_mech.chain.omissions import Answered, beside_errors, omissions
 from sits_mech.chain.plan import Choice, leaving
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.labels import labelled
@@ -169,11 +169,11 @@ def _read(
     shown = reading.impedance
     share = shown.report.seconds / max(len(read), 1)
     seconds = {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}
-    own = spread(grid, np.ones(len(loads)), _words(sensor, found, settled, status, tolerance) | seconds)
+    own = over_grid(grid, np.ones(len(loads)), _words(sensor, found, settled, status, tolerance) | seconds)
     of_read = of_readings(sensor, reading, poses) | ({} if slopes is None else slopes(shown, read))
     of_read |= {"error_magnetics": ((), np.full(len(read), shown.report.estimated_error))}
     carried = of_rests(list(filter(None, rests)), leaves=bool(leaving(loads)))
-    columns = spread(grid, [rest is not None for rest in rests], carried) | spread(grid, good, of_read) | own
+    columns = over_grid(grid, [rest is not None for rest in rests], carried) | over_grid(grid, good, of_read) | own
     order = ("status", "reason", *carried, "notes", "seconds", *of_read, "flags")
     return {name: columns[name] for name in order}, read, shown
 
@@ -200,7 +200,7 @@ def _beside(sensor: Sensor, names: tuple[str, str], read: Sequence[Equilibrium],
         return ()
     most = np.argmax(np.abs(found.L - found.L0).max(axis=(1, 2)), keepdims=True)
     own = {name: getattr(found, name)[most] for name in ("L", "R", "error_L", "error_R")}
-    shown = Shown(Pose.of(poses_of(read).value[most]), replace(found, **own, shared_L=None))
+    shown = Answered(Pose.of(poses_of(read).value[most]), replace(found, **own, shared_L=None))
     size, unknown = beside_errors(omissions(sensor, (), *names, shown))
     parts = [f"what sections neglect, {size:.2g} of the largest change, is not in the errors"] if size > 0.0 else []
     return (*parts, *(f"{name}: not estimated, not in the errors" for name in unknown))

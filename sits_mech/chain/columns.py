@@ -17,7 +17,7 @@ Columns = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by nam
 _UNTILTED = {"dL_x": "dL_x_untilted", "dL_y": "dL_y_untilted", "L_h_percent": "L_h_untilted_percent"}
 
 
-def spread(axes: Mapping[str, Sequence[float]], known: ArrayLike, columns: Columns) -> Columns:
+def over_grid(axes: Mapping[str, Sequence[float]], known: ArrayLike, columns: Columns) -> Columns:
     """Return columns over all loads of a grid from columns over those that are `known`, (p,); NaN or "" elsewhere."""
     sizes, chosen = tuple(len(values) for values in axes.values()), np.asarray(known, dtype=bool)
     found: Columns = {}

@@ -137,6 +137,6 @@ def _omission(part: Conductor, size: float) -> Omission:
     return Omission(f"conductors.{part.name}", reason, size, in_error=True)
 
 
-def on_axis(field: MagneticModel) -> bool:
+def is_coaxial(field: MagneticModel) -> bool:
     """Return whether the model keeps a disc on its coil's axis: shifts and tilts change nothing there."""
     return isinstance(getattr(field, "model", field), Axisymmetric)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.chain.conductors import on_axis
+from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.propagation import diagonals, own_inductances, signal_weights, unloaded
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.quantities import POSE, Array, Bounded, MagneticModel, Pose, SolveFailed
@@ -60,7 +60,7 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     at_rest = unloaded(sensor)
     farthest = max(poses, key=lambda pose: np.hypot(np.hypot(pose.d_h, pose.d_y), pose.d_v - at_rest.d_v))
     some = Pose.of(np.array([pose.components for pose in (farthest, at_rest, *poses)]))
-    names = ("d_v",) if on_axis(field) else POSE if some.out_of_plane else POSE[:3]
+    names = ("d_v",) if is_coaxial(field) else POSE if some.out_of_plane else POSE[:3]
     first, slopes, _ = pose_slopes(sensor, field, Pose.of(some.components[:1]), sensor.frequency, names, quick=True)
     found = field.impedance(some, sensor.frequency)
     rows = goal_rows(sensor)

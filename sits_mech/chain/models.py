@@ -13,7 +13,7 @@ import numpy as np
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
 from sits_mech.chain.ends import ROUGH, InSection
 from sits_mech.chain.goal import HALF, Goal, goal_of
-from sits_mech.chain.omissions import Omission, Shown, strain_bound
+from sits_mech.chain.omissions import Answered, Omission, strain_bound
 from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
 from sits_mech.chain.prices import Look, look, magnetic_tolerance
 from sits_mech.chain.propagation import poses_of, unloaded
@@ -111,14 +111,14 @@ def _seen(
     return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
 
 
-def _rest(sensor: Sensor, name: str) -> Shown | None:
+def _rest(sensor: Sensor, name: str) -> Answered | None:
     """Return a coarse answer of the coils with the target at rest, for sizes that need it; None if there is none."""
     pose, shorted = _shown_at(sensor, ()), len(sensor.coils) > 1 and sensor.readout.idle_coil == "shorted"
     needed = shorted or sensor.target is not None and (_KINDS[name] == "section" or sensor.coils[0].winding == "spiral")
     if pose is None or not needed or (name == "sheets" and sensor.conductors):  # seconds among other metal
         return None
     try:
-        return Shown(pose, MAGNETICS[name](sensor, ROUGH).impedance(pose, sensor.frequency), answered=False)
+        return Answered(pose, MAGNETICS[name](sensor, ROUGH).impedance(pose, sensor.frequency), answered=False)
     except (SolveFailed, ValueError):
         return None
 

@@ -123,7 +123,7 @@ def skin_depths(sensor: Sensor) -> float:
 
 
 @dataclass(frozen=True)
-class Shown:
+class Answered:
     """What the coils show: the answer at its poses, or a coarse one with the target at rest where none is known."""
 
     pose: Pose
@@ -142,8 +142,8 @@ def beside_errors(items: Sequence[Omission], half: str | None = None) -> tuple[f
 
 
 def omissions(
-    sensor: Sensor, loads: Sequence[Wrench], mechanics: str | None, magnetics: str | None, shown: Shown | None = None,
-    auto: bool = False,
+    sensor: Sensor, loads: Sequence[Wrench], mechanics: str | None, magnetics: str | None,
+    shown: Answered | None = None, auto: bool = False,
 ) -> tuple[Omission, ...]:
     """Return what a request leaves out, with sizes.
 
@@ -198,7 +198,7 @@ def _ends(sensor: Sensor, mechanics: str | None) -> list[Omission]:
     return [Omission("ends of pad and target along y", reason, size, half="mechanics")]
 
 
-def _magnetic(sensor: Sensor, model: str, shown: Shown | None, auto: bool) -> tuple[Omission, ...]:
+def _magnetic(sensor: Sensor, model: str, shown: Answered | None, auto: bool) -> tuple[Omission, ...]:
     """Return what the magnetic half leaves out."""
     found, depths = [], skin_depths(sensor)
     if sensor.target is None:
@@ -216,7 +216,7 @@ def _magnetic(sensor: Sensor, model: str, shown: Shown | None, auto: bool) -> tu
     return (*found, *_idle(sensor, shown))
 
 
-def _of_section(sensor: Sensor, shown: Shown | None, auto: bool) -> Omission:
+def _of_section(sensor: Sensor, shown: Answered | None, auto: bool) -> Omission:
     """Return the ends that a section leaves out of coils and plates."""
     reason = f"coils and plates are taken as endless along y{_as_strip(sensor)}: ask for sheets"
     ends = None if shown is None else ends_of_plates(sensor, shown.found, shown.pose)
@@ -232,7 +232,7 @@ def _as_strip(sensor: Sensor) -> str:
     return "".join(f", {each}" for each in said if each)
 
 
-def _idle(sensor: Sensor, shown: Shown | None) -> list[Omission]:
+def _idle(sensor: Sensor, shown: Answered | None) -> list[Omission]:
     """Return what idle coils would change of the answer, each coil alone driven."""
     if len(sensor.coils) < 2:
         return []

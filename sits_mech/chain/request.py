@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from sits_mech.chain.ends import ROUGH
 from sits_mech.chain.interpolate import solved_likely
-from sits_mech.chain.omissions import ENDS, Omission, Shown, omissions, strain_bound
+from sits_mech.chain.omissions import ENDS, Answered, Omission, omissions, strain_bound
 from sits_mech.chain.plan import Choice
 from sits_mech.chain.prices import Look, Step, Steps, cost, steps
 from sits_mech.mechanics.symmetry import symmetry_of
@@ -66,7 +66,7 @@ class Plan:
     @classmethod
     def of(
         cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice,
-        shown: Shown | None = None, seen: Look | None = None,
+        shown: Answered | None = None, seen: Look | None = None,
     ) -> Plan:
         """Return the plan of a request whose models are chosen; arguments as `models.plan` and `omissions`.
 

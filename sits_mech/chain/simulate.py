@@ -21,7 +21,7 @@ from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of, read_poses, signals_at
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
-from sits_mech.mechanics.levels.answer import load_words
+from sits_mech.mechanics.levels.answer import wrench_words
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
@@ -188,7 +188,7 @@ def aimed_rest(
         return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
     planned = aim.promised(first, 1)
     if not best:
-        aim.refuse_beyond(planned, load_words(vars(wrench)))
+        aim.refuse_beyond(planned, wrench_words(vars(wrench)))
     finer = layer.towards(aim.goal.weights @ back, aim.left)
     found, _ = image_at_rest(symmetry, finer, wrench, start)
     rest = _shown(sensor, found, wrench, back)

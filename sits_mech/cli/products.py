@@ -76,11 +76,11 @@ def import_board(
 
     Example: sits-mech import probe.kicad_pcb --net L1 --frequency "2 MHz" -o probe.toml
     """
-    from sits_mech.boards.scene import Choice, board_scene
+    from sits_mech.boards.scene import Selection, board_scene
     from sits_mech.units import quantity
 
     hertz, error = quantity(frequency, "Hz", "--frequency"), quantity(chord_error, "m", "--chord-error")
-    text, notes = board_scene(board, Choice(net, hertz, origin, error, pours))
+    text, notes = board_scene(board, Selection(net, hertz, origin, error, pours))
     warn(*notes)
     deliver(text, output)
     return 0

@@ -237,13 +237,13 @@ def _scatter(
     sensor: Sensor, data: xr.Dataset, cal: Calibration, deviations: dict[str, float], samples: int
 ) -> ForceSpread | None:
     """Return the errors of forces by deviations of what is made, None without any."""
-    from sits_mech.analysis.tolerances import force_spread, usual_loads
+    from sits_mech.analysis.tolerances import force_spread, loads_inside
     from sits_mech.cli.console import progress_bar
 
     if not deviations:
         return None
     with progress_bar("sensors") as progress:
-        return force_spread(sensor, data, deviations, usual_loads(cal).tolist(), samples=samples, progress=progress)
+        return force_spread(sensor, data, deviations, loads_inside(cal).tolist(), samples=samples, progress=progress)
 
 
 def _warn_of(silicone: Silicone | None, period: str | None, noise: str | None, drift: bool) -> None:

@@ -96,7 +96,7 @@ def inductance(
 
     from sits_mech.analysis.spectrum import at_terminals, spectrum
     from sits_mech.chain.models import magnetic_model
-    from sits_mech.chain.omissions import Shown, omissions
+    from sits_mech.chain.omissions import Answered, omissions
     from sits_mech.report.records import impedance_record, spectrum_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
@@ -108,7 +108,7 @@ def inductance(
         found = solver.impedance(pose, min(hertz))
     except SolveFailed as error:
         return not_converged(error, as_json)
-    unsolved = omissions(slowest, (), None, choice.name, Shown(pose, found), not choice.by_name)
+    unsolved = omissions(slowest, (), None, choice.name, Answered(pose, found), not choice.by_name)
     beside = left_out_tables(unsolved)
     if data is not None:
         flags = flags_of(json.loads(data.attrs["report"])["estimated_error"], tolerance)
@@ -154,7 +154,7 @@ def simulate(
     if picture is not None:
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
 
-    from sits_mech.chain.omissions import Shown, omissions
+    from sits_mech.chain.omissions import Answered, omissions
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import simulation_record
@@ -166,7 +166,7 @@ def simulate(
     except SolveFailed as error:
         return not_converged(error, as_json, True)
     shown, names = found.impedance, (found.equilibrium.report.model, found.impedance.report.model)
-    unsolved = omissions(sensor, [*via, wrench], *names, Shown(found.equilibrium.pose, shown))
+    unsolved = omissions(sensor, [*via, wrench], *names, Answered(found.equilibrium.pose, shown))
     tables = [
         equilibrium_table(found.equilibrium),
         impedance_table(sensor.coil_names, found.impedance),

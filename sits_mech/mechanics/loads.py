@@ -16,7 +16,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from sits_mech.cases import Progress, attempt
-from sits_mech.mechanics.levels.answer import load_words
+from sits_mech.mechanics.levels.answer import wrench_words
 from sits_mech.mechanics.symmetry import Symmetry, symmetrised, turned
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, scene_hash
@@ -125,7 +125,7 @@ def outward(loads: Iterable[Wrench]) -> list[Wrench]:
 def _image(settled: Settled, solved: Wrench, load: Wrench, back: Array) -> Settled:
     """Return what comes of a load by its solved image, without cost."""
     if settled.rest is None:
-        return replace(settled, seconds=0.0, reason=f"{load_words(vars(solved))}: {settled.reason}")
+        return replace(settled, seconds=0.0, reason=f"{wrench_words(vars(solved))}: {settled.reason}")
     return Settled(turned(settled.rest, back, load))
 
 

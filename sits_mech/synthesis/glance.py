@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import own_inductances
+from sits_mech.analysis.bench import table_inductances
 from sits_mech.readout.loads import request_of, several, varied
 from sits_mech.scene.sensor import Sensor
 from sits_mech.synthesis.answered import Answered, Task
@@ -24,7 +24,7 @@ def at_a_glance(
     `like` it, where one is given, and errors are left out. Raises ValueError where a load has no result.
     """
     loads = Loads(several(data), tuple(data[name].to_numpy() for name in several(data)))
-    L = own_inductances(sensor, data)["L"].transpose(*varied(data), "coil").to_numpy().reshape(-1, len(sensor.coils))
+    L = table_inductances(sensor, data)["L"].transpose(*varied(data), "coil").to_numpy().reshape(-1, len(sensor.coils))
     if not np.isfinite(L).all():
         raise ValueError("loads: every one must have a result for figures of merit")
     solver = Solver(asked, float(request_of(data)["tolerance"]))

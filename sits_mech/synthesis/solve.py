@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import coil_table, own_inductances, sensor_calibration, sensor_front_end
+from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end, table_inductances
 from sits_mech.analysis.limits import corners
 from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 from sits_mech.chain.derivatives.temperature import CHAINED, read_slopes
@@ -204,7 +204,7 @@ class Solver:
         )
         if not bool(data["status"].isin(ANSWERED).all()):
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
-        own = own_inductances(sensor, data)
+        own = table_inductances(sensor, data)
         L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
         each = _slopes_of(sensor, data, names, own["L0"].to_numpy())
         width = [space.width(variable, sensor) for variable in space.variables]
@@ -243,7 +243,7 @@ class Solver:
             too_long = 1.0 / front.rate - 1.0 / asked
             count = int(np.clip(_SLOWEST - too_long / n * front.reference / 16.0, _FASTEST, _SLOWEST))
             front, _ = sensor_front_end(sensor, data, rcount=count)
-        most = np.nanmax(own_inductances(sensor, data)["L"].to_numpy().reshape(-1, n), axis=0)
+        most = np.nanmax(table_inductances(sensor, data)["L"].to_numpy().reshape(-1, n), axis=0)
         own = self.requirements.tolerance.get("repeatability", 0.0) * most
         return np.hypot(front.noise, own), float(front.rate)
 

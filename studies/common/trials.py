@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from sits_mech.analysis.bench import own_inductances
+from sits_mech.analysis.bench import table_inductances
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array, SolveFailed
 from sits_mech.scene.parameters import parameter
@@ -135,5 +135,5 @@ def _solved(solver: Solver, sensor: Sensor) -> list[Any]:
         return []
     if not bool(data["status"].isin(ANSWERED).all()):
         return []
-    own = own_inductances(sensor, data)["L"].transpose(*loads.names, "coil").to_numpy()
+    own = table_inductances(sensor, data)["L"].transpose(*loads.names, "coil").to_numpy()
     return list(own.reshape(-1, len(sensor.coils)).tolist())

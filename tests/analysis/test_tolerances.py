@@ -12,7 +12,7 @@ import xarray as xr
 
 from sits_mech.analysis import tolerances
 from sits_mech.analysis.bench import sensor_calibration
-from sits_mech.analysis.tolerances import design, force_spread, spread, usual_loads
+from sits_mech.analysis.tolerances import design, force_spread, loads_inside, spread
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
@@ -105,7 +105,7 @@ def test_three_forces_of_a_stiffer_layer(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (spring, None))
     monkeypatch.setattr(tolerances, "loaded_model", lambda scene, *_: (Near(scene.coils), None))
     data = three_axes(sensor)
-    loads = usual_loads(sensor_calibration(sensor, data))
+    loads = loads_inside(sensor_calibration(sensor, data))
     np.testing.assert_allclose(loads, [[0.0, 1.0, 0.0], [0.25, 1.0, 0.25], [0.25, 2.0, 0.25]], atol=1e-12)
     found = force_spread(sensor, data, {"modulus": 0.02}, loads.tolist(), samples=16).table()
     np.testing.assert_allclose(found["deviation"], 0.02 * np.abs(loads), rtol=0.03, atol=1e-9)
@@ -121,7 +121,7 @@ def test_loads_around_the_middle() -> None:
     for other, loads in expected.items():
         words = {"forces": ("F_x", other), "coils": ("C1", "C2"), "free": ("H", [1.0, 1.0])}
         cal = calibration_of(points, 1.0 + points @ [[1, 2], [3, 4]], **words)
-        np.testing.assert_allclose(usual_loads(cal), loads)
+        np.testing.assert_allclose(loads_inside(cal), loads)
 
 
 def test_what_has_no_tolerance_is_refused(

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.constants import mu_0
 
-from sits_mech.boards.scene import Choice, board_scene
+from sits_mech.boards.scene import Selection, board_scene
 from sits_mech.cli.main import run
 from sits_mech.scene.sensor import Sensor, load_sensor
 from sits_mech.units import SceneError
@@ -41,7 +41,7 @@ def test_a_board_of_four_layers(draw: Any) -> None:
     The frame: the middle of the box around the tracks' centre lines, y up; widths one for each polyline.
     """
     path = draw.board([*coil(draw), draw.zone(GND)], four=True)
-    text, notes = board_scene(path, Choice(("L1",), frequency=2e6))
+    text, notes = board_scene(path, Selection(("L1",), frequency=2e6))
     sensor = loaded(path, text)
     (found,) = sensor.coils
     assert (found.name, found.shape, sensor.frequency) == ("L1", "path", 2e6)
@@ -66,7 +66,7 @@ def test_a_board_of_four_layers(draw: Any) -> None:
 def test_a_target_to_add_is_a_scene(draw: Any) -> None:
     """The commented tables load once their signs are gone."""
     path = draw.board(coil(draw), four=True)
-    text, _ = board_scene(path, Choice(("L1",)))
+    text, _ = board_scene(path, Selection(("L1",)))
     head, tail = text.split("# The board has no target")
     sensor = loaded(path, head + re.sub(r"(?m)^# ", "", "# # " + tail))
     assert sensor.target is not None and sensor.target.extent == pytest.approx((8.2e-3, 6.7e-3), rel=1e-2)
@@ -76,17 +76,17 @@ def test_a_target_to_add_is_a_scene(draw: Any) -> None:
 def test_two_coils_keep_their_distance(draw: Any) -> None:
     """The middle is that of both; the board's own origin leaves places as they are; no pours where none are wanted."""
     path = draw.board([*coil(draw), *coil(draw, 115.0, "3"), draw.zone(GND)], four=True)
-    both = loaded(path, board_scene(path, Choice(("L1", "L2"), with_pours=False))[0])
+    both = loaded(path, board_scene(path, Selection(("L1", "L2"), with_pours=False))[0])
     assert [one.name for one in both.coils] == ["L1", "L2"] and both.conductors == ()
     assert [one.centre[0] for one in both.coils] == pytest.approx([-7.5e-3, 7.5e-3], abs=1e-9)
-    board = loaded(path, board_scene(path, Choice(("L2",), origin="board"))[0])
+    board = loaded(path, board_scene(path, Selection(("L2",), origin="board"))[0])
     assert board.coils[0].centre == pytest.approx((0.119, -0.10275), abs=1e-9)
 
 
 def test_the_uppermost_track_is_at_zero(draw: Any) -> None:
     """A coil on In1.Cu has its own top face at z = 0; a pour on F.Cu is above it, 0.2 mm and half its copper."""
     path = draw.board([*draw.lines([(0, 0), (5, 0), (5, 5)], "In1.Cu"), draw.zone(GND, "F.Cu")], four=True)
-    sensor = loaded(path, board_scene(path, Choice(("L1",)))[0])
+    sensor = loaded(path, board_scene(path, Selection(("L1",)))[0])
     assert sensor.coils[0].heights == (-8.75e-6,)
     assert sensor.conductors[0].centre[2] == pytest.approx(0.2e-3 + 17.5e-6, abs=1e-9)
 
@@ -94,14 +94,14 @@ def test_the_uppermost_track_is_at_zero(draw: Any) -> None:
 @pytest.mark.parametrize(
     ("choice", "expected"),
     [
-        (Choice(()), "--net: must name a net of the board, once for each coil, such as L1 (47.5 mm); it is missing"),
-        (Choice(("L1", "L1")), "--net: must name each net once; got L1 twice"),
-        (Choice(("L1",), chord_error=0.0), "--chord-error: must be a length from 1 nm to 1 mm; got 0 m"),
-        (Choice(("L3",)), "must be a net of the board, one of GND, L1, L2; got"),
-        (Choice(("L1",), frequency=-1.0), "frequency: must be a frequency"),
+        (Selection(()), "--net: must name a net of the board, once for each coil, such as L1 (47.5 mm); it is missing"),
+        (Selection(("L1", "L1")), "--net: must name each net once; got L1 twice"),
+        (Selection(("L1",), chord_error=0.0), "--chord-error: must be a length from 1 nm to 1 mm; got 0 m"),
+        (Selection(("L3",)), "must be a net of the board, one of GND, L1, L2; got"),
+        (Selection(("L1",), frequency=-1.0), "frequency: must be a frequency"),
     ],
 )
-def test_what_cannot_be_chosen(draw: Any, choice: Choice, expected: str) -> None:
+def test_what_cannot_be_chosen(draw: Any, choice: Selection, expected: str) -> None:
     """One line each."""
     with pytest.raises(SceneError, match=re.escape(expected)):
         board_scene(draw.board(coil(draw), four=True), choice)
@@ -111,7 +111,7 @@ def test_turns_that_touch_are_refused(draw: Any) -> None:
     """A net that crosses itself on one layer, without a joint, is short-circuited: the scene says where."""
     path = draw.board(draw.lines([(0, 0), (10, 0), (10, 10), (5, 10), (5, -5)]))
     with pytest.raises(SceneError, match=f"{path}: coils.0: path: tracks must not cross in one layer"):
-        board_scene(path, Choice(("L1",)))
+        board_scene(path, Selection(("L1",)))
 
 
 def test_the_command(draw: Any, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -161,6 +161,6 @@ def test_a_broken_board_is_a_scene_or_refused(draw: Any, data: st.DataObject) ->
         words[k] = data.draw(st.sampled_from(["", "-3", "0", '"x"', "nan", "() ", words[k] * 2, "1e200", "1e-200"]))
     draw.path.write_text("".join(words))
     try:
-        board_scene(draw.path, Choice(("L1",)))
+        board_scene(draw.path, Selection(("L1",)))
     except SceneError as error:
         assert "\n" not in str(error)

@@ -7,7 +7,7 @@ from sits_mech.chain import ends
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.ends import InSection, ends_of_plates, in_plane_strain, pitch_of_spirals
 from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.chain.omissions import Shown, beside_errors, omissions
+from sits_mech.chain.omissions import Answered, beside_errors, omissions
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import MagneticModel, Pose, Wrench
@@ -61,7 +61,7 @@ def test_the_published_sensor_in_section_is_half_off(sensor: Sensor) -> None:
     assert wide.error_L[0, 0] / change == pytest.approx(0.36, abs=0.01)
     assert wide.report.estimated_error == pytest.approx(0.36, abs=0.01) and "ask for sheets" in wide.report.notes[-1]
     assert narrow.report.estimated_error < 2e-3
-    both = [omissions(sensor, (), None, "planar", Shown(pose, narrow), auto) for auto in (True, False)]
+    both = [omissions(sensor, (), None, "planar", Answered(pose, narrow), auto) for auto in (True, False)]
     assert [beside_errors(items)[0] for items in both] == [0.0, pytest.approx(0.36, abs=0.01)]
     assert wide.shared_L is not None and wide.shared_L[-1, 0, 0] > 0.0  # endless plates take more
 
@@ -111,7 +111,7 @@ def test_an_answer_and_its_table_price_the_ends_once(sensor: Sensor, monkeypatch
     monkeypatch.setattr(ends, "sheets", counted)
     pose = Pose(0.123 * MM, 2 * MM)
     found = magnetic_model(sensor, "auto", 1e-2, [pose])[0].impedance(pose, sensor.frequency)
-    items = omissions(sensor, (), None, "planar", Shown(pose, found), True)
+    items = omissions(sensor, (), None, "planar", Answered(pose, found), True)
     size = next(item.size for item in items if item.what == ENDS)
     assert len(asked) == 1 and f"{size:.2g} of the change" in found.report.notes[-1]
 
@@ -124,7 +124,7 @@ def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
     model, choice = magnetic_model(steel, "auto", 1e-2, [Pose(0.0, 2 * MM)])
     found = model.impedance(Pose(0.0, 2 * MM), steel.frequency)
     assert choice.name == "planar-fem" and "not in the errors" in found.report.notes[-1]
-    items = omissions(steel, (), None, "planar-fem", Shown(Pose(0.0, 2 * MM), found), True)
+    items = omissions(steel, (), None, "planar-fem", Answered(Pose(0.0, 2 * MM), found), True)
     assert beside_errors(items)[1] == (ENDS,)
 
 

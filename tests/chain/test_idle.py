@@ -6,7 +6,7 @@ import pytest
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.analysis.terminals import terminal_impedance
 from sits_mech.chain.models import magnetic_model, plan
-from sits_mech.chain.omissions import Shown, idle_bound, idle_share, omissions
+from sits_mech.chain.omissions import Answered, idle_bound, idle_share, omissions
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 
@@ -31,7 +31,7 @@ def test_sections_take_their_own_coupling(sensor: Sensor, gap: float, true: floa
     """Twenty times that of rings in space, as two endless windings at the terminals show."""
     found = magnetic_model(sensor, "planar", 1e-2)[0].impedance(Pose(0.0, gap), sensor.frequency)
     assert idle_share(found) == pytest.approx(true, rel=0.01)
-    unsolved = omissions(sensor, (), None, "planar", Shown(Pose(0.0, gap), found))
+    unsolved = omissions(sensor, (), None, "planar", Answered(Pose(0.0, gap), found))
     (item,) = (item for item in unsolved if item.what == IDLE)
     assert item.size == idle_share(found) and not item.of_change
 

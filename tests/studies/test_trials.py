@@ -90,7 +90,7 @@ def test_sensors_are_made_as_they_are_drawn(monkeypatch: pytest.MonkeyPatch, tmp
         return xr.Dataset({"L": (("F_z", "coil"), 1e-6 * np.column_stack([own, own])), "status": ("F_z", status)})
 
     monkeypatch.setattr(trials, "calibrate", calibrated)
-    monkeypatch.setattr(trials, "own_inductances", lambda _, data: data)
+    monkeypatch.setattr(trials, "table_inductances", lambda _, data: data)
     L = np.column_stack([1e-6 - 1e-7 * solver.operator.loads.axes[0]] * 2)
     by = np.array([1e-7 * solver.operator.loads.axes[0][:, None] + np.zeros((1, 2)), 1e-6 + np.zeros_like(L)])
     best = Answered(Design((0,), (0.5, 0.5)), "", Table(L, by, np.full(2, 1e-10)), np.zeros((2, *L.shape)), {}, {})

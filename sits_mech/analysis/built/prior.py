@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import own_inductances, sensor_front_end
+from sits_mech.analysis.bench import sensor_front_end, table_inductances
 from sits_mech.analysis.built.force_maps import Table, layer_slopes, shared_poses, table_of, told
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
@@ -192,7 +192,7 @@ def _noise(sensor: Sensor, data: xr.Dataset, noise: float | None) -> Array:
 
 def _own_errors(sensor: Sensor, data: xr.Dataset, table: Table) -> Array:
     """Return deviations of each coil's inductance by errors that are of each load alone, and the map's, (n,) [H]."""
-    own = own_inductances(sensor, data)
+    own = table_inductances(sensor, data)
     error = own["error_L"]
     if table.parts is not None:
         of_poses = np.flatnonzero(told(shared_poses(data, table.map.names)))

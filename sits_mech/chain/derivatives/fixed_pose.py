@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.chain.conductors import on_axis
+from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
@@ -76,7 +76,7 @@ def _cause(number: Parameter, field: MagneticModel) -> str:
         return "frequency"
     if number.name == _CONDUCTIVITY and _one_metal(number.scene):
         return "metal"
-    beside = on_axis(field) and ".centre." in number.name
+    beside = is_coaxial(field) and ".centre." in number.name
     return "length" if _of_field(number) and not beside else ""
 
 

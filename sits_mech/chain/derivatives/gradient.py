@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from sits_mech.chain.conductors import on_axis
+from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import Choice
@@ -225,7 +225,7 @@ def shown_change(
     The errors of `shown`, shape (p, c, c), include the poses' errors; `quick` as for `pose_slopes`.
     """
     components: Sequence[str] = POSE if pose.out_of_plane or np.any(moved.pose[:, 3:]) else POSE[:3]
-    components = ("d_v",) if on_axis(field) else components
+    components = ("d_v",) if is_coaxial(field) else components
     _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick)
     ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))
     sizes = (shown.L - shown.L0, shown.R)

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.chain.aimed import aimed_loads, status_of
-from sits_mech.chain.columns import Columns, spread
+from sits_mech.chain.columns import Columns, over_grid
 from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.derivatives.gradient import (
     Moved,
@@ -101,8 +101,8 @@ def gradient_on_grid(
     by = {"pose": moved.pose, "L": change.L, "R": change.R, **change.signals}
     values |= {f"by_{name}": ((*dims.get(name, ()), "parameter"), own) for name, own in by.items()}
     axes = {name: values for name, values in grid.items() if name in loads}
-    columns = spread(axes, good, values)
-    columns |= spread(axes, np.ones(len(every)), {"status": ((), status), "reason": ((), reasons)})
+    columns = over_grid(axes, good, values)
+    columns |= over_grid(axes, np.ones(len(every)), {"status": ((), status), "reason": ((), reasons)})
     coils = sensor.coil_names
     coords = {**axes, "coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
     found = xr.Dataset(columns, coords)

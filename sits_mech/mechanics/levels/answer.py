@@ -166,7 +166,7 @@ def law_notes(sensor: Sensor, stretch: float) -> tuple[str, ...]:
     return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, stretch)
 
 
-def load_words(load: Mapping[str, float]) -> str:
+def wrench_words(load: Mapping[str, float]) -> str:
     """Format a load [N, N m]; out-of-plane components only where they are not zero."""
     shown = {name: value for name, value in load.items() if name in WRENCH[:3] or value != 0.0}
     return ", ".join(f"{name} = {value:.6g} N{' m' * name.startswith('M')}" for name, value in shown.items())

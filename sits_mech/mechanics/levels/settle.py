@@ -25,7 +25,7 @@ from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.equilibrium.path import Outcome, follow
 from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
-from sits_mech.mechanics.levels.answer import Solved, aim, first_look, load_words, solve_levels, starts
+from sits_mech.mechanics.levels.answer import Solved, aim, first_look, solve_levels, starts, wrench_words
 from sits_mech.mechanics.levels.family import PAIR, Levels, Line
 from sits_mech.quantities import WRENCH, Equilibrium, Pose, SolveFailed, Wrench
 
@@ -178,7 +178,7 @@ def ended(control: Control, solved: Solved, body: str) -> SolveFailed:
     notes = (*others, *laws, *why, f"reached {solved.part:.1%} of the path")
     report = replace(last.report, status="load path ended", notes=notes)
     message = (
-        f"wrench: the {body} could be followed to {load_words(vars(last.wrench))} ({solved.part:.1%} of the path), "
+        f"wrench: the {body} could be followed to {wrench_words(vars(last.wrench))} ({solved.part:.1%} of the path), "
         f"not to {_given_words(control.given)}; smallest volume ratio there {report.min_J:.3g}; "
         f"{'; '.join((*laws, *why))}"
     )
@@ -199,6 +199,6 @@ def carried_words(carried: tuple[Wrench, Wrench], limit: tuple[float, float]) ->
 
 def _given_words(given: Mapping[str, float]) -> str:
     """Format forces and places."""
-    forces = load_words({name: value for name, value in given.items() if name in WRENCH})
+    forces = wrench_words({name: value for name, value in given.items() if name in WRENCH})
     units = {name: "rad" if name.startswith("alpha") else "m" for name in given if name not in WRENCH}
     return ", ".join([*([forces] * bool(forces)), *(f"{name} = {given[name]:.6g} {units[name]}" for name in units)])

@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.levels.answer import aim, errors_of, load_words, relative
+from sits_mech.mechanics.levels.answer import aim, errors_of, relative, wrench_words
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -53,8 +53,8 @@ def test_what_is_given_and_what_is_free():
 
 
 def test_words_of_a_load_leave_out_what_is_not_there():
-    assert load_words({"F_x": 0.0, "F_z": 1.5, "M": 0.0, "F_y": 0.0}) == "F_x = 0 N, F_z = 1.5 N, M = 0 N m"
-    assert load_words({"F_x": 0.1, "M_x": 2e-3}) == "F_x = 0.1 N, M_x = 0.002 N m"
+    assert wrench_words({"F_x": 0.0, "F_z": 1.5, "M": 0.0, "F_y": 0.0}) == "F_x = 0 N, F_z = 1.5 N, M = 0 N m"
+    assert wrench_words({"F_x": 0.1, "M_x": 2e-3}) == "F_x = 0.1 N, M_x = 0.002 N m"
 
 
 @pytest.fixture(scope="module")
