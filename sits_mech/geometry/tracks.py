@@ -17,7 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from scipy.constants import c
@@ -56,15 +56,14 @@ class Tracks:
         """Return them shifted along x and y [m]."""
         return Tracks(self.start + (x, y, 0.0), self.end + (x, y, 0.0), self.width, self.thickness)
 
-    def strands(self, across: int) -> list[tuple[Tracks, float]]:
-        """Return Gauss filaments across their widths, each with its share of the current."""
-        nodes, weights = np.polynomial.legendre.leggauss(across)
-        normal = np.column_stack([self.way[:, 1], -self.way[:, 0], np.zeros(len(self.way))])
-        aside = [0.5 * node * self.width[:, None] * normal for node in nodes]
-        return [
-            (Tracks(self.start + step, self.end + step, self.width, self.thickness), float(weight / 2))
-            for step, weight in zip(aside, weights, strict=True)
-        ]
+    def strands(self, across: tuple[Array, Array], through: tuple[Array, Array]) -> list[tuple[Tracks, float]]:
+        """Return filaments across widths and through thicknesses, at places from -1 to 1, each with its share."""
+        found = []
+        for (out, share), (up, part) in product(*(zip(*rule, strict=True) for rule in (across, through))):
+            aside = 0.5 * out * self.width[:, None] * np.column_stack([self.way[:, 1], -self.way[:, 0]])
+            step = np.column_stack([aside, 0.5 * up * self.thickness])
+            found.append((Tracks(self.start + step, self.end + step, self.width, self.thickness), share * part))
+        return found
 
 
 def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]:

@@ -121,10 +121,9 @@ def coil_change(
     """
     gap = _positive("gap", gap)
     k_max = _DIGITS / (2.0 * gap.min())
-    points = 4 + int(k_max * rings.width.max() / 4)
 
     def integrand(k: Array) -> Array:
-        return np.pi * mu_0 * spectrum(rings, k, points=points)[:, None] ** 2 * np.exp(-2.0 * k[:, None] * gap.ravel())
+        return np.pi * mu_0 * spectrum(rings, k)[:, None] ** 2 * np.exp(-2.0 * k[:, None] * gap.ravel())
 
     return _integral(integrand, k_max, gap, frequency, layers, tolerance)
 

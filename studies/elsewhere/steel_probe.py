@@ -104,7 +104,7 @@ def waves() -> tuple[Array, Array]:
     rings = Sections(r, -5e-4 * full, np.diff(edges), 1e-3 * full, full / 16)
     x, w = np.polynomial.legendre.leggauss(400)
     k = 40.0 * (x + 1.0)
-    return k, 40.0 * w * np.pi * mu_0 * spectrum(rings, k, points=3) ** 2 / series_inductance(rings)
+    return k, 40.0 * w * np.pi * mu_0 * spectrum(rings, k) ** 2 / series_inductance(rings)
 
 
 WAVES = waves()

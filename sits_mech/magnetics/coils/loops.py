@@ -37,7 +37,7 @@ from scipy.special import elliprd
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs
 from sits_mech.magnetics.coils.straight import linkage
-from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.magnetics.section.kernels import gauss_rule, mean_log
 from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
@@ -46,6 +46,8 @@ _ANGLES = 8192  # most points around a loop: coils whose edges touch need the mo
 _PAIRS = 200_000  # of rings at once
 _SHARED = 8  # layers from which on equal distances are shared
 _PAIR = 2.2e-5  # s of processor time that a pair of rings takes
+_APART = 1e-7  # error of filaments that stand for rings side by side, of their own field
+_MOST = 12, 4  # of them along a width and a height: of rings 2 mm wide, 0.1 mm over others, 1e-4 of M off
 _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another winding: rounding
 
 
@@ -129,7 +131,8 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings
             found[k] = own[one]
         elif as_rings[one] and as_rings[other]:
             rings = coil_sections(kinds[one]), coil_sections(kinds[other])
-            found[k] = mutual_side_by_side(*rings, apart[0], error=tolerance * math.sqrt(own[one] * own[other]))
+            error = tolerance * math.sqrt(own[one] * own[other])
+            found[k] = mutual_side_by_side(*rings, apart[0], error=error) if apart[0] > 0.0 else mutual_coaxial(*rings)
         else:
             found[k] = linkage(coil_tracks(kinds[one], windings), coil_tracks(kinds[other], windings).moved(*apart))
     return found[index]
@@ -174,35 +177,52 @@ def _alike(first: Sections, second: Sections) -> bool:
     return all(np.array_equal(a, b) for a, b in pairs)
 
 
+def mutual_coaxial(first: Sections, second: Sections) -> float:
+    """Return the mutual inductance of two windings about one axis, all their rings in series [H]."""
+    signs = [np.broadcast_to(rings.sign, rings.radius.shape) for rings in (first, second)]
+    return float(signs[0] @ ring_mutual(first, second) @ signs[1])
+
+
 def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:
     """Return the mutual inductance of two windings with parallel axes, all their rings in series [H].
 
     `distance` is of the axes [m]; rings must not cut each other. `error` is asked of the quadrature, absolute [H].
     """
-    b, zb, wb = _filaments(second)
+    clear = _clearance(first, second, distance)
+    b, zb, wb = _filaments(second, clear)
     heights, level = np.unique(zb, return_inverse=True)
     reach = float(np.abs(b - distance).min()), float(b.max()) + distance
-    fields = [_across(first, height, reach) for height in heights]
+    field = _filaments(first, clear)
+    fields = [_across(field, height, reach) for height in heights]
     count, before = 16, np.inf
     while True:
         # half the points by symmetry; the mid-points keep clear of the closest approach at t = pi
         cosine = np.cos(np.pi * (np.arange(count) + 0.5) / count)
         value = 0.0
-        for k, field in enumerate(fields):
+        for k, profile in enumerate(fields):
             radius, weight = b[level == k, None], wb[level == k]
             rho = np.sqrt(radius**2 + distance**2 + 2 * radius * distance * cosine)
-            value += float(weight @ (field(rho) * radius * (radius + distance * cosine)).mean(axis=1))
+            value += float(weight @ (profile(rho) * radius * (radius + distance * cosine)).mean(axis=1))
         if abs(value - before) <= error or count >= _ANGLES:
             return value
         count, before = 2 * count, value
 
 
-def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Chebyshev:
+def _clearance(first: Sections, second: Sections, distance: float) -> float:
+    """Return how far two windings with axes a distance apart are from each other at least [m]."""
+    (low, high), (least, most) = (((each.radius - each.width / 2).min(), (each.radius + each.width / 2).max())
+                                  for each in (first, second))
+    beside = max(distance - high - most, low - distance - most, least - distance - high, 0.0)
+    levels = np.abs(first.z[:, None] - second.z) - (first.height[:, None] + second.height) / 2
+    return math.hypot(beside, max(float(levels.min()), 0.0))
+
+
+def _across(filaments: tuple[Array, Array, Array], height: float, reach: tuple[float, float]) -> Chebyshev:
     """Return M(a, rho, d) / rho^2 of all filaments of a winding at one height, over a range of rho away from them.
 
     Analytic but for rho = a +- j d, whose nearest ellipse tells how many polynomials reach rounding.
     """
-    a, z, weight = _filaments(rings)
+    a, z, weight = filaments
     middle, half = sum(reach) / 2, max(reach[1] - reach[0], 1e-6 * reach[1]) / 2
     w = (a + 1j * (z - height) - middle) / half
     rate = math.acosh(max(1.0, float((np.abs(w - 1) + np.abs(w + 1)).min()) / 2))
@@ -213,11 +233,15 @@ def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Cheby
     )
 
 
-def _filaments(rings: Sections) -> tuple[Array, Array, Array]:
-    """Return rings as 2 x 2 Gauss filaments each: radii, heights and weights, flat."""
+def _filaments(rings: Sections, clear: float) -> tuple[Array, Array, Array]:
+    """Return rings as Gauss filaments, right from a distance on, and in their moment: radii, heights, weights, flat."""
+    counts = [
+        min(max(2, gauss_rule(float(side.max()), clear, _APART)[0].size), most)
+        for side, most in zip((rings.width, rings.height), _MOST, strict=True)
+    ]
     parts = [
         (rings.radius + r, rings.z + z, np.broadcast_to(rings.sign * weight, r.shape))
-        for r, z, weight in _offsets(rings, (2, 2))
+        for r, z, weight in _offsets(rings, (counts[0], counts[1]))
     ]
     a, z, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return a, z, weight

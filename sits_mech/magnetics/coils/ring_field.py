@@ -12,8 +12,9 @@ z = 0, with the section means ``S(k) = sum <a J1(k a) exp(k z)>`` [m],
 
     A_phi = (mu0/2) int_0^inf S(k) J1(k r) exp(-k z) dk    [V s/m per A].
 
-Rectangles, free tracks and true spirals are summed track by track (`straight`). Units: V s / (A m). The return lead is
-left out.
+Rectangles, free tracks and true spirals are summed track by track (`straight`). For a track stand filaments at Gauss
+points of its width and its thickness, as many as its distance asks (`gauss_rule`). Units: V s / (A m). The return lead
+is left out.
 
 Sources: Carlson, Numer. Algorithms 10 (1995) 13; Dodd and Deeds, J. Appl. Phys. 39 (1968) 2829.
 """
@@ -24,6 +25,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from scipy.constants import mu_0
@@ -33,68 +35,79 @@ from scipy.special import elliprd, j1
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.straight import Potential, track_potential
+from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.memory import GIB, VARIABLE, check_seconds, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
+_RIGHT = 3e-4  # error of a track's field by filaments, of its size: no more than plates' divisions show of L
 _STEP = 0.05  # of the table, in distances to the coil
 _POINT = 1.9e-7  # s of processor time that a ring takes at a point
 _TRACK = 5e-8  # s that a straight filament does
 _PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
 _PANEL = 16  # Gauss points of a panel
+_WAVES = 0.375  # Gauss points across a ring, over its width times the largest wave number: 1.5 times the fewest
 _ARRAYS = 4  # of a number for each ring and wave number, beside those at the Gauss points
 
 
-def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
-    """Return A of a coil's rings at points (n, 3) [m], shape (n, 3) [V s / (A m)]; `across` filaments a track."""
+def filaments(coil: Coil, clearance: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Return places of filaments across a track and through it, from -1 to 1, and their shares of its current.
+
+    They are right from a clearance off the coil on [m], and for its moment.
+    """
+    away = min(clearance, coil.outer_diameter / 4)
+    return gauss_rule(coil.track_width, away, _RIGHT), gauss_rule(coil.track_thickness, clearance, _RIGHT)
+
+
+def ring_potential(coil: Coil, points: Array, clearance: float) -> Array:
+    """Return A of a coil's rings at points (n, 3) [m], at least a clearance off, shape (n, 3) [V s / (A m)]."""
     x, y = points[:, 0] - coil.centre[0], points[:, 1] - coil.centre[1]
-    profile = _profile(coil, np.hypot(x, y), points[:, 2], across)
+    profile = _profile(coil, np.hypot(x, y), points[:, 2], clearance)
     return np.column_stack([-y * profile, x * profile, np.zeros(x.size)])
 
 
-def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
+def _profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
     """Return P of the module docstring, all rings in series."""
-    rings = coil_sections(coil)
-    nodes, weights = np.polynomial.legendre.leggauss(across)
+    rings, rules = coil_sections(coil), filaments(coil, clearance)
     total = np.zeros(np.broadcast(rho, z).shape)
     signs = np.broadcast_to(rings.sign, rings.radius.shape)
-    for radius, height, width, sign in zip(rings.radius, rings.z, rings.width, signs, strict=True):
-        for node, weight in zip(nodes, sign * weights, strict=True):
-            a = radius + width / 2 * node
-            far, near = np.hypot(a + rho, z - height), np.hypot(a - rho, z - height)
+    for radius, middle, width, height, sign in zip(
+        rings.radius, rings.z, rings.width, rings.height, signs, strict=True
+    ):
+        for (out, share), (up, part) in product(*(zip(*rule, strict=True) for rule in rules)):
+            a, away = radius + width / 2 * out, z - middle - height / 2 * up
+            far, near = np.hypot(a + rho, away), np.hypot(a - rho, away)
             both = far + near
-            total += weight / 2 * a * a / both**3 * elliprd(0.0, 4.0 * far * near / both**2, 1.0)
+            total += sign * share * part * a * a / both**3 * elliprd(0.0, 4.0 * far * near / both**2, 1.0)
     return 8.0 * mu_0 / (3.0 * np.pi) * total
 
 
-def coil_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
+def coil_potential(coil: Coil, points: Array, clearance: float) -> Array:
     """Return A of a coil of any shape per ampere, round ones as rings; as `ring_potential`."""
     if coil.is_round:
-        return ring_potential(coil, points, across=across)
-    A = _straight(coil, "rings", across)(points.T[None])[0]
+        return ring_potential(coil, points, clearance)
+    A = _straight(coil, "rings", clearance)(points.T[None])[0]
     return np.column_stack([*A, np.zeros(len(points))])
 
 
 @lru_cache(maxsize=32)
-def _straight(coil: Coil, windings: str, across: int) -> Potential:
+def _straight(coil: Coil, windings: str, clearance: float) -> Potential:
     """Return A of a coil's straight tracks."""
-    return track_potential(coil_tracks(coil, windings), across=across)
+    return track_potential(coil_tracks(coil, windings), *filaments(coil, clearance))
 
 
 def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
     """Return a function that gives A of a coil about z anywhere in a region, (p, 3, q) to (p, c, q); c = 2 without A_z.
 
-    `region`: height from which on the potential is tabulated, greatest height and distance from the axis [m]; what is
-    found at a point does not depend on the last two. `windings` are "rings" or "spiral"; the coil's centre plays no
-    part.
+    `region`: distance from which on it is right, and height on which rings are tabulated; greatest height and distance
+    from the axis [m], which what is found at a point does not depend on. `windings` are "rings" or "spiral".
     """
-    winding = winding.model_copy(update={"centre": (0.0, 0.0)})
     if not winding.is_round or windings == "spiral":
-        return _straight(winding, windings, _across(winding, region[0]))
+        return _straight(winding, windings, region[0])
     if region[1] <= region[0]:
         def potential(points: Array) -> Array:
             """Return A_x and A_y at points."""
-            A = ring_potential(winding, np.swapaxes(points, 1, 2).reshape(-1, 3), across=2)
+            A = ring_potential(winding, np.swapaxes(points, 1, 2).reshape(-1, 3), region[0])
             return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)[:, :2]
 
         return potential
@@ -104,13 +117,13 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
 def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: int) -> None:
     """Refuse the potential of coils of straight tracks, at points from a height on, where it takes too long."""
     straight = [coil for coil in coils if not coil.is_round or windings == "spiral"]
-    tracks = sum(_across(coil, lowest) * len(coil_tracks(coil, windings).start) for coil in straight)
-    check_seconds(_TRACK * tracks * points, f"coils: the field of {tracks} straight tracks at {points} points")
+    tracks = sum(_count(coil, lowest) * len(coil_tracks(coil, windings).start) for coil in straight)
+    check_seconds(_TRACK * tracks * points, f"coils: the field of {tracks} straight filaments at {points} points")
 
 
-def _across(winding: Coil, lowest: float) -> int:
-    """How many filaments stand for a track, at heights from one on."""
-    return 1 if lowest > 3 * winding.track_width else 2
+def _count(coil: Coil, clearance: float) -> int:
+    """How many filaments stand for a track."""
+    return math.prod(places.size for places, _ in filaments(coil, clearance))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +135,7 @@ class _Table:
     scale: float
     steps: tuple[float, float]
     start: float
+    lowest: float
 
     def potential(self, points: Array) -> Array:
         """Return A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
@@ -132,7 +146,7 @@ class _Table:
         place = np.stack([u, (height - self.start) * (1.0 / self.steps[1])])
         P = map_coordinates(self.values, place, order=3, mode="mirror", prefilter=False)
         if below.any():
-            P[below] = _profile(self.winding, np.hypot(x[below], y[below]), z[below], 2)
+            P[below] = _profile(self.winding, np.hypot(x[below], y[below]), z[below], self.lowest)
         return np.stack([-y * P, x * P], axis=1)
 
 
@@ -147,18 +161,19 @@ def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
     start = math.log(lowest) - _PAD * _STEP
     u = steps[0] * np.arange(math.ceil(math.asinh(2.0**reach / scale) / steps[0]) + _PAD)
     z = np.exp(start + _STEP * np.arange(math.ceil((high * math.log(2.0) - start) / _STEP) + _PAD))
-    across = _across(winding, lowest)
     turns, points = winding.layers * winding.turns, u.size * z.size
-    check_seconds(_POINT * across * turns * points, f"coils: the field of {turns} turns at {points} points")
-    profile = _profile(winding, scale * np.sinh(u)[:, None], z, across)
-    return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start)
+    loops = _count(winding, lowest) * turns
+    check_seconds(_POINT * loops * points, f"coils: the field of {turns} turns at {points} points")
+    profile = _profile(winding, scale * np.sinh(u)[:, None], z, lowest)
+    return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start, lowest)
 
 
-def spectrum(rings: Sections, k: Array, *, points: int = 4) -> Array:
+def spectrum(rings: Sections, k: Array) -> Array:
     """Return S(k), shape (n,) [m]: section means of ``a J1(k a) exp(k z)``, summed over rings of 1 A below z = 0.
 
-    `points` are Gauss points along each ring's width. ValueError where it would take more memory than the process may.
+    ValueError where it would take more memory than the process may.
     """
+    points = 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0))
     needed, limit = 8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size, memory_limit()
     if needed > limit:
         raise ValueError(

@@ -126,9 +126,9 @@ def _area(x: Array, square: Array, least: Array) -> Array:
     return np.where(square < 0.0, np.sign(x) * np.arccosh(np.maximum(np.abs(ratio), 1.0)), np.arcsinh(ratio))
 
 
-def track_potential(tracks: Tracks, *, across: int = 1) -> Potential:
-    """Return a function that gives A_x and A_y of 1 A in all tracks, (p, 3, q) to (p, 2, q), off the tracks."""
-    strands = [(_strand(strand), share) for strand, share in tracks.strands(across)]
+def track_potential(tracks: Tracks, across: tuple[Array, Array], through: tuple[Array, Array]) -> Potential:
+    """Return a function that gives A_x and A_y of 1 A in all tracks, (p, 3, q) to (p, 2, q), as their `strands`."""
+    strands = [(_strand(strand), share) for strand, share in tracks.strands(across, through)]
 
     def potential(points: Array) -> Array:
         """Return A at points [m], [V s / (A m)]."""

@@ -35,6 +35,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.plates import Plate
 from sits_mech.geometry.windings import Bars
+from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.magnetics.section.plate import PreparedPlate
 from sits_mech.quantities import Array, Complex, Pose
 
@@ -55,21 +56,13 @@ def filaments(coils: tuple[Bars, ...], clearance: float, error: float, radius: f
     """Replace bars by Gauss filaments that are right to `error` from `clearance` above the uppermost bars' faces on."""
     x, z, columns = [], [], []
     for number, bars in enumerate(coils):
-        (gx, wx), (gz, wz) = (_gauss(side, clearance, error) for side in (bars.width, bars.thickness))
+        (gx, wx), (gz, wz) = (gauss_rule(side, clearance, error) for side in (bars.width, bars.thickness))
         x.append((bars.x[:, None, None] + bars.width / 2 * gx[:, None] + 0 * gz).ravel())
         z.append((bars.z[:, None, None] + 0 * gx[:, None] + bars.thickness / 2 * gz).ravel())
         current = np.zeros((x[-1].size, len(coils)))
-        current[:, number] = (bars.sign[:, None, None] * wx[:, None] * wz / 4).ravel()
+        current[:, number] = (bars.sign[:, None, None] * wx[:, None] * wz).ravel()
         columns.append(current)
     return Filaments(np.concatenate(x), np.concatenate(z), np.concatenate(columns), radius)
-
-
-def _gauss(side: float, clearance: float, error: float) -> tuple[Array, Array]:
-    """Return Gauss rule for 1/(p - p_k) over a side of a bar, from its own ellipse of convergence."""
-    rate = np.arcsinh(2 * (clearance + side / 2) / side)
-    count = max(1, int(np.ceil(-np.log(error) / (2 * rate))))
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return nodes, weights
 
 
 def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> Array:

@@ -107,7 +107,7 @@ def prepare_near(
     metal, seen, alike = (conductivity, depth), (others, sources), first_alike(divisions)
     if sources is not None:
         points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(alike))
-        check_straight(sources.coils, sources.windings, 0.0, points)
+        check_straight(sources.coils, sources.windings, sources.distance, points)
     for (plan, levels), first in zip(divisions, alike, strict=True):
         found.append(found[first] if first < len(found) else _classes(plan, levels, metal, seen, bases))
     if not found[0]:

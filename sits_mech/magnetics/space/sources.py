@@ -164,9 +164,8 @@ def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
     from scipy.interpolate import CubicSpline
 
     if windings != "rings" or not coil.is_round:
-        found = winding_potential(coil, windings, (0.0, 0.0, 0.0))(points.T[None])[0].T
+        found = winding_potential(coil, windings, (distance, 0.0, 0.0))(points.T[None])[0].T
         return np.pad(found, ((0, 0), (0, 3 - found.shape[1])))
-    coil = coil.model_copy(update={"centre": (0.0, 0.0)})
     rho, radius = np.hypot(points[:, 0], points[:, 1]), coil.outer_diameter / 2
     u = np.arcsinh(rho / radius)
     step = _STEP * min(1.0, distance / radius)
@@ -175,7 +174,7 @@ def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
     at = radius * np.sinh(np.maximum(np.abs(nodes), 1e-9))  # P is even
     heights, level = np.unique(np.round(points[:, 2] / _LEVEL), return_inverse=True)
     along = np.stack(np.broadcast_arrays(at, 0.0, heights[:, None] * _LEVEL), axis=-1).reshape(-1, 3)
-    values = ring_potential(coil, along, across=2)[:, 1].reshape(len(heights), -1) / at
+    values = ring_potential(coil, along, distance)[:, 1].reshape(len(heights), -1) / at
     P = np.empty(len(points))
     for k, row in enumerate(values):
         some = level == k

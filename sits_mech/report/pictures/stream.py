@@ -91,7 +91,7 @@ def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array
     A = np.zeros(points.shape)
     for coil, current in zip(sensor.coils, currents, strict=True):
         if current != 0.0:
-            A += current * coil_potential(coil, points, across=2)
+            A += current * coil_potential(coil, points, float(points[:, 2].min()))
     return A @ rotation_matrix(pose.rotation)
 
 

@@ -1,5 +1,7 @@
 """Loops and rings against closed forms, an independent finite-element code, limits and invariants."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.constants import mu_0
@@ -8,6 +10,7 @@ from scipy.special import ellipe, ellipk
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import (
     coil_inductances,
+    mutual_coaxial,
     mutual_loops,
     mutual_side_by_side,
     ring_inductance,
@@ -121,25 +124,25 @@ def grid(count: int, pitch: float = 8 * MM, middle: tuple[float, float] = (0.0, 
     return [coil(f"C{i}{j}", middle[0] + x, middle[1] + y) for i, x in enumerate(places) for j, y in enumerate(places)]
 
 
-def around(first: Sections, second: Sections, distance: float, count: int) -> float:
-    """Mutual inductance by the definition: every filament at every angle, no polynomial between."""
-    (a, za), (b, zb) = ((rings.radius[:, None] + rings.width[:, None] / 2 * r * np.array([1, 1, -1, -1]),
-                         rings.z[:, None] + rings.height[:, None] / 2 * r * np.array([1, -1, 1, -1]))
-                        for rings, r in ((first, 3**-0.5), (second, 3**-0.5)))
-    cosine = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    total = 0.0
-    for radius, z in zip(b.ravel(), zb.ravel(), strict=True):
+def around(rings: Sections, distance: float, counts: tuple[int, int]) -> float:
+    """Mutual inductance by the definition: every Gauss filament at every angle, no polynomial between."""
+    (r, wr), (z, wz) = map(np.polynomial.legendre.leggauss, counts)
+    a = (rings.radius[:, None, None] + rings.width[:, None, None] / 2 * r[:, None] + 0 * z).ravel()
+    za = (rings.z[:, None, None] + rings.height[:, None, None] / 2 * z + 0 * r[:, None]).ravel()
+    weight = np.tile((wr[:, None] * wz / 4).ravel(), rings.radius.size)
+    cosine, total = np.cos(np.pi * (np.arange(512) + 0.5) / 512), 0.0
+    for radius, height, share in zip(a, za, weight, strict=True):
         rho = np.sqrt(radius**2 + distance**2 + 2 * radius * distance * cosine)
-        M = mutual_loops(a.ravel()[:, None], rho, (za.ravel() - z)[:, None]).sum(axis=0) / 16
-        total += float((M / rho**2 * radius * (radius + distance * cosine)).mean())
+        M = weight @ mutual_loops(a[:, None], rho, (za - height)[:, None])
+        total += share * float((M / rho**2 * radius * (radius + distance * cosine)).mean())
     return total
 
 
-@pytest.mark.parametrize("distance", [3.4, 8.0, 90.0])
-def test_polynomials_across_a_winding_lose_no_digits(distance: float) -> None:
+@pytest.mark.parametrize(("distance", "counts"), [(3.4, (4, 3)), (8.0, (2, 2)), (90.0, (2, 2))])
+def test_polynomials_across_a_winding_lose_no_digits(distance: float, counts: tuple[int, int]) -> None:
     """Windings of three turns 0.2 mm apart, some way off, and at the corners of a large array."""
     rings = coil_sections(coil().model_copy(update={"turns": 3, "layers": 1}))
-    direct = around(rings, rings, distance * MM, 512)
+    direct = around(rings, distance * MM, counts)
     assert mutual_side_by_side(rings, rings, distance * MM, error=1e-20) == pytest.approx(direct, rel=1e-10, abs=0)
 
 
@@ -169,3 +172,19 @@ def test_moving_a_coil_by_a_nanometre_moves_its_inductances_by_as_little() -> No
     far = coil_inductances([coil("C1"), coil("C2", 8 * MM), coil("C3", 0.0, 8 * MM + 1e-9)])
     assert 3e-9 / (8 * MM) < 1 - far[0, 2] / near[0, 2] < 6e-9 / (8 * MM)  # a little steeper than a dipole
     assert far[0, 1] == near[0, 1]
+
+
+@pytest.mark.parametrize(("distance", "gap"), [(0.0, 0.1), (0.5, 0.1), (20.05, 0.0)])
+def test_wide_tracks_close_together_are_worth_many_narrow_ones(distance: float, gap: float) -> None:
+    """2 mm wide, stacked, off the axis, side by side, 0.1 mm or less between; as strips of 0.1 mm in parallel."""
+    wide = ring(9 * MM, 2 * MM, 35e-6)
+    radii = 8 * MM + 0.1 * MM * (np.arange(20) + 0.5)
+    narrow = Sections(radii, *(np.full(20, side) for side in (0.0, 0.1 * MM, 35e-6)))
+    down = gap * MM + 35e-6 if gap else 0.0
+    pair = (wide, narrow), (replace(wide, z=wide.z - down), replace(narrow, z=narrow.z - down))
+    (M, strips) = (
+        mutual_coaxial(one, other) if distance == 0.0 else mutual_side_by_side(one, other, distance * MM, error=1e-14)
+        for one, other in zip(*pair, strict=True)
+    )
+    assert M == pytest.approx(strips / 400, rel=2e-4, abs=0)
+    assert abs(M) < float(ring_inductance(wide)[0, 0])

@@ -1,5 +1,7 @@
 """Layers over a coil: tabulated integrals, finite elements, images, limits."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from common.infinite_plate import Layer, coil_change, pair_change, reflection
@@ -7,12 +9,13 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import mutual_loops, ring_mutual
-from sits_mech.magnetics.coils.ring_field import spectrum
+from sits_mech.magnetics.coils.ring_field import coil_potential, spectrum
 from sits_mech.scene.sensor import Coil
 
 MM = 1e-3
 COPPER = 5.8e7
 LOOP = Sections(*(np.array([value]) for value in (3 * MM, 0.0, 0.0, 0.0)))
+RECTANGLE = {"shape": "rectangle", "inner_width": 4 * MM, "inner_length": 3 * MM}
 COIL = coil_sections(
     Coil(
         name="C", centre=(0.0, 0.0), layers=2, turns=12, inner_diameter=2.2 * MM, track_width=0.1 * MM,
@@ -123,3 +126,28 @@ def test_coils_of_too_many_turns_are_refused_before_anything_is_allocated():
     rings = Sections(ones, -ones, 1e-4 * ones, 1e-5 * ones)
     with pytest.raises(ValueError, match=r"1000000 turns of a coil, times 5000 .* must fit into .*; they take 447 GiB"):
         spectrum(rings, np.linspace(1.0, 2.0, 5000))
+
+
+def test_the_spectrum_of_a_wide_ring_is_that_of_its_strips() -> None:
+    """A ring 4 mm wide at wave numbers of up to ten waves across it."""
+    radii, k = 4 * MM + 0.1 * MM * (np.arange(40) + 0.5), np.linspace(1.0, 2e4, 200)
+    wide, strips = (
+        Sections(radius, 0.0 * radius - 35e-6, np.full(radius.size, width), np.full(radius.size, 35e-6))
+        for radius, width in ((np.array([6 * MM]), 4 * MM), (radii, 0.1 * MM))
+    )
+    exact = spectrum(strips, k) / 40
+    assert np.abs(spectrum(wide, k) - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("shape", "away"), [
+    ({"inner_diameter": 3 * MM}, 0.05), ({"inner_diameter": 3 * MM, "track_thickness": 1 * MM}, 0.5), (RECTANGLE, 0.5),
+    (RECTANGLE | {"track_thickness": 1 * MM}, 5.0),
+])
+def test_filaments_for_a_track_are_as_many_as_its_distance_asks(shape: dict[str, Any], away: float) -> None:
+    """A track 2 mm wide: to a share of the field's largest, what is right ten times nearer shows."""
+    coil = Coil(**{"name": "C", "centre": (0.0, 0.0), "layers": 1, "turns": 1, "track_width": 2 * MM,
+                   "track_thickness": 35e-6} | shape)
+    across = np.linspace(0.0, 6 * MM, 61)
+    points = np.column_stack([across, 0.1 * across, np.full(61, away * MM)])
+    found, exact = (coil_potential(coil, points, clearance * MM) for clearance in (away, away / 10))
+    assert np.abs(found - exact).max() < 3e-4 * np.abs(exact).max()

@@ -17,6 +17,7 @@ from sits_mech.magnetics.coils.straight import linkage, track_potential
 from sits_mech.scene.coils import Coil
 
 MM = 1e-3
+ONE = np.zeros(1), np.ones(1)  # a filament in the middle
 
 
 def line(start: Any, end: Any, width: float = 1e-10) -> Tracks:
@@ -224,7 +225,7 @@ def test_coils_of_unlike_shapes() -> None:
     step = tracks.end - tracks.start
     flux = 0.0
     for node, weight in zip(nodes, weights, strict=True):
-        A = ring_potential(ring, tracks.start + (1 + node) / 2 * step, across=2)
+        A = ring_potential(ring, tracks.start + (1 + node) / 2 * step, 1 * MM)
         flux += weight / 2 * float((A * step).sum())
     L = coil_inductances([ring, other])
     assert L[0, 1] == L[1, 0] == pytest.approx(flux, rel=1e-3)
@@ -281,4 +282,4 @@ def test_potential_of_tracks() -> None:
             away = np.sqrt((seen**2).sum(1) - along**2)
             expected += way[:, None] * (np.arcsinh((length - along) / away) + np.arcsinh(along / away))[:, None]
             assert np.allclose((end - start)[:2], length * way)
-        np.testing.assert_allclose(track_potential(tracks)(points), 1e-7 * expected, rtol=1e-8, atol=1e-16)
+        np.testing.assert_allclose(track_potential(tracks, ONE, ONE)(points), 1e-7 * expected, rtol=1e-8, atol=1e-16)

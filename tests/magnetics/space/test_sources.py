@@ -6,7 +6,7 @@ from common.ring_discs import joint_reaction
 
 from sits_mech.geometry.sheet_plan import Grading, rectangle_plan
 from sits_mech.geometry.tracks import coil_tracks
-from sits_mech.magnetics.coils.ring_field import ring_potential
+from sits_mech.magnetics.coils.ring_field import filaments, ring_potential
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.classes import stacked
@@ -35,14 +35,15 @@ def test_potential_is_that_of_all_rings():
     points[0] = COILS[0].centre[0] - 1 * MM, -0.5 * MM, 0.0
     found = BEHIND.potential(points)
     for k, coil in enumerate(COILS):
-        exact = ring_potential(coil, points + BEHIND.place, across=2)
+        exact = ring_potential(coil, points + BEHIND.place, BEHIND.distance)
         np.testing.assert_allclose(found[..., k], exact, rtol=0, atol=1e-6 * np.abs(exact).max())
 
 
 def test_potential_of_the_spirals_is_that_of_their_paths():
     points = np.array([[1.0, 2.0, 0.0], [-4.0, 0.3, 0.05]]) * MM
     seen = Sources(COILS[:1], "spiral", BEHIND.place, 0.6 * MM).potential(points)[..., 0]
-    path = track_potential(coil_tracks(COILS[0].model_copy(update={"centre": (0.0, 0.0)}), "spiral"), across=2)
+    coil = COILS[0].model_copy(update={"centre": (0.0, 0.0)})
+    path = track_potential(coil_tracks(coil, "spiral"), *filaments(coil, 0.6 * MM))
     exact = path((points + BEHIND.place - (*COILS[0].centre, 0.0)).T[None])[0].T
     np.testing.assert_allclose(seen[:, :2], exact, rtol=1e-9)
 
@@ -51,7 +52,8 @@ def test_a_rectangle_is_seen_by_its_tracks():
     coil = load_sensor("square-4").coils[0].model_copy(update={"centre": (0.0, 0.0)})
     points = np.array([[1.0, 2.0, 0.0], [-4.0, 0.3, 0.05]]) * MM
     seen = Sources((coil,), "rings", BEHIND.place, 0.6 * MM).potential(points)[..., 0]
-    exact = track_potential(coil_tracks(coil, "rings"), across=2)((points + BEHIND.place).T[None])[0].T
+    path = track_potential(coil_tracks(coil, "rings"), *filaments(coil, 0.6 * MM))
+    exact = path((points + BEHIND.place).T[None])[0].T
     np.testing.assert_allclose(seen[:, :2], exact, rtol=1e-9)
 
 
@@ -64,7 +66,7 @@ def test_means_over_cells_and_their_images():
     for k, g in enumerate(PLAN.group):
         for s, sign in enumerate((1.0, -1.0)):
             moved = np.concatenate([points[..., :2] @ g.T, sign * points[..., 2:]], axis=-1)
-            A = ring_potential(COILS[1], moved.reshape(-1, 3) + BEHIND.place, across=2).reshape(moved.shape)
+            A = ring_potential(COILS[1], moved.reshape(-1, 3) + BEHIND.place, BEHIND.distance).reshape(moved.shape)
             exact = np.einsum("nqa,nq->na", A, weights)
             np.testing.assert_allclose(found[k, s, ..., 1], exact, rtol=0, atol=1e-3 * np.abs(exact).max())
 
@@ -121,7 +123,7 @@ def test_straight_tracks_that_take_too_long_are_refused_before_they_are_summed(
         raise AssertionError("the field was summed")
 
     monkeypatch.setattr("sits_mech.magnetics.coils.straight._strand_potential", summed)
-    with pytest.raises(SceneError, match=r"^coils: the field of \d+ straight tracks at \d+ points must take at most"):
+    with pytest.raises(SceneError, match=r"^coils: the field of \d+ straight filaments at \d+ points must take"):
         sheets(asked, 1e-2, windings="spiral").impedance(Pose(0.0, 1e-4), 5e6)
 
 
