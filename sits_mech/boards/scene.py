@@ -114,9 +114,10 @@ def _top(board: Board, routes: Sequence[Route]) -> float:
 
 
 def _thickness(board: Board, found: Route) -> float:
-    """Return the thickness of a coil's copper, the mean by length where its layers differ [m]."""
+    """Return the thickness of a coil's copper, the mean by length where its layers differ, of two round halves [m]."""
     lengths = [length_of(run.points) for run in found.runs]
-    return float(np.average([board.stack[run.layer].thickness for run in found.runs], weights=lengths))
+    mean = np.average([board.stack[run.layer].thickness for run in found.runs], weights=lengths)
+    return 2.0 * round(float(mean) / 2.0, DIGITS)
 
 
 def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, Any]:

@@ -74,14 +74,17 @@ def room(sensor: Sensor, pose: Pose) -> Array:
 
 
 def check_clearance(sensor: Sensor, pose: Pose) -> None:
-    """Raise Collision if any pose brings the target to the coil plane or a fixed plate, or is not a number.
+    """Raise Collision if any pose brings the target to the coil plane or a fixed plate, ValueError if it is no number.
 
     A gap of 1e-5 of the target's size counts as none: roughness is larger, and no division as fine.
     """
     gap = clearance(sensor, pose)
     least = 0.0 if sensor.target is None else _NEAREST * max(sensor.target.extent)
-    if not np.all(gap > least) or not np.all(np.isfinite(pose.components)):
-        index = int(np.argmin(np.where(np.isnan(gap), -np.inf, gap)))
+    finite = np.isfinite(pose.components).all(axis=-1).ravel()
+    if not finite.all():
+        raise ValueError(f"pose: must be finite numbers; got {_words(pose, int(np.argmin(finite)))}")
+    if not np.all(gap > least):
+        index = int(np.argmin(gap))
         raise Collision(
             f"pose: the target must stay {1e3 * least:.3g} mm above the coil plane z = 0, its lowest point is at "
             f"{gap.ravel()[index] * 1e3:.4g} mm for {_words(pose, index)}"

@@ -132,8 +132,7 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
     corners = points[simplices]
     simplices = simplices[inside_loops(cores, corners.mean(1))]
     corners = points[simplices]
-    area = (corners[:, 1, 0] - corners[:, 0, 0]) * (corners[:, 2, 1] - corners[:, 0, 1])
-    area -= (corners[:, 1, 1] - corners[:, 0, 1]) * (corners[:, 2, 0] - corners[:, 0, 0])
+    area = 2.0 * signed_area(corners)
     simplices = np.where((area > 0)[:, None], simplices, simplices[:, ::-1])[np.abs(area) > 1e-12 * np.abs(area).max()]
     if abs(np.abs(area).sum() / 2 - sum(signed_area(core) for core in cores)) > 1e-9 * np.abs(area).sum():
         return None

@@ -32,12 +32,6 @@ class Plate:
         """Return places x + j z of local coordinates xi + j eta [m]."""
         return np.asarray(self.bottom + local * np.exp(-1j * self.alpha))
 
-    def holds(self, places: Complex) -> NDArray[np.bool_]:
-        """Tell whether places x + j z lie within."""
-        local = (places - self.bottom) * np.exp(1j * self.alpha)
-        above = np.abs(local.imag - self.thickness / 2)
-        return np.asarray((np.abs(local.real) <= self.width / 2) & (above <= self.thickness / 2))
-
     @property
     def corners(self) -> Complex:
         """Corners counter-clockwise from the lower left, shape (4,) [m]."""
@@ -99,13 +93,7 @@ def return_radius(sensor: Sensor) -> float | None:
 
 def distance(first: Complex, second: Complex) -> float:
     """Return the distance of two convex polygons given by their corners; 0 where they touch or overlap [m]."""
-    nearest = np.inf
-    for one, other in ((first, second), (second, first)):
-        edge = np.roll(one, -1) - one
-        away = other[:, None] - one
-        along = np.clip((away * edge.conj()).real / np.abs(edge) ** 2, 0.0, 1.0)
-        nearest = min(nearest, float(np.min(np.abs(away - along * edge))))
-        inside = np.all((edge.conj() * away).imag >= 0.0, axis=1)
-        if np.any(inside):
-            return 0.0
-    return nearest
+    import shapely
+
+    shapes = [shapely.Polygon(np.column_stack([corners.real, corners.imag])) for corners in (first, second)]
+    return float(shapes[0].distance(shapes[1]))

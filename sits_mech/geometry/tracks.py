@@ -75,7 +75,7 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
     if coil.shape == "path":
         lines = list(map(np.array, coil.path))
     elif coil.is_round and windings == "spiral":
-        lines = spiral_path(coil.model_copy(update={"centre": (0.0, 0.0)}))
+        lines = spiral_path(coil)
     elif coil.is_round:
         angle = np.linspace(0.0, 2.0 * np.pi, _ROUND + 1)
         rings = coil_sections(coil)
@@ -152,8 +152,8 @@ def _outside(x: float) -> float:
 def standing_rings(coil: Coil) -> Sections:
     """Return rings that stand for a coil far from it: of its turns, length, pitch and heights.
 
-    Rings of a round coil are its own. Of free tracks the turns of a polyline are those about the middle; what goes
-    around it by less than a half is left out, and where all does one ring around the tracks stands for the coil.
+    Rings of a round coil are its own. Of free tracks they turn about the middle as often as those of one height and way
+    together, ways to and from there left out; where these turn by less than a half, one around all stands for the coil.
     """
     if coil.is_round:
         return coil_sections(coil)
@@ -163,12 +163,15 @@ def standing_rings(coil: Coil) -> Sections:
         ways = coil.directions or (1,) * coil.layers
         found = [_rings(coil, (length, coil.turns, pitch), z, way) for z, way in zip(coil.heights, ways, strict=True)]
     else:
-        for line in coil.path:
-            places = np.array(line)
-            length, turns, pitch = _turning(places[:, :2])
-            if abs(turns) >= 0.5:
-                count = max(1, round(abs(turns)))
-                found.append(_rings(coil, (length, count, pitch), line[0][2], math.copysign(1.0, turns)))
+        each = [(line[0][2], *_turning(np.array(line)[:, :2])) for line in coil.path]
+        around = [one for one in each if one[1] <= np.pi * coil.outer_diameter * abs(one[2])]
+        for z, way in dict.fromkeys((one[0], math.copysign(1.0, one[2])) for one in around):
+            lengths, parts, inner, outer = np.array([one[1:] for one in around if one[0] == z and one[2] * way > 0.0]).T
+            turns = abs(parts.sum())
+            if turns >= 0.5:
+                count, reach = max(1, round(turns)), outer.max() - inner.min()
+                rings = lengths.sum() * count / turns, count, reach / max(turns, 1.0)
+                found.append(_rings(coil, rings, z, way))
         radius = (coil.outer_diameter - coil.track_width) / 2
         found = found or [_rings(coil, (2 * np.pi * radius, 1, 0.0), coil.heights[0], 1.0)]
     return Sections(*(np.concatenate(column) for column in zip(*found, strict=True)))
@@ -183,14 +186,14 @@ def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) ->
     return radius, *(np.full(count, value) for value in (z, coil.track_width, coil.track_thickness, way))
 
 
-def _turning(places: Array) -> tuple[float, float, float]:
-    """Return the length of a polyline, how often it turns about the middle, and the distance of its turns."""
+def _turning(places: Array) -> tuple[float, float, float, float]:
+    """Return a polyline's length, how often it turns about the middle, its least and greatest distance from there."""
     step = np.diff(places, axis=0)
     length = np.hypot(step[:, 0], step[:, 1])
     (x, y), (u, v) = places[:-1].T, places[1:].T
     turns = float(np.arctan2(x * v - y * u, x * u + y * v).sum() / (2 * np.pi))
     away = np.abs(x * v - y * u) / length
-    return float(length.sum()), turns, float(np.ptp(away)) / max(abs(turns), 1.0)
+    return float(length.sum()), turns, float(away.min()), float(away.max())
 
 
 def path_notes(coils: Sequence[Coil]) -> tuple[str, ...]:

@@ -118,7 +118,7 @@ def coil_sections(coil: Coil) -> Sections:
 
 
 def spiral_path(coil: Coil, *, points_per_turn: int = 60) -> list[Array]:
-    """Return a round coil's centre line, one Archimedean spiral (n, 3) a layer, in the order of a positive current [m].
+    """Return a round coil's centre line about z, an Archimedean spiral (n, 3) a layer, along a positive current [m].
 
     Layers alternate inwards and outwards and are joined by straight vias, which are no part of it.
     """
@@ -130,5 +130,5 @@ def spiral_path(coil: Coil, *, points_per_turn: int = 60) -> list[Array]:
     for k, (z, way) in enumerate(zip(coil.heights, coil.directions or (1,) * coil.layers, strict=True)):
         radius = outward[::-1] if k % 2 == 0 else outward
         xy = np.column_stack([radius * np.cos(theta), way * radius * np.sin(theta)])
-        pieces.append(np.column_stack([xy + np.asarray(coil.centre), np.full(theta.size, z)]))
+        pieces.append(np.column_stack([xy, np.full(theta.size, z)]))
     return pieces

@@ -89,9 +89,6 @@ class PlanarField:
 
     def potential(self, places: Complex, currents: Complex) -> Complex:
         """Return the whole vector potential of `currents` [A] at places x + j z within the mesh, [V s/m]."""
-        k = np.zeros(places.shape, dtype=np.int64)
-        for number, plate in enumerate(self.plates):
-            k[plate.holds(places)] = number + 1
         basis = self.solution.basis
         result = coil_potentials(self.coils, places, self.ground) @ currents
         probe = basis.probes(np.vstack([places.real, places.imag]))

@@ -62,7 +62,6 @@ from sits_mech.magnetics.coils.far_field import (
     coil_field,
     dipole_field,
     field_bound,
-    least_inductance,
     sphere,
 )
 from sits_mech.magnetics.coils.loops import free_inductances
@@ -162,7 +161,7 @@ def _gain(sensor: Sensor) -> float:
 def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Return far conductors as balls in the largest field that they can be in: the closed forms alone."""
     bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far])
-    L = max(least_inductance(coil) if coil.is_round else float(free_inductances((coil,))[0, 0]) for coil in coils)
+    L = max(float(free_inductances((coil,))[0, 0]) for coil in coils)
     own = np.array([
         [field_bound(coil, math.dist(at, (*coil.centre, 0.0)) - body.radius) for coil in coils]
         for at, body in zip(middle, bodies, strict=True)

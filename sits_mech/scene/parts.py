@@ -191,6 +191,13 @@ class Conductor(Plate, _Named):
             return dict(given) | {"centre": (centre[0], 0.0, centre[1])}
         return given
 
+    @model_validator(mode="after")
+    def _lossy(self) -> Self:
+        """Refuse magnetic losses of metal that is not magnetic."""
+        if self.loss_tangent > 0.0 and self.metal.relative_permeability == 1.0:
+            raise SceneError(f"loss_tangent must be 0 where relative_permeability is 1; got {self.loss_tangent:g}")
+        return self
+
     @property
     def metal(self) -> Metal:
         """The metal of the conductor, with the losses of ferrite."""

@@ -91,6 +91,16 @@ def test_the_uppermost_track_is_at_zero(draw: Any) -> None:
     assert sensor.conductors[0].centre[2] == pytest.approx(0.2e-3 + 17.5e-6, abs=1e-9)
 
 
+@pytest.mark.parametrize("side", [3.3, 4.1, 5.7])
+def test_a_coil_on_layers_of_unlike_copper_is_a_scene(draw: Any, side: float) -> None:
+    """Its mean thickness, thicker than its uppermost track, is told to a digit, and its half to the same."""
+    inner = draw.lines([(0, 0), (9.3, 0), (9.3, 9.3)], "In1.Cu")
+    outer = draw.lines([(9.3, 9.3), (0, 9.3), (0, 9.3 - side)], "B.Cu")
+    path = draw.board([*inner, draw.via((9.3, 9.3), '"In1.Cu" "B.Cu"'), *outer], four=True)
+    (coil,) = loaded(path, board_scene(path, Selection(("L1",)))[0]).coils
+    assert coil.heights[0] == -coil.track_thickness / 2
+
+
 @pytest.mark.parametrize(
     ("choice", "expected"),
     [

@@ -31,8 +31,8 @@ def test_clearance_is_the_lowest_corner():
 
 
 def test_a_pose_that_is_no_number_is_refused():
-    with pytest.raises(Collision):
-        check_clearance(load_sensor("biorob2018"), Pose(0.0, np.nan, 0.0))
+    with pytest.raises(ValueError, match=r"^pose: must be finite numbers; got d_h = nan mm, d_v = 2 mm,"):
+        check_clearance(load_sensor("biorob2018"), Pose([0.0, np.nan], 2 * MM, 0.0))
 
 
 def plate(x, z, *, y=0.0, size=(2.0, 0.2), shape="rectangle"):

@@ -118,10 +118,28 @@ def test_rings_that_stand_for_a_coil() -> None:
     spiral = path(list(zip(x.tolist(), y.tolist(), strict=True)))
     rings = standing_rings(spiral)
     assert rings.radius.size == 5 and np.all(np.asarray(rings.sign) == 1.0)
-    assert 2 * np.pi * rings.radius.sum() == pytest.approx(track_length(spiral), rel=1e-12)
+    assert 2 * np.pi * rings.radius.sum() == pytest.approx(track_length(spiral), rel=1e-3)  # 4.996 turns about its box
     assert np.diff(rings.radius) == pytest.approx(np.full(4, 0.2 * MM), rel=0.05)
     clockwise = path(list(zip(x.tolist(), (-y).tolist(), strict=True)))
     assert np.all(np.asarray(standing_rings(clockwise).sign) == -1.0)
+
+
+@pytest.mark.parametrize("pieces", [1, 2, 4])
+def test_turns_in_pieces_are_the_turns_that_they_make(pieces: int) -> None:
+    """Half and quarter turns on two layers in turn, and a way to the middle at the end, which is no turn."""
+    lines = []
+    for k, start in enumerate(np.arange(0.0, 6.0, 1.0 / pieces)):
+        angle = 2 * np.pi * np.linspace(start, start + 1.0 / pieces, 61)
+        radius = 2.0 + angle / np.pi / 6.0
+        lines.append([(*(r * np.array([np.cos(a), np.sin(a)])).tolist(), -0.1 - 0.2 * (k % 2))
+                      for r, a in zip(radius, angle, strict=True)])
+    lines.append([(*lines[-1][-1][:2], -0.5), (0.1, 0.0, -0.5)])
+    coil = Coil(name="P", shape="path", centre=(0.0, 0.0), track_width=0.1 * MM, track_thickness=35e-6,
+                path=tuple(tuple(tuple(MM * x for x in place) for place in line) for line in lines))
+    rings = standing_rings(coil)
+    assert rings.radius.size == 6 and np.all(np.asarray(rings.sign) == 1.0)
+    assert np.unique(rings.z).size == 2
+    assert rings.radius.mean() == pytest.approx(3 * MM, rel=0.02)
 
 
 def test_a_meander_has_one_ring_around_it() -> None:

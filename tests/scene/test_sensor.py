@@ -396,3 +396,11 @@ def test_random_quantities_are_finite_or_refused(text: str) -> None:
 def test_written_toml_reads_back(table: dict[str, Any]) -> None:
     """The writer against the standard library's reader."""
     assert tomllib.loads(written(table)) == table
+
+
+def test_losses_of_magnetisation_need_a_magnetic_part() -> None:
+    """Of copper they were taken for those of ferrite, and its eddy currents left out."""
+    part = ('{name="lid", material="copper", shape="rectangle", width="9 mm", length="9 mm", thickness="0.2 mm", '
+            'centre=["0 mm", "6 mm"]')
+    with pytest.raises(SceneError, match=r"conductors\.0: loss_tangent must be 0 where .* is 1; got 0\.02$"):
+        load_sensor("biorob2018", [f"conductors=[{part}, loss_tangent=0.02}}]"])

@@ -1,16 +1,13 @@
-"""Fields of coils and of bodies far away: bounds on these and on inductances, in closed form.
+"""Fields of coils and of bodies far away: bounds on these, in closed form.
 
 A flat loop of 1 A is a sheet of dipoles over its area. No dipole m has more than m/(2 pi d^3) at a distance d, so that
 at R from the middle of rings of radius a_k, the farthest of which is b away from there,
 
     |H| <= sum_k pi a_k^2 / (2 pi (R - b)^3).                                                               (1)
 
-A ring's self-inductance is mu0 a (ln(8 a/g) - 2) with g = 0.2235 (width + height), that of two rings as of filaments
-in their middles: the sum over all is within some percents of the coil's; nine tenths of it stand for the least.
-
 A body stands in a field as the ellipsoids and the ball around it; their alpha and N_i are those of `remote`.
 
-Sources: Grover, Inductance Calculations, ch. 3 (g); Jackson, Classical Electrodynamics, section 5.6.
+Source: Jackson, Classical Electrodynamics, section 5.6.
 """
 
 from __future__ import annotations
@@ -31,7 +28,6 @@ from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Conductor, Target
 
-_SURE = 0.9  # of the inductance by filaments
 _STRETCH = (1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 9.0, 17.0, 33.0)  # (height of an ellipsoid over the plate's)^2
 ROUND, _UP = 16, 8  # points on a ball
 
@@ -56,18 +52,6 @@ def field_bound(coil: Coil, distance: float) -> float:
     if not coil.is_round or distance <= reach:
         return math.inf
     return float((coil_sections(coil).radius ** 2).sum()) / (2.0 * (distance - reach) ** 3)
-
-
-@lru_cache(maxsize=32)
-def least_inductance(coil: Coil) -> float:
-    """Return what the self-inductance of a round coil in free space is at least [H]."""
-    rings = coil_sections(coil)
-    a, z, sign = rings.radius, rings.z, np.broadcast_to(rings.sign, rings.radius.shape)
-    own = np.eye(a.size, dtype=bool)
-    apart = np.where(own, 1.0, z[:, None] - z)  # a ring and itself have their own formula
-    mutual = mutual_loops(a[:, None], a, apart)
-    alone = mu_0 * a * (np.log(8.0 * a / (0.2235 * (rings.width + rings.height))) - 2.0)
-    return _SURE * float(sign @ np.where(own, alone[:, None], mutual) @ sign)
 
 
 def _image_share(coil: Coil, gap: float, below: bool) -> float:

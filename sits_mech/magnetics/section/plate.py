@@ -84,10 +84,6 @@ class Division:
     cells: Cells  # bars of the quadrant x, z > 0 about the section's centre
     share: csr_array  # (cells, finest cells) P: part of each finest cell in a cell's area
 
-    def joined(self, matrix: Array) -> Array:
-        """Return the means over this division's cells of a matrix (finest cells, n) of means over the finest ones."""
-        return self.share @ matrix
-
 
 def divisions(size: tuple[float, float], resolution: Resolution, lengths: Lengths) -> tuple[Division, ...]:
     """Return the finest, the middle and the coarse division of a section of width w and thickness t [m]."""
@@ -258,8 +254,8 @@ def prepare_plate(
 def _modes(level: Division, L: Array, fields: Array, conductivity: float, isolated: bool) -> Modes:
     """Return modes of one class on one division, from the finest one's inductances and fields."""
     R = 1.0 / (conductivity * level.cells.width * level.cells.height)
-    own = level.joined(level.joined(L).T)
-    return eddy_modes(own, R, 2.0 * level.joined(fields).T, constraint=np.ones(R.size) if isolated else None)
+    own = level.share @ (level.share @ L).T
+    return eddy_modes(own, R, 2.0 * (level.share @ fields).T, constraint=np.ones(R.size) if isolated else None)
 
 
 def _combined(images: tuple[Array, ...], parities: tuple[float, float]) -> Array:

@@ -209,14 +209,6 @@ class Blocks:
     size: int  # rows of the whole
     parts: tuple[tuple[Integers, Complex], ...]  # which rows, and the part
 
-    @property
-    def diagonal(self) -> Complex:
-        """Diagonal, shape (size,)."""
-        found = np.zeros(self.size, dtype=complex)
-        for rows, part in self.parts:
-            found[rows] += np.diag(part)
-        return found
-
     def __matmul__(self, columns: Array) -> Complex:
         """Return its product with real columns, shape (size, k)."""
         found = np.zeros((self.size, columns.shape[1]), dtype=complex)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.far_field import coil_field, field_bound, least_inductance
-from sits_mech.magnetics.coils.loops import free_inductances
+from sits_mech.magnetics.coils.far_field import coil_field, field_bound
 from sits_mech.scene.sensor import load_sensor
 
 MM = 1e-3
@@ -45,14 +44,3 @@ def test_within_the_coil_there_is_no_bound() -> None:
          'inner_length="3 mm", track_width="0.1 mm", track_gap="0.1 mm", track_thickness="35 um"}]'],
     ).coils[0]
     assert field_bound(square, 1.0) == math.inf
-
-
-@pytest.mark.parametrize(("turns", "layers"), [(1, 1), (5, 1), (12, 2), (20, 4)])
-def test_the_least_inductance_is_near_the_rings_own(turns: int, layers: int) -> None:
-    """Nine tenths of filaments', which are within two percents of rings of rectangular section."""
-    coil = load_sensor(
-        "biorob2018",
-        [f'coils=[{{name="C", centre=["0 mm", "0 mm"], layers={layers}, turns={turns}, inner_diameter="2.2 mm", '
-         'track_width="0.1 mm", track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]'],
-    ).coils[0]
-    assert least_inductance(coil) / free_inductances((coil,))[0, 0] == pytest.approx(0.9, abs=0.02)
