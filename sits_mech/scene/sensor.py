@@ -291,8 +291,11 @@ def scene_text(sensor: Sensor) -> str:
 
 
 def scene_hash(sensor: Sensor) -> str:
-    """Return sixteen hexadecimal digits that identify the whole scene."""
-    return hashlib.sha256(scene_text(sensor).encode()).hexdigest()[:16]
+    """Return sixteen hexadecimal digits that identify the whole scene, and what the file of a layer's mesh holds."""
+    layer, found = sensor.elastomer, hashlib.sha256(scene_text(sensor).encode())
+    if layer is not None and layer.mesh is not None and Path(layer.mesh).is_file():
+        found.update(Path(layer.mesh).read_bytes())
+    return found.hexdigest()[:16]
 
 
 def provenance(sensor: Sensor) -> dict[str, str]:

@@ -152,6 +152,15 @@ def test_save_and_load_give_the_same_sensor(sensor: Sensor, tmp_path: Path) -> N
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
 
 
+def test_what_a_file_of_a_mesh_holds_counts_in_the_hash(tmp_path: Path) -> None:
+    """Loads kept by it are of that mesh, not of another one written to the same path."""
+    found = []
+    for words in ("one", "another"):
+        (tmp_path / "pad.msh").write_text(words)
+        found.append(scene_hash(changed(BIOROB, [f'elastomer.mesh="{tmp_path / "pad.msh"}"'])))
+    assert found[0] != found[1]
+
+
 def test_overrides_reach_every_key() -> None:
     """Tables by key; coils by number and by name; strings with and without quotes."""
     sensor = load_sensor(
