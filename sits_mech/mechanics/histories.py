@@ -125,15 +125,15 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
 
 def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDArray[np.bool_]]:
     """Add times while a pad with some retardation times still moves; return also which are the history's."""
-    spans = np.diff(history.time)
-    between = []
-    for begin, span in zip(history.time, spans, strict=False):
+    between, before = list[float](), list[int]()  # times, and the row of the history that each goes before
+    for row, span in enumerate(np.diff(history.time), 1):
         first, last = _EARLY * float(times.min()), min(float(span), _LATE * float(times.max()))
         count = int(np.ceil(_A_DECADE * np.log10(last / first))) if last > first else 0
-        between.append(begin + np.geomspace(first, max(last, first), count, endpoint=False))
-    every = np.unique(np.concatenate([history.time, *between]))
-    wrench = np.stack([np.interp(every, history.time, part) for part in history.wrench.T], axis=1)
-    return LoadHistory(every, wrench), np.isin(every, history.time)
+        more = history.time[row - 1] + np.geomspace(first, max(last, first), count, endpoint=False)
+        between, before = [*between, *more.tolist()], [*before, *[row] * count]
+    wrench = [np.insert(part, before, np.interp(between, history.time, part)) for part in history.wrench.T]
+    found = LoadHistory(np.insert(history.time, before, between), np.stack(wrench, axis=1))
+    return found, np.insert(np.ones(history.time.size, dtype=bool), before, False)
 
 
 def _stacked(poses: Sequence[Pose]) -> Pose:

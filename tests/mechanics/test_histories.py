@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.closed_form import Strip
 from sits_mech.mechanics.histories import LoadHistory, motion_of
 from sits_mech.mechanics.linear import small_strain
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
-from sits_mech.silicone.history import creep
+from sits_mech.silicone.history import creep, relaxed_share
 from sits_mech.silicone.material import silicone_from
 
 
@@ -55,6 +56,22 @@ def test_a_linear_model_creeps_component_by_component():
     np.testing.assert_allclose(found.pose.d_h, every, rtol=1e-3)
     assert found.time.size > 10
     assert any("as a whole" in note for note in found.report.notes)
+
+
+def test_a_sudden_change_is_no_ramp():
+    """At rest for 10 s, then a load at once: both rows of that time are given, and the pad creeps from the second."""
+    own, time, wrench = soft(prony=[{"weight": 0.3, "time": 1.0}]), [0.0, 10.0, 10.0, 20.0], np.zeros((4, 6))
+    wrench[2:, 0] = 1e-3
+    layer = Strip(own, (1e3, 1e4, 1.0))
+    found = motion_of(own, layer, LoadHistory(np.array(time), wrench))
+    given, slow = found.given, layer.equilibrium(Wrench(F_x=1e-3)).pose
+    np.testing.assert_array_equal(found.time[given], time)
+    np.testing.assert_array_equal(found.wrench[given], wrench)
+    share = relaxed_share(own.elastomer.silicone, np.array(time), wrench[:, 0] / 1e-3)
+    assert share[2] == pytest.approx(0.7)
+    np.testing.assert_allclose(found.pose.d_h[given], share * slow.d_h, rtol=1e-12)
+    every = np.where(found.time > 10.0, creep(own.elastomer.silicone, found.time - 10.0) * slow.d_h, 0.0)
+    np.testing.assert_allclose(found.pose.d_h[~given], every[~given], rtol=1e-9)
 
 
 @pytest.mark.slow
