@@ -53,7 +53,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_out_of_plane
+from sits_mech.quantities import (
+    Equilibrium,
+    Pose,
+    SolveFailed,
+    SolveReport,
+    Wrench,
+    refuse_infinite,
+    refuse_out_of_plane,
+)
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
 from sits_mech.threads import one_thread
 
@@ -162,6 +170,7 @@ class Strip:
         Raise SolveFailed where the error is as large as the displacement.
         """
         began = time.perf_counter()
+        refuse_infinite(wrench)
         refuse_out_of_plane("closed-form", wrench, "block")
         target, elastomer = self.sensor.target, self.sensor.elastomer
         if target is None or elastomer is None:

@@ -66,6 +66,11 @@ def test_no_pose_where_the_error_is_as_large() -> None:
     assert caught.value.report.status == "strains too large"
 
 
+def test_a_load_that_is_no_number_is_refused() -> None:
+    with pytest.raises(ValueError, match="wrench: must be finite numbers"):
+        strip_layer(flush(2.0)).equilibrium(Wrench(F_z=np.nan))
+
+
 def test_the_chain_takes_it_by_name() -> None:
     """A load without a solve, the error with it."""
     found = simulate(flush(2.0), Wrench(1.0, 5.0), tolerance=0.1, mechanics="closed-form")
