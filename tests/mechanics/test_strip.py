@@ -25,9 +25,9 @@ def parts(pose: Pose) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", [1.0, 2.0, 3.75, 8.0])
-@pytest.mark.parametrize("ratio", [1e3, 1e5])
+@pytest.mark.parametrize("ratio", [2.0, 20.0, 1e3, 1e5])
 def test_within_its_error_of_finite_elements(shape: float, ratio: float) -> None:
-    """Each component of a small combined load; the error says what the formulas miss, no more than 7 %."""
+    """Each component of a small combined load, of any silicone; what the formulas miss is no more than 7 %."""
     sensor, wrench = flush(shape, ratio), Wrench(1e-3, 1e-3, 1e-6)
     found, true = strip_layer(sensor).equilibrium(wrench), linear_layer(sensor, 1e-3).equilibrium(wrench)
     both = found.error.components + true.error.components
@@ -79,13 +79,13 @@ def test_the_chain_takes_it_by_name() -> None:
     assert found.signals.error_L_v_percent > 0.0
 
 
-@pytest.mark.parametrize(("shape", "ratio"), [(2.0, 1e3), (8.0, 1e3), (8.0, 20.0), (30.0, 1e2)])
+@pytest.mark.parametrize(("shape", "ratio"), [(2.0, 1e3), (8.0, 1e3), (8.0, 20.0), (30.0, 1e2), (1.0, 2.0), (4.0, 3.0)])
 def test_silicone_that_has_grown_lifts_its_target(shape: float, ratio: float) -> None:
     """By Betti's theorem, against finite elements: 1e-4 in each length if nothing held it; within its error."""
     sensor = flush(shape, ratio, ("elastomer.free_stretch=1.0001",))
     found, true = (model(sensor).equilibrium(Wrench()) for model in (strip_layer, linear_layer))
     rise, expected = found.pose.d_v - 2e-3, true.pose.d_v - 2e-3
-    assert abs(rise - expected) < 0.07 * expected
+    assert abs(rise - expected) < 0.01 * expected
     assert abs(rise - expected) <= found.error.d_v + true.error.d_v
 
 
