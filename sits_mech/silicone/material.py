@@ -25,10 +25,10 @@ from sits_mech.units import SceneError, quantity, shown, si_value
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
 _LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
 _NUMBERS = {"rms": "Pa", "spread": "", "expansion": "1/K"}  # what is known of the constants
-_RANGES = (
-    ("fitted_range", "", "smallest and largest strain"),
-    ("temperature_range", "K", "lowest and the highest temperature"),
-)
+_RANGES = {
+    "fitted_range": ("", "smallest and largest strain"),
+    "temperature_range": ("K", "lowest and the highest temperature"),
+}
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Softening:
 
         energy, largest = np.asarray(energy, dtype=float), np.asarray(largest, dtype=float)
         scale = self.m * volume + self.beta * largest
-        return np.asarray(1.0 - erf((largest - energy) / np.where(scale > 0.0, scale, 1.0)) / self.r)
+        return np.asarray(1.0 - erf((largest - energy) / np.maximum(scale, 1e-300)) / self.r)
 
 
 @dataclass(frozen=True)
@@ -148,8 +148,7 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     if not isinstance(name_of_law, str) or name_of_law not in LAWS:
         raise SceneError(f"law must be one of {', '.join(LAWS)}; got {shown(name_of_law)}")
     law = LAWS[name_of_law]
-    allowed = ("law", *law.units, "bulk_modulus", "prony", "mullins", "source", "fitted_range", *_NUMBERS)
-    allowed += ("temperature_range",)
+    allowed = ("law", *law.units, "bulk_modulus", "prony", "mullins", "source", *_RANGES, *_NUMBERS)
     for key in table:
         if key not in allowed:
             raise SceneError(f"{key} is no key of a {law.name} material; it has {', '.join(allowed)}")
@@ -231,13 +230,18 @@ def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
     source = table.get("source", "the scene")
     if not isinstance(source, str) or not source.isprintable():
         raise SceneError(f"source must be a printable text; got {shown(source)}")
-    for key, unit, words in _RANGES:
-        if key in table:
-            ends = table[key]
-            if not isinstance(ends, list | tuple) or len(ends) != 2:
-                raise SceneError(f"{key} must be the {words}; got {shown(ends)}")
-            found[key] = tuple(_si(key, end, unit) for end in ends)
-    return found | {"source": source}
+    if found.get("rms", 0.0) < 0.0:
+        raise SceneError(f"rms must not be negative; got {shown(table['rms'])}")
+    ranges = {key: _rising(key, table[key], *_RANGES[key]) for key in _RANGES if key in table}
+    return found | ranges | {"source": source}
+
+
+def _rising(key: str, ends: Any, unit: str, words: str) -> tuple[float, ...]:
+    """Return the two ends of a range in SI, or refuse them."""
+    found = tuple(_si(key, end, unit) for end in ends) if isinstance(ends, list | tuple) else ()
+    if len(found) != 2 or not found[0] < found[1]:
+        raise SceneError(f"{key} must be the {words}; got {shown(ends)}")
+    return found
 
 
 def table_of(silicone: Silicone) -> dict[str, Any]:
@@ -249,7 +253,7 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
         table["mullins"] = vars(silicone.mullins).copy()
     if silicone.source != "the scene":
         table["source"] = silicone.source
-    extras = {key: getattr(silicone, key) for key in ("fitted_range", "temperature_range", *_NUMBERS)}
+    extras = {key: getattr(silicone, key) for key in (*_RANGES, *_NUMBERS)}
     table |= {key: item for key, item in extras.items() if item is not None}
     return {key: list(item) if isinstance(item, tuple) else item for key, item in table.items()}
 

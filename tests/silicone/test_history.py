@@ -174,6 +174,14 @@ def test_softening_alone_retraces_what_it_has_softened() -> None:
     assert loop_width(replace(wet, mullins=Softening(2.0))) > loop_width(wet)
 
 
+def test_the_loop_of_softening_that_fades_over_m_alone_is_the_limit_of_a_large_load() -> None:
+    """Where m is left out, what beta = 0 fades over is as short as with a beta that vanishes."""
+    wet = silicone((0.1, 0.3))
+    each = Softening(2.0, m=1e3, beta=0.0), Softening(2.0, m=0.0, beta=1e-9)
+    own, limit = (loop_width(replace(wet, mullins=one)) for one in each)
+    assert own == pytest.approx(limit, rel=1e-6)
+
+
 def test_what_is_left_of_a_displacement() -> None:
     """As the history of a load that was held for long and is gone says; all of the viscous share at first."""
     rubber = silicone(*BRANCHES)
