@@ -46,7 +46,7 @@ from sits_mech.mechanics.levels.settle import ended, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
-from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_infinite
+from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
@@ -105,12 +105,11 @@ class BlockPad:
 
         Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        refuse_infinite(wrench)
         return self.controlled(under(wrench), start=start)
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
         """Return the equilibrium at the end of a path of loads from rest; see `PathModel`."""
-        *via, control = map(under, loads)
+        *via, control = map(under, loads or [Wrench()])
         return self.controlled(control, via=via)
 
     @one_thread
@@ -160,7 +159,7 @@ class BlockPad:
         control, out_of_plane = controls[-1], any(each.out_of_plane for each in controls)
         if not out_of_plane or depends_on_path(self.sensor):
             return (line := self.whole if out_of_plane else self.half), arrived(line, start, controls)
-        if start is None or start.state.size - 1 != self.whole[int(start.state[0])].size:
+        if start is None or not start.state.size or start.state.size - 1 != self.whole[int(start.state[0])].size:
             plane = settled(self.half, start, control.in_plane)
             if plane.part < 1.0:
                 return self.half, plane

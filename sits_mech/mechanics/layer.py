@@ -36,7 +36,7 @@ from sits_mech.mechanics.levels.load_path import arrived
 from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
-from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_infinite, refuse_out_of_plane
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Wrench, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
@@ -66,15 +66,11 @@ class PlanarLayer:
 
         Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        refuse_infinite(wrench)
-        refuse_out_of_plane("planar", wrench, "block")
         return self.controlled(under(wrench), start=start)
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
         """Return the equilibrium at the end of a path of loads from rest; see `PathModel`, raises as `equilibrium`."""
-        for wrench in loads:
-            refuse_out_of_plane("planar", wrench, "block")
-        *via, control = map(under, loads)
+        *via, control = map(under, loads or [Wrench()])
         return self.controlled(control, via=via)
 
     @one_thread
@@ -86,12 +82,17 @@ class PlanarLayer:
         Its `wrench` holds the forces, given or found, and `report.estimated_error` covers those found; raises as
         `equilibrium`.
         """
-        began = time.perf_counter()
-        solved = arrived(self.line, start, (*via, control))
+        began, controls = time.perf_counter(), (*via, control)
+        if names := [name for each in controls for name in each.out_of_plane]:
+            kind, said = "wrench" if names[0] in WRENCH else "control", ", ".join(names)
+            raise ValueError(f"{kind}: {said} must be zero for the model planar, which is plane: ask for block")
+        solved = arrived(self.line, start, controls)
         report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
         if solved.part < 1.0:
             raise ended(control, solved._replace(found=replace(solved.found, report=report)), "layer")
-        notes = (*report.notes, *_edge_notes(self.sensor, self.edges, solved.found.wrench))
+        notes, load = report.notes, self.line.scales.load(solved.found.wrench)[:3]
+        if self.edges is not None:
+            notes += edge_notes(self.edges, load, self.line.scales.thickness)
         if self.line.goal is None and report.estimated_error > self.tolerance:
             missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
             notes = (*notes, missed)
@@ -139,11 +140,3 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> DeformedSecti
     every = [deformation(mesh, u, at)[1] for at in (mesh.inside, mesh.nodal) if at is not None]
     J = np.concatenate(every, axis=1).min(axis=1)
     return DeformedSection(points, quads, J, most_stretched(mesh, u).max(axis=1), rest)
-
-
-def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[str, ...]:
-    """Return notes on the fillets' effect under a wrench."""
-    if edges is None:
-        return ()
-    scales = layer_scales(sensor)
-    return edge_notes(edges, scales.load(wrench)[:3], scales.thickness)

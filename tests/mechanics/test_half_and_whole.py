@@ -66,6 +66,13 @@ def test_half_and_whole_rest_alike_on_the_mirrored_mesh(both):
         np.testing.assert_allclose(u[number] * way, one.u.reshape(-1, 3), atol=1e-6 * size)
 
 
+def test_an_answer_without_a_state_is_no_start():
+    """That of a formula, or an image: a load out of the plane goes from rest, as one in the plane does."""
+    pad, load = block_pad(load_sensor("biorob2018", WIDE), 0.5).rough, Wrench(F_y=0.01)
+    found = pad.equilibrium(load)
+    assert pad.equilibrium(load, start=replace(found, state=np.zeros(0))).pose == found.pose
+
+
 def test_hidden_stiffness_is_that_of_the_whole_pad(both):
     (half, one), (whole, two) = both
     own, hidden = target_stiffness(half, one)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.quantities import WRENCH, Array, Pose, Wrench
+from sits_mech.quantities import WRENCH, Array, Pose, Wrench, refuse_infinite
 
 _PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
 _PAIRS = tuple(zip(WRENCH, _PLACES, strict=True))
@@ -51,9 +51,9 @@ class Control:
         return np.array([getattr(self, place) is not None for place in _PLACES])
 
     @property
-    def out_of_plane(self) -> bool:
-        """Whether anything non-zero is given that leaves the plane y = 0."""
-        return any(getattr(self, name) for pair in _PAIRS[3:] for name in pair)
+    def out_of_plane(self) -> tuple[str, ...]:
+        """Names of what is given, not zero, that leaves the plane y = 0."""
+        return tuple(name for pair in _PAIRS[3:] for name in pair if getattr(self, name))
 
     @property
     def in_plane(self) -> Control:
@@ -120,5 +120,6 @@ _DOWN = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
 
 
 def under(wrench: Wrench) -> Control:
-    """Return the control that gives all forces."""
+    """Return the control that gives all forces, or refuse some that are no numbers."""
+    refuse_infinite(wrench)
     return Control(**vars(wrench))

@@ -82,6 +82,20 @@ def test_refusals():
         Control(F_x=1.0, d_h=1e-3)
     with pytest.raises(ValueError, match="sink must be a finite number"):
         Control(sink=np.inf)
+    layer = planar_layer(pad(20, 15, 2), 2e-2)
+    for given, kind in ({"F_y": 5.0}, "wrench: F_y"), ({"d_y": 1e-4}, "control: d_y"), ({"alpha_z": 1e-3}, "alpha_z"):
+        with pytest.raises(ValueError, match=f"{kind} must be zero for the model planar, which is plane"):
+            layer.controlled(Control(F_z=1.0, **given))
+    for found in (layer.equilibrium, lambda load: layer.along([load])):
+        with pytest.raises(ValueError, match="wrench: F_y, M_z must be zero for the model planar"):
+            found(Wrench(F_y=1.0, M_z=1.0))
+        with pytest.raises(ValueError, match="wrench: must be finite numbers"):
+            found(Wrench(F_x=np.nan))
+
+
+def test_a_path_without_a_load_is_at_rest():
+    layer = planar_layer(pad(20, 15, 2), 2e-2)
+    assert layer.along([]).pose == layer.equilibrium(Wrench()).pose
 
 
 @pytest.mark.slow
