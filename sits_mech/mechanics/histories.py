@@ -43,7 +43,8 @@ class LoadHistory:
 
     def __post_init__(self) -> None:
         """Validate times and wrenches."""
-        time, wrench = self.time, self.wrench
+        time, wrench = np.asarray(self.time, dtype=float), np.asarray(self.wrench, dtype=float)
+        vars(self).update(time=time, wrench=wrench)
         if time.ndim != 1 or wrench.shape != (time.size, len(WRENCH)) or time.size < 1:
             raise SceneError(f"history: must be n times with n x 6 loads; got {time.shape} and {wrench.shape}")
         if not (np.all(np.isfinite(time)) and np.all(np.isfinite(wrench))):
@@ -127,10 +128,11 @@ def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDAr
     """Add times while a pad with some retardation times still moves; return also which are the history's."""
     between, before = list[float](), list[int]()  # times, and the row of the history that each goes before
     for row, span in enumerate(np.diff(history.time), 1):
-        first, last = _EARLY * float(times.min()), min(float(span), _LATE * float(times.max()))
+        first, last = _EARLY * float(times.min()), min(span, _LATE * float(times.max()))
         count = int(np.ceil(_A_DECADE * np.log10(last / first))) if last > first else 0
         more = history.time[row - 1] + np.geomspace(first, max(last, first), count, endpoint=False)
-        between, before = [*between, *more.tolist()], [*before, *[row] * count]
+        between += more.tolist()
+        before += [row] * count
     wrench = [np.insert(part, before, np.interp(between, history.time, part)) for part in history.wrench.T]
     found = LoadHistory(np.insert(history.time, before, between), np.stack(wrench, axis=1))
     return found, np.insert(np.ones(history.time.size, dtype=bool), before, False)

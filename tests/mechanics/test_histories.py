@@ -63,7 +63,7 @@ def test_a_sudden_change_is_no_ramp():
     own, time, wrench = soft(prony=[{"weight": 0.3, "time": 1.0}]), [0.0, 10.0, 10.0, 20.0], np.zeros((4, 6))
     wrench[2:, 0] = 1e-3
     layer = Strip(own, (1e3, 1e4, 1.0))
-    found = motion_of(own, layer, LoadHistory(np.array(time), wrench))
+    found = motion_of(own, layer, LoadHistory(time, wrench.tolist()))
     given, slow = found.given, layer.equilibrium(Wrench(F_x=1e-3)).pose
     np.testing.assert_array_equal(found.time[given], time)
     np.testing.assert_array_equal(found.wrench[given], wrench)
