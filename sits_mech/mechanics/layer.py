@@ -36,7 +36,7 @@ from sits_mech.mechanics.levels.load_path import arrived
 from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Wrench, refuse_out_of_plane
+from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
@@ -83,9 +83,8 @@ class PlanarLayer:
         `equilibrium`.
         """
         began, controls = time.perf_counter(), (*via, control)
-        if names := [name for each in controls for name in each.out_of_plane]:
-            kind, said = "wrench" if names[0] in WRENCH else "control", ", ".join(names)
-            raise ValueError(f"{kind}: {said} must be zero for the model planar, which is plane: ask for block")
+        if names := ", ".join(name for each in controls for name in each.out_of_plane):
+            raise ValueError(f"wrench: {names} must be zero for the model planar, which is plane: ask for block")
         solved = arrived(self.line, start, controls)
         report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
         if solved.part < 1.0:
