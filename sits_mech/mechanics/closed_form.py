@@ -186,19 +186,19 @@ class Strip:
         size = max(abs(d_h), abs(sink), abs(alpha) * half)
         silicone, softer = elastomer.silicone, _EDGES[1] * t / elastomer.extent[0]
         missed = _MISSED[0] + softer * silicone.shear_modulus / silicone.bulk_modulus
-        errors = (
-            missed * abs(sheared) + 0.5 * _MISSED[2] * abs(alpha) * t + bound * size,
-            _MISSED[1] * (abs(sink + self.rise) + abs(self.rise)) + bound * size,
-            _MISSED[2] * abs(alpha) + bound * size / half,
-        )
-        worst = max(errors[0], errors[1], errors[2] * half) / size if size > 0.0 else 0.0
+        error = bound * size + np.array([
+            missed * abs(sheared) + 0.5 * _MISSED[2] * abs(alpha) * t,
+            _MISSED[1] * (abs(sink + self.rise) + abs(self.rise)),
+            _MISSED[2] * abs(alpha) * half,
+        ])
+        worst = float(error.max()) / size if size > 0.0 else 0.0
         report = SolveReport("closed-form", 0, 0, 0.0, worst, time.perf_counter() - began)
         if not worst < 1.0:
             report = replace(report, status="strains too large")
             other = finite_strain_model(self.sensor)
             raise SolveFailed(f"wrench: strains are too large for a formula, got {wrench}: ask for {other}", report)
         pose = Pose(d_h, elastomer.standoff + t - sink, alpha)
-        return Equilibrium(wrench, pose, Pose(*errors), np.zeros(0), report)
+        return Equilibrium(wrench, pose, Pose(*(error / [1.0, 1.0, half]).tolist()), np.zeros(0), report)
 
 
 def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:

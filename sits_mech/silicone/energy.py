@@ -72,7 +72,7 @@ def isochoric_energy(silicone: Silicone, guard: float = 0.0, past: Past | None =
     state = _isochoric(silicone, guard)
 
     def energy(point: Kinematics) -> tuple[Array, Array, Array]:
-        k = len(point.axes)
+        k = point.F.shape[-1]
         w, P, A = np.empty(point.J.size), np.empty((point.J.size, k)), np.empty((point.J.size, k, k))
         count = POINTS * 81 // k**2
         for start in range(0, len(w), count):

@@ -107,11 +107,10 @@ def softened_share(
     """
     if softening is None:
         return share.copy()
-    peak, found = 0.0, []
+    peak, found, factor = 0.0, [], partial(softening.factor, volume=volume)
     for wanted in share.tolist():
         peak = max(peak, wanted)
-        below = wanted != peak
-        found.append(_below_peak(partial(softening.factor, volume=volume), energy, wanted, peak) if below else peak)
+        found.append(peak if wanted == peak else _below_peak(factor, energy, wanted, peak))
     return np.array(found)
 
 

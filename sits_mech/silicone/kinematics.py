@@ -29,7 +29,6 @@ import numpy as np
 
 from sits_mech.quantities import Array
 
-_PLANE = (0, 2, 6, 8)  # xx, xz, zx, zz among the nine
 _PLANE_L = np.array([[0.0, 0, 0, 1], [0, 0, -1, 0], [0, -1, 0, 0], [1, 0, 0, 0]])
 
 
@@ -76,17 +75,16 @@ class Kinematics:
     F: Array  # (..., k)
     H: Array  # dJ/dF, (..., k)
     J: Array  # (...), positive
-    axes: tuple[int, ...]  # the k components among the nine of space
 
     @property
     def plane(self) -> bool:
         """Whether this is plane strain."""
-        return len(self.axes) == len(_PLANE)
+        return bool(self.F.shape[-1] == 4)
 
     def part(self, some: slice) -> Kinematics:
         """Return some of the points, all counted along one axis."""
-        k = len(self.axes)
-        return Kinematics(self.F.reshape(-1, k)[some], self.H.reshape(-1, k)[some], self.J.reshape(-1)[some], self.axes)
+        k = self.F.shape[-1]
+        return Kinematics(self.F.reshape(-1, k)[some], self.H.reshape(-1, k)[some], self.J.reshape(-1)[some])
 
     @cached_property
     def s(self) -> Array:
@@ -154,14 +152,14 @@ def in_space(F: Array) -> Kinematics:
             np.multiply(F[..., b + m], F[..., c + n], out=H[..., 3 * i + j])
             H[..., 3 * i + j] -= F[..., b + n] * F[..., c + m]
     J: Array = np.asarray(np.einsum("...i,...i->...", F[..., :3], H[..., :3]))
-    return Kinematics(F, H, J, tuple(range(9)))
+    return Kinematics(F, H, J)
 
 
 def in_plane(F: Array) -> Kinematics:
     """Return the kinematics of F in plane strain, shape (..., 4): ``F_xx, F_xz, F_zx, F_zz``."""
     H: Array = F[..., ::-1] * np.array([1.0, -1.0, -1.0, 1.0])
     J: Array = np.asarray(F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2])
-    return Kinematics(F, H, J, _PLANE)
+    return Kinematics(F, H, J)
 
 
 def diagonal(A: Array) -> Array:

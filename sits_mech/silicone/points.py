@@ -76,7 +76,7 @@ class Step:
 
     def acting(self, elastic: PointState, point: Kinematics) -> PointState:
         """Return the state of ``W_inc`` from that of W."""
-        k, J, a = len(point.axes), point.J, np.cbrt(point.J) ** -2.0
+        k, J, a = point.F.shape[-1], point.J, np.cbrt(point.J) ** -2.0
         soft = _softened(elastic, self.softening, self.most)
         h = self.h[..., :k]
         Fh = _times(point.F, h)

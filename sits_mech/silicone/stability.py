@@ -130,8 +130,7 @@ def _smallest(silicone: Silicone, mode: str, stretch: Array) -> Array:
     """Return the smaller eigenvalue of the tangent over the absolute initial shear modulus."""
     size = abs(silicone.shear_modulus) or 1.0
     stiffness = tangent(silicone.law, silicone.constants, principal_stretches(mode, stretch))
-    values: Array = np.asarray(np.linalg.eigvalsh(stiffness / size), dtype=np.float64)
-    return values[:, 0]
+    return np.asarray(np.linalg.eigvalsh(stiffness / size)[:, 0])
 
 
 def _limit(measure: Callable[[Silicone, str, Array], Array], silicone: Silicone, mode: str, end: float) -> float | None:

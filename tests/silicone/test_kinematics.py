@@ -60,8 +60,8 @@ def test_plane_strain_is_space_with_no_strain_across():
     G = deformations(4)
     plane = in_plane(G)
     F = np.tile(np.eye(3).ravel(), (len(G), 1))
-    F[:, list(plane.axes)] = G
-    space, some = in_space(F), list(plane.axes)
+    F[:, [0, 2, 6, 8]] = G
+    space, some = in_space(F), [0, 2, 6, 8]
     for name in ("J", "s", "r"):
         np.testing.assert_allclose(getattr(plane, name), getattr(space, name), rtol=1e-14)
     for name in ("H", "dr"):

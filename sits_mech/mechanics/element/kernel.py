@@ -22,14 +22,13 @@ in shear moduli. Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Me
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.mechanics.element.mesh import MixedMesh, Points
 from sits_mech.quantities import Array, Integers
-from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
+from sits_mech.silicone.energy import Energy, Stress, isochoric_energy, isochoric_stress
 from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
 from sits_mech.silicone.material import Silicone
 from sits_mech.silicone.points import Step
@@ -38,8 +37,8 @@ from sits_mech.silicone.points import Step
 class Law(NamedTuple):
     """A silicone's isochoric energy."""
 
-    tangent: Callable[[Kinematics], tuple[Array, Array, Array]]  # w, stress and tangent of a deformation
-    stress: Callable[[Kinematics], tuple[Array, Array]]  # w and stress alone
+    tangent: Energy
+    stress: Stress
     silicone: Silicone
     guard: float = 0.0
     past: Step | None = None  # of its points, if any

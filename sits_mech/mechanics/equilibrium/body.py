@@ -24,6 +24,7 @@ import numpy as np
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
 from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed
 from sits_mech.mechanics.element.mesh import MixedMesh
+from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.folds import SelfContact
@@ -75,6 +76,10 @@ class Bonded:
         terms = [part(np.zeros(self.mesh.nodes.size), np.zeros(6)) for part in self.parts]
         numbers = (self.mesh.dofs, *(term.numbers for term in terms if len(term.numbers)))
         return pattern(self.mesh, numbers, free, border(self.mesh, self.bonded))
+
+    def with_target(self, q: Array) -> Array:
+        """Return the displacements of the bonded nodes at a target's motion, shape (n, d)."""
+        return bonded_displacement(self.X, q)[:, list(self.mesh.axes)]
 
     def near(self, u: Array) -> Bonded:
         """Return the body that holds faces near in a state against each other (faces/folds.py).

@@ -186,22 +186,22 @@ def begun(body: Bonded) -> Moment:
 
 
 def later(
-    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None, out_of_plane: Held | None = None
+    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None
 ) -> tuple[Moment | None, str]:
     """Return the layer a step `dt` [s] later, under a load that changes linearly, and "" or why there is none.
 
-    ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held` and `out_of_plane`.
+    ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held`.
     """
     silicone = body.law.silicone
     law = body.law.after(stepped(silicone, now.memory, dt))
     aged = replace(body, law=law, shared=cache(lambda: body.pattern))
     goals = (now.state.load, goal)
     if rough(body):
-        track = followed(aged, now.state, goals, _PARTS, held=held, out_of_plane=out_of_plane)
+        track = followed(aged, now.state, goals, _PARTS, held=held)
         state, reason = track.state, track.reason
     else:
         start = replace(now.state, iterations=0)
-        found = follow(aged, start, goals, smallest=_SHORTEST, held=held, out_of_plane=out_of_plane, most=_MOST)
+        found = follow(aged, start, goals, smallest=_SHORTEST, held=held, most=_MOST)
         state, reason = found.state, found.reason
     if reason:
         return None, reason

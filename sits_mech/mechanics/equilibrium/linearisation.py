@@ -43,7 +43,6 @@ from sits_mech.mechanics.element.kernel import (
 )
 from sits_mech.mechanics.element.target import (
     between,
-    bonded_displacement,
     bonded_tangent,
     moved,
     turning,
@@ -196,7 +195,7 @@ def stepped(
     rounding = _ROUNDING * (float(body.mesh.inside.weights.sum()) + abs(found.energy))
     while part > _SHORTEST:
         u, q = here.u + part * linear, moved(here.q, part * dq)
-        u[body.bonded] = bonded_displacement(body.X, q)[:, list(body.mesh.axes)]
+        u[body.bonded] = body.with_target(q)
         known = deformed(body.mesh, u)
         min_J = smallest_volume(body, u, everywhere=False, known=known)
         if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
@@ -231,7 +230,7 @@ def stepped_around(body: Bonded, here: State, factor: Factor, way: Step) -> Stat
     """Take Newton's step, only partly in cells that it would invert; None if that fails."""
     (linear, p_full), (_, dq, forces, _) = _increments(body, here, factor, way), way
     u, near, q = here.u + linear, here.u.copy(), moved(here.q, dq)
-    u[body.bonded] = near[body.bonded] = bonded_displacement(body.X, q)[:, list(body.mesh.axes)]
+    u[body.bonded] = near[body.bonded] = body.with_target(q)
     found = drawn(body, u, near, _MIN_J_KEPT * min(here.min_J, 1.0))
     if found is None:
         return None

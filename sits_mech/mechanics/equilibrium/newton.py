@@ -86,20 +86,16 @@ class Approach:
     """A target nearly at rest."""
 
     state: State
-    q: Array
-    load: Array
     off: Array  # error of q
-    iterations: int
 
 
 def newton(
-    body: Bonded, start: State, goal: Array, held: Held | None = None, *, until: float = SETTLED,
-    arc: Arc | None = None, falling: bool = False,
+    body: Bonded, start: State, goal: Array, held: Held | None = None, *, arc: Arc | None = None, falling: bool = False
 ) -> Settled:
     """Iterate to rest under one goal; the result's residual says whether it settled.
 
-    Goal and `held` as in `follow`; `until` is the residual to stop at. With an `arc` the part of the path is found,
-    too. `falling`: descend the potential, surer at singular edges and slower elsewhere.
+    Goal and `held` as in `follow`. With an `arc` the part of the path is found, too. `falling`: descend the potential,
+    surer at singular edges and slower elsewhere.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
@@ -110,9 +106,9 @@ def newton(
     found = gradient(body, here)
     for count in range(MOST + 1):
         aim = aim_of(here, goal if arc is None else goal + part * arc.slope, held, arc)
-        left.append(_residual(body, here, found, aim, until))
+        left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
-        if left[-1] <= until or count == MOST or _hopeless(left, body.slips):
+        if left[-1] <= SETTLED or count == MOST or _hopeless(left, body.slips):
             break
         if factor is None or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one
@@ -155,7 +151,7 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
             break
     if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
         return None
-    return Approach(here, here.q, here.load, off, here.iterations)
+    return Approach(here, off)
 
 
 def unloaded(body: Bonded) -> State:
@@ -225,12 +221,12 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
     return np.full(3, np.inf), 0.0
 
 
-def _residual(body: Bonded, here: State, found: Gradient, aim: Aim, until: float) -> float:
+def _residual(body: Bonded, here: State, found: Gradient, aim: Aim) -> float:
     """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
     size = max(float(np.linalg.norm(here.load)), _ROUNDING * body.K)
     left = float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target))) / size
     left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
-    return left if left > until or np.isfinite(found.energy) else np.inf
+    return left if left > SETTLED or np.isfinite(found.energy) else np.inf
 
 
 def _hopeless(left: list[float], slips: bool) -> bool:

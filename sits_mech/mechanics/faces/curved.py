@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.faces.facets import upright, weighted
+from sits_mech.mechanics.faces.facets import behind, upright, weighted
 from sits_mech.quantities import Array, Integers
 
 _STEPS = 12  # of Newton's method for the nearest point; it ends where it stays
@@ -109,9 +109,8 @@ def nearest_on(x: Array, form: Array, nodes: Array, start: Array, sides: int) ->
 
 def before(x: Array, found: Jet, nodes: Array) -> tuple[Array, Array, Array]:
     """Return distances from points of faces, heights along the outward normals, and these: (n,), (n,), (n, d)."""
-    r = x - weighted(found.value, nodes)
     n = upright(found.slope @ nodes)
-    return np.linalg.norm(r, axis=1), (r * n).sum(axis=1), n
+    return *behind(x, nodes, found.value, n), n
 
 
 def gaps(x: Array, found: Jet, near: Nearest, nodes: Array, shape: Array) -> Gap:

@@ -124,11 +124,6 @@ class SelfContact:
         kept = np.zeros((0, 2), dtype=np.int64) if self.pairs is None else self.pairs
         return replace(self, pairs=np.unique(np.concatenate([needed, wider, kept]), axis=0))
 
-    def deepest(self, u: Array) -> float:
-        """Return the largest penetration of the faces [thicknesses]."""
-        met = _curved(self.skin, u, *self.near(u)._candidates)
-        return float(np.maximum(-met.before, 0.0).max(initial=0.0))
-
     @cached_property
     def _numbers(self) -> Integers:
         """Return the numbers of each pair's displacements, shape (n, 2 k d)."""

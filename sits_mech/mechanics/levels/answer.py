@@ -215,10 +215,10 @@ def answer(
         there = None if large else next(walk, None)
         if there is None:
             break
-        values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
+        values, spent = [*values, shown(there.state.q, there.state.load)], spent + there.state.iterations
         limit = levels.limit(values, np.where(held, 0.0, there.off / unit), pressed=pressed)
-        beyond.append(np.zeros(0) if there.state is None else packed(there.state))
-        stretches += [] if there.state is None else [largest_stretch(levels.maker(level), there.state.u)]
+        beyond.append(packed(there.state))
+        stretches.append(largest_stretch(levels.maker(level), there.state.u))
         if np.max(there.off[~held] / unit[~held], initial=0.0) > np.max(best.error):  # it does not settle there
             break
         best, kept = limit, len(beyond)

@@ -62,7 +62,6 @@ from sits_mech.mechanics.element.assembly import Pattern
 from sits_mech.mechanics.element.dissection import leaf_size
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.prolongation import Prolongation
-from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
@@ -265,7 +264,7 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     if way is None or levels.terms[level, 0] != levels.terms[level - 1, 0]:
         return None
     u = np.asarray(way.displacements(state.u))
-    u[body.bonded] = bonded_displacement(body.X, state.q)[:, list(body.mesh.axes)]
+    u[body.bonded] = body.with_target(state.q)
     least = float(deformation(body.mesh, u)[1].min())
     return State(u, state.q, way.pressures(state.p), state.load, min_J=least) if least > 0.0 else None
 
@@ -295,8 +294,7 @@ def _along_path(body: Bonded, goal: Array, held: Held) -> Approach | None:
     """Return the rest at the end of a path if affordable; faces in contact advance by increments."""
     most = _WORK[len(body.mesh.axes) - 2] / len(body.free)
     there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=most)
-    state = there.state
-    return Approach(state, state.q, state.load, 0.0 * goal, state.iterations) if there.reached == 1.0 else None
+    return Approach(there.state, 0.0 * goal) if there.reached == 1.0 else None
 
 
 class Memory(NamedTuple):

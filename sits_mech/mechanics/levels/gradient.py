@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
-from sits_mech.mechanics.element.target import all_six, bonded_displacement, bonded_tangent, moved, work_of_load
+from sits_mech.mechanics.element.target import all_six, bonded_tangent, moved, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, unpacked
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.linearisation import (
@@ -111,14 +111,13 @@ class _Level(NamedTuple):
 
     def work(self, body: Bonded, load: Array) -> Array:
         """Return the virtual work of residual forces in a body with the same cells, shape (k,)."""
-        q, axes = self.state.q, list(body.mesh.axes)
-        u = self.state.u.copy()
+        q, u = self.state.q, self.state.u.copy()
         if not self.small:
-            u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
+            u[body.bonded] = body.with_target(q)
             own = replace(body.near(u), shared=lambda: self.body.pattern)
             found = gradient(own, replace(self.state, u=u, load=load, known=None))
             return np.asarray(self.B.T @ found.free + found.target)
-        T = bonded_tangent(body.X, np.zeros(6))[:, axes, : len(q)]
+        T = bonded_tangent(body.X, np.zeros(6))[:, list(body.mesh.axes), : len(q)]
         u[body.bonded] = T @ q
         forces = small_strain_forces(body.mesh, body.law, body.K, u, body.swelling)
         on_target = np.tensordot(T, forces[body.bonded], axes=((0, 1), (0, 1)))
@@ -223,13 +222,13 @@ def _left(found: Gradient) -> float:
 
 def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:
     """Return the change of forces on free displacements (m, k) and target (k, k) along the motions B."""
-    columns, axes = [], list(body.mesh.axes)
+    columns = []
     for k, motion in enumerate(np.eye(body.components)):
         ends = []
         for way in (_WAY, -_WAY):
             u, q = here.u.copy(), moved(here.q, way * motion)
             u[body.free] += way * B[:, k]
-            u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
+            u[body.bonded] = body.with_target(q)
             found = gradient(body, replace(here, u=u, q=q, known=None))
             ends.append(np.concatenate([found.free, found.target]))
         columns.append((ends[0] - ends[1]) / (2.0 * _WAY))

@@ -124,7 +124,7 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
         track = _followed(line, body, controls, parts)
         if track.reason:
             return
-        yield Approach(track.state, track.state.q, track.state.load, np.zeros(body.components), track.iterations)
+        yield Approach(replace(track.state, iterations=track.iterations), np.zeros(body.components))
 
 
 def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way: str) -> Equilibrium:

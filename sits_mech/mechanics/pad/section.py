@@ -137,7 +137,7 @@ def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool) -> MixedMesh:
         return fanned(mesh, np.array(corners)) if fan and corners else mesh
     breaks = [-half_layer, half_layer] if fillet.flush else [-half_layer, -half_target, half_target, half_layer]
     counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
-    mesh = section_mesh(graded_lines(breaks, counts, grading), graded_lines([0.0, 1.0], [cells], grading))
+    mesh = section_mesh(graded_lines(breaks, counts, grading), graded_segment(0.0, 1.0, cells, grading))
     corners = [(-half_layer, 0.0), (half_layer, 0.0), (-half_target, 1.0), (half_target, 1.0)]
     return fanned(mesh, np.array(corners)) if fan else mesh
 

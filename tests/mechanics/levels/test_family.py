@@ -191,8 +191,8 @@ def test_levels_beyond_the_second_give_the_places_that_rest_gives():
     states = tuple(follow(levels.maker(k), rest(levels.maker(k)), (0.0 * load, load)).state for k in (0, 1))
     there = next(finer(levels, states, (held, load), False))
     true = follow(levels.maker(2), rest(levels.maker(2)), (0.0 * load, load)).state
-    assert np.max(np.abs(there.q - true.q)) < 0.1 * np.max(np.abs(true.q - states[1].q))
-    assert there.iterations <= true.iterations
+    assert np.max(np.abs(there.state.q - true.q)) < 0.1 * np.max(np.abs(true.q - states[1].q))
+    assert there.state.iterations <= true.iterations
 
 
 # d_h, sink, alpha of a pad of 20 x 20 x 2 mm under 15 x 15 mm, K/mu = 1000: NGSolve 6.2 and FElupe 11.3, to 0.1 %.
