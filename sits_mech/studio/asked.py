@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import UNITS, Array
 from sits_mech.readout.loads import varied
 from sits_mech.report.page.explorer import Asked
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -41,20 +41,19 @@ def read_asked(text: str, sensor: Sensor) -> Requirements:
     return requirements_of({key: part for key, part in table.items() if key != "scene"}, sensor=sensor)
 
 
-def first_words(most: dict[str, float], sensor: Sensor) -> str:
+def first_words(ends: dict[str, tuple[float, float]], sensor: Sensor) -> str:
     """Return requirements to begin with, as text: loads that are shown, a pad from half to twice of its thickness."""
-    ends = ((name, 0.0 if name == "F_z" else -size, size) for name, size in most.items())
-    loads = "".join(f'{name} = ["{low:g} N", "{high:g} N"]\n' for name, low, high in ends)
+    loads = "".join('{0} = ["{2:g} {1}", "{3:g} {1}"]\n'.format(name, UNITS[name], *ends[name]) for name in ends)
     thick = 0.0 if sensor.elastomer is None else 1e3 * sensor.elastomer.thickness
-    each = ", ".join(f'{name} = "{{}}"' for name in most)
-    resolution, error = each.replace("{}", "10 mN"), each.replace("{}", "5 %")
+    resolution = ", ".join(f'{name} = "{"10 m" if UNITS[name] == "N" else "0.1 m"}{UNITS[name]}"' for name in ends)
+    error = ", ".join(f'{name} = "5 %"' for name in ends)
     return (
         f"[loads]\n{loads}[vary]\n"
         f'"elastomer.thickness" = {{ from = "{0.5 * thick:.3g} mm", to = "{2.0 * thick:.3g} mm" }}\n'
         f'[require]\nresolution = {{ {resolution} }}\nerror = {{ {error} }}\n'
         f'height = "{2e3 * size_of(sensor)["height"]:.2g} mm"\n'
         '[tolerance]\n"elastomer.thickness" = "0.05 mm"\nmodulus = "5 %"\n[goal]\n'
-        f'minimise = "error.{next(reversed(most))}"\n'
+        f'minimise = "error.{next(reversed(ends))}"\n'
     )
 
 

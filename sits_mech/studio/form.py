@@ -10,6 +10,7 @@ from typing import Any
 
 from nicegui import ui
 
+from sits_mech.quantities import shown_unit
 from sits_mech.scene.coils import resolved_shear
 from sits_mech.scene.materials import silicones
 from sits_mech.scene.parameters import numbers_of
@@ -35,7 +36,7 @@ class Form:
     def fill(self) -> None:
         """Make the controls anew."""
         sensor = self.session.sensor
-        numbers, self.bears = numbers_of(sensor), set(self.session.most)
+        numbers, self.bears = numbers_of(sensor), set(self.session.ends)
         self.controls.clear()
         with self.controls:
             for key, words in SLIDERS.items():
@@ -45,9 +46,10 @@ class Form:
             if sensor.elastomer is not None and isinstance(sensor.elastomer.material, str):
                 ui.select(sorted(silicones()), label="silicone", value=sensor.elastomer.material,
                           on_change=lambda event: self._changes("elastomer.material", json.dumps(event.value)))
-            for name in dict.fromkeys((*self.session.most, *resolved_shear(sensor.coils), "F_z")):
-                unit = "N" if name.startswith("F") else "N m"
-                field = ui.number(f"largest {name} [{unit}]", value=self.session.most.get(name), format="%.4g")
+            for name in dict.fromkeys((*self.session.ends, *resolved_shear(sensor.coils), "F_z")):
+                ends = self.session.ends.get(name)
+                words, most = f"largest {name} [{shown_unit(name)}]", ends and max(map(abs, ends))
+                field = ui.number(words, value=most, format="%.4g")
                 field.on("change", partial(self._bears, name, field)).classes("w-full").props("dense")
         if self.keys.value:
             self._fill_keys()
@@ -81,13 +83,11 @@ class Form:
     def _slider(self, key: str, words: str, value: float) -> None:
         """Make a slider from half of a number to twice of it."""
         scale, unit = _UNITS.get(key, (1e3, "mm"))
-        whole = key.endswith("turns")
-        low, high = (250.0, 350.0) if key == "temperature" else (0.5 * value, 2.0 * value) if value else (0.0, 5e-4)
-        step = 1.0 if whole else (high - low) * scale / 300.0
+        low, high, step = slider_range(key, value)
         with ui.row().classes("w-full justify-between items-center no-wrap gap-2"):
             ui.label(words).classes("sits-words")
             shown = ui.label(f"{value * scale:.4g} {unit}").classes("sits-number")
-        slider = ui.slider(min=low * scale, max=high * scale, step=step, value=value * scale).props(
+        slider = ui.slider(min=low * scale, max=high * scale, step=step * scale, value=value * scale).props(
             f'aria-label="{words}" dense'
         )
 
@@ -95,7 +95,7 @@ class Form:
             """Follow the slider."""
             now = float(event.args)
             shown.set_text(f"{now:.4g} {unit}")
-            self._changes(key, str(round(now)) if whole else repr(now / scale))
+            self._changes(key, str(round(now)) if step == 1.0 else repr(now / scale))
 
         slider.on("update:model-value", moved, throttle=_THROTTLE)
 
@@ -121,6 +121,14 @@ class Form:
     def _bears(self, name: str, field: ui.number) -> None:
         """Take another range of a component of the load; none where it is empty or zero."""
         self.tried(lambda: self.session.bear(name, abs(float(field.value or 0.0))))
+
+
+def slider_range(key: str, value: float) -> tuple[float, float, float]:
+    """Return lowest and highest value and step of a slider: half of a number to twice of it, turns by ones."""
+    if key.endswith("turns"):
+        return max(value // 2.0, 1.0), 2.0 * value, 1.0
+    low, high = (250.0, 350.0) if key == "temperature" else (0.5 * value, 2.0 * value) if value else (0.0, 5e-4)
+    return low, high, (high - low) / 300.0
 
 
 @cache

@@ -95,9 +95,11 @@ class _Page:
                 self.drawing = ui.html(sanitize=False).classes("sits-drawing")
                 ui.html('<div id="sits-frames"></div>', sanitize=False).classes("w-full")
         self.client.on_disconnect(self.session.close)
-        most = {key: float(value) for key, value in asked.items() if key in WRENCH and _is_number(value)}
+        ends = {key: _ends(value) for key, value in asked.items() if key in WRENCH}
         keys = {key: value for key, value in asked.items() if key not in WRENCH}
-        self._tried(lambda: self.session.open(str(self.scene.value), keys, most))
+        self._tried(
+            lambda: self.session.open(str(self.scene.value), keys, {key: each for key, each in ends.items() if each})
+        )
         if required:
             self._tried(lambda: self.session.require(required))
         self.form.fill()
@@ -155,10 +157,10 @@ class _Page:
 
     def _begins_to_require(self, event: Any) -> None:
         """Write requirements to begin with, where there are none."""
-        if event.value and not self.required.value and self.session.most:
+        if event.value and not self.required.value and self.session.ends:
             from sits_mech.studio.asked import first_words
 
-            self.required.set_value(first_words(self.session.most, self.session.sensor))
+            self.required.set_value(first_words(self.session.ends, self.session.sensor))
 
     def _show(self, view: View) -> None:
         """Show what is known now."""
@@ -169,10 +171,12 @@ class _Page:
             self.state.props(f"color={_COLOURS[view.kind]}")
             self.stops.set_text("solve" if self.session.stopped else "stop")
             self.command.set_text(self.session.command)
-            query = urlencode({"scene": self.session.source, **self.session.keys, **self.session.most})
-            self.link.props(f'href="/?{query}"')
+            keys, ends = self.session.keys, self.session.ends
+            loads = {name: f"{low!r}:{high!r}" for name, (low, high) in ends.items()}
+            query = urlencode({"scene": self.session.source, **(keys or {}), **loads})
+            self.link.props(f'href="/?{query}"').set_visibility(keys is not None)
             self._show_search()
-            if self.session.most.keys() != self.form.bears:
+            if self.session.ends.keys() != self.form.bears:
                 self.form.fill()
             now = view.kind, scene_hash(view.sensor), id(view.data), id(view.judged)
             if now != self.drawn:
@@ -252,9 +256,10 @@ def _file(name: str) -> str:
     return (resources.files("sits_mech.studio") / name).read_text(encoding="utf-8")
 
 
-def _is_number(text: str) -> bool:
-    """Return whether a text is a positive number."""
+def _ends(text: str) -> tuple[float, float] | None:
+    """Return the ends of a range, as an address has them."""
     try:
-        return float(text) > 0.0
+        low, high = map(float, text.split(":"))
     except ValueError:
-        return False
+        return None
+    return (low, high) if low < high else None

@@ -58,17 +58,17 @@ class Question(ABC):
 
 
 class Borne(Question):
-    """Which of the loads that `calibrate` takes by default does the pad bear? Of no loads; answers with a grid."""
+    """Which of the loads that `calibrate` takes by default does the pad bear? Of no loads; answers with ranges."""
 
-    def answer(self, told: Told) -> tuple[tuple[str, tuple[float, ...]], ...]:
-        """Return the grid."""
+    def answer(self, told: Told) -> dict[str, tuple[float, float]]:
+        """Return the ends of their ranges."""
         from sits_mech.analysis.envelope import borne_share
         from sits_mech.quantities import Wrench
         from sits_mech.scene.coils import usual_loads
 
         most = usual_loads(self.sensor.coils)
         share = borne_share(self.sensor, Wrench(**most), self.models[0])
-        return tuple((name, grid_of(name, share * size)) for name, size in most.items())
+        return {name: ends_of(name, share * size) for name, size in most.items()}
 
 
 class Table(Question):
@@ -141,9 +141,14 @@ class Search(Question):
         return design(self.asked, folder=self.folder, told=told)
 
 
-def grid_of(name: str, most: float) -> tuple[float, ...]:
-    """Return the values of a force up to its largest: shear to both sides."""
-    return tuple(np.linspace(0.0 if name == "F_z" else -most, most, _ACROSS).tolist())
+def ends_of(name: str, most: float) -> tuple[float, float]:
+    """Return the range of a force up to its largest: shear to both sides."""
+    return 0.0 if name == "F_z" else -most, most
+
+
+def grid_of(low: float, high: float) -> tuple[float, ...]:
+    """Return the values of a force over its range."""
+    return tuple(np.linspace(low, high, _ACROSS).tolist())
 
 
 def _kept(question: Question, make: Callable[[], xr.Dataset]) -> xr.Dataset:

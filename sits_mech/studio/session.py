@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from sits_mech.quantities import LOAD_ARGUMENTS, UNITS, WRENCH
+from sits_mech.scene.files import literal
 from sits_mech.scene.parameters import keys_of, numbers_of
-from sits_mech.scene.sensor import Sensor, changed, load_sensor
-from sits_mech.studio.questions import Borne, Figures, Question, Search, Slopes, Table, grid_of
+from sits_mech.scene.sensor import SceneError, Sensor, changed, load_sensor
+from sits_mech.studio.questions import Borne, Figures, Question, Search, Slopes, Table, ends_of, grid_of
 from sits_mech.studio.solver import Solver
 
 if TYPE_CHECKING:  # these come with the first table: the first picture does not wait for them
@@ -58,33 +60,32 @@ class Session:
         later: Callable[..., Any],
     ) -> None:
         self.solver, self.tab, self.draw, self.models, self.later = solver, tab, draw, models, later
-        self.source, self.keys = "biorob2018-w15", dict[str, str]()
-        self.sensor = load_sensor(self.source)
-        self.most = dict[str, float]()  # largest forces [N]; of none those that the pad bears
+        self.source = "biorob2018-w15"
+        self.sensor = self.opened = load_sensor(self.source)
+        self.ends = dict[str, tuple[float, float]]()  # ranges of the load [N, N m]; of none those that the pad bears
         self.visited = list[Sensor]()
         self.moved, self.stopped = "", False
         self.asked: Requirements | None = None
         self.search: Search | None = None
         self.tried = list[str]()  # designs of the search, in words
         self.found: DesignAnswer | None = None
+        self._refused: dict[tuple[Any, ...], str] = {}  # why figures cannot be told
         self._glances: dict[tuple[Any, ...], Judged | None] = {}  # by the requirements of now
         self._tables: dict[tuple[Any, ...], Solved] = {}
         self._shown: tuple[tuple[Any, ...], View] | None = None
 
-    def open(self, source: str, keys: dict[str, str] | None = None, most: dict[str, float] | None = None) -> None:
+    def open(
+        self, source: str, keys: dict[str, str] | None = None, ends: dict[str, tuple[float, float]] | None = None
+    ) -> None:
         """Show a scene of the catalogue or a file, with keys changed; SceneError as `load_sensor`."""
-        keys = keys or {}
-        sensor = load_sensor(source, [f"{key}={value}" for key, value in keys.items()])
-        self.source, self.keys, self.sensor, self.most, self.visited = source, dict(keys), sensor, dict(most or {}), []
+        opened = load_sensor(source)
+        self.sensor = load_sensor(source, [f"{key}={value}" for key, value in (keys or {}).items()])
+        self.source, self.opened, self.ends, self.visited = source, opened, dict(ends or {}), []
         self.asked, self.search, self.found = None, None, None
         self.update()
 
     def take(self, sensor: Sensor) -> None:
         """Show another scene, written by hand."""
-        before, after = numbers_of(self.sensor), numbers_of(sensor)
-        for key, value in after.items():
-            if before.get(key) != value:
-                self.keys[key] = repr(value)
         self.sensor = sensor
         self.update()
 
@@ -93,16 +94,15 @@ class Session:
         keys = keys_of(self.sensor, key) if "*" in key else [key]
         sensor = changed(self.sensor, [f"{each}={value}" for each in keys])
         self.sensor, self.moved = sensor, key
-        self.keys |= dict.fromkeys(keys, value)
         self.update()
 
     def bear(self, name: str, most: float) -> None:
         """Ask for another range of a component of the load [N, N m]; zero leaves it out, but for the last one."""
         if most > 0.0:
-            self.most = {each: self.most.get(each, most) if each != name else most for each in WRENCH
-                         if each in self.most or each == name}
-        elif len(self.most) > 1:
-            self.most.pop(name, None)
+            ends = self.ends | {name: ends_of(name, most)}
+            self.ends = {each: ends[each] for each in WRENCH if each in ends}
+        elif len(self.ends) > 1:
+            self.ends.pop(name, None)
         self.update()
 
     def require(self, text: str) -> None:
@@ -124,8 +124,9 @@ class Session:
     def _judge(self) -> None:
         """Show the loads of what is required, and judge anew."""
         self._glances.clear()
+        self._refused.clear()
         if self.asked is not None:
-            self.most = {name: max(map(abs, ends)) for name, ends in self.asked.loads.items()}
+            self.ends = dict(self.asked.loads)
         self.update()
 
     def stop(self) -> None:
@@ -141,7 +142,7 @@ class Session:
     @property
     def loads(self) -> tuple[tuple[str, tuple[float, ...]], ...]:
         """The grid of loads; empty where the pad is to say it."""
-        return tuple((name, grid_of(name, most)) for name, most in self.most.items())
+        return tuple((name, grid_of(*ends)) for name, ends in self.ends.items())
 
     def question(self, sensor: Sensor, numbers: tuple[str, ...] = ()) -> Question:
         """Return what to ask of a scene under the loads: its table, or slopes by numbers."""
@@ -150,17 +151,29 @@ class Session:
         return (Table if self.loads else Borne)(sensor, self.loads, self.models)
 
     @property
+    def keys(self) -> dict[str, str] | None:
+        """What is changed of the scene that was opened, as `--set` takes it; None where that cannot tell it all."""
+        before, after = numbers_of(self.opened), numbers_of(self.sensor)
+        found = {key: literal(value) for key, value in after.items() if before.get(key) != value}
+        with suppress(SceneError):
+            if changed(self.opened, [f"{key}={value}" for key, value in found.items()]) == self.sensor:
+                return found
+        return None  # parts or keys come or go
+
+    @property
     def command(self) -> str:
-        """The command that gives the same table."""
-        keys = "".join(f" --set {key}={value!r}" for key, value in self.keys.items())
-        loads = "".join(
-            ' --{0} "{1!r} {4}:{2!r} {4}:{3}"'.format(
-                _OPTIONS[name], values[0], values[-1], len(values), UNITS[name].replace(" ", "*"))
-            for name, values in self.loads
-        )
+        """The command that gives the same table, of the scene file that is handed out where keys do not tell it."""
+        keys = self.keys
+        words = ["sits-mech", "calibrate", "scene.toml" if keys is None else self.source]
+        for key, value in (keys or {}).items():
+            words += ["--set", f"{key}={value}"]
+        for name, values in self.loads:
+            unit = UNITS[name].replace(" ", "*")
+            words += [f"--{_OPTIONS[name]}", f"{values[0]!r} {unit}:{values[-1]!r} {unit}:{len(values)}"]
         options = zip(("mechanics", "magnetics", "tolerance"), self.models, ("auto", "auto", 0.01), strict=True)
-        models = "".join(f" --{name} {value}" for name, value, usual in options if value != usual)
-        return f"sits-mech calibrate {self.source}{keys}{loads}{models} -o calibration"
+        for option, value, usual in options:
+            words += [f"--{option}", f"{value}"] if value != usual else []
+        return shlex.join([*words, "-o", "calibration"])
 
     def view(self, state: str = "") -> View:
         """Return what is known of the scene now."""
@@ -171,7 +184,9 @@ class Session:
         if self._shown is None or self._shown[0] != now:
             self._shown = now, self._made(own, known)
         kept = self._shown[1]
-        return replace(kept, state=state or (kept.kind if kept.data is not None else "waits for its first table"))
+        why = "" if figures is None else self._refused.get(figures.key, "")
+        usual = kept.kind if kept.data is not None else "waits for its first table"
+        return replace(kept, state=state or why or usual)
 
     def _made(self, own: Question, known: list[Solved]) -> View:
         """Return a view of the scene by tables that are known."""
@@ -222,7 +237,7 @@ class Session:
             wishes.append((self.question(self.sensor), True))
         if self.search is not None:
             wishes.append((self.search, False))
-        if self._figures is not None:
+        if self._figures is not None and self._figures.key not in self._refused:
             wishes.append((self._figures, False))
         if self.loads:
             wishes += [(question, False) for question in self._behind()]
@@ -276,10 +291,13 @@ class Session:
             self._searched(kind, what)
         elif kind == "done":
             if isinstance(question, Borne):
-                self.most = {name: max(values) for name, values in what}
+                self.ends = what
             elif isinstance(question, Table) and question.sensor not in self.visited:
                 self.visited.append(question.sensor)
             self.update()
+        elif isinstance(question, Figures) and kind == "failed":
+            self._refused[question.key] = f"not judged: {what}"
+            self.draw(self.view())
         elif question.key == self.question(self.sensor).key and not self.stopped:
             words = {"progress": "solving: {} of {} loads", "started": "solving", "failed": "not solved: {}"}[kind]
             self.draw(self.view(words.format(*(what if isinstance(what, tuple) else (what,)))))

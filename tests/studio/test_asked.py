@@ -46,9 +46,10 @@ def test_a_text_of_requirements_is_read_for_the_scene_that_is_shown(base: Solved
     for text, why in (("[loads", "requirements: must be TOML"), (slip, "require: ")):
         with pytest.raises(SceneError, match=why):
             read_asked(text, base.sensor)
-    first = read_asked(first_words({"F_x": 0.5, "F_z": 2.0}, base.sensor), base.sensor)
+    first = read_asked(first_words({"F_x": (-0.5, 0.5), "F_z": (0.0, 2.0)}, base.sensor), base.sensor)
     assert first.loads == {"F_x": (-0.5, 0.5), "F_z": (0.0, 2.0)} and first.space.names == ("elastomer.thickness",)
-    assert read_asked(first_words({"F_x": 0.5}, base.sensor), base.sensor).goal == {"error.F_x": 1.0}
+    moment = read_asked(first_words({"F_z": (0.0, 2.0), "M": (-2e-3, 2e-3)}, base.sensor), base.sensor)
+    assert moment.goal == {"error.M": 1.0} and moment.loads["M"] == (-2e-3, 2e-3)
 
 
 def test_figures_at_a_glance_have_no_error_by_tolerances(base: Solved, judged: Judged, asked: Requirements) -> None:

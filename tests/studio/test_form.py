@@ -2,7 +2,7 @@
 
 from sits_mech.scene.parameters import numbers_of
 from sits_mech.scene.sensor import load_sensor
-from sits_mech.studio.form import entry
+from sits_mech.studio.form import entry, slider_range
 
 
 def test_every_key_of_a_scene_is_described() -> None:
@@ -14,3 +14,9 @@ def test_every_key_of_a_scene_is_described() -> None:
     for name in ("biorob2018-w15", "triaxial-4"):
         for key in numbers_of(load_sensor(name)):
             assert entry(key), key
+
+
+def test_a_slider_of_turns_stops_at_every_number() -> None:
+    """From half of an odd number too, and from one on."""
+    assert slider_range("coils.*.turns", 25.0) == (12.0, 50.0, 1.0) and slider_range("coils.*.turns", 1.0)[0] == 1.0
+    assert slider_range("target.width", 0.01)[:2] == (0.005, 0.02)

@@ -8,7 +8,7 @@ import xarray as xr
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.studio.questions import Borne, Slopes, Table, grid_of
 
-LOADS = (("F_x", grid_of("F_x", 0.4)), ("F_z", grid_of("F_z", 1.0)))
+LOADS = (("F_x", grid_of(-0.4, 0.4)), ("F_z", grid_of(0.0, 1.0)))
 MODELS = ("linear", "planar", 0.1)
 
 
