@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,6 +21,7 @@ from sits_mech.cli.options import (
     Quantity,
     Scene,
     app,
+    check_asked,
     check_readable,
     output_of,
     pose_of,
@@ -222,7 +224,7 @@ def studio(
     scene = scene or _FIRST
     design = Path(scene) / "recommended.toml"
     source = str(design) if design.is_file() else scene
-    load_sensor(source)
+    check_asked(load_sensor(source), {}, **asdict(models))
     if not 0 <= port < 65536:
         raise SceneError(f"--port: must be from 0 to 65535; got {port}")
     try:
