@@ -171,8 +171,8 @@ class Session:
             unit = UNITS[name].replace(" ", "*")
             words += [f"--{_OPTIONS[name]}", f"{values[0]!r} {unit}:{values[-1]!r} {unit}:{len(values)}"]
         options = zip(("mechanics", "magnetics", "tolerance"), self.models, ("auto", "auto", 0.01), strict=True)
-        for option, value, usual in options:
-            words += [f"--{option}", f"{value}"] if value != usual else []
+        for option, model, usual in options:
+            words += [f"--{option}", str(model)] if model != usual else []
         return shlex.join([*words, "-o", "calibration"])
 
     def view(self, state: str = "") -> View:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
-
 import numpy as np
 import xarray as xr
 
@@ -51,5 +48,4 @@ def file_of(view: View, name: str) -> bytes:
         raise SceneError(f"{name}: must be of a solved table; this one is a {view.kind}")
     if name == "table.csv":
         return csv_text(view.data).encode()
-    with TemporaryDirectory() as empty:
-        return report_page(view.sensor, view.data, Path(empty)).encode()
+    return report_page(view.sensor, view.data).encode()

@@ -42,8 +42,8 @@ def write_html(sensor: Sensor, data: xr.Dataset, folder: Path, path: Path) -> No
     write_text(path, page(sensor, data, folder))
 
 
-def page(sensor: Sensor, data: xr.Dataset, folder: Path) -> str:
-    """Return the report of a calibration as one HTML text; arguments as of `write_html`."""
+def page(sensor: Sensor, data: xr.Dataset, folder: Path | None = None) -> str:
+    """Return the report of a calibration as one HTML text, without a folder without pictures."""
     read = readings(sensor, data)
     sections, script = _sections(sensor, data, folder, read), ""
     if varied(data):
@@ -69,12 +69,12 @@ def page_of(
     )
 
 
-def _sections(sensor: Sensor, data: xr.Dataset, folder: Path, read: Readings) -> list[tuple[str, str, str]]:
+def _sections(sensor: Sensor, data: xr.Dataset, folder: Path | None, read: Readings) -> list[tuple[str, str, str]]:
     """Return name, title and HTML of each section below the explorer."""
     return [
         ("words", "In plain words", f'<ul class="words">{words_part(sensor, data, read)}</ul>'),
         ("figures", "Figures of merit", figures_part(data)),
-        ("pictures", "Pictures", pictures_part(folder, PICTURES)),
+        *([] if folder is None else [("pictures", "Pictures", pictures_part(folder, PICTURES))]),
         ("readout", "Readout", readout_part(sensor, read)),
         ("inverse", "Forces back from inductances", inverse_part(sensor, data, read)),
         ("limits", "Limits of the pad", limits_part(sensor, data)),
