@@ -134,9 +134,9 @@ def _failed_part(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]
     lines = []
     for number in failed[:_FAILED]:
         row = point(data, number)
-        why = f"{point_name(row)}<br>{html.escape(row['status'].item())}: {html.escape(row['reason'].item())}"
-        again = html.escape(command(row, files))
-        lines.append(f"<tr><td>{number + 1}</td><td>{why}<br><code>{again}</code></td></tr>")
+        words = (point_name(row), f"{row['status'].item()}: {row['reason'].item()}", command(row, files))
+        where, why, again = map(html.escape, words)
+        lines.append(f"<tr><td>{number + 1}</td><td>{where}<br>{why}<br><code>{again}</code></td></tr>")
     more = f'<p class="hint after">and {len(failed) - _FAILED} more</p>' if len(failed) > _FAILED else ""
     head = "<thead><tr><th>case</th><th>where, why, and how to repeat it alone</th></tr></thead>"
     return f'<div class="wide"><table>{head}<tbody>{"".join(lines)}</tbody></table></div>{more}'

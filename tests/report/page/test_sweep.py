@@ -79,6 +79,9 @@ def test_large_and_unfinished_tables(folder: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(sweep, "_MOST", 60)
     assert "of 12 cases are here; result.nc has all" in sweep.page(data, [], {})
     monkeypatch.undo()
+    named = data.assign_coords(scene=["<b>x", "y"])
+    whole = sweep.page(named, [0], {"<b>x": tmp_path / "<b>x.toml"})
+    assert "scene = &lt;b&gt;x" in whole and "<b>x" not in whole.partition("</table>")[0]
     data["status"] = data["status"].dims, np.full(data["status"].shape, "unfinished")
     save_table(data, tmp_path / "result.nc")
     assert sweep.columns_of(data)["cases"] == [] and sweep.write_sweep(tmp_path, tmp_path / "report.html") == []
