@@ -41,7 +41,8 @@ def moving(data: xr.Dataset) -> tuple[str, ...]:
 def history_table(data: xr.Dataset) -> Table:
     """Return load, pose and signals at the history's own times, with errors."""
     rows = np.flatnonzero(data["given"].to_numpy())
-    thinned = rows[:: int(np.ceil(len(rows) / _MOST))]
+    step = -(-len(rows) // _MOST)
+    thinned = rows[::step]
     found = Table(title=f"{data.attrs['name']}: estimated errors behind every number", show_edge=False)
     loads, signals = moving(data), told(data)
     places = [name for name in POSE if name in POSE[:3] or np.any(data[name].to_numpy() != 0.0)]
@@ -59,7 +60,7 @@ def history_table(data: xr.Dataset) -> Table:
         values = [with_error(*(k * float(part) for part in (here[a], here[b], sizes[a]))) for k, a, b in each]
         cells = (f"{float(here[name]):.4g}" for name in loads)
         found.add_row(f"{float(here['time']):.6g}", *cells, *values, here["flags"].item())
-    left = "" if len(thinned) == len(rows) else f"every {len(rows) // len(thinned)}th of {len(rows)} rows; "
+    left = "" if step < 2 else f"one row of {step}, {len(rows)} in all; "
     found.caption = f"{left}{data.attrs['notes']}" or None
     return found
 

@@ -8,6 +8,7 @@ import pytest
 
 from sits_mech.analysis.histories.response import in_time
 from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.report import history
 from sits_mech.report.history import (
     history_csv,
     history_curves,
@@ -48,8 +49,11 @@ def test_csv_has_every_solved_time(data):
     np.testing.assert_array_equal(table["L[C1]"], data["L"][:, 0, 0])
 
 
-def test_table_and_picture(data, collisions):
+def test_table_and_picture(data, collisions, monkeypatch):
     assert history_table(data).row_count == 3
+    monkeypatch.setattr(history, "_MOST", 2)
+    thinned = history_table(data)
+    assert thinned.row_count == 2 and thinned.caption.startswith("one row of 2, 3 in all")
     figure = history_curves(data)
     assert not collisions(figure)
 
