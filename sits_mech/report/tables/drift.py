@@ -13,7 +13,7 @@ from sits_mech.chain.simulate import Simulation
 from sits_mech.quantities import Array, as_jsonable, shown_unit
 from sits_mech.report.pictures.style import new_figure
 from sits_mech.report.records import simulation_record
-from sits_mech.report.tables.solves import column_table, short
+from sits_mech.report.tables.solves import column_table, pose_names, short, shown_scale
 from sits_mech.scene.thermal import CAUSES
 from sits_mech.units import ZERO_CELSIUS
 
@@ -69,12 +69,13 @@ def temperatures_table(coils: Sequence[str], temperatures: Sequence[float], foun
     """Return the same for a reader: pose, and each coil's inductance with its change from the first temperature."""
     unit, first = found[0].impedance.unit_L, np.diagonal(found[0].impedance.L)
     shown = unit.replace("H", "uH")
-    headings = ["T [degC]", "d_h [um]", "d_v [um]", "alpha [mrad]"]
+    places = {name: shown_scale(name) for name in pose_names([each.equilibrium for each in found])}
+    headings = ["T [degC]", *(f"{name} [{unit}]" for name, (_, unit) in places.items())]
     headings += [f"{coil} [{shown}], change [ppm]" for coil in coils[:_MOST_AT_ONCE]]
     table = column_table("over temperature", [*headings, "status"])
     for T, each in zip(temperatures, found, strict=True):
         pose, L = each.equilibrium.pose, np.diagonal(each.impedance.L)
-        own = [f"{1e6 * pose.d_h:.3f}", f"{1e6 * pose.d_v:.3f}", f"{1e3 * pose.alpha:.4f}"]
+        own = [f"{k * getattr(pose, name):.{3 if unit == 'um' else 4}f}" for name, (k, unit) in places.items()]
         cells = [f"{1e6 * a:.6f}, {1e6 * (a / b - 1.0):.1f}" for a, b in zip(L, first, strict=True)]
         table.add_row(f"{T - ZERO_CELSIUS:.4g}", *own, *cells[:_MOST_AT_ONCE], "; ".join(each.flags))
     return table

@@ -106,9 +106,14 @@ def column_table(title: str, headings: Sequence[str], **options: Any) -> Table:
     return found
 
 
+def pose_names(found: Sequence[Equilibrium]) -> tuple[str, ...]:
+    """Return the components of the pose to show, those out of the plane where a load or a pose has such."""
+    return POSE[: 6 if any(each.wrench.out_of_plane or each.pose.out_of_plane for each in found) else 3]
+
+
 def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[str] = ()) -> Table:
     """Return pose with errors, and how it came about."""
-    lines, names = status_lines(flags), POSE[: 6 if found.wrench.out_of_plane or found.pose.out_of_plane else 3]
+    lines, names = status_lines(flags), pose_names([found])
     pose, error = asdict(found.pose), asdict(found.error)
     sizes = sizes_of(pose | {f"error_{name}": off for name, off in error.items()}, names)
     for name in names:

@@ -1,10 +1,15 @@
 """Numbers with their errors, to the digits that the error leaves."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from sits_mech.chain.simulate import simulate
+from sits_mech.quantities import Wrench
+from sits_mech.report.tables.drift import temperatures_table
 from sits_mech.report.tables.solves import figure_text, short, sizes_of, with_error
+from sits_mech.scene.sensor import load_sensor
 
 
 @pytest.mark.parametrize(("value", "error", "expected"), [
@@ -59,3 +64,14 @@ def test_three_digits_without_an_exponent() -> None:
     numbers = (0.00351, 22.84, 1234.5, 0.0000012345, 1.5e7)
     assert [short(x) for x in numbers] == ["0.00351", "22.8", "1234", "1.23e-06", "1.5e+07"]
     assert [short(x, 2) for x in (123.4, 0.00351)] == ["123", "0.0035"]
+
+
+def test_motion_out_of_the_plane_is_shown_over_temperature() -> None:
+    """All six components where one answer has such."""
+    flat = simulate(load_sensor("biorob2018"), Wrench(F_z=0.5), mechanics="linear", magnetics="planar", tolerance=0.1)
+    pose = replace(flat.equilibrium.pose, d_y=1e-4)
+    aside = replace(flat, equilibrium=replace(flat.equilibrium, pose=pose))
+    for found, count in (([flat, flat], 3), ([flat, aside], 6)):
+        table = temperatures_table(["C1", "C2"], [280.0, 300.0], found)
+        assert len(table.columns) == 1 + count + 2 + 1
+    assert list(table.columns[4].cells) == ["0.000", "100.000"] and table.columns[4].header == "d_y [um]"
