@@ -17,13 +17,14 @@ from sits_mech.version import __version__
 
 _PARTS = {
     "numpy": "core", "scipy": "core", "scikit-fem": "core", "meshio": "core", "pydantic": "core", "pint": "core",
-    "xarray": "core", "netCDF4": "core", "cyclopts": "core",
+    "xarray": "core", "netCDF4": "core", "cyclopts": "core", "shapely": "core",
     "rich": "core", "threadpoolctl": "core", "platformdirs": "core",
     "matplotlib": "pictures: pip install 'sits-mech[view]'",
     "pyvista": "3D views: pip install 'sits-mech[view]'",
     "gmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
     "pygmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
     "openpyxl": "workbooks: pip install 'sits-mech[excel]'",
+    "nicegui": "the studio: pip install 'sits-mech[studio]'",
     "distributed": "runs on a cluster: pip install 'sits-mech[cluster]'",
 }
 _MODULES = {"scikit-fem": "skfem"}

@@ -1,8 +1,11 @@
 """What the doctor says: versions, and a try of what may lack system libraries."""
 
+import re
 import subprocess
 import sys
+import tomllib
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -23,6 +26,17 @@ def test_core_is_there_and_missing_parts_are_said(monkeypatch: pytest.MonkeyPatc
     found = {name: version for name, version, _ in doctor.examine()}
     assert found["gmsh"] == "missing" and found["numpy"] != "missing"
     assert found["render off screen"] == found["mesh generator"] == "works"
+
+
+def test_every_dependency_is_looked_at() -> None:
+    """Those of the core, and of the extras that commands need."""
+    asked = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = asked["optional-dependencies"]
+    names = {kind: {re.match(r"[\w-]+", line)[0] for line in lines} for kind, lines in extras.items()}
+    core = {re.match(r"[\w-]+", line)[0] for line in asked["dependencies"]}
+    assert core == {name for name, purpose in doctor._PARTS.items() if purpose == "core"}
+    for kind in ("mesh", "view", "cluster", "excel", "studio"):
+        assert names[kind] - {"sits-mech"} <= doctor._PARTS.keys()
 
 
 @PYVISTA
