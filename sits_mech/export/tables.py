@@ -39,7 +39,8 @@ def write_xlsx(source: Source, path: Path) -> tuple[str, ...]:
     loads = book.active
     loads.title = "loads"
     names, *rows = csv.reader(io.StringIO(csv_text(source.data)))
-    _fill(loads, [names, [unit_of(name, source.data.attrs["unit_L"]) for name in names], *rows], heading=2)
+    numbers = [[_cell(text) for text in row] for row in rows]
+    _fill(loads, [names, [unit_of(name, source.data.attrs["unit_L"]) for name in names], *numbers], heading=2)
     loads.freeze_panes = loads.cell(3, 1 + len(varied(source.data)) + len(fixed(source.data)))
     table = [[name, _finite(value), _finite(error), unit] for name, value, error, unit in figures(source.data)]
     _fill(book.create_sheet("figures"), [["figure", "value", "estimated error", "unit"], *table], heading=1)
@@ -53,11 +54,11 @@ def write_xlsx(source: Source, path: Path) -> tuple[str, ...]:
 
 
 def _fill(sheet: Any, rows: list[list[Any]], heading: int) -> None:
-    """Put rows into a sheet, texts that are numbers as numbers; the first ones are headings."""
+    """Put rows into a sheet; the first ones are headings."""
     from openpyxl.styles import Font
 
     for number, row in enumerate(rows):
-        sheet.append([cell if number < heading else _cell(cell) for cell in row])
+        sheet.append(row)
         for cell in sheet[number + 1]:
             if number < heading:
                 cell.font = Font(bold=number == 0, italic=number > 0)
@@ -68,14 +69,12 @@ def _fill(sheet: Any, rows: list[list[Any]], heading: int) -> None:
         sheet.column_dimensions[column[0].column_letter].width = min(max(10, longest + 2), 60)
 
 
-def _cell(value: Any) -> Any:
+def _cell(text: str) -> float | str | None:
     """Return a number where a text is one, and nothing where it is not finite."""
-    if not isinstance(value, str):
-        return value
     try:
-        return _finite(float(value))
+        return _finite(float(text))
     except ValueError:
-        return value
+        return text
 
 
 def _finite(value: float) -> float | None:
