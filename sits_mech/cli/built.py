@@ -88,6 +88,8 @@ def adapt(
         raise SceneError(f"adapt: must have either --bench FILE or --plan N; got {'both' if bench else 'none'}")
     if plan is not None and plan < 1:
         raise SceneError(f"plan: must be one or more loads; got {plan}")
+    if plan is not None and (check is not None or strict or output is not None):
+        raise SceneError("--plan: must be given without --check, --strict and -o, which are of readings")
     if bench is not None:
         check_readable(bench, "a readable measurement")
 

@@ -139,7 +139,7 @@ def sweep(
         for line in watched(study):
             write(f"{line}\n")
         return 0
-    check_readable(study, "a readable scene file")
+    check_readable(study, "a readable study file")
 
     from sits_mech.batch.executors import workers
     from sits_mech.batch.forecast import noted

@@ -122,9 +122,9 @@ def fit(
     from sits_mech.report.folder import checked_picture
 
     picture = None if output is None else checked_picture(output)
-    for path in (tensile, relaxation, cyclic):
+    for path, kind in ((tensile, "tensile"), (relaxation, "relaxation"), (cyclic, "cyclic")):
         if path is not None:
-            check_readable(path, "a readable tensile test")
+            check_readable(path, f"a readable {kind} test")
 
     from sits_mech.analysis.material.fitted import fit_tests
     from sits_mech.report.pictures.fit import fit_figure, fitted_tables

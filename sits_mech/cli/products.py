@@ -37,27 +37,27 @@ def view(
     kind: Literal["scene", "layer", "field", "spatial"] | None = None,
     driven: Annotated[str | None, Parameter(help="Coil that carries current; by default the last.")] = None,
     frequency: Annotated[Quantity | None, Parameter(help="By default the scene's.")] = None,
-    show: Annotated[Literal["displacement", "stretch"], Parameter(name="--show", help="Colours of a layer.")] =
-    "displacement", output: Output = None,
-    overrides: Overrides = Overrides(),
+    show: Annotated[Literal["displacement", "stretch"] | None, Parameter(name="--show", help="Colours of a layer.")] =
+    None, output: Output = None, overrides: Overrides = Overrides(),
 ) -> int:
     """Draw a scene with its sizes (--kind scene), its layer under a load, the field at a pose, or both in space.
 
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """
-    from sits_mech.report.pictures.asked import driven_coil, kind_of_picture, picture_path
+    from sits_mech.report.pictures.asked import check_options, driven_coil, kind_of_picture, picture_path
     from sits_mech.units import quantity
 
     sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
-    path, driven = picture_path(output, scene, kind), driven_coil(sensor, driven)
+    path, coil = picture_path(output, scene, kind), driven_coil(sensor, driven)
+    check_options(kind, {"show": show, "frequency": frequency, "driven": driven})
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
 
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.request import Request, draw
 
     try:
-        draw(kind, sensor, Request(load.wrench(), pose, hertz, driven, show), path)
+        draw(kind, sensor, Request(load.wrench(), pose, hertz, coil, show or "displacement"), path)
     except SolveFailed as error:
         return not_converged(error, False)
     warn(f"written to {path}")
@@ -102,14 +102,16 @@ def export(
 
     Example: sits-mech export calibration --to spice -o coils.cir --fz "2 N"
     """
-    from sits_mech.export.formats import export as written
     from sits_mech.export.formats import export_path, format_of
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
+    from sits_mech.units import SceneError
 
     sensor, forces = look_at(folder)
-    path = export_path(sensor, to, output)
-    if format_of(to).inverts:
+    form, path = format_of(to), export_path(sensor, to, output)
+    if load != Load() and not form.at_load:
+        raise SceneError(f"--to {to}: must have no load: it writes the whole table")
+    if form.inverts:
         check_enough(sensor.coils, forces)
     sensor, data = read_calibration(folder)
 
@@ -117,7 +119,7 @@ def export(
     from sits_mech.quantities import SolveFailed
 
     try:
-        path, notes = written(Source(sensor, data, load.wrench()), to, path)
+        notes = form.write(Source(sensor, data, load.wrench()), path)
     except SolveFailed as error:
         return not_converged(error, False)
     warn(*notes, f"written to {path}")
@@ -136,25 +138,26 @@ def design(
 
     Example: sits-mech design requirements.toml -o fingertip
     """
-    check_readable(requirements, "a readable scene file")
+    check_readable(requirements, "a readable requirement file")
 
     from sits_mech.batch.executors import workers
     from sits_mech.report.design import write_design
     from sits_mech.report.folder import cases_folder, prepare_folder
     from sits_mech.report.tables.design import design_record, design_tables
     from sits_mech.synthesis.requirements import read_requirements
+    from sits_mech.synthesis.run import check_most
     from sits_mech.synthesis.run import design as designed
 
     asked = read_requirements(requirements)
-    folder = prepare_folder(output)
+    check_most(most)
     with workers(processes) as executor, progress_bar("designs") as progress:
         found = designed(
-            asked, folder=cases_folder(folder), most=most, told=lambda done, all_, _: progress(done, all_),
-            executor=executor,
+            asked, folder=cases_folder(prepare_folder(output)), most=most,
+            told=lambda done, all_, _: progress(done, all_), executor=executor,
         )
-    missed = write_design(asked, found, folder)
+    missed = write_design(asked, found, output)
     answer(design_record(found), design_tables(asked, found), as_json)
-    warn(*found.notes, *missed, f"written to {folder}")
+    warn(*found.notes, *missed, f"written to {output}")
     return 0 if found.feasible else 3
 
 

@@ -191,8 +191,11 @@ def compare(
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
     from sits_mech.report.folder import checked_picture
+    from sits_mech.units import SceneError
 
-    picture = None if output is None else checked_picture(output)
+    alone, picture = not folder.is_dir(), None if output is None else checked_picture(output)
+    if magnetics != "auto" and not alone:
+        raise SceneError(f"--magnetics: must be given with a scene alone, a calibration has its own; got {magnetics}")
     check_readable(measured, "a readable measurement")
 
     from sits_mech.analysis.built import comparison
@@ -204,7 +207,6 @@ def compare(
     from sits_mech.report.tables.solves import key_table
     from sits_mech.scene.sensor import load_sensor
 
-    alone = not folder.is_dir()
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
     hertz = si_of(clock, "Hz", "--clock")
     tank = None if data is None else comparison.tank_of(sensor, data, hertz)

@@ -144,13 +144,13 @@ def simulate(
     via = way.loads()
     check_asked(sensor, vars(wrench), **asdict(models))
     if history is not None:
-        if load != Load() or via or others or picture is not None:
-            raise SceneError("--history: must be given without a load, --via, --picture or a range of temperatures")
+        if load != Load() or via or others or best or picture is not None:
+            raise SceneError("--history: must be given without a load, --via, --best, --picture, or some temperatures")
         return in_time(sensor, history, models, rcount, output, as_json, accept)
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")
     if others:
-        return over_temperature([sensor, *others], wrench, via, models, picture, as_json, accept)
+        return over_temperature([sensor, *others], wrench, via, models, best, picture, as_json, accept)
     if picture is not None:
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
 
@@ -181,8 +181,8 @@ def simulate(
 
 
 def over_temperature(
-    sensors: Sequence[Sensor], wrench: Wrench, via: Sequence[Wrench], models: Models, picture: Path | None,
-    as_json: bool, accept: bool,
+    sensors: Sequence[Sensor], wrench: Wrench, via: Sequence[Wrench], models: Models, best: bool,
+    picture: Path | None, as_json: bool, accept: bool,
 ) -> int:
     """Answer what a sensor shows under one load at some temperatures."""
     from sits_mech.report.folder import checked_picture
@@ -198,7 +198,7 @@ def over_temperature(
     coils, T = sensors[0].coil_names, [sensor.temperature for sensor in sensors]
     middle = sensors[len(sensors) // 2]
     try:
-        found = [simulated(sensor, wrench, via=via, **asdict(models)) for sensor in sensors]
+        found = [simulated(sensor, wrench, via=via, best=best, **asdict(models)) for sensor in sensors]
         slopes = None if drawn is None else relative_slopes(middle, wrench, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json, True)
@@ -229,8 +229,11 @@ def envelope(
     from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.records import json_text
     from sits_mech.scene.files import write_text
+    from sits_mech.units import SceneError
 
     sensor = sensor_of(scene, overrides, temperature)
+    if rays < 4 or rays % 4:
+        raise SceneError(f"--rays: must be a multiple of four; got {rays}")
     folder = None if output is None else prepare_folder(output, cases=False)
     with progress_bar("rays") as progress:
         found = found_envelope(sensor, tolerance=tolerance, mechanics=mechanics, rays=rays, progress=progress)

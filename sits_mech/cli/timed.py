@@ -71,9 +71,10 @@ def cycle(
 
     Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc --picture loops.pdf
     """
-    from sits_mech.report.folder import checked_picture
+    from sits_mech.report.folder import checked_file, checked_picture
     from sits_mech.units import quantity
 
+    output = output and checked_file(output)
     drawn = None if picture is None else checked_picture(picture, "--picture")
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
     check_asked(sensor, vars(load.wrench()), **asdict(models))

@@ -14,6 +14,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sits_mech.report.folder import checked_file
 from sits_mech.scene.sensor import SceneError, Sensor
 
 if TYPE_CHECKING:
@@ -36,11 +37,14 @@ class Format:
         know about it, or raises SceneError.
     inverts : bool
         Whether it needs as many coils as forces.
+    at_load : bool
+        Whether it shows the state under the source's load.
     """
 
     suffix: str
     write: Callable[[Source, Path], tuple[str, ...]]
     inverts: bool = False
+    at_load: bool = False
 
 
 def _written(name: str, source: Source, path: Path, **options: Any) -> tuple[str, ...]:
@@ -54,7 +58,7 @@ CSV = Format(".csv", partial(_written, "tables.write_csv"))
 NETCDF = Format(".nc", partial(_written, "tables.write_netcdf"))
 XLSX = Format(".xlsx", partial(_written, "tables.write_xlsx"))
 C = Format(".h", partial(_written, "firmware.write_header"), inverts=True)
-SPICE = Format(".cir", partial(_written, "spice.write_spice"))
+SPICE = Format(".cir", partial(_written, "spice.write_spice"), at_load=True)
 KICAD = Format(".kicad_mod", partial(_written, "kicad.write_kicad"))
 VTU = Format("_vtu", partial(_written, "vtu.write_vtu"))
 TWIN = Format("_twin", partial(_written, "twin.folder.write_twin"), inverts=True)
@@ -114,7 +118,7 @@ def export_path(sensor: Sensor, kind: str, path: Path | None) -> Path:
         other = next((name for name in formats() if name != kind and _suffix(name) == path.suffix), None)
         if other is not None:
             raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}, as for {other}")
-    return path
+    return checked_file(path) if form.suffix.startswith(".") else path
 
 
 def _suffix(kind: str) -> str | None:

@@ -39,6 +39,11 @@ def checked_picture(path: Path, option: str = "--output") -> Path:
     """Return where a picture goes; raise SceneError where its format cannot be drawn or its folder is not there."""
     if path.suffix not in _FORMATS:
         raise SceneError(f"{option}: must end in {', '.join(_FORMATS)}; got {path.name!r}")
+    return checked_file(path, option)
+
+
+def checked_file(path: Path, option: str = "--output") -> Path:
+    """Return where a file goes; raise SceneError where its folder is not there."""
     if not path.parent.is_dir():
         raise SceneError(f"{option}: must be in a folder that exists; got {path}")
     return path

@@ -88,6 +88,7 @@ def design(
     >>> found.feasible
     True
     """
+    check_most(most)
     asked = _asked(requirements)
     run = _Run(asked, folder, most, told)
     if executor is not None:
@@ -117,6 +118,12 @@ def design(
         tied_with(search, [*finals, *others], best, space.words), run.count,
         landscape_of(asked, search, branch.prediction, best), run.notes(best),
     )
+
+
+def check_most(most: int) -> None:
+    """Refuse a search of no designs."""
+    if most < 1:
+        raise SceneError(f"most: must be one or more designs; got {most}")
 
 
 def _asked(requirements: Requirements | Mapping[str, Any] | str | Path) -> Requirements:

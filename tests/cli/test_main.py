@@ -255,12 +255,42 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("view", "biorob2018", "-o", "nowhere/picture.png"), "--output: must be in a folder"),
     (("view", "biorob2018", "--driven", "C9"), "--driven: must be one of C1, C2"),
     (("view", "biorob2018", "--kind", "photograph"), "photograph"),
+    (("view", "biorob2018", "--kind", "scene", "--driven", "C1"), "--driven: must be left out with --kind scene"),
+    (("view", "biorob2018", "--fz", "1 N", "--frequency", "5 kHz"), "--frequency: must be left out with --kind layer"),
+    (("view", "biorob2018", "--dv", "2 mm", "--show", "stretch"), "--show: must be left out with --kind field"),
+    (("cycle", "biorob2018", "--fz", "1 N", "-o", "nowhere/x.nc"), "--output: must be in a folder that exists"),
+    (("envelope", "biorob2018", "--rays", "3", "-o", "unused"), "--rays: must be a multiple of four; got 3"),
+    (("design", "nowhere.toml", "-o", "unused"), "nowhere.toml: must be a readable requirement file"),
+    (("sweep", "nowhere.toml", "-o", "unused"), "nowhere.toml: must be a readable study file"),
+    (("fit", "--relaxation", "nowhere.csv"), "nowhere.csv: must be a readable relaxation test"),
     (("unknown",), "unknown"),
 ])
 def test_bad_input_is_one_line(capsys: Capture, tokens: tuple[str, ...], expected: str) -> None:
     """Which input, what it must be, what came; exit 2."""
     assert expected in refused(capsys, *tokens)
     assert not Path("unused").exists()
+
+
+def test_a_search_of_nothing_leaves_no_folder(capsys: Capture, tmp_path: Path) -> None:
+    """Neither no designs nor no processes."""
+    asked = tmp_path / "asked.toml"
+    asked.write_text('scene = "biorob2018"\n[loads]\nF_z = ["0 N", "0.2 N"]\n[vary]\n"elastomer.thickness" = '
+                     '["2 mm", "7 mm"]\n[require]\nheight = "4 mm"\n[goal]\nminimise = "feasible"\n')
+    for more, why in ((("--most", "0"), "most: must be one or more designs; got 0"),
+                      (("-j", "0"), "processes must be one or more; got 0")):
+        assert why in refused(capsys, "design", str(asked), "-o", str(tmp_path / "out"), *more)
+        assert not (tmp_path / "out").exists()
+
+
+def test_the_best_is_taken_at_each_temperature(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As at one."""
+    def simulated(*_: object, best: bool = False, **__: object) -> None:
+        """Say what came."""
+        raise SceneError(f"best: {best}")
+
+    monkeypatch.setattr("sits_mech.chain.simulate.simulate", simulated)
+    words = ("simulate", "biorob2018", "--fz", "1 N", "--temperature", "0 degC:40 degC:3")
+    assert "best: True" in refused(capsys, *words, "--best") and "best: False" in refused(capsys, *words)
 
 
 def test_folder_that_cannot_be_written(capsys: Capture, tmp_path: Path) -> None:
@@ -434,6 +464,8 @@ REFUSED_AT_ONCE = (
     ("view", "biorob2018", "--driven", "C9"), ("view", "biorob2018", "--frequency", "soon"),
     ("view", "biorob2018", "--fz", "1 N", "--kind", "scene"), ("export", "{made}", "--to", "c", "-o", "table.cir"),
     ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 kHz:0 Hz:3"),
+    ("export", "{made}", "--to", "c", "--fz", "1 N"), ("export", "{made}", "--to", "spice", "-o", "nowhere/x.cir"),
+    ("compare", "{made}", "{made}/result.csv", "--magnetics", "sheets"),
 )
 
 

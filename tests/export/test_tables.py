@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,8 @@ def test_netcdf_has_units(source: Source, tmp_path: Path) -> None:
 
 def test_workbook_holds_numbers(source: Source, calibrated: Path, tmp_path: Path) -> None:
     """What is a number in the CSV is a number in the cell; the scene is text; headings name the units."""
-    path, _ = export(source, "xlsx", tmp_path / "t.xlsx")
+    named = source.data.assign_attrs(scene_hash="12e34567")
+    path, _ = export(replace(source, data=named), "xlsx", tmp_path / "t.xlsx")
     book = openpyxl.load_workbook(path)
     assert book.sheetnames == ["loads", "figures", "scene", "about"]
     names, *rows = csv.reader(io.StringIO((calibrated / "result.csv").read_text()))
@@ -53,6 +55,7 @@ def test_workbook_holds_numbers(source: Source, calibrated: Path, tmp_path: Path
     np.testing.assert_allclose([row[column] for row in cells[2:]], [float(row[column]) for row in rows], rtol=1e-15)
     assert cells[2][names.index("status")] == "ok"
     assert all(cell.data_type != "f" for sheet in book for row in sheet for cell in row)
+    assert dict(book["about"].values)["scene_hash"] == "12e34567"
     assert ("target.width" not in book["scene"]["A1"].value) and len(list(book["figures"].values)) > 5
 
 
@@ -130,7 +133,7 @@ def test_what_cannot_be_written(source: Source, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"--output: must end in .kicad_mod for --to kicad; got 't.h', as for c"):
         export(source, "kicad", tmp_path / "t.h")
     for kind in ("csv", "netcdf", "xlsx", "kicad"):
-        with pytest.raises(ValueError, match="must be writable; got: No such file"):
+        with pytest.raises(ValueError, match="--output: must be in a folder that exists"):
             export(source, kind, tmp_path / "nowhere" / f"t{format_of(kind).suffix}")
     assert plain_name("BioRob 2018: µ/2") == "BioRob_2018_2" and plain_name("..") == "sensor"
 
