@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from pathlib import Path
 from string import Template
 
@@ -23,10 +22,11 @@ from sits_mech.analysis.bench import Readings, code_calibration, readings
 from sits_mech.analysis.built.constants import BEYOND, Constants, as_computed
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
 from sits_mech.export.source import Source, comment
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, shown_unit
 from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
 from sits_mech.readout.loads import fixed, load_words, several
+from sits_mech.report.page.explorer import page_file
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError
 from sits_mech.version import __version__
@@ -108,8 +108,7 @@ def header(source: Source, found: FixedPoint) -> str:
         raise SceneError(f"--to c: must have forces below 2147 N and moments below 2.1 N m; got {_ranges(cal)}")
     worth = many * cal.force_error(0.5 * (cal.low + cal.high), np.ones(len(cal.coils)))
     one, d, n = 2.0**found.bits, len(cal.forces), len(cal.coils)
-    layout = (resources.files("sits_mech.export") / "firmware.h.in").read_text(encoding="utf-8")
-    return Template(layout).substitute(
+    return Template(page_file("firmware.h.in", "export")).substitute(
         name=comment(source.sensor.name), about=comment(source.about), version=__version__,
         part=source.sensor.readout.converter, ranges=_ranges(cal) + _held(source),
         coils=comment(", ".join(cal.coils)),
@@ -192,7 +191,7 @@ def _stack(found: FixedPoint) -> int:
 def _ranges(cal: Calibration) -> str:
     """Return what was calibrated."""
     rows = zip(cal.forces, cal.low, cal.high, strict=True)
-    return ", ".join(f"{name} {a:.4g} to {b:.4g} {'N' if name[0] == 'F' else 'N m'}" for name, a, b in rows)
+    return ", ".join(f"{name} {a:.4g} to {b:.4g} {shown_unit(name)}" for name, a, b in rows)
 
 
 def _held(source: Source) -> str:

@@ -11,7 +11,6 @@ fine grid; the header from a few of them, with steps that are halved until they 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 
@@ -141,8 +140,7 @@ def _starts(cal: Calibration) -> tuple[Integers, Integers, Integers]:
         found.append(kept if len(kept) >= min(_FEW, len(part)) else part[:: -(-len(part) // _FEW)])
     seed = np.rint(np.concatenate(found) * SEED_STEPS)
     places = cal.domain.whitened(cal.map.value_and_slopes(seed / SEED_STEPS)[0]) * 2**IMAGE_BITS
-    first = reduce(lambda ends, part: [*ends, ends[-1] + len(part)], found, [0])
-    return seed.astype(np.int64), _whole(np.clip(places, -32767, 32767)), np.array(first)
+    return seed.astype(np.int64), _whole(np.clip(places, -32767, 32767)), np.cumsum([0, *map(len, found)])
 
 
 def _whole(values: Array) -> Integers:

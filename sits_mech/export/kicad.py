@@ -11,7 +11,7 @@ The board's y axis points down. Copper of a footprint belongs to no net: each co
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -132,8 +132,8 @@ def _placed(coil: Coil, tracks: list[Track], holes: list[Hole]) -> Winding:
     """Return a coil about its own centre at its place in the sensor."""
     centre = np.asarray(coil.centre)
     return Winding(
-        tuple(Track(item.layer, item.points + centre, item.arcs, item.width) for item in tracks),
-        tuple(Hole(item.place + centre, item.diameter, item.drill, item.number) for item in holes),
+        tuple(replace(item, points=item.points + centre) for item in tracks),
+        tuple(replace(item, place=item.place + centre) for item in holes),
     )
 
 
@@ -182,12 +182,13 @@ def _footprint(sensor: Sensor, windings: list[Winding], name: str) -> str:
         f"  (net_tie_pad_groups {ties})",
         _text("reference", "REF**", (low[0], high[1]), "F.SilkS"),
         _text("value", name, (low[0], low[1]), "F.Fab"),
-        _box(low, high, "F.CrtYd", 0.05e-3),
+        _drawn(f"fp_rect (start {_point(low)}) (end {_point(high)})", "F.CrtYd", 0.05e-3),
     ]
     if sensor.target is not None:
-        lines.append(_rim(target_outline(sensor.target).rim, "Dwgs.User", 0.1e-3))
+        corners = " ".join(f"(xy {_point(point)})" for point in target_outline(sensor.target).rim)
+        lines.append(_drawn(f"fp_poly (pts {corners})", "Dwgs.User", 0.1e-3))
     for item in windings:
-        lines += [line for track in item.tracks for line in _copper(track)]
+        lines += sum(map(_copper, item.tracks), list[str]())
         lines += map(_hole, item.holes)
     return "\n".join([*lines, ")", ""])
 
@@ -219,17 +220,9 @@ def _text(kind: str, text: str, place: tuple[float, float], layer: str) -> str:
     return f'  (fp_text {kind} "{_quoted(text)}" (at {at}) (layer "{layer}") {font})'
 
 
-def _box(low: Array, high: Array, layer: str, width: float) -> str:
-    """Return the line of a rectangle."""
-    stroke = f"(stroke (width {_number(width)}) (type solid)) (fill none)"
-    return f'  (fp_rect (start {_point(low)}) (end {_point(high)}) {stroke} (layer "{layer}"))'
-
-
-def _rim(points: Array, layer: str, width: float) -> str:
-    """Return the line of a closed polygon."""
-    corners = " ".join(f"(xy {_point(point)})" for point in points)
-    stroke = f"(stroke (width {_number(width)}) (type solid)) (fill none)"
-    return f'  (fp_poly (pts {corners}) {stroke} (layer "{layer}"))'
+def _drawn(shape: str, layer: str, width: float) -> str:
+    """Return the line of a closed shape that is not filled."""
+    return f'  ({shape} (stroke (width {_number(width)}) (type solid)) (fill none) (layer "{layer}"))'
 
 
 def _point(point: Array) -> str:

@@ -8,7 +8,6 @@ so.
 from __future__ import annotations
 
 import html
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,6 +28,7 @@ from sits_mech.readout.crosstalk import signals_of
 from sits_mech.readout.loads import fixed, several, varied
 from sits_mech.readout.signals import told
 from sits_mech.report.records import json_text
+from sits_mech.report.tables.loads import KINDS
 from sits_mech.report.tables.solves import shown_scale
 from sits_mech.scene.sensor import Coil, Conductor, Sensor
 
@@ -38,10 +38,6 @@ _DIGITS = {True: 11, False: 6}
 _FEW = 6  # coils that are shown before signals and pose
 _STILL = 1e-9  # a component of the pose below it is none [m, rad]
 _UNSHOWN = ("values", "along", "limit")  # of what is required
-_KINDS = {
-    "F_x": "shear", "F_y": "shear along y", "F_z": "normal", "M": "moment about y", "M_x": "moment about x",
-    "M_z": "moment about z",
-}
 _POSE = {
     "d_h": "shift d_h", "d_y": "shift d_y", "d_v": "height d_v", "alpha_x": "tilt alpha_x", "alpha": "tilt alpha",
     "alpha_z": "turn alpha_z",
@@ -105,8 +101,8 @@ def explorer(sensor: Sensor, data: xr.Dataset, read: Readings, asked: Asked | No
 
 def script_of(record: Record, code: Sequence[str]) -> str:
     """Return a page's numbers as JSON, and the texts of its code in a scope of their own."""
-    text = json.dumps(json.loads(json_text(record)), separators=(",", ":"))
-    text = text.replace("<", "\\u003c")  # neither "</script" nor "<!--<script" of a name is HTML's
+    # neither "</script" nor "<!--<script" of a name is HTML's
+    text = json_text(record, indent=None, separators=(",", ":")).replace("<", "\\u003c")
     script = f'<script type="application/json" id="table">{text}</script>\n'
     whole = "\n".join(code)
     return f'{script}<script>\n(function () {{\n"use strict";\n{whole}\n}})();\n</script>\n'
@@ -154,7 +150,7 @@ def sliders(data: xr.Dataset) -> str:
     lines = []
     for name in varied(data):
         letter, _, rest = name.partition("_")
-        label = f"{letter}<sub>{rest}</sub> {_KINDS[name]}" if rest else f"{letter} {_KINDS[name]}"
+        label = f"{letter}{f'<sub>{rest}</sub>' if rest else ''} {KINDS[name].replace(' force', '')}"
         lines.append(
             f'<label for="s-{name}">{label}</label><input type="range" id="s-{name}">'
             f'<output id="o-{name}" for="s-{name}"></output>'

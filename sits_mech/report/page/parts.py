@@ -22,7 +22,7 @@ from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import at_middle, fixed, load_words, request_of, varied
 from sits_mech.readout.quality import quality
 from sits_mech.readout.signals import told
-from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table
+from sits_mech.report.tables.loads import KINDS, failures, load_table, remarks, summary_table
 from sits_mech.report.tables.quality import limits_record, limits_table, quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
 from sits_mech.scene.sensor import Coil, Sensor, scene_text
@@ -55,9 +55,7 @@ def subtitle(data: xr.Dataset) -> str:
 
 def tiles(data: xr.Dataset, read: Readings) -> str:
     """Return the headline numbers."""
-    kinds = {"F_x": "shear force", "F_z": "normal force", "F_y": "shear force along y"}
-    names = {name: kinds.get(name, f"moment {name}") for name in varied(data)}
-    found = [(_span(data, name), f"{text} [{shown_unit(name)}]") for name, text in names.items()]
+    found = [(_span(data, name), f"{KINDS[name]} [{shown_unit(name)}]") for name in varied(data)]
     found.append((f"{1e6 * float(np.mean(read.L0)):.4g} µH", "free-space inductance of a coil"))
     stray = crosstalk(data).attrs
     for name, size in stray.items():
@@ -67,8 +65,13 @@ def tiles(data: xr.Dataset, read: Readings) -> str:
     found += [(f"{share:.3g} %", f"crosstalk of {force} into {signal}") for share, force, signal in mixed]
     done = int(data["status"].isin(ANSWERED).sum())
     found.append((f"{float(data['seconds'].sum()):.3g} s", f"for {done} of {data['status'].size} loads"))
-    texts = ((html.escape(value), html.escape(name)) for value, name in found if not value.startswith("nan"))
-    return "\n".join(f'<div class="tile"><b>{value}</b><span>{name}</span></div>' for value, name in texts)
+    return tiles_of([each for each in found if not each[0].startswith("nan")])
+
+
+def tiles_of(found: Sequence[tuple[str, str]]) -> str:
+    """Return values and what they are as tiles."""
+    texts = (tuple(map(html.escape, each)) for each in found)
+    return "\n".join("<div class=\"tile\"><b>{}</b><span>{}</span></div>".format(*each) for each in texts)
 
 
 def _mixed(stray: Mapping[Hashable, Any]) -> list[tuple[float, str, str]]:

@@ -25,7 +25,7 @@ from sits_mech.quantities import Array
 from sits_mech.readout.loads import point
 from sits_mech.report.page.explorer import page_file, script_of
 from sits_mech.report.page.html import page_of
-from sits_mech.report.page.parts import html_table
+from sits_mech.report.page.parts import html_table, tiles_of
 from sits_mech.report.tables.cases import case_table
 from sits_mech.report.tables.loads import point_name
 from sits_mech.scene.files import write_text
@@ -74,7 +74,7 @@ def page(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]) -> str
     return page_of(
         f"Sweep of {data.attrs['request']}", sections, " SI units.",
         subtitle=html.escape(f"{data.attrs['combine']} · {asked} · {counted(states)}"),
-        tiles="".join(f'<div class="tile"><b>{value}</b><span>{name}</span></div>' for value, name in tiles),
+        tiles=tiles_of(tiles),
         script=script_of(record, [page_file(f"{name}.js") for name in ("table", "charts", "sweep")]),
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.prior import SURE
 from sits_mech.analysis.built.production import Production
-from sits_mech.quantities import UNITS, Array
+from sits_mech.quantities import UNITS, Array, Integers
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure
 
 if TYPE_CHECKING:
@@ -37,11 +37,16 @@ def _unknowns(found: Adaptation, axes: Axes) -> None:
     count = len(found.prior.setup.parameters)
     width, place = found.prior.deviations[:count], np.arange(count)[::-1]
     middle = (found.values[:count] - found.prior.start[:count]) / width
-    axes.barh(place, 4.0 * np.ones(count), left=-2.0, color="0.9", height=0.8, label="known before")
+    _known(axes, place, found.names[:count])
     axes.errorbar(middle, place, xerr=2.0 * found.deviations[:count] / width, fmt="o", markersize=3, label="found")
-    axes.set_yticks(place, found.names[:count])
-    axes.set(xlabel="deviations of what was known", title="unknowns, 95 %")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+
+
+def _known(axes: Axes, place: Integers, names: Sequence[str]) -> None:
+    """Draw what was known of unknowns, a bar each."""
+    axes.barh(place, 4.0, left=-2.0, color="0.9", height=0.8, label="known before")
+    axes.set_yticks(place, names)
+    axes.set(xlabel="deviations of what was known", title="unknowns, 95 %")
 
 
 def _readings(found: Adaptation, axes: Axes) -> None:
@@ -97,15 +102,13 @@ def production_figure(found: Production, record: dict[str, Any]) -> Figure:
     count, width = len(found.start.setup.parameters), found.start.deviations
     place, start = np.arange(count)[::-1], found.start.start
     with new_figure(height=0.5, columns=2, width=2.0 * COLUMN) as (figure, (known, errors)):
-        known.barh(place, 4.0 * np.ones(count), left=-2.0, color="0.9", height=0.8, label="known before")
+        _known(known, place, [each.name for each in found.start.known[:count]])
         after = (found.next.start - start)[:count] / width[:count]
         known.errorbar(after, place, xerr=2.0 * (found.next.deviations / width)[:count], fmt="none", ecolor="C1",
                        elinewidth=4, alpha=0.5, label="next unit")
         for number, one in enumerate(found.units.values()):
             known.plot((one.values - start)[:count] / width[:count], place, "C0.", markersize=3,
                        label="units" if number == 0 else None)
-        known.set_yticks(place, [each.name for each in found.start.known[:count]])
-        known.set(xlabel="deviations of what was known", title="unknowns, 95 %")
         known.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=3)
         rows = record["delivered"]
         for force in rows[0]["force_error"]:

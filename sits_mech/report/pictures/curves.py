@@ -19,12 +19,11 @@ from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
 from sits_mech.readout.loads import at_middle, several
 from sits_mech.report.pictures.style import label_bar, new_figure, strokes
+from sits_mech.report.tables.loads import KINDS
 from sits_mech.scene.sensor import SceneError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-_KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}  # others are moments
 
 
 def calibration_pictures(data: xr.Dataset) -> dict[str, Callable[[], Figure]]:
@@ -92,7 +91,7 @@ def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str
 
 def load_label(name: str) -> str:
     """Return what a component of a load is, as an axis label."""
-    return f"{_KINDS.get(name, 'moment')} ${name}$ [{shown_unit(name)}]"
+    return f"{KINDS[name].partition(' a')[0]} ${name}$ [{shown_unit(name)}]"
 
 
 def signal_label(signal: str, coils: int) -> str:

@@ -64,10 +64,7 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
     outer, inner = (np.sqrt(np.maximum((rings.radius + k * rings.width / 2) ** 2 - d**2, 0.0)) for k in (1, -1))
     cut = outer > 0.0
     low, high = (rings.z + k * rings.height / 2 for k in (-1, 1))
-    sides = []
-    for way in (1.0, -1.0):
-        near, far = start + way * inner, start + way * outer
-        sides.append(_boxes(np.minimum(near, far), np.maximum(near, far), low, high))
+    sides = boxes(start + inner, start + outer, low, high), boxes(start - outer, start - inner, low, high)
     corners = np.concatenate([side[cut] for side in sides])
     if substrate_radius is not None:
         corners = _bent(corners, substrate_radius)
@@ -84,12 +81,13 @@ def _straight_cut(coil: Coil, plane: Plane) -> tuple[Array, Array]:
     middle = s_a[cut] - d_a[cut] * (s_b - s_a)[cut] / across
     half = tracks.width[cut] / 2 * tracks.length[cut] / np.abs(across)
     low, high = (tracks.start[cut, 2] + k * tracks.thickness[cut] / 2 for k in (-1, 1))
-    return _boxes(middle - half, middle + half, low, high), np.sign(across)
+    return boxes(middle - half, middle + half, low, high), np.sign(across)
 
 
-def _boxes(left: Array, right: Array, low: Array, high: Array) -> Array:
-    """Return the corners of boxes between ends along and up, (m,) each, shape (m, 4, 2)."""
-    return np.stack([np.stack([left, right, right, left], axis=-1), np.stack([low, low, high, high], axis=-1)], axis=-1)
+def boxes(left: Array, right: Array, low: Array | float, high: Array | float) -> Array:
+    """Return the corners of boxes between ends along (m,) and up, shape (m, 4, 2)."""
+    left, right, low, high = np.broadcast_arrays(left, right, low, high)
+    return np.stack([left, low, right, low, right, high, left, high], axis=-1).reshape(-1, 4, 2)
 
 
 def _bent(places: Array, radius: float) -> Array:
@@ -125,12 +123,8 @@ def conductor_cut(part: Conductor, plane: Plane) -> Array:
     place = np.array(part.centre)
     shift, d = along(place, plane)
     pieces = chords(target_outline(as_plate(part)).loops, Plane(plane.angle, float(-d))) + shift
-    return upright(pieces, part.centre[2] - part.thickness / 2, part.centre[2] + part.thickness / 2)
-
-
-def upright(pieces: Array, low: float, high: float) -> Array:
-    """Return the corners of boxes over pieces (k, 2) of a line, from one height to another, shape (k, 4, 2)."""
-    return np.stack([pieces[:, [0, 1, 1, 0]], np.broadcast_to([low, low, high, high], (len(pieces), 4))], axis=-1)
+    low, high = (part.centre[2] + k * part.thickness / 2 for k in (-1, 1))
+    return boxes(pieces[:, 0], pieces[:, 1], low, high)
 
 
 def chords(loops: Sequence[Loop | Array], plane: Plane) -> Array:

@@ -19,7 +19,7 @@ from sits_mech.geometry.outline import pad_outlines, target_outline
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.cuts import Plane, chords, coil_cut, names_cut, upright
+from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, names_cut
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Elastomer, Sensor, Target
@@ -225,8 +225,8 @@ def _draw_section(axes: Axes, it: Drawing) -> None:
     for plate in it.plates:
         pieces = chords(plate.loops, Plane(0.0, _MM * it.plane.offset))
         if np.isfinite(plate.top):
-            boxes = upright(pieces, plate.bottom, plate.top)
-            add_polygons(axes, boxes, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
+            corners = boxes(pieces[:, 0], pieces[:, 1], plate.bottom, plate.top)
+            add_polygons(axes, corners, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
     corners, sign = _tracks(it.sensor, it.plane)
     add_polygons(axes, corners, facecolors=np.where(sign > 0.0, *TRACKS).tolist(), linewidth=0)
     axes.plot([it.low[0], it.high[0]], [0.0, 0.0], color="0.5", linewidth=0.3, zorder=0.5)

@@ -116,8 +116,8 @@ def _towards_ends(length: float, count: int) -> Array:
 def _frame(field: PlanarField) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the picture's limits along x and z [m]."""
     places = np.concatenate([*(coil.place for coil in field.coils), *(plate.corners for plate in field.plates)])
-    across = (float(places.real.min() - _MARGIN), float(places.real.max() + _MARGIN))
-    return across, (float(places.imag.min() - _MARGIN), float(places.imag.max() + _MARGIN))
+    x, z = ((float(part.min() - _MARGIN), float(part.max() + _MARGIN)) for part in (places.real, places.imag))
+    return x, z
 
 
 def _draw_parts(axes: Axes, field: PlanarField) -> None:

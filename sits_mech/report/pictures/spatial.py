@@ -137,15 +137,8 @@ def _winding(pyvista: Any, coil: Coil) -> Any:
 
 def _fixed(pyvista: Any, part: Conductor) -> Any:
     """Return a fixed plate as a solid [mm]."""
-    x, y, z = (_MM * place for place in part.centre)
-    if part.diameter is not None:
-        round_plate = {"radius": _MM * part.diameter / 2, "height": _MM * part.thickness, "resolution": 96}
-        return pyvista.Cylinder(center=(x, y, z), direction=(0.0, 0.0, 1.0), **round_plate)
-    if part.points is not None:
-        x, y, z = part.centre
-        return _plate(pyvista, as_plate(part), Pose(x, z - part.thickness / 2, d_y=y))
-    a, b, c = (_MM * size / 2 for size in (*part.extent, part.thickness))
-    return pyvista.Box(bounds=(x - a, x + a, y - b, y + b, z - c, z + c))
+    x, y, z = part.centre
+    return _plate(pyvista, as_plate(part), Pose(x, z - part.thickness / 2, d_y=y))
 
 
 def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:

@@ -25,6 +25,11 @@ from sits_mech.readout.signals import SIGNALS, told
 from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
 from sits_mech.status import ANSWERED, WORDS
 
+KINDS = {
+    "F_x": "shear force", "F_y": "shear force along y", "F_z": "normal force", "M": "moment about y",
+    "M_x": "moment about x", "M_z": "moment about z",
+}
+"""What each component of a load is."""
 Figure = tuple[str, float, float, str]
 _DIGITS = re.compile(r"[\d.]+(?:e[-+]?\d+)?")  # what notes of one kind differ in
 
