@@ -76,11 +76,6 @@ class Requirements:
         rest = [self.loads, self.overload, self.space.record, self.limits, self.tolerance, self.goal, self.least_yield]
         return json.dumps([self.scene, *rest], indent=1)
 
-    @property
-    def forces(self) -> tuple[str, ...]:
-        """The load components that vary."""
-        return tuple(self.loads)
-
 
 def read_requirements(path: Path) -> Requirements:
     """Read a requirement file in TOML.
@@ -237,8 +232,8 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
     """Refuse requirements that contradict each other."""
     n, asked = len(sensor.coils), (*found.limits, *found.goal)
     by_force = [name for name in asked if kind_of(name).of == "load"]
-    if n < len(found.forces) and by_force:
-        raise SceneError(f"loads: must be at most {n} components for as many coils; got {', '.join(found.forces)}")
+    if n < len(found.loads) and by_force:
+        raise SceneError(f"loads: must be at most {n} components for as many coils; got {', '.join(found.loads)}")
     for name, least in found.space.least_sizes().items():
         limit = found.limits.get(name, np.inf)
         if limit < least * (1.0 - 1e-9):

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -151,7 +152,7 @@ class _Run:
         """The point where every choice begins."""
         return np.full(len(self.asked.space.variables), 0.5)
 
-    @property
+    @cached_property
     def coarse(self) -> Solver:
         """The solver of the search."""
         return Solver(self.asked, COARSE, self.folder)

@@ -16,7 +16,7 @@ the figures are those of `readout.quality`, that of the strain is what the last 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -153,15 +153,15 @@ class Solver:
         found = []
         for load in sorted(corners(sensor, ranges), key=lambda load: -np.abs(load.components).sum()):
             try:
-                found.append((self._strain(sensor, load)[0], load))
+                found.append((*self._strain(sensor, load), load))
             except SolveFailed as error:
                 return _Overload(f"overload: {error}", _hard(error, sensor, load), np.nan, load)
             except Collision as error:
                 return _Overload(f"overload: {error}", _HARD, np.nan, load)
-        load = max(found, key=lambda pair: pair[0])[1]
+        strain, unsure, load = max(found, key=lambda each: each[0])
         with suppress(SolveFailed, Collision):  # where finer meshes do not get there, the first ones stand
             return _Overload("", *self._strain(sensor, load, finely=True), load)
-        return _Overload("", *self._strain(sensor, load), load)
+        return _Overload("", strain, unsure, load)
 
     def _strain(self, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
         """Return the largest strain under a load over the silicone's known range, and its error.
@@ -206,7 +206,7 @@ class Solver:
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = table_inductances(sensor, data)
         L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
-        each = _slopes_of(sensor, data, names, own["L0"].to_numpy())
+        each = _slopes_of(sensor, data, own["L0"].to_numpy())
         width = [space.width(variable, sensor) for variable in space.variables]
         noise, rate = self.converter(sensor, data)
         table = Table(L, np.array([each[name] for name in self.scattering]).reshape(-1, *L.shape), noise)
@@ -273,14 +273,13 @@ def errors_of(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float
     return errors | {"crosstalk_before_inverse": float(np.max(found.crosstalk_error))}
 
 
-def _slopes_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str], L0: Array) -> dict[str, Array]:
+def _slopes_of(sensor: Sensor, data: xr.Dataset, L0: Array) -> dict[str, Array]:
     """Return derivatives of each coil's inductance by each parameter, shape (g, n) [H]."""
     n = len(sensor.coils)
     scale = L0 / np.diagonal(data["L0"].to_numpy()) if data.attrs["unit_L"] != "H" else np.ones(n)
     own = np.diagonal(data["by_L"].transpose(..., "parameter", "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
     values = own.reshape(-1, data.sizes["parameter"], n) * scale
-    places = [str(name) for name in data["parameter"].to_numpy()]
-    return {name: values[:, places.index(name)] for name in names}
+    return {str(name): values[:, k] for k, name in enumerate(data["parameter"].to_numpy())}
 
 
 def _hard(error: SolveFailed, sensor: Sensor, load: Wrench) -> float:

@@ -147,15 +147,12 @@ class Space:
 
     def words(self, design: Design) -> str:
         """Format a design for a reader: the end of each key and its value."""
-        values = {key: item if isinstance(item, str) else f"{item:g}" for key, item in self._shown(design).items()}
-        return ", ".join(f"{key.rpartition('.')[2]} {item}" for key, item in values.items())
-
-    def _shown(self, design: Design) -> dict[str, Any]:
-        """Return the values of a design, numbers to four digits."""
         found = self.values(design)
         for each, x in zip(self.variables, design.x, strict=True):
             found[each.key] = f"{each.value(x):.4g} {each.unit}".strip()
-        return {key: item if isinstance(item, str | int | float) else json.dumps(item) for key, item in found.items()}
+        kinds = ((str, str), (int | float, "{:g}".format), (object, json.dumps))
+        texts = {key: next(text(item) for kind, text in kinds if isinstance(item, kind)) for key, item in found.items()}
+        return ", ".join(f"{key.rpartition('.')[2]} {text}" for key, text in texts.items())
 
 
 def space_of(sensor: Sensor, table: Mapping[str, Any]) -> Space:
