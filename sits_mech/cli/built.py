@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, progress_bar, warn
 from sits_mech.cli.options import Clock, Folder, Json, Output, Quantity, app, check_readable, flag, si_of
+from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
     from sits_mech.analysis.built.adaptation import Adaptation
@@ -36,8 +37,8 @@ class Known:
     @property
     def noises(self) -> dict[str, Any]:
         """Return the noises of loads, as arguments."""
-        by_load, by_depth = si_of(self.load_noise, "N", "--load-noise"), si_of(self.depth_noise, "m", "--depth-noise")
-        return {"load_noise": by_load, "depth_noise": by_depth}
+        by_load = si_of(self.load_noise, "N", "--load-noise")
+        return {"load_noise": by_load, "depth_noise": si_of(self.depth_noise, "m", "--depth-noise")}
 
     def prior(self, folder: Path) -> Prior:
         """Return the calibrated sensor with what is unknown of it."""
@@ -82,8 +83,6 @@ def adapt(
     Example: sits-mech adapt calibration --bench bench.csv -o built
     Example: sits-mech adapt built --plan 2 --rig use --free "modulus=1+-0.05, lead=0+-5 nH"
     """
-    from sits_mech.units import SceneError
-
     if (bench is None) == (plan is None):
         raise SceneError(f"adapt: must have either --bench FILE or --plan N; got {'both' if bench else 'none'}")
     if plan is not None and plan < 1:
@@ -135,8 +134,6 @@ def lot(
     Example: sits-mech lot calibration --bench units.csv -o lot
     Example: sits-mech adapt calibration --lot lot/lot.json --plan 1
     """
-    from sits_mech.units import SceneError, quantity
-
     share = quantity(limit, "", "--limit")
     if not 0.0 < share < 1.0 or plan < 1:
         raise SceneError(f"lot: must have --limit between 0 and 100 % and --plan of one or more; got {limit}, {plan}")
@@ -166,7 +163,6 @@ def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
     """Return what a bench recorded of a sensor."""
     from sits_mech.analysis.measured import read_measured
     from sits_mech.readout.loads import fixed
-    from sits_mech.units import SceneError
 
     held = fixed(prior.data)
     found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, held, least=1, unseen=True)
@@ -179,7 +175,6 @@ def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[
     """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing."""
     from sits_mech.analysis.built.adaptation import adapt as adapted
     from sits_mech.analysis.built.mistakes import STRANGE, mistake
-    from sits_mech.units import SceneError
 
     try:
         found = adapted(prior, measured, **noises)
@@ -192,7 +187,6 @@ def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[
 def _checked(found: Adaptation, count: int) -> str:
     """Return in words how far the approximation of a posterior is from its samples."""
     from sits_mech.analysis.built.adaptation import sampled
-    from sits_mech.units import SceneError
 
     if count < 2:
         raise SceneError(f"--check: must be two or more samples; got {count}")

@@ -24,6 +24,7 @@ from sits_mech.cli.options import (
     output_of,
     sensor_of,
 )
+from sits_mech.units import SceneError
 
 
 @app.command
@@ -130,7 +131,6 @@ def fit(
     from sits_mech.report.pictures.fit import fit_figure, fitted_tables
     from sits_mech.report.pictures.style import save_figure
     from sits_mech.silicone.material import Silicone, implausible
-    from sits_mech.units import SceneError
 
     found = fit_tests(tensile, relaxation, cyclic, law=law, max_strain=max_strain, terms=terms)
     if found.fit is not None:

@@ -12,6 +12,7 @@ from cyclopts import App, Parameter
 from sits_mech.cli.console import warn
 from sits_mech.disk_cache import keep_nothing
 from sits_mech.memory import limit_memory, limit_seconds
+from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, quantity_range
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -82,8 +83,6 @@ class Overrides:
 
     def note(self, where: str, lines: Sequence[str]) -> None:
         """Say on stderr what is implausible, or refuse it; raise SceneError with the first line then."""
-        from sits_mech.units import SceneError
-
         if lines and self.strict:
             raise SceneError(f"{where}: {lines[0]}")
         for line in lines[:_TOLD]:
@@ -118,7 +117,6 @@ class Load:
     def wrench(self) -> Wrench:
         """Return the load in SI."""
         from sits_mech.quantities import LOAD_ARGUMENTS, Wrench
-        from sits_mech.units import quantity
 
         return Wrench(**_in_si(self, LOAD_ARGUMENTS, quantity))
 
@@ -156,7 +154,6 @@ class LoadGrid:
         """
         from sits_mech.quantities import LOAD_ARGUMENTS
         from sits_mech.scene.coils import usual_loads
-        from sits_mech.units import quantity_or_range
 
         usual = usual_loads(sensor.coils)
         if self.fx:
@@ -202,7 +199,6 @@ class Place:
     def pose(self) -> Pose:
         """Return the pose in SI; raise SceneError where the height is missing."""
         from sits_mech.quantities import POSE_ARGUMENTS, Pose
-        from sits_mech.units import SceneError, quantity
 
         if self.dv is None:
             raise SceneError("--dv: must be given for a pose of the target; it is missing")
@@ -222,7 +218,6 @@ class Models:
 def _written_load(text: str) -> Wrench:
     """Return the load of ``--via "F_x=0 N, F_z=4 N"``, components by the names of their options or of a wrench."""
     from sits_mech.quantities import LOAD_ARGUMENTS, UNITS, Wrench
-    from sits_mech.units import SceneError, quantity
 
     names = {**LOAD_ARGUMENTS, **{name: name for name in LOAD_ARGUMENTS.values()}}
     found = {}
@@ -246,8 +241,6 @@ def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, s
 
 def si_of(text: str | None, unit: str, option: str) -> float | None:
     """Return the quantity of an option in SI, None where it is not there."""
-    from sits_mech.units import quantity
-
     return None if text is None else quantity(text, unit, option)
 
 
@@ -261,7 +254,6 @@ def sensors_of(scene: str, overrides: Overrides, temperature: str | None, *, one
     from sits_mech.scene.plausible import slips
     from sits_mech.scene.sensor import load_sensor
     from sits_mech.scene.thermal import at_each
-    from sits_mech.units import quantity, quantity_range
 
     found = load_sensor(scene, overrides.all)
     overrides.note(scene, slips(found))
@@ -278,7 +270,6 @@ def check_asked(
     """Refuse a load or a tolerance beyond any sense, and models that there are not, before solvers are imported."""
     from sits_mech.scene.materials import check_model
     from sits_mech.scene.plausible import check_loads
-    from sits_mech.units import checked_tolerance
 
     for kind, name, known in (("mechanics", mechanics, MECHANICS), ("magnetics", magnetics, MAGNETICS)):
         check_model(kind, name, known)

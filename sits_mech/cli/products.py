@@ -27,6 +27,7 @@ from sits_mech.cli.options import (
     pose_of,
     sensor_of,
 )
+from sits_mech.units import SceneError, quantity
 
 _FIRST = "biorob2018-w15"  # that the studio opens
 
@@ -45,12 +46,11 @@ def view(
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """
     from sits_mech.report.pictures.asked import check_options, driven_coil, kind_of_picture, picture_path
-    from sits_mech.units import quantity
 
     sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
     path, coil = picture_path(output, scene, kind), driven_coil(sensor, driven)
-    check_options(kind, {"show": show, "frequency": frequency, "driven": driven})
+    check_options(kind, show=show, frequency=frequency, driven=driven)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
 
     from sits_mech.quantities import SolveFailed
@@ -79,7 +79,6 @@ def import_board(
     Example: sits-mech import probe.kicad_pcb --net L1 --frequency "2 MHz" -o probe.toml
     """
     from sits_mech.boards.scene import Selection, board_scene
-    from sits_mech.units import quantity
 
     hertz, error = quantity(frequency, "Hz", "--frequency"), quantity(chord_error, "m", "--chord-error")
     text, notes = board_scene(board, Selection(net, hertz, origin, error, pours))
@@ -105,7 +104,6 @@ def export(
     from sits_mech.export.formats import export_path, format_of
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
-    from sits_mech.units import SceneError
 
     sensor, forces = look_at(folder)
     form, path = format_of(to), export_path(sensor, to, output)
@@ -212,7 +210,6 @@ def studio(
     """
     from sits_mech.scene.files import read_table
     from sits_mech.scene.sensor import load_sensor
-    from sits_mech.units import SceneError
 
     text = ""
     if required is not None:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
 from sits_mech.cli.options import Case, Clock, Folder, Json, Magnetics, Quantity, app, check_readable, output_of, si_of
+from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +43,6 @@ def invert(
     from sits_mech.cli.readings import Asked, given_codes, given_inductances, given_texts
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
-    from sits_mech.units import SceneError
 
     if clock is not None and not code:
         raise SceneError(f"--clock: must come with --code, it makes codes of frequencies; got {clock} alone")
@@ -116,8 +116,6 @@ class Deviations:
 
     def given(self) -> dict[str, float]:
         """Return those that are given, in SI."""
-        from sits_mech.units import quantity
-
         units = {"thickness": "m", "modulus": "", "gap": "m", "offset": "m"}
         texts = {name: getattr(self, name) for name in units}
         return {name: quantity(text, units[name], f"--{name}") for name, text in texts.items() if text is not None}
@@ -141,7 +139,6 @@ def quality(
 
     from sits_mech.report.folder import read_calibration
     from sits_mech.scene.sensor import silicone_of
-    from sits_mech.units import SceneError
 
     if samples < 2 or samples & (samples - 1):
         raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
@@ -191,7 +188,6 @@ def compare(
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
     from sits_mech.report.folder import checked_picture
-    from sits_mech.units import SceneError
 
     alone, picture = not folder.is_dir(), None if output is None else checked_picture(output)
     if magnetics != "auto" and not alone:
@@ -208,10 +204,11 @@ def compare(
     from sits_mech.scene.sensor import load_sensor
 
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
-    hertz = si_of(clock, "Hz", "--clock")
-    tank = None if data is None else comparison.tank_of(sensor, data, hertz)
-    names, loads = sensor.coil_names, () if data is None else several(data)
-    bench = read_measured(measured, loads, names, tank, None if data is None else fixed(data))
+    hertz, names = si_of(clock, "Hz", "--clock"), sensor.coil_names
+    tank, loads, held = (
+        (None, (), None) if data is None else (comparison.tank_of(sensor, data, hertz), several(data), fixed(data))
+    )
+    bench = read_measured(measured, loads, names, tank, held)
     asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
     one = si_of(noise, "H", "--noise")
     parts = [part.strip() for part in asked.split(",")]

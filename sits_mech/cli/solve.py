@@ -37,6 +37,7 @@ from sits_mech.cli.options import (
 )
 from sits_mech.cli.timed import in_time
 from sits_mech.status import flags_of
+from sits_mech.units import SceneError, frequency_range
 
 if TYPE_CHECKING:
     from sits_mech.quantities import Wrench
@@ -87,7 +88,6 @@ def inductance(
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
     from sits_mech.quantities import Pose, SolveFailed
-    from sits_mech.units import frequency_range
 
     sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
@@ -138,8 +138,6 @@ def simulate(
 
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N" --temperature "-10 degC:60 degC:8"
     """
-    from sits_mech.units import SceneError
-
     (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
     via = way.loads()
     check_asked(sensor, vars(wrench), **asdict(models))
@@ -229,7 +227,6 @@ def envelope(
     from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.records import json_text
     from sits_mech.scene.files import write_text
-    from sits_mech.units import SceneError
 
     sensor = sensor_of(scene, overrides, temperature)
     if rays < 4 or rays % 4:

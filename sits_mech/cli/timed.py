@@ -22,6 +22,7 @@ from sits_mech.cli.options import (
     flag,
     sensor_of,
 )
+from sits_mech.units import quantity
 
 if TYPE_CHECKING:
     from sits_mech.scene.sensor import Sensor
@@ -72,7 +73,6 @@ def cycle(
     Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc --picture loops.pdf
     """
     from sits_mech.report.folder import checked_file, checked_picture
-    from sits_mech.units import quantity
 
     output = output and checked_file(output)
     drawn = None if picture is None else checked_picture(picture, "--picture")
@@ -87,12 +87,11 @@ def cycle(
     from sits_mech.store import save_table
 
     try:
-        data, beside = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models)), None
+        asked = sensor, load.wrench(), triangle(seconds, cycles)
+        data, beside = load_cycle(*asked, **asdict(models)), None
         if full:
             with progress_bar("full cycle [%]") as progress:
-                beside = full_cycle(
-                    sensor, load.wrench(), triangle(seconds, cycles), **asdict(models), progress=progress
-                )
+                beside = full_cycle(*asked, **asdict(models), progress=progress)
     except SolveFailed as error:
         return not_converged(error, as_json)
     if beside is None:

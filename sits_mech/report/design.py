@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,13 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.labels import labelled
-from sits_mech.quantities import SolveFailed, Wrench, as_jsonable
+from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table, pictures_part
 from sits_mech.report.pictures.design import choice_words, design_pictures
 from sits_mech.report.pictures.section import load_view
 from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.records import json_text
 from sits_mech.report.tables.design import asked_table, design_record, design_tables
 from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.files import write_text
@@ -61,7 +61,7 @@ def write_design(asked: Requirements, found: DesignAnswer, folder: Path) -> list
     data = design_table(asked, found)
     save_table(data, folder / "designs.nc")
     data.to_dataframe().to_csv(folder / "designs.csv", index=False)
-    write_text(folder / "answer.json", json.dumps(as_jsonable(design_record(found)), indent=1))
+    write_text(folder / "answer.json", json_text(design_record(found)))
     missed = []
     for name, draw in design_pictures(asked, found).items():
         save_figure(draw(), folder / f"{name}.png")

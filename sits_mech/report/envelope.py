@@ -33,8 +33,7 @@ def envelope_record(found: Envelope) -> dict[str, Any]:
         }
         for ray in found.rays
     ]
-    own = {"model": found.model, "known_stretch": found.known_stretch, "tolerance": found.tolerance}
-    return {"rays": rays} | own
+    return {"rays": rays} | {name: getattr(found, name) for name in ("model", "known_stretch", "tolerance")}
 
 
 def envelope_table(found: Envelope) -> Table:

@@ -20,7 +20,7 @@ from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import signal_label
 from sits_mech.report.pictures.style import new_figure, save_figure, strokes
 from sits_mech.report.records import status_record
-from sits_mech.report.tables.solves import shown_scale, sizes_of, with_error
+from sits_mech.report.tables.solves import column_table, shown_scale, sizes_of, with_error
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor, save_sensor
 from sits_mech.status import joined
@@ -43,16 +43,14 @@ def history_table(data: xr.Dataset) -> Table:
     rows = np.flatnonzero(data["given"].to_numpy())
     step = -(-len(rows) // _MOST)
     thinned = rows[::step]
-    found = Table(title=f"{data.attrs['name']}: estimated errors behind every number", show_edge=False)
     loads, signals = moving(data), told(data)
     places = [name for name in POSE if name in POSE[:3] or np.any(data[name].to_numpy() != 0.0)]
     columns = [(name, *shown_scale(name)) for name in places] + [(name, 1.0, "%") for name in signals]
-    found.add_column("t [s]", justify="right")
-    for name in loads:
-        found.add_column(f"{name} [{shown_unit(name)}]", justify="right")
-    for name, _, unit in columns:
-        found.add_column(f"{name.removesuffix('_percent')} [{unit}]", justify="right", no_wrap=True)
-    found.add_column("status")
+    units = {"t": "s"} | {name: shown_unit(name) for name in loads}
+    units |= {name.removesuffix("_percent"): unit for name, _, unit in columns}
+    headings = (*(f"{name} [{unit}]" for name, unit in units.items()), "status")
+    title = f"{data.attrs['name']}: estimated errors behind every number"
+    found = column_table(title, headings, justify="right", no_wrap=True)
     sizes = sizes_of(data, [name for name, *_ in columns])
     for row in thinned:
         here = data.isel(time=row)

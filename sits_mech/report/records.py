@@ -83,11 +83,7 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission]) 
         outer = ("shift", "apparent_L", "apparent_R", "apparent_Q", "tank_frequency")
         keys = inner | {name: name for name in (*outer, "own_capacitance", "self_resonance")}
         found["terminals"] = _terminals({key: data[name].to_numpy() for key, name in keys.items()})
-    report = json.loads(data.attrs["report"])
-    del report["min_J"], report["stretch"], report["error_stretch"]
-    size, unknown = beside_errors(left_out)
-    report |= {"left_out": [*report["left_out"], *(item.text for item in left_out)]}
-    return found | {"report": report | {"left_out_error": size, "not_estimated": list(unknown)}}
+    return found | {"report": report_record(SolveReport(**json.loads(data.attrs["report"])), left_out)}
 
 
 def _terminals(seen: Mapping[str, Array]) -> Record:
@@ -129,9 +125,9 @@ def failure_record(error: SolveFailed, whole: bool = False) -> Record:
     }
 
 
-def json_text(record: Record) -> str:
+def json_text(record: Record, **form: Any) -> str:
     """Return a record as one JSON object; what is not a number becomes null."""
-    return json.dumps(_finite(as_jsonable(record)), indent=1, allow_nan=False)
+    return json.dumps(_finite(as_jsonable(record)), allow_nan=False, **{"indent": 1} | form)
 
 
 def _finite(value: Any) -> Any:

@@ -128,9 +128,8 @@ def _item(figure: str, along: str, values: Array, limit: float) -> dict[str, Any
 
 def rows_html(judged: Judged) -> str:
     """Return the figures as a table: value with error, limit, a bar whose line is the limit, whether it holds."""
-    rows, share, least = [_row(each, judged.solved) for each in judged.rows], np.nan, judged.asked.least_yield
-    if judged.solved:
-        share = judged.share.value
+    rows, least = [_row(each, judged.solved) for each in judged.rows], judged.asked.least_yield
+    share = judged.share.value if judged.solved else np.nan
     if np.isfinite(share):
         held, (now, limit) = "yes" if share >= least else "no", (f"{100.0 * each:.3g} %" for each in (share, least))
         name = "sensors that hold all"

@@ -10,6 +10,7 @@ import sys
 import tomllib
 import webbrowser
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -77,12 +78,12 @@ class _Page:
         self, solver: Solver, models: tuple[str, str, float], source: str, asked: Mapping[str, str], required: str
     ) -> None:
         self.client = ui.context.client
-        later = asyncio.get_running_loop().call_soon_threadsafe
-        self.session = Session(solver, self.client.id, self._show, models, later)
+        self.loop = asyncio.get_running_loop()
+        self.session = Session(solver, self.client.id, self._show, models, self.loop.call_soon_threadsafe)
         self.drawn: tuple[Any, ...] = ()
         self.searched = 0, 0
         self.framed = False
-        self.drawing_soon = asyncio.get_running_loop().call_later(0.0, lambda: None)
+        self.drawing_soon = self.loop.call_later(0.0, lambda: None)
         ui.add_head_html(f"<style>{(_file('studio.css'))}</style><script>{_file('frame.js')}</script>")
         with ui.row().classes("sits-page"):
             with ui.column().classes("sits-scene"):
@@ -95,11 +96,8 @@ class _Page:
                 self.drawing = ui.html(sanitize=False).classes("sits-drawing")
                 ui.html('<div id="sits-frames"></div>', sanitize=False).classes("w-full")
         self.client.on_disconnect(self.session.close)
-        ends = {key: _ends(value) for key, value in asked.items() if key in WRENCH}
         keys = {key: value for key, value in asked.items() if key not in WRENCH}
-        self._tried(
-            lambda: self.session.open(str(self.scene.value), keys, {key: each for key, each in ends.items() if each})
-        )
+        self._tried(lambda: self.session.open(str(self.scene.value), keys, _ends(asked)))
         if required:
             self._tried(lambda: self.session.require(required))
         self.form.fill()
@@ -150,10 +148,7 @@ class _Page:
 
     def _stops_or_solves(self) -> None:
         """Stop what is solved, or go on."""
-        if self.session.stopped:
-            self.session.update()
-        else:
-            self.session.stop()
+        (self.session.update if self.session.stopped else self.session.stop)()
 
     def _begins_to_require(self, event: Any) -> None:
         """Write requirements to begin with, where there are none."""
@@ -192,7 +187,7 @@ class _Page:
             if not self.drawing.content and not self.framed:  # the first one, before anything is solved
                 self._draw_plainly(view.sensor)
                 return
-            self.drawing_soon = asyncio.get_running_loop().call_later(_RESTS, self._draw_plainly, view.sensor)
+            self.drawing_soon = self.loop.call_later(_RESTS, self._draw_plainly, view.sensor)
             return
         self.framed = True
         from sits_mech.studio.previews import open_share
@@ -256,10 +251,11 @@ def _file(name: str) -> str:
     return (resources.files("sits_mech.studio") / name).read_text(encoding="utf-8")
 
 
-def _ends(text: str) -> tuple[float, float] | None:
-    """Return the ends of a range, as an address has them."""
-    try:
-        low, high = map(float, text.split(":"))
-    except ValueError:
-        return None
-    return (low, high) if low < high else None
+def _ends(asked: Mapping[str, str]) -> dict[str, tuple[float, float]]:
+    """Return the ranges of loads that an address names."""
+    found = {}
+    for name in filter(asked.get, WRENCH):
+        with suppress(ValueError):
+            low, high = map(float, asked[name].split(":"))
+            found[name] = low, high
+    return found

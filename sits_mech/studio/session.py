@@ -179,7 +179,7 @@ class Session:
         """Return what is known of the scene now."""
         own, figures = self.question(self.sensor), self._figures
         known = self._known() if self.loads else []
-        solved = [None if question is None else question.key in self.solver.kept for question in (own, figures)]
+        solved = [each is not None and each.key in self.solver.kept for each in (own, figures)]
         now = own.key, *solved, *map(id, known), id(self.asked)
         if self._shown is None or self._shown[0] != now:
             self._shown = now, self._made(own, known)
@@ -231,18 +231,11 @@ class Session:
     def update(self) -> None:
         """Draw what is known, and ask for what is not."""
         self.stopped = False
-        view = self.view()
-        wishes = []
-        if view.kind != "solved":
-            wishes.append((self.question(self.sensor), True))
-        if self.search is not None:
-            wishes.append((self.search, False))
-        if self._figures is not None and self._figures.key not in self._refused:
-            wishes.append((self._figures, False))
-        if self.loads:
-            wishes += [(question, False) for question in self._behind()]
-        self.draw(view)
-        self.solver.ask(self.tab, [each for each in wishes if each[0].key not in self.solver.kept], self._heard)
+        wishes = [self.question(self.sensor), self.search, self._figures, *(self._behind() if self.loads else [])]
+        known = {*self.solver.kept, *self._refused}
+        self.draw(self.view())
+        asked = [(each, each is wishes[0]) for each in wishes if each is not None and each.key not in known]
+        self.solver.ask(self.tab, asked, self._heard)
 
     def _behind(self) -> list[Question]:
         """Return what may be solved while nobody waits: slopes where there are none, tables beside a slider."""
@@ -299,8 +292,8 @@ class Session:
             self._refused[question.key] = f"not judged: {what}"
             self.draw(self.view())
         elif question.key == self.question(self.sensor).key and not self.stopped:
-            words = {"progress": "solving: {} of {} loads", "started": "solving", "failed": "not solved: {}"}[kind]
-            self.draw(self.view(words.format(*(what if isinstance(what, tuple) else (what,)))))
+            words = {"progress": "solving: {0[0]} of {0[1]} loads", "failed": "not solved: {}"}.get(kind, "solving")
+            self.draw(self.view(words.format(what)))
 
     def _searched(self, kind: str, what: Any) -> None:
         """Take what the search says."""

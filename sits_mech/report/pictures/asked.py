@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -27,12 +26,12 @@ def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Ki
     return asked or ("layer" if pose is None else "field")
 
 
-def check_options(kind: Kind, given: Mapping[str, str | None]) -> None:
+def check_options(kind: Kind, **given: str | None) -> None:
     """Refuse options of another kind of picture."""
-    taken = {"scene": (), "layer": ("show",)}.get(kind, ("frequency", "driven"))
+    taken = {"scene": "", "layer": "show"}.get(kind, "frequency driven")
     for name, value in given.items():
         if value is not None and name not in taken:
-            raise SceneError(f"--{name}: must be left out with --kind {kind}, which does not show it; got {value}")
+            raise SceneError(f"--{name}: must be left out with --kind {kind}; got {value}")
 
 
 def picture_path(asked: Path | None, scene: str, kind: Kind) -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.quantities import Pose, Wrench, refuse_out_of_plane
-from sits_mech.report.pictures.asked import Kind, driven_coil
+from sits_mech.report.pictures.asked import Kind
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import field_view, load_view
 from sits_mech.report.pictures.spatial import spatial_view
@@ -23,28 +23,26 @@ class Request:
     wrench: Wrench  # not used where a pose is given
     pose: Pose | None
     frequency: float  # [Hz]
-    driven: str | None = None  # coil that carries current; the last one by default
+    driven: str = ""  # coil that carries current
     show: str = "displacement"  # or "stretch": what colours a layer
 
 
 def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
     """Draw a picture and write it; raise ValueError, saying why it cannot be drawn, or SolveFailed."""
-    driven = driven_coil(sensor, request.driven)
-    if kind == "scene":
-        save_figure(scene_drawing(sensor), path)
-        return
     if kind == "field":
         refuse_out_of_plane("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
         if any(coil.centre[1] != 0.0 and coil.shape != "path" for coil in sensor.coils):
             raise SceneError("--kind field: must have every coil on y = 0; --kind spatial draws them at any place")
         if refusal := section_refusal(sensor.coils):
             raise SceneError(f"--kind field: {refusal}; --kind spatial draws them all")
-    if kind == "layer":
-        save_figure(load_view(sensor, request.wrench, show=request.show), path)
-    elif kind == "field":
-        save_figure(field_view(sensor, resting_pose(sensor, request), request.frequency, driven), path)
+    if kind == "scene":
+        figure = scene_drawing(sensor)
+    elif kind == "layer":
+        figure = load_view(sensor, request.wrench, show=request.show)
     else:
-        save_figure(spatial_view(sensor, resting_pose(sensor, request), request.frequency, driven), path)
+        seen = field_view if kind == "field" else spatial_view
+        figure = seen(sensor, resting_pose(sensor, request), request.frequency, request.driven)
+    save_figure(figure, path)
 
 
 def resting_pose(sensor: Sensor, request: Request) -> Pose:

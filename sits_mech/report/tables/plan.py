@@ -77,11 +77,9 @@ def _short(seconds: float) -> str:
 
 def _skin(depths: float) -> str:
     """Return a description of the current in the target."""
-    if depths < 1.0:
-        return f"the target is {depths:.2g} skin depths thick: current through its whole thickness"
-    if depths < 3.0:
-        return f"the target is {depths:.2g} skin depths thick: current fades towards its inside"
-    return f"the target is {depths:.2g} skin depths thick: current in thin layers at its surfaces"
+    inside = "fades towards its inside" if depths < 3.0 else "in thin layers at its surfaces"
+    how = "through its whole thickness" if depths < 1.0 else inside
+    return f"the target is {depths:.2g} skin depths thick: current {how}"
 
 
 def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:

@@ -31,6 +31,9 @@ def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None
     forces, coils, stray = found.forces, found.coils, crosstalk(data).attrs
     own = {name: short_name(signal) for name, signal in signals_of(data).items() if name in forces}
     before, unsure = _before(found, stray, own)
+    signals = {str(name): float(value) for name, value in stray.items()}
+    for name, (value, error) in largest_rotation(data).items():
+        signals |= {f"rotation_as_{name}": value, f"error_rotation_as_{name}": error}
     record = {
         "full_scale": named(forces, found.full_scale),
         "own_signal": own,
@@ -55,7 +58,7 @@ def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None
         "no_inverse": list(found.no_inverse),
         "map_error": found.map_error,
         "hysteresis": named(forces, found.hysteresis),
-        "signals": {str(name): float(value) for name, value in stray.items()} | _rotation(data),
+        "signals": signals,
     }
     return record | ({} if scatter is None else {"tolerances": _scatter_record(scatter)})
 
@@ -88,14 +91,6 @@ def _before(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str
             values[name] = named(found.forces, found.crosstalk[k])
             errors[name] = dict.fromkeys(found.forces, float(found.crosstalk_error[k]))
     return values, errors
-
-
-def _rotation(data: xr.Dataset) -> Record:
-    """Return the forces that rotation alone reads as, the largest over the table, with errors."""
-    found: Record = {}
-    for name, (value, error) in largest_rotation(data).items():
-        found |= {f"rotation_as_{name}": value, f"error_rotation_as_{name}": error}
-    return found
 
 
 def components_record(found: Observability) -> Record:

@@ -207,7 +207,7 @@ def test_what_cannot_be_written(source: Source, calibrated: Path, tmp_path: Path
             export(Source(source.sensor, table), "page", tmp_path / "t.html")
     for words, message in (
         ([str(calibrated), "-o", "page.csv"], "must end in .html for --to page; got 'page.csv', as for csv"),
-        ([str(calibrated), "-o", str(tmp_path / "no" / "p.html")], "must be writable; got: No such file"),
+        ([str(calibrated), "-o", str(tmp_path / "no" / "p.html")], "--output: must be in a folder that exists"),
         ([str(tmp_path)], "must be the folder of a finished calibration"),
     ):
         assert run(["export", "--to", "page", *words]) == 2
