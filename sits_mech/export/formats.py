@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -44,27 +44,32 @@ class Format:
     suffix: str
     write: Callable[[Source, Path], tuple[str, ...]]
     inverts: bool = False
-    at_load: bool = False
+    at_load: bool = True
 
 
-def _written(name: str, source: Source, path: Path, **options: Any) -> tuple[str, ...]:
-    """Write by a function of this room, which is imported when it is needed."""
-    module, _, function = name.rpartition(".")
-    notes: tuple[str, ...] = getattr(import_module(f"{__package__}.{module}"), function)(source, path, **options)
-    return notes
+def _own(suffix: str, name: str, *, inverts: bool = False, at_load: bool = False, **options: Any) -> Format:
+    """Return a format whose function is of this room, and imported when it is needed."""
+
+    def write(source: Source, path: Path) -> tuple[str, ...]:
+        """Write by it."""
+        module, _, function = name.rpartition(".")
+        notes: tuple[str, ...] = getattr(import_module(f"{__package__}.{module}"), function)(source, path, **options)
+        return notes
+
+    return Format(suffix, write, inverts, at_load)
 
 
-CSV = Format(".csv", partial(_written, "tables.write_csv"))
-NETCDF = Format(".nc", partial(_written, "tables.write_netcdf"))
-XLSX = Format(".xlsx", partial(_written, "tables.write_xlsx"))
-C = Format(".h", partial(_written, "firmware.write_header"), inverts=True)
-SPICE = Format(".cir", partial(_written, "spice.write_spice"), at_load=True)
-KICAD = Format(".kicad_mod", partial(_written, "kicad.write_kicad"))
-VTU = Format("_vtu", partial(_written, "vtu.write_vtu"))
-TWIN = Format("_twin", partial(_written, "twin.folder.write_twin"), inverts=True)
-PAGE = Format(".html", partial(_written, "page.html.write_page"), inverts=True)
-PDF = Format("_pdf", partial(_written, "pictures.write_pictures", form="pdf"))
-SVG = Format("_svg", partial(_written, "pictures.write_pictures", form="svg"))
+CSV = _own(".csv", "tables.write_csv")
+NETCDF = _own(".nc", "tables.write_netcdf")
+XLSX = _own(".xlsx", "tables.write_xlsx")
+C = _own(".h", "firmware.write_header", inverts=True)
+SPICE = _own(".cir", "spice.write_spice", at_load=True)
+KICAD = _own(".kicad_mod", "kicad.write_kicad")
+VTU = _own("_vtu", "vtu.write_vtu")
+TWIN = _own("_twin", "twin.folder.write_twin", inverts=True)
+PAGE = _own(".html", "page.html.write_page", inverts=True)
+PDF = _own("_pdf", "pictures.write_pictures", form="pdf")
+SVG = _own("_svg", "pictures.write_pictures", form="svg")
 
 
 @cache

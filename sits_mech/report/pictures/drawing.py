@@ -113,7 +113,6 @@ def _plates(sensor: Sensor) -> list[Plate]:
         found.append(Plate("pad", rims, bottom, rest, sizes, "#efcf9f"))
     if target is not None:
         own = tuple(_MM * np.array(loop) for loop in target_outline(target).loops)
-
         found.append(Plate("target", own, rest, rest + _MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
 

@@ -65,9 +65,7 @@ def plan_table(plan: Forecast, asked: str, processes: int, *, cluster: bool = Fa
             found.add_row(name, f"{count:g}", f"{each:.3g}", f"{count * each:.3g}", f"{saved:.3g}")
     memory = "" if plan.memory is None else f", {(processes + (processes > 1)) * plan.memory / GIB:.2g} GiB"
     wall, where = plan.wall(processes, processes if cluster else None), "on {} workers" if cluster else "with -j {}"
-    found.caption = (
-        f"{plan.seconds(processes):.3g} s of processor time, {wall:.3g} s {where.format(processes)}{memory}"
-    )
+    found.caption = f"{plan.seconds(processes):.3g} s of processor time, {wall:.3g} s {where.format(processes)}{memory}"
     return found
 
 
