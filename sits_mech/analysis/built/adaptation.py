@@ -29,12 +29,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2
 
 from sits_mech.analysis.built.fit import Beforehand, Free, ParameterFit, fit_parameters
-from sits_mech.analysis.built.force_maps import Table, moduli
+from sits_mech.analysis.built.force_maps import Table
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.prior import HALF, Prior, inverted, load_noise_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.quantities import Array
-from sits_mech.scene.sensor import SceneError
 
 _WIDEST = 100.0  # deviations: how far a factor or a misread load is followed; what is as far tells by its p-value
 _DETERMINED = 0.7  # of its deviation beforehand: what is known better afterwards was read
@@ -184,7 +183,9 @@ def adapt(
         y, scale = np.column_stack([y, measured.depth]), np.column_stack([scale, np.full(m, depth_noise)])
     misread, reach = _misread(table, forces, blind, size), _WIDEST * HALF
     factors = [Free(each.name, each.value or 0.0, -reach, reach, HALF, each.deviation) for each in prior.factors]
-    known = Beforehand((*_free(prior, forces), *factors, *misread), prior.root)
+    lead = -prior.sensor.readout.lead_inductance  # no lead has less than none
+    own = (replace(each, low=max(each.low, lead), wall=True) if each.name == "lead" else each for each in bench.free())
+    known = Beforehand((*own, *factors, *misread), prior.root)
     fit = fit_parameters(bench.model, y, known.free, noise=scale, slopes=bench.slopes, root=known.root)
     p = len(prior.start)
     none, freedom = _structured(bench, fit, scale, misread)
@@ -194,19 +195,6 @@ def adapt(
         fit.chi_square, int(np.isfinite(y).sum()), fit.residual[:, :n], none, freedom, before,
         Posterior(bench, y, scale, known, fit),
     )
-
-
-def _free(prior: Prior, forces: Array) -> list[Free]:
-    """Return the parameters of sensor and bench to be fitted."""
-    (softest, stiffest), why = moduli(forces, prior.table, prior.forces, "modulus" in prior.setup.names)
-    room = 1e-3 * (stiffest - softest)
-    modulus = Free("modulus", 1.0, softest + room, stiffest - room, 1.0, beyond=why)
-    found = prior.setup.free(prior.table.poses, {"modulus": modulus})
-    if any(not each.low < each.high for each in found if each.name == "modulus"):
-        raise SceneError(f"table: must reach beyond the measured forces; {why[0] or why[1]}")
-    least = -prior.sensor.readout.lead_inductance  # no lead has less than none
-    found = tuple(replace(each, low=max(each.low, least), wall=True) if each.name == "lead" else each for each in found)
-    return [replace(each, start=float(np.clip(each.start, each.low, each.high))) for each in found]
 
 
 def _misread(table: Table, forces: Array, blind: NDArray[np.bool_], noises: Array) -> list[Free]:

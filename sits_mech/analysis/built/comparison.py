@@ -16,7 +16,7 @@ import xarray as xr
 
 from sits_mech.analysis.bench import sensor_front_end
 from sits_mech.analysis.built.fit import Free, Model, ParameterFit, fit_parameters, profile
-from sits_mech.analysis.built.force_maps import layer_slopes, moduli, table_of
+from sits_mech.analysis.built.force_maps import layer_slopes, table_of
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
 from sits_mech.analysis.built.unknowns import LAYER, checked
@@ -125,15 +125,12 @@ def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float |
     sensor, names = setup.sensor, several(data)
     table = table_of(sensor, data, names)
     columns = setup.names
-    (softest, stiffest), why = moduli(measured.forces, table, names, "modulus" in columns)
     layer = None
     if {*columns} & {*LAYER}:
         request = request_of(data)
         layer = layer_slopes(sensor, data, names, request["mechanics"], request["tolerance"])
     bench = LoadedBench(setup, table, measured.forces, layer)
-    inside = (softest + 1e-3 * (stiffest - softest), stiffest - 1e-3 * (stiffest - softest))
-    modulus = Free("modulus", float(np.clip(1.0, *inside)), softest, stiffest, 1.0, beyond=why)
-    free = setup.free(table.poses, {"modulus": modulus})
+    free = bench.free()
     fit = fit_parameters(bench.model, measured.L, free, noise=noise, own=table.own, slopes=bench.slopes)
     factor = float(fit.values[columns.index("modulus")]) if "modulus" in columns else 1.0
     stiffness = np.nan if sensor.elastomer is None else factor * sensor.elastomer.silicone.shear_modulus

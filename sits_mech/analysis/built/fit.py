@@ -40,7 +40,6 @@ Slopes = Callable[[Array], Array]
 _STEP = 1e-3  # of a parameter's size: of the differences
 _ENOUGH = 1e-3  # of chi^2: 0.03 deviations
 _STEPS, _HALVINGS = 12, 5  # of Gauss and Newton: some five are taken, whole ones
-_FRESH = 1  # steps from slopes of their own
 _END = 1e-6  # of the reach: this close to its end a value is held by it
 
 
@@ -49,7 +48,7 @@ class Free:
     """A parameter to fit."""
 
     name: str
-    start: float  # first value, also the one known beforehand
+    start: float  # known beforehand, and the first value, or the end next to it
     low: float
     high: float
     size: float  # typical change
@@ -140,9 +139,10 @@ def fit_parameters(
         raise SceneError("noise: must be given where a parameter has a deviation: both are weighed; got none")
     ranges = np.maximum(np.nanmax(y, axis=0) - np.nanmin(y, axis=0), 1e-6 * np.nanmax(np.abs(y), axis=0))
     scale = np.broadcast_to(ranges if noise is None else np.asarray(noise, dtype=float), y.shape)
-    found = _least(model, y, beforehand, scale, slopes=slopes)
-    _check_ends(free, found.x)
     sizes = np.array([each.size for each in free])
+    start = np.array([np.clip(each.start, each.low, each.high) for each in free])
+    found = _least(model, y, beforehand, scale, start, slopes)
+    _check_ends(free, found.x)
     jacobian = found.jac * sizes
     flat = np.linalg.norm(jacobian, axis=0) < 1e-12
     spread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12, hermitian=True)
@@ -152,7 +152,6 @@ def fit_parameters(
     covariance = spread * variance * np.outer(sizes, sizes)
     widths = np.where(flat, np.inf, within * np.sqrt(np.diagonal(spread) * variance) * sizes)
     safe = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
-    start = np.array([each.start for each in free])
     off = y - model(np.stack([found.x, start]))
     rms, before = (float(np.sqrt(np.nanmean((each / ranges) ** 2))) for each in off)
     return ParameterFit(
@@ -193,12 +192,10 @@ def profile(
 
 
 def _least(
-    model: Model, y: Array, beforehand: Beforehand, scale: Array, start: Array | None = None,
-    slopes: Slopes | None = None,
+    model: Model, y: Array, beforehand: Beforehand, scale: Array, start: Array, slopes: Slopes | None = None
 ) -> OptimizeResult:
-    """Return the parameters of least chi^2; residuals of the data come first, then of prior knowledge."""
+    """Return the parameters of least chi^2 near `start`; residuals of the data come first, then of prior knowledge."""
     free, there = beforehand.free, np.isfinite(y)
-    known = np.array([each.start for each in free])
     low, high, sizes = (np.array([getattr(each, key) for each in free]) for key in ("low", "high", "size"))
 
     def off(P: Array) -> Array:
@@ -226,11 +223,10 @@ def _least(
         """Return the residuals for one."""
         return np.asarray(off(p[None])[0])
 
-    first = known if start is None else np.clip(start, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
     if slopes:
-        return _gauss_newton(one, by_slopes, first, (low, high), sizes)
+        return _gauss_newton(one, by_slopes, start, (low, high), sizes)
     return least_squares(
-        one, first, jac=differences, bounds=(low, high), x_scale=sizes, xtol=1e-8, ftol=1e-9, gtol=1e-12
+        one, start, jac=differences, bounds=(low, high), x_scale=sizes, xtol=1e-8, ftol=1e-9, gtol=1e-12
     )
 
 
@@ -240,14 +236,14 @@ def _gauss_newton(
 ) -> OptimizeResult:
     """Return the parameters of least chi^2 in a box by Gauss and Newton, steps halved until it falls.
 
-    Slopes are those of the first `_FRESH` steps, corrected by each step's own change (C. G. Broyden, Math. Comp. 19
-    (1965) 577), and new ones where these lead nowhere. A step is the least of the linear model in the box (P. B. Stark,
+    Slopes are those of the first step, corrected by each step's own change (C. G. Broyden, Math. Comp. 19 (1965) 577),
+    and new ones where these lead nowhere. A step is the least of the linear model in the box (P. B. Stark,
     R. L. Parker, Comput. Stat. 10 (1995) 129). It ends where a step would gain less than `_ENOUGH`, of each term's
     share where the noise is not known.
     """
     (low, high), x, r = ends, first, residuals(first)
     J, fresh = slopes(x), True
-    for number in range(_STEPS):
+    for _ in range(_STEPS):
         room = (low - x) / sizes, (high - x) / sizes
         step = sizes * lsq_linear(J * sizes, -r, bounds=room, method="bvls").x
         left = r + J @ step
@@ -261,7 +257,7 @@ def _gauss_newton(
         if better is not None:
             way, change = (better[0] - x) / sizes, better[1] - r
             x, r = better
-        fresh = better is None or number + 1 < _FRESH
+        fresh = better is None
         J = slopes(x) if fresh else J + np.outer(change - J @ (way * sizes), way / sizes) / (way @ way)
     found = OptimizeResult()
     found.update(x=x, fun=r, jac=slopes(x))

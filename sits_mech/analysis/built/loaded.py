@@ -22,12 +22,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.analysis.built.force_maps import Table, mapped
+from sits_mech.analysis.built.fit import Free
+from sits_mech.analysis.built.force_maps import Table, mapped, moduli
 from sits_mech.analysis.built.setup import Setup, Slopes
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, Array
 from sits_mech.rotations import rotation_matrix
+from sits_mech.scene.sensor import SceneError
 
 _AXES, _UPWARDS = ("F_x", "F_y", "F_z"), (1.0, 1.0, -1.0)  # of a load cell
 _STEP = 1e-4  # of a load's range or a parameter's size, for differences of polynomials
@@ -56,6 +58,16 @@ class LoadedBench:
         shared = 0 if parts is None or not self.shared else parts.coefficients.shape[1] // len(POSE)
         return len(self.setup.parameters), shared, self.forces.size if self.loose else 0
 
+    def free(self) -> tuple[Free, ...]:
+        """Return the parameters to be fitted, the modulus where the table's map holds every load; or refuse loads."""
+        (softest, stiffest), why = moduli(self.forces, self.table, self.table.map.names, "modulus" in self.setup.names)
+        room = 1e-3 * (stiffest - softest)
+        modulus = Free("modulus", 1.0, softest + room, stiffest - room, 1.0, beyond=why)
+        found = self.setup.free(self.table.poses, {"modulus": modulus})
+        if any(each.name == "modulus" and not each.low < each.high for each in found):
+            raise SceneError(f"table: must reach beyond the measured forces; {why[0] or why[1]}")
+        return found
+
     def model(self, P: Array) -> Array:
         """Return what the rows show for unknowns (k, p), shape (k, m, n) [H], with `depth` the way down last [m]."""
         parameters = self.setup.parameters
@@ -63,8 +75,7 @@ class LoadedBench:
         L, poses = self.table.at(loads)
         changed = self._rests(P, loads)
         own = P[:, : len(parameters)]
-        moved = changed is not poses and np.any(changed != poses)
-        found = self.setup.readings(poses, own, L, changed if moved else None)
+        found = self.setup.readings(poses, own, L, changed if np.any(changed != poses) else None)
         return np.concatenate([found, self._depth(P, changed)[..., None]], axis=-1) if self.depth else found
 
     def derivatives(self, p: Array) -> tuple[Array, Array]:

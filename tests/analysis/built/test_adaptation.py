@@ -77,6 +77,17 @@ def test_what_cannot_be_adapted_is_refused(prior: Prior) -> None:
         adapt(held, Measured(3.0 * LOADS, bench_of(prior).L, "far"))
 
 
+def test_loads_beyond_the_table_leave_what_was_known(prior: Prior) -> None:
+    """They bound the modulus from below, above the one that is known: it stays known as it was, and costs its share."""
+    known = prior_of(prior.sensor, prior.data, ["modulus=1+-0.3", "gap=0+-50 um"], noise=1e-10)
+    loads = np.array([[0.0, 0.0], [0.0, 1.3], [0.0, 2.8], [0.2, 2.8], [-0.2, 2.8]])
+    shown = known.bench(loads).model(unknowns(known, modulus=1.5)[None])[0]
+    found = adapt(known, Measured(loads, shown, "stiff"))
+    assert found.posterior.known.free[0].low > 1.0
+    assert found.values[0] == pytest.approx(1.5, rel=0.01)
+    assert found.chi_square == pytest.approx((np.log(1.5) / 0.3) ** 2, rel=0.05)
+
+
 @pytest.mark.slow
 def test_samples_agree_with_the_approximation(prior: Prior) -> None:
     """Nearly linear in a few unknowns that readings determine: means and widths are those of 200 samples."""
