@@ -25,6 +25,7 @@ from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.readout.loads import point
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, key_unit, scene_hash
+from sits_mech.status import ANSWERED
 from sits_mech.store import DAMAGED, Row, case_name, no_table, opened, save_table
 from sits_mech.units import si_label, si_unit
 from sits_mech.version import __version__
@@ -84,7 +85,7 @@ def run_study(
 def keep_known(study: Study, folder: Path, before: tuple[Study, xr.Dataset], numbers: Sequence[int]) -> None:
     """Keep for a study what follows from some cases of a study before and its table: quality from calibrations.
 
-    Only of cases with the same scene, arguments and version, which then are not calibrated again.
+    Only of cases with the same scene, arguments and version, which then are not calibrated again, and only answers.
     """
     first, data = before
     if (first.name, study.name) != SWEPT:
@@ -97,7 +98,8 @@ def keep_known(study: Study, folder: Path, before: tuple[Study, xr.Dataset], num
             name = case_name(key(own), {})
             if name not in known and needed(own) == had(own):
                 row = point(data, number)
-                cases.put([(name, attempt(lambda row=row: with_quality(table_row(case_calibration(row)[1])), {}))])
+                found = attempt(lambda row=row: with_quality(table_row(case_calibration(row)[1])), {})
+                cases.put([(name, found)] if found["status"] in ANSWERED else [])
 
 
 def open_sweep(folder: str | Path) -> xr.Dataset:

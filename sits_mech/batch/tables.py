@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from sits_mech.labels import labelled
 from sits_mech.quantities import WRENCH
+from sits_mech.readout.signals import PAIR
 from sits_mech.scene.sensor import Sensor, sensor_from
 from sits_mech.status import ANSWERED, marked
 from sits_mech.store import Row
@@ -41,12 +42,15 @@ def case_calibration(row: xr.Dataset) -> tuple[Sensor, xr.Dataset]:
     asked = json.loads(attributes["request"])
     axes = {name: asked[name] for name in WRENCH if name in asked}
     loads = set(row[f"{_OF_LOADS}status"].dims)
-    found = {str(name): item for name, item in row.data_vars.items() if loads <= set(item.dims) or name == "L0"}
-    names = {name.removeprefix(_OF_LOADS): (item.dims, item.to_numpy()) for name, item in found.items()}
     sensor = sensor_from(tomllib.loads(attributes["scene"]))
     coils = sensor.coil_names
+    row = row.isel(coil=slice(len(coils)), coil_2=slice(len(coils)))  # another case may have more
+    found = {str(name): item for name, item in row.data_vars.items() if loads <= set(item.dims) or name == "L0"}
+    names = {name.removeprefix(_OF_LOADS): (item.dims, item.to_numpy()) for name, item in found.items()}
     data = xr.Dataset(names, {"coil": coils, "coil_2": coils, **axes}, attributes)
     parts = [name for name in ("part", "cause") if name in data.dims]
-    for name in parts:  # another case of the study may have more of them
+    for name in parts:  # of which as well
         data = data.dropna(name, how="all", subset=[key for key in data if name in data[key].dims])
+    if len(coils) > 2:  # which are no pair, as those of another case may be
+        data = data.drop_vars([name for name in data if any(f"_{own}" in f"_{name}" for own in PAIR)])
     return sensor, labelled(data)

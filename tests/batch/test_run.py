@@ -15,15 +15,20 @@ import xarray as xr
 from sits_mech import store
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.batch import requests
-from sits_mech.batch.run import open_sweep, run_study
+from sits_mech.batch import run as batch_run
+from sits_mech.batch.funnel import following
+from sits_mech.batch.run import keep_known, open_sweep, run_study
 from sits_mech.batch.studies.study import read_study
+from sits_mech.batch.tables import case_calibration, table_row
+from sits_mech.cases import Columns
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.cli.main import run
 from sits_mech.quantities import Pose, Wrench
+from sits_mech.readout.loads import point
 from sits_mech.readout.quality import quality
 from sits_mech.report.folder import read_calibration
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor, provenance
 from sits_mech.store import read_table
 from sits_mech.units import SceneError
 
@@ -224,8 +229,12 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from sits_mech.batch.executors import workers
-from sits_mech.batch.run import open_sweep, run_study
+from sits_mech.batch import run as batch_run
+from sits_mech.batch.funnel import following
+from sits_mech.batch.run import keep_known, open_sweep, run_study
 from sits_mech.batch.studies.study import read_study
+from sits_mech.batch.tables import case_calibration, table_row
+from sits_mech.cases import Columns
 
 def end(done, of):
     if done >= 20:
@@ -323,6 +332,47 @@ def test_cases_of_quality_are_calibrations(tmp_path: Path, capsys: pytest.Captur
         assert run(words) == 2
         shown = capsys.readouterr()
         assert shown.out == "" and shown.err.count("\n") == 1 and message in shown.err
+
+
+def as_calibrated(sensor: Sensor) -> xr.Dataset:
+    """A calibration of no loads' numbers, with the signals that so many coils have."""
+    count, status = len(sensor.coils), np.full((2, 2), "ok", dtype=object)
+    loads = "F_x", "F_z"
+    columns = {"status": (loads, status), "flags": (loads, status)}
+    signals = ("dL_v", "L_v", "error_L_v") if count < 3 else ("dL_v",)
+    columns |= {name: (loads, np.ones((2, 2))) for name in signals}
+    columns["L"] = ((*loads, "coil", "coil_2"), np.full((2, 2, count, count), float(count)))
+    request = json.dumps({name: [0.0, 1.0] for name in loads})
+    return xr.Dataset(columns, attrs={**provenance(sensor), "request": request, "unit_L": "H"})
+
+
+def test_calibrations_of_other_coils_are_cases_beside_each_other() -> None:
+    """Each comes back with its own coils and signals, though the table has room for the most."""
+    pair = load_sensor("biorob2018")
+    third = pair.coils[0].model_copy(update={"name": "C3", "centre": (0.02, 0.0)})
+    sensors = [pair.model_copy(update={"coils": coils}) for coils in (pair.coils[:1], pair.coils, (*pair.coils, third))]
+    columns = Columns({"case": range(3)})
+    for number, sensor in enumerate(sensors):
+        columns.put(number, table_row(as_calibrated(sensor)))
+    for number, sensor in enumerate(sensors):
+        found, data = case_calibration(point(columns.table(), number))
+        assert found == sensor and {*data} == {*as_calibrated(sensor)}
+        assert data["L"].shape == (2, 2, number + 1, number + 1) and np.all(data["L"] == number + 1.0)
+
+
+def test_failures_are_not_kept_for_a_stage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What does not follow from a case of the stage before, such as of an interpolated one, is calibrated."""
+    text = 'scene = "biorob2018"\nrequest = "calibrate"\nvary."elastomer.thickness" = ["2 mm", "3 mm"]\n'
+    text += '[fixed]\nfx = "0 N:1 N:2"\nfz = "0 N:1 N:2"\n[[then]]\nleast = "failed_loads"\nrequest = "quality"\n'
+    first = read_study(written(tmp_path, text))
+    monkeypatch.setattr(requests, "calibrate", lambda sensor, **words: as_calibrated(sensor))
+    data = run_study(first, tmp_path / "out")
+    data["attributes"][1] = ""
+    monkeypatch.setattr(batch_run, "with_quality", lambda row: row)
+    stage = following(first.then[0].study, first, [0, 1])
+    keep_known(stage, tmp_path / "then", (first, data), [0, 1])
+    with store.opened(tmp_path / "then") as cases:
+        assert len(cases.names) == 1
 
 
 def test_quality_needs_a_converter_and_says_so(tmp_path: Path) -> None:
