@@ -2,12 +2,15 @@
 
 Those go on that fulfil its conditions, first those of which a column of the table, or what is made of columns, is least
 or largest. A condition must hold of all parts of an array, and the worst of them puts a case in order; a part alone is
-``resolution.F_z``. Cases without an answer, or without a number for the order, do not go on.
+``resolution.F_z``. Coils that other scenes have besides are no parts of a case. Cases without an answer, or without a
+number for the order, do not go on.
 """
 
 from __future__ import annotations
 
+import functools
 import itertools
+import operator
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -20,6 +23,8 @@ from sits_mech.cases import grid_points
 from sits_mech.scene.materials import unknown
 from sits_mech.status import ANSWERED
 from sits_mech.units import SceneError
+
+_PADDED = {"coil", "coil_2", "part", "cause"}  # of which a case may have fewer than another
 
 
 def following(stage: Study, before: Study, numbers: Sequence[int]) -> Study:
@@ -34,13 +39,14 @@ def going_on(data: xr.Dataset, stage: Stage) -> list[int]:
     dims, kept = data["status"].dims, data["status"].isin(ANSWERED)
     for test in stage.where:
         holds = _evaluated(test, data)
+        holds = holds | ~_own(holds, data)
         kept = kept & holds.all([name for name in holds.dims if name not in dims])
     numbers = np.flatnonzero(kept.transpose(*dims)).tolist()
     if stage.order is not None:
-        parts = _evaluated(stage.order, data)
-        inner = [name for name in parts.dims if name not in dims]
-        worst = parts.min(inner, skipna=False) if stage.largest else parts.max(inner, skipna=False)
-        values = (-worst if stage.largest else worst).broadcast_like(kept).transpose(*dims).to_numpy().ravel()
+        parts = _evaluated(stage.order, data) * (-1.0 if stage.largest else 1.0)
+        parts = parts.where(_own(parts, data), -np.inf)
+        worst = parts.max([name for name in parts.dims if name not in dims], skipna=False)
+        values = worst.broadcast_like(kept).transpose(*dims).to_numpy().ravel()
         numbers = sorted((number for number in numbers if np.isfinite(values[number])), key=values.__getitem__)
     return numbers[: stage.count]
 
@@ -55,6 +61,17 @@ def _evaluated(text: Expression, data: xr.Dataset) -> xr.DataArray:
     used = {name: data[columns[name][0]].sel(columns[name][1], drop=True) for name in text.names}
     with np.errstate(divide="ignore", invalid="ignore"):
         found: xr.DataArray = text(used)
+    return found
+
+
+def _own(parts: xr.DataArray, data: xr.Dataset) -> xr.DataArray:
+    """Return which parts a case has, of those that the table has room for: where a column has a number, or none has."""
+    found = xr.DataArray(True)
+    for dim in _PADDED & {*parts.dims}:
+        each = [item.notnull() for item in data.data_vars.values() if dim in item.dims and item.dtype.kind == "f"]
+        outer = {dim, *data["status"].dims}
+        there = functools.reduce(operator.or_, (one.any({*one.dims} - outer) for one in each))
+        found = found & (there | ~there.any(dim))
     return found
 
 

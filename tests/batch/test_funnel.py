@@ -56,6 +56,16 @@ def test_what_goes_on(asked: Stage, numbers: list[int]) -> None:
     assert going_on(TABLE, asked) == numbers
 
 
+def test_coils_of_another_case_are_none_of_a_case() -> None:
+    """Two coils beside three: both go on, by their own coils; without a number, or any, a case does not."""
+    L, L0 = np.full((4, 3), np.nan), np.ones((4, 3))
+    L[:3], L0[0, 2], L0[3] = [[2.0, 5.0, np.nan], [4.0, 1.0, 3.0], [np.nan, 9.0, 9.0]], np.nan, np.nan
+    columns = {"L": (("case", "coil"), L), "L0": (("case", "coil"), L0), "status": ("case", ["ok"] * 4)}
+    table = xr.Dataset(columns)
+    assert going_on(table, stage("L > 0.5")) == [0, 1]
+    assert going_on(table, stage(largest="L")) == [0, 1] and going_on(table, stage(least="2 * L")) == [1, 0]
+
+
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
