@@ -12,7 +12,7 @@ import numpy as np
 from sits_mech.analysis.built.load_plan import LoadPlan
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.built.production import Production
-from sits_mech.analysis.built.unknowns import PARAMETERS, Known
+from sits_mech.analysis.built.unknowns import Known, unit_of
 from sits_mech.memory import input_text
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
@@ -73,7 +73,7 @@ def _root(matrix: Array) -> Array:
 
 
 def spread_of(prior: Prior, texts: Sequence[str]) -> dict[str, float]:
-    """Read deviations between units: ``modulus=2 %``, ``gap=20 um`` [SI, of the modulus relative].
+    """Read deviations between units: ``modulus=2 %``, ``gap=20 um``, ``target.width=1 %`` [SI, the modulus relative].
 
     Raises SceneError for anything else.
     """
@@ -82,7 +82,9 @@ def spread_of(prior: Prior, texts: Sequence[str]) -> dict[str, float]:
         name, _, size = (part.strip() for part in text.partition("="))
         if name not in prior.setup.names or not size:
             raise SceneError(f"within: must be name=deviation of {', '.join(prior.setup.names)}; got {text}")
-        found[name] = quantity(size, PARAMETERS.get(name, ""), f"within: {name}")
+        value = dict(zip(prior.setup.names, prior.start.tolist(), strict=False))[name]
+        share = size.endswith("%") and name != "modulus" and abs(value)
+        found[name] = quantity(size, "" if share else unit_of(name, size), f"within: {name}") * (share or 1.0)
         if not 0.0 <= found[name] < np.inf:
             raise SceneError(f"within: {name}: must be zero or more; got {size}")
     return found

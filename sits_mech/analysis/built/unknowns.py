@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.scene.parameters import value_of
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor, key_unit
 from sits_mech.silicone.laws import LAWS
-from sits_mech.units import quantity, shown, si_label, split_quantity
+from sits_mech.units import quantity, shown, si_unit, split_quantity
 
 PARAMETERS = {
     "modulus": "", "stiffening": "", "thickness": "m", "cell": "", "frame": "rad", "frame_x": "rad", "frame_z": "rad",
@@ -33,6 +33,7 @@ LAYER = {"thickness": "elastomer.thickness", "stiffening": "stiffening"}
 """Those by whose derivatives the pose under a load changes, with the numbers of the scene that they are."""
 CELL = ("cell", "frame", "frame_x", "frame_z")
 """Those of what the load is measured with: a sensor in use has none."""
+_FACTORS = ("modulus", "cell")
 _LOADED = ("modulus", *LAYER, *CELL)
 _PRIOR = re.compile(r"\s*([\w.*]+)\s*(?:=\s*(.+?)\s*(?:\+-|\+/-|±)\s*(.+?)\s*)?")
 USUAL = {
@@ -61,7 +62,8 @@ class Known:
 def known(text: str) -> Known:
     """Read a parameter: ``gap``, ``gap = 0 +- 0.3 mm``, ``target.width = 8 mm +- 20 um``.
 
-    Raises SceneError for anything else, or a deviation that is not positive and of the same dimension.
+    A unit is of both where one alone has it; a deviation in percent is of the value, unless this is zero or in percent
+    itself. Raises SceneError for anything else, or a deviation that is not positive and of the same dimension.
     """
     match = _PRIOR.fullmatch(text)
     if match is None or (match[1] not in PARAMETERS and "." not in match[1]):
@@ -69,18 +71,20 @@ def known(text: str) -> Known:
         raise SceneError(f'fit: must be {names} or a key of the scene, or "gap=0+-0.3 mm"; got {shown(text.strip())}')
     if match[2] is None:
         return Known(match[1])
-    unit = split_quantity(match[3], match[1])[1]
-    value, deviation = (
-        each if split_quantity(each, match[1])[1] else f"{each} {unit}".strip() for each in (match[2], match[3])
-    )
-    if match[1] in PARAMETERS:
-        found = [quantity(each, PARAMETERS[match[1]], f"fit: {match[1]}") for each in (value, deviation)]
-    else:
-        labels = [si_label(each) for each in (value, deviation)]
-        found = [float(each) if isinstance(each, int | float) else np.nan for each in labels]
-    if not found[1] > 0.0 or not np.isfinite(found[0]):
-        raise SceneError(f"fit: {match[1]}: must be a value +- a deviation above zero; got {shown(text.strip())}")
-    return Known(match[1], *found)
+    (number, own), (size, unit) = (split_quantity(match[k], f"fit: {match[1]}") for k in (2, 3))
+    if unit == "%" != own and number:
+        size, unit = 1e-2 * size * abs(number), own
+    texts = f"{number!r} {own or unit}", f"{size!r} {unit or own}"
+    value, deviation = (quantity(each, unit_of(match[1], texts[0]), f"fit: {match[1]}") for each in texts)
+    if not (deviation > 0.0 and (value > 0.0 or match[1] not in _FACTORS)):
+        must = f"a value{' above zero' * (match[1] in _FACTORS)} +- a deviation above zero"
+        raise SceneError(f"fit: {match[1]}: must be {must}; got {shown(text.strip())}")
+    return Known(match[1], value, deviation)
+
+
+def unit_of(name: str, text: str) -> str:
+    """Return the SI unit of a parameter, or of a key: the scene's, else that of a written quantity."""
+    return PARAMETERS[name] if name in PARAMETERS else key_unit(name) or si_unit(text)
 
 
 def checked(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[Known, ...]:
@@ -132,14 +136,14 @@ def _usual(sensor: Sensor, name: str) -> Known:
     """Return what is known of an unknown that no user said anything of; keys of the scene have said it."""
     stated = _stated(sensor, name)
     if stated:
-        return Known(name, 1.0 if name in ("modulus", "cell") else 0.0, stated)
+        return Known(name, float(name in _FACTORS), stated)
     if name == "modulus":
         spread = None if sensor.elastomer is None else sensor.elastomer.silicone.spread
         return Known(name, 1.0, _UNKNOWN if spread is None else float(np.log1p(spread)) / _THREE)
     of = {"capacitance": sensor.readout.parallel_capacitance}
     if sensor.elastomer is not None:
         of["thickness"] = sensor.elastomer.thickness
-    return Known(name, 1.0 if name == "cell" else 0.0, USUAL.get(name, USUAL["alpha"]) * of.get(name, 1.0))
+    return Known(name, float(name in _FACTORS), USUAL.get(name, USUAL["alpha"]) * of.get(name, 1.0))
 
 
 def _stated(sensor: Sensor, name: str) -> float | None:

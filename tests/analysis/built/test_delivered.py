@@ -11,6 +11,7 @@ from sits_mech.analysis.built.delivered import delivered, known_by, lot_record, 
 from sits_mech.analysis.built.load_plan import plan_loads
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.built.production import Production
+from sits_mech.analysis.built.unknowns import Known
 from sits_mech.scene.sensor import SceneError
 
 
@@ -53,6 +54,13 @@ def test_what_is_known_is_kept(prior: Prior, tmp_path: Path) -> None:
 def test_spread_is_read(prior: Prior) -> None:
     """In percent and micrometres; anything else is one line."""
     assert spread_of(prior, ["modulus=2 %", " gap = 20 um"]) == pytest.approx({"modulus": 0.02, "gap": 2e-5})
-    for text, why in (("gap", "must be name=deviation"), ("colour=1", "got colour=1"), ("gap=-1 um", "zero or more")):
+    width = replace(prior.setup, parameters=(Known("target.width", 0.015, 1e-4), *prior.setup.parameters))
+    other = replace(prior, setup=width)
+    for text, size in (("1 %", 1.5e-4), ("10 um", 1e-5), ("1e-5", 1e-5)):
+        assert spread_of(other, [f"target.width={text}"]) == pytest.approx({"target.width": size})
+    for text, why in (
+        ("gap", "must be name=deviation"), ("colour=1", "got colour=1"), ("gap=-1 um", "zero or more"),
+        ("gap=1 %", "gap: must be a length"), ("target.width=1 N", "target.width: must be a length"),
+    ):
         with pytest.raises(SceneError, match=why):
-            spread_of(prior, [text])
+            spread_of(other, [text])

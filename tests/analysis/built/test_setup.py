@@ -57,12 +57,30 @@ def test_texts_are_read() -> None:
     angle, metal = known("alpha=-1±2 deg"), known("target.conductivity = 58 +- 2 MS/m")
     np.testing.assert_allclose([angle.value, angle.deviation], [-DEGREE, 2.0 * DEGREE], rtol=1e-14)
     assert metal == Known("target.conductivity", 5.8e7, 2e6)
+    assert known("target.width=8 mm +- 0.1") == Known("target.width", 8e-3, 1e-4)
     for text, why in (
         ("colour", 'got "colour"'), ("gap=1 mm", "fit: must be modulus"), ("gap=0+-1 N", "gap: must be a length"),
         ("gap=0+-0 mm", "a deviation above zero"), ("gap=0+--1 mm", "a deviation above zero"),
+        ("gap=0+-5 %", "gap: must be a length"), ("target.width=8 mm+-20 kHz", "target.width: must be a length"),
+        ("elastomer.material.c10=9 kPa+-2 mm", "c10: must be a pressure"), ("modulus=0+-0.3", "a value above zero"),
+        ("cell=-1+-0.3", "a value above zero"), ("target.width=8 mm+-thin", "must be a number"),
     ):
         with pytest.raises(ValueError, match=why):
             known(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "deviation"),
+    [
+        ("modulus=1.2+-5 %", 1.2, 0.06), ("modulus=100 % +- 5 %", 1.0, 0.05), ("stiffening = 0 +- 5 %", 0.0, 0.05),
+        ("target.width = 8 mm +- 5 %", 8e-3, 4e-4), ("d_h = -1 mm +- 20 %", -1e-3, 2e-4),
+        ("elastomer.material.c10 = 9 kPa +- 10 %", 9e3, 9e2),
+    ],
+)
+def test_percents_are_of_the_value(text: str, value: float, deviation: float) -> None:
+    """Of parameters and keys alike, but where the value is zero or in percent."""
+    found = known(text)
+    assert (found.value, found.deviation) == pytest.approx((value, deviation), rel=1e-12)
 
 
 def test_what_no_bench_of_the_kind_has_is_refused(sensor: Sensor) -> None:
