@@ -77,8 +77,8 @@ def input_text(path: str | Path, what: str, most: int = 64, errors: str = "stric
     try:
         with Path(path).open("rb") as stream:
             content = stream.read(most * _MIB + 1)
-    except OSError as error:
-        raise SceneError(f"{path}: must be {what}; got: {error.strerror or error}") from None
+    except (OSError, ValueError) as error:  # no such file, or a path that cannot be
+        raise SceneError(f"{path}: must be {what}; got: {getattr(error, 'strerror', None) or error}") from None
     if len(content) > most * _MIB:
         raise SceneError(f"{path}: must be {what} of at most {most} MiB; got more")
     return content.decode("utf-8-sig", errors)

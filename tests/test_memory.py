@@ -57,6 +57,8 @@ def test_input_that_is_too_long_or_does_not_end_is_refused(tmp_path):
 def test_input_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(ValueError, match="must be a scene; got: No such file"):
         input_text(tmp_path / "none", "a scene")
+    with pytest.raises(ValueError, match="must be a scene; got: embedded null byte"):
+        input_text("\0", "a scene")
 
 
 def test_step_that_takes_too_long_is_refused_before_it_begins(monkeypatch):

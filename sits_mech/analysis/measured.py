@@ -1,7 +1,7 @@
 """Read what a bench recorded: a table of forces, or of poses that stages set, and of inductances or codes.
 
-A file has a row of column names and rows of numbers, separated by commas, semicolons or tabs; what precedes the names
-or starts with # is passed over. Columns, in any order, a unit in brackets (SI without one):
+What precedes the names of columns (see `columns`) or starts with # is passed over, in any order, a unit in brackets (SI
+without one):
 
     F_x [N], M_x [N mm], ...    the forces and moments that the model varies; others must be as it has them, or
     d_v [mm], alpha [deg], ...  where stages have put the target, zero without a column; d_v = inf: no target
@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.analysis.columns import cells_of, headed, number_rows
 from sits_mech.memory import input_text
 from sits_mech.quantities import POSE, UNITS, WRENCH, Array, shown_unit
 from sits_mech.readout.converter import Converter, frequency_of, tank_inductance
@@ -52,8 +53,6 @@ class Sheet:
 
     def values(self, name: str, unit: str) -> Array:
         """Return a column in SI."""
-        if name not in self.columns or self.columns[name][0] >= self.rows.shape[1]:
-            raise SceneError(f"{self.source}: must have the column {name}; got {', '.join(self.columns)}")
         place, written = self.columns[name]
         scale = quantity(f"1 {written}", unit, f"{self.source}: column {name}") if written else 1.0
         return scale * self.rows[:, place]
@@ -117,9 +116,8 @@ def read_units(
         raise SceneError(f"{path}: must have columns unit and {forces[0]}; got {', '.join(file.columns)}")
     place, rows = file.columns["unit"][0], dict[str, list[str]]()
     for line in file.rows:
-        cells = line.split(file.separator)
-        if len(cells) > place and (name := cells[place].strip().strip('"')):
-            rows.setdefault(name, []).append(file.separator.join([*cells[:place], "0", *cells[place + 1 :]]))
+        if name := "".join(cells_of(line, file.separator)[place : place + 1]):
+            rows.setdefault(name, []).append(line)
     if not rows:
         raise SceneError(f"{path}: must have a row with the name of its unit; got none")
     asked = _Asked(forces, coils, tank, held or {})
@@ -131,40 +129,49 @@ def read_units(
 def _written(path: str | Path, forces: Sequence[str]) -> _Written:
     """Return the rows of a file as they are written."""
     needs = (*(name.lower() for name in forces[:1]), "d_v")
-    lines, separator, columns = table_lines(path, "a readable measurement", needs)
-    if not lines:
+    found = table_lines(path, "a readable measurement", needs)
+    if found is None:
         needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
         raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got none")
-    return _Written(str(path), lines[1:], separator, columns)
+    (_, *rows), separator, columns = found
+    return _Written(str(path), rows, separator, columns)
 
 
 def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measured:
     """Return the measurement that rows hold, as `read_measured`."""
-    source, columns, forces = file.source, file.columns, asked.forces
-    moved = not forces or forces[0].lower() not in columns
+    source, forces = file.source, asked.forces
+    coils = [_coil(file, k, coil) for k, coil in enumerate(asked.coils)]
+    moved = not forces or forces[0].lower() not in file.columns
     if moved:
-        least, unseen = 1, False
-    rows = _rows(file, forces if unseen else ())
+        used, least, unseen = POSE, 1, False
+    else:
+        used = (*forces, *_others(file, forces), "depth")
+    rows = _rows(file, (*coils, *used), tuple(forces) * unseen)
     if len(rows) < least:
         raise SceneError(f"{source}: must hold at least {least} rows of numbers; got {len(rows)}")
-    sheet = Sheet(source, columns, rows)
-    poses, loads = None, np.zeros((len(rows), 0))
-    if moved:
-        poses = _poses(sheet)
-    else:
-        loads = np.stack(_forces(sheet, forces, asked.held), -1)
+    sheet = Sheet(source, file.columns, rows)
     _check_coils(sheet, asked.coils)
-    L = np.stack([_inductance(sheet, k, coil, asked.tank) for k, coil in enumerate(asked.coils)], -1)
-    depth = sheet.values("depth", "m") if "depth" in columns and not moved else None
+    L = np.stack([_inductance(sheet, name, asked.tank) for name in coils], -1)
+    if moved:
+        _check_finite(source, [L])
+        return Measured(np.zeros((len(rows), 0)), L, source, _poses(sheet))
+    loads = np.stack([sheet.values(name.lower(), UNITS[name]) for name in forces], -1)
+    _check_others(sheet, forces, asked.held)
+    depth = sheet.values("depth", "m") if "depth" in file.columns else None
     _check_finite(source, [L, loads] if depth is None else [L, loads, depth])
-    return Measured(loads, L, source, poses, depth)
+    return Measured(loads, L, source, None, depth)
 
 
-def _rows(file: _Written, unseen: Sequence[str]) -> Array:
-    """Return the rows of numbers, nan in what is unseen alone."""
-    rows, columns = _numbers(file.rows, file.separator), file.columns
-    blind = [columns[name.lower()][0] for name in unseen if name.lower() in columns]
-    return rows[~np.any(np.isnan(np.delete(rows, blind, axis=1)), axis=1)] if len(rows) else rows
+def _rows(file: _Written, used: Sequence[str], unseen: Sequence[str]) -> Array:
+    """Return the rows with numbers in the columns that are used, nan in those unseen alone, and in all others."""
+    names = [name.lower() for name in used if name.lower() in file.columns]
+    places = [file.columns[name][0] for name in names]
+    found = number_rows(file.rows, file.separator, places, file.source)
+    seen = ~np.isin(names, [name.lower() for name in unseen])
+    found = found[~np.any(np.isnan(found[:, seen]), axis=1)]
+    rows = np.full((len(found), max(places) + 1), np.nan)
+    rows[:, places] = found
+    return rows
 
 
 def _check_finite(source: str, parts: Sequence[Array]) -> None:
@@ -174,15 +181,14 @@ def _check_finite(source: str, parts: Sequence[Array]) -> None:
         raise SceneError(f"{source}: {must}; got inf in another column")
 
 
-def _forces(sheet: Sheet, forces: Sequence[str], held: Mapping[str, float]) -> list[Array]:
-    """Return the components of the load that the model varies, others being as it has them."""
-    absent = [name for name in forces if name.lower() not in sheet.columns]
+def _others(file: _Written | Sheet, forces: Sequence[str]) -> list[str]:
+    """Return the components of a load that a file has besides those that the model varies, which it must have."""
+    absent = [name for name in forces if name.lower() not in file.columns]
     if absent:
         what = f"must have the column {absent[0]}, which the calibration varies"
-        raise SceneError(f"{sheet.source}: {what}; got {', '.join(sheet.columns)}")
-    found = [sheet.values(name.lower(), UNITS[name]) for name in forces]
-    _check_others(sheet, forces, held)
-    return found
+        raise SceneError(f"{file.source}: {what}; got {', '.join(file.columns)}")
+    there = [name for name in WRENCH if name not in forces and name.lower() in file.columns]
+    return [name for name in there if name != "M" or file.columns["m"][1]]  # a column m may be anything
 
 
 def _poses(sheet: Sheet) -> Array:
@@ -198,51 +204,30 @@ def _poses(sheet: Sheet) -> Array:
 
 def table_lines(
     path: str | Path, what: str, needed: Sequence[str]
-) -> tuple[list[str], str, dict[str, tuple[int, str]]]:
-    """Return a file's lines from the names that have one of those needed on, none without, separator, and columns.
+) -> tuple[Sequence[str], str, dict[str, tuple[int, str]]] | None:
+    """Return a file's lines from the names that have one of those needed on, separator, and columns; None without.
 
     `what` the file must be; columns as of `Sheet`.
     """
     lines = input_text(path, what, errors="replace").splitlines()
     lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    for number, line in enumerate(lines):
-        separator = next((mark for mark in ";\t," if mark in line), ",")
-        columns = _columns([cell.strip().strip('"') for cell in line.split(separator)])
-        if any(name in columns for name in needed):
-            return lines[number:], separator, columns
-    return [], ",", {}
+    return headed(lines, lambda names: _columns(names, needed))
 
 
-def _columns(names: Sequence[str]) -> dict[str, tuple[int, str]]:
-    """Return place and unit of each column by its name in small letters."""
+def _columns(names: Sequence[str], needed: Sequence[str]) -> dict[str, tuple[int, str]]:
+    """Return place and unit of each column by its name in small letters; none where none needed is there."""
     found: dict[str, tuple[int, str]] = {}
     for place, text in enumerate(names):
         match = _COLUMN.fullmatch(text)
         if match is not None:
             found.setdefault(match[1].lower(), (place, match[2] or ""))
-    return found
-
-
-def _numbers(lines: Sequence[str], separator: str) -> Array:
-    """Return the rows that hold as many numbers, or nan, as the first that does."""
-    rows: list[list[float]] = []
-    for line in lines:
-        try:
-            row = [float(cell) for cell in line.split(separator)]
-        except ValueError:
-            continue
-        if not rows or len(row) == len(rows[0]):
-            rows.append(row)
-    return np.array(rows)
+    return found if {*needed} & {*found} else {}
 
 
 def _check_others(sheet: Sheet, forces: Sequence[str], held: Mapping[str, float]) -> None:
     """Refuse components of a load that the model does not vary, but for those of its own value."""
-    for name in WRENCH:
-        key = name.lower()
-        if name in forces or key not in sheet.columns or (name == "M" and not sheet.columns[key][1]):
-            continue  # a column m may be anything
-        values, own = sheet.values(key, UNITS[name]), held.get(name, 0.0)
+    for name in _others(sheet, forces):
+        values, own = sheet.values(name.lower(), UNITS[name]), held.get(name, 0.0)
         if np.max(np.abs(values - own)) > _SAME * max(abs(own), 1.0 if UNITS[name] == "N" else 1e-3):
             came = f"{values.min():.4g} to {values.max():.4g} {shown_unit(name)}"
             raise SceneError(
@@ -261,14 +246,19 @@ def _check_coils(sheet: Sheet, coils: Sequence[str]) -> None:
             raise SceneError(f"{sheet.source}: column {name}: {must}")
 
 
-def _inductance(sheet: Sheet, number: int, title: str, tank: Tank | None) -> Array:
-    """Return the inductance of a coil, by number or by name, given or from codes [H]."""
+def _coil(file: _Written, number: int, title: str) -> str:
+    """Return the column of a coil, by number or by name, of inductances or codes."""
     tails = (f"{number + 1}", title.lower(), f"_{number + 1}", f"_{title.lower()}")
     names = [f"{kind}{tail}" for kind in ("l", "code") for tail in tails]
-    name = next((name for name in names if name in sheet.columns), None)
+    name = next((name for name in names if name in file.columns), None)
     if name is None:
         what = f"must have a column L{number + 1} or code{number + 1}"
-        raise SceneError(f"{sheet.source}: {what}; got {', '.join(sheet.columns)}")
+        raise SceneError(f"{file.source}: {what}; got {', '.join(file.columns)}")
+    return name
+
+
+def _inductance(sheet: Sheet, name: str, tank: Tank | None) -> Array:
+    """Return the inductance of a coil, given or from codes [H]."""
     if name.startswith("l"):
         return sheet.values(name, "H")
     if tank is None:

@@ -51,6 +51,6 @@ def case_calibration(row: xr.Dataset) -> tuple[Sensor, xr.Dataset]:
     parts = [name for name in ("part", "cause") if name in data.dims]
     for name in parts:  # of which as well
         data = data.dropna(name, how="all", subset=[key for key in data if name in data[key].dims])
-    if len(coils) > 2:  # which are no pair, as those of another case may be
-        data = data.drop_vars([name for name in data if any(f"_{own}" in f"_{name}" for own in PAIR)])
+    pair = PAIR * (len(coils) > 2)  # of another case
+    data = data.drop_vars([name for name in data if any(f"_{own}" in f"_{name}" for own in pair)])
     return sensor, labelled(data)

@@ -1,7 +1,7 @@
 """Read a load history: a table with a column of times and one for each force or moment.
 
-A file has a row of column names and rows of numbers, separated by commas, semicolons or tabs; what precedes the names
-or starts with # is passed over. Columns, in any order, a unit in brackets (SI without one):
+What precedes the names of columns (see `columns`) or starts with # is passed over, in any order, a unit in brackets (SI
+without one):
 
     t [ms], or time [s]         rising from row to row
     F_x [N], M_x [N mm], ...    at least one component of the wrench; those without a column are zero
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.analysis.columns import cells_of, number
 from sits_mech.analysis.measured import Sheet, table_lines
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import UNITS, WRENCH, Array
@@ -28,15 +29,16 @@ def read_history(path: str | Path) -> LoadHistory:
 
     Raises SceneError when the file cannot be read, columns or numbers are missing, or time stands still or runs back.
     """
-    lines, separator, columns = table_lines(path, "a readable history of loads", _TIMES)
-    if not lines:
+    found = table_lines(path, "a readable history of loads", _TIMES)
+    if found is None:
         raise SceneError(f"{path}: must have a column t, such as t [s], and one for each force; got none")
-    names = lines[0].split(separator)
+    (head, *lines), separator, columns = found
+    names = cells_of(head, separator)
     _check_columns(str(path), columns, names)
     known = [name for name in WRENCH if name.lower() in columns]
     if not known:
         raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(WRENCH)}; got none")
-    sheet = Sheet(str(path), columns, _rows(lines[1:], separator, len(names), str(path)))
+    sheet = Sheet(str(path), columns, _rows(lines, separator, len(names), str(path)))
     time = sheet.values(next(name for name in _TIMES if name in columns), "s")
     still = np.flatnonzero(np.diff(time) <= 0.0)
     if still.size:
@@ -54,21 +56,20 @@ def _check_columns(source: str, columns: Collection[str], names: Sequence[str]) 
     """Refuse other columns than time and forces, and those that come twice."""
     strange = sorted({*columns} - {*_TIMES, *(name.lower() for name in WRENCH)})
     if strange or len(columns) < len(names) or all(name in columns for name in _TIMES):
-        what = f"{strange[0]!r}" if strange else ", ".join(name.strip() for name in names)
+        what = f"{strange[0]!r}" if strange else ", ".join(names)
         raise SceneError(f"{source}: columns must be t and some of {', '.join(WRENCH)}, each once; got {what}")
 
 
 def _rows(lines: list[str], separator: str, width: int, source: str) -> Array:
     """Return the numbers of all rows."""
     rows = []
-    for number, line in enumerate(lines, 1):
-        cells = line.split(separator)
+    for row, line in enumerate(lines, 1):
         try:
-            rows.append([float(cell) for cell in cells])
+            rows.append([number(cell, separator) for cell in cells_of(line, separator)])
         except ValueError:
-            raise SceneError(f"{source}: row {number} must hold numbers; got {line.strip()!r}") from None
-        if len(cells) != width or not np.all(np.isfinite(rows[-1])):
-            raise SceneError(f"{source}: row {number} must hold {width} finite numbers; got {line.strip()!r}")
+            raise SceneError(f"{source}: row {row} must hold numbers; got {line.strip()!r}") from None
+        if len(rows[-1]) != width or not np.all(np.isfinite(rows[-1])):
+            raise SceneError(f"{source}: row {row} must hold {width} finite numbers; got {line.strip()!r}")
     if not 2 <= len(rows) <= _MOST:
         raise SceneError(f"{source}: must hold 2 to {_MOST} rows of numbers; got {len(rows)}")
     return np.array(rows)

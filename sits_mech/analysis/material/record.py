@@ -1,7 +1,6 @@
 """Read a test over time, by content, from a file: time, strain and engineering stress in their order.
 
-A header of any length, a row of column names, rows of numbers; separated by semicolons, tabs or commas. Columns are
-known by their names, upper or lower case, in any order:
+Columns (see `columns`) are known by their names, upper or lower case, in any order:
 
     time (s), (ms), (min) or (h)
     engineering strain (-), (mm/mm) or (%)      or "nominal"; or stretch (-), which is one without load
@@ -13,12 +12,15 @@ Uniaxial, tension or compression (negative). What else the file holds is passed 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from sits_mech.analysis.material.tensile import UNITS, finite_rows, lines_of, unit_of
+from sits_mech.analysis.columns import headed, number_rows
+from sits_mech.analysis.material.tensile import UNITS, unit_of
+from sits_mech.memory import input_text
 from sits_mech.quantities import Array
 
 _COLUMN = re.compile(
@@ -50,21 +52,16 @@ def read_record(path: str | Path, *, timed: bool = True) -> Record:
     Raise ValueError if the file cannot be read, columns are missing or of unknown unit, fewer than 8 rows are numbers,
     a stretch is not positive, or time stands still or runs back.
     """
-    lines, source = lines_of(path, "test over time"), str(path)
-    for number, line in enumerate(lines):
-        for separator in ";\t,":
-            columns = _columns([name.strip().strip('"') for name in line.split(separator)], source)
-            if {"strain", "stress"} <= set(columns) and ("time" in columns or not timed):
-                return _record(lines[number + 1 :], separator, columns, source)
-    needed = '"Time (s)", ' if timed else ""
-    raise ValueError(
-        f'{path}: must have the columns {needed}"Engineering Strain" and "Engineering Stress (kPa)"; got none with '
-        "these names"
-    )
+    lines = input_text(path, "a readable test over time", errors="replace").splitlines()
+    found = headed(lines, lambda names: _columns(names, str(path), timed))
+    if found is None:
+        what = '"Time (s)", ' * timed + '"Engineering Strain" and "Engineering Stress (kPa)"'
+        raise ValueError(f"{path}: must have the columns {what}; got none with these names")
+    return _record(*found, str(path))
 
 
-def _columns(names: list[str], source: str) -> dict[str, tuple[int, float, float]]:
-    """Return place, factor to SI and offset of each column in a row of names, by quantity."""
+def _columns(names: list[str], source: str, timed: bool) -> dict[str, tuple[int, float, float]]:
+    """Return place, factor to SI and offset of each column in a row of names, by quantity; none if one is missing."""
     found: dict[str, tuple[int, float, float]] = {}
     for index, name in enumerate(names):
         match = _COLUMN.fullmatch(name)
@@ -74,14 +71,15 @@ def _columns(names: list[str], source: str) -> dict[str, tuple[int, float, float
         key, units = "strain" if what == "stretch" else what, _UNITS[what]
         unit = match["unit"] or ("s" if what == "time" else "")
         found.setdefault(key, (index, unit_of(name, unit, *units, source), -1.0 if what == "stretch" else 0.0))
-    return found
+    return found if {"strain", "stress", "time" if timed else "strain"} <= {*found} else {}
 
 
-def _record(lines: list[str], separator: str, columns: dict[str, tuple[int, float, float]], source: str) -> Record:
+def _record(lines: Sequence[str], separator: str, columns: dict[str, tuple[int, float, float]], source: str) -> Record:
     """Return the rows that hold numbers, or refuse them as no test."""
     keys = [key for key in ("time", "strain", "stress") if key in columns]
     places, factors, offsets = zip(*(columns[key] for key in keys), strict=True)
-    data = finite_rows(lines, separator, places) * factors + offsets
+    data = number_rows(lines, separator, places, source) * factors + offsets
+    data = data[np.isfinite(data).all(axis=1)]
     if len(data) < _LEAST:
         raise ValueError(f"{source}: must hold at least {_LEAST} rows of numbers; got {len(data)}")
     values = dict(zip(keys, data.T, strict=True))

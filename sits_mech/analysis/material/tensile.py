@@ -1,7 +1,6 @@
 """Read strain and engineering stress of a tensile test, by content, from a text file.
 
-A header of any length, a row of column names, rows of numbers; separated by semicolons, tabs or commas. Columns are
-known by their names, upper or lower case, in any order:
+Columns (see `columns`) are known by their names, upper or lower case, in any order:
 
     [test] engineering strain (-), (mm/mm) or (%)     or without a unit; "nominal" for "engineering" as well
     [test] engineering stress (Pa), (kPa), (MPa), (N/mm2) or (psi)
@@ -14,15 +13,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.analysis.columns import headed, number_rows
 from sits_mech.memory import input_text
 from sits_mech.quantities import Array
-from sits_mech.units import SceneError
 
 UNITS = {
     "strain": ({"": 1.0, "-": 1.0, "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "%": 1e-2}, "a plain number or in %"),
@@ -65,26 +64,13 @@ def read_tensile(path: str | Path) -> TensileTest:
     The uniaxial test comes first, else the first of the file. Raise ValueError if the file cannot be read, columns are
     missing or of unknown unit, or a test has fewer than 5 usable rows.
     """
-    lines = lines_of(path, "tensile test")
-    for number, line in enumerate(lines):
-        for separator in ";\t,":
-            found = _columns([name.strip().strip('"') for name in line.split(separator)], str(path))
-            if found:
-                tests = [_test(lines[number + 1 :], separator, columns, str(path)) for columns in found]
-                return TensileTest(tests[0].strain, tests[0].stress, tests[0].source, tests[0].mode, tuple(tests[1:]))
-    raise ValueError(
-        f'{path}: must have the columns "Engineering Strain" and "Engineering Stress (MPa)"; got none with these names'
-    )
-
-
-def lines_of(path: str | Path, what: str) -> list[str]:
-    """Return the lines of a test file of a kind; raise SceneError if it cannot be read."""
-    try:
-        return input_text(path, f"a readable {what}", errors="replace").splitlines()
-    except SceneError:
-        raise
-    except ValueError as error:  # a path that cannot be
-        raise SceneError(f"{path}: must be a readable {what}; got: {error}") from None
+    lines = input_text(path, "a readable tensile test", errors="replace").splitlines()
+    found = headed(lines, lambda names: _columns(names, str(path)))
+    if found is None:
+        what = 'must have the columns "Engineering Strain" and "Engineering Stress (MPa)"'
+        raise ValueError(f"{path}: {what}; got none with these names")
+    first, *others = (_test(found[0], found[1], columns, str(path)) for columns in found[2])
+    return replace(first, others=tuple(others))
 
 
 def _columns(names: list[str], source: str) -> list[_Columns]:
@@ -111,21 +97,10 @@ def unit_of(name: str, unit: str, units: dict[str, float], needed: str, source: 
     return units[unit.lower()]
 
 
-def finite_rows(lines: list[str], separator: str, places: Sequence[int]) -> Array:
-    """Return the finite numbers at some places of all rows that hold them, shape (n, places)."""
-    rows = []
-    for line in lines:
-        cells = line.split(separator)
-        try:
-            rows.append([float(cells[place]) for place in places])
-        except (ValueError, IndexError):
-            continue
-    return np.array([row for row in rows if np.isfinite(row).all()]).reshape(-1, len(places))
-
-
-def _test(lines: list[str], separator: str, columns: _Columns, source: str) -> TensileTest:
+def _test(lines: Sequence[str], separator: str, columns: _Columns, source: str) -> TensileTest:
     """Return the rows that hold numbers, up to the largest stress."""
-    data = finite_rows(lines, separator, columns.places) * columns.factors
+    data = number_rows(lines, separator, columns.places, source) * columns.factors
+    data = data[np.isfinite(data).all(axis=1)]
     data = data[: int(np.argmax(data[:, 1])) + 1] if len(data) else data
     rising = data[:, 0] > np.maximum.accumulate(np.r_[-1.0, data[:-1, 0]]) if len(data) else np.zeros(0, dtype=bool)
     if np.count_nonzero(rising) < 5:

@@ -17,6 +17,8 @@ def test_units_and_order_of_columns(tmp_path):
     found = read_history(written(tmp_path, "# a finger\nF_z [mN];t [ms];M_x [N mm]\n0;0;0\n500;20;1\n"))
     np.testing.assert_allclose(found.time, [0.0, 0.02])
     np.testing.assert_allclose(found.wrench[1], [0.0, 0.5, 0.0, 0.0, 1e-3, 0.0])
+    found = read_history(written(tmp_path, '"t [s]";"F_z [N]"\n"0";"0"\n0,5;2,5\n'))
+    assert found.time.tolist() == [0.0, 0.5] and found.wrench[1, 1] == 2.5
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,12 @@ def test_columns_are_known_by_name_and_unit(tmp_path, names, columns):
     assert found.strain == pytest.approx(STRAIN, abs=1e-8) and found.stress == pytest.approx(STRESS)
 
 
+def test_quotes_and_decimal_commas_are_read(tmp_path):
+    rows = "\n".join(f'"{t:g}";"{e:g}";{s:g}'.replace(".", ",") for t, e, s in zip(TIME, STRAIN, STRESS, strict=True))
+    path = file(tmp_path, f'"Time (s)";"Engineering Strain";"Engineering Stress (Pa)"\n{rows}', [])
+    assert read_record(path).strain == pytest.approx(STRAIN)
+
+
 def test_a_cyclic_test_may_have_no_time(tmp_path):
     path = file(tmp_path, "Engineering Strain;Engineering Stress (Pa)", np.column_stack([STRAIN, STRESS]))
     found = read_record(path, timed=False)

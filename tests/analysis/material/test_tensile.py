@@ -57,6 +57,17 @@ def test_reading_goes_by_content(tmp_path: Path, head: str, separator: str, scal
     assert fit_law(test, "neo-hookean").constants["shear_modulus"] == pytest.approx(30e3, rel=1e-12)
 
 
+@pytest.mark.parametrize(("separator", "quote", "mark"), [(";", "", ","), (",", '"', "."), ("\t", '"', ",")])
+def test_every_row_of_a_spreadsheet_is_read(tmp_path: Path, separator: str, quote: str, mark: str) -> None:
+    """Decimal commas where no comma separates, cells in quotes, a row of units below the names."""
+    heads = ["Engineering Strain (%)", "Engineering Stress (kPa)"], ["(%)", "(kPa)"]
+    rows = [*heads, *([f"{2.5 * k:g}".replace(".", mark), f"{1.5 * k:g}".replace(".", mark)] for k in range(30))]
+    path = tmp_path / "spreadsheet.csv"
+    path.write_text("\n".join(separator.join(f"{quote}{cell}{quote}" for cell in row) for row in rows))
+    found = read_tensile(path)
+    assert found.strain == pytest.approx(0.025 * np.arange(30)) and found.stress == pytest.approx(1.5e3 * np.arange(30))
+
+
 def test_files_without_a_pull_are_refused(tmp_path: Path) -> None:
     """Missing file, columns without these names or a unit, no numbers: one line each."""
     with pytest.raises(ValueError, match="must be a readable tensile test"):

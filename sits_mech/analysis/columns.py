@@ -1,0 +1,59 @@
+"""Read columns of numbers from files as machines write them: a header of any length, a row of names, rows of numbers.
+
+Separated by semicolons, tabs or commas; cells may be in quotes; where no comma separates them one may be the point.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from sits_mech.quantities import Array
+from sits_mech.units import SceneError, shown
+
+_Known = TypeVar("_Known")
+_GROUPED = re.compile(r"[-+]?\d[\d., ']*")  # as numbers are written that none of ours can be
+
+
+def headed(lines: Sequence[str], known: Callable[[list[str]], _Known]) -> tuple[Sequence[str], str, _Known] | None:
+    """Return the lines from the first row of names on, their separator, and what is `known` by the names; else None."""
+    for number, line in enumerate(lines):
+        for separator in ";\t,":
+            if found := known(cells_of(line, separator)):
+                return lines[number:], separator, found
+    return None
+
+
+def cells_of(line: str, separator: str) -> list[str]:
+    """Return the cells of a line without quotes and spaces about them."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    except csv.Error:  # longer than any cell of ours
+        return []
+
+
+def number(cell: str, separator: str) -> float:
+    """Return the number of a cell; raise ValueError where there is none."""
+    return float(cell if separator == "," else cell.replace(",", "."))
+
+
+def number_rows(lines: Sequence[str], separator: str, places: Sequence[int], source: str) -> Array:
+    """Return the numbers, or nan, at some places of all rows that hold them, shape (n, places).
+
+    Other rows are passed over, but refused where digits are grouped.
+    """
+    rows = []
+    for line in lines:
+        cells = cells_of(line, separator)
+        own = [cells[place] for place in places if place < len(cells)]
+        try:
+            rows.append([number(cell, separator) for cell in own])
+        except ValueError:
+            if all(_GROUPED.fullmatch(cell) for cell in own):
+                must = "must hold plain numbers, such as 1234.5"
+                raise SceneError(f"{source}: rows {must}; got {shown(line.strip())}") from None
+    return np.array([row for row in rows if len(row) == len(places)]).reshape(-1, len(places))
