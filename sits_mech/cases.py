@@ -64,7 +64,10 @@ def sweep(
 
         def solve(numbers: Iterable[int]) -> Iterator[tuple[int, Row]]:
             for index, row in work.rows(numbers, executor, chunk, group):
-                columns.put(index, row)
+                try:
+                    columns.put(index, row)
+                except (TypeError, ValueError) as error:  # a number where others have a text, or an array
+                    columns.put(index, {"status": FAILED, "reason": f"results must be of one kind and shape: {error}"})
                 if progress is not None:
                     progress(next(done), len(points))
                 if seldom is not None:
@@ -82,13 +85,11 @@ def sweep(
 
 def grid_points(grid: Mapping[str, Sequence[Any]], combine: Combine = "product") -> list[Row]:
     """Return the points of a grid, the last name running fastest; arguments and errors as of `sweep`."""
-    if combine == "zip":
-        counts = {name: len(values) for name, values in grid.items()}
-        if len(set(counts.values())) > 1:
-            shown = ", ".join(f"{name} has {count}" for name, count in counts.items())
-            raise SceneError(f"zipped values must be equally many; got: {shown}")
-        return [dict(zip(grid, values, strict=True)) for values in zip(*grid.values(), strict=True)]
-    return [dict(zip(grid, values, strict=True)) for values in itertools.product(*grid.values())]
+    if combine == "zip" and len({*map(len, grid.values())}) > 1:
+        counts = ", ".join(f"{name} has {len(values)}" for name, values in grid.items())
+        raise SceneError(f"zipped values must be equally many; got: {counts}")
+    joined = zip(*grid.values(), strict=True) if combine == "zip" else itertools.product(*grid.values())
+    return [dict(zip(grid, values, strict=True)) for values in joined]
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,8 @@ class _Work:
         if self.cases is None:
             return str(index)
         point = self.points[index]
-        return case_name(self.key, point) if isinstance(self.key, str) else case_name(self.key(point), {})
+        with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # every number of a point's arrays
+            return case_name(self.key, point) if isinstance(self.key, str) else case_name(self.key(point), {})
 
     def _spread(self, executor: Executor, chunk: int, groups: Sequence[list[int]]) -> Iterable[tuple[int, Row]]:
         """Yield number and row of each point of the groups as an executor finishes it.
@@ -218,9 +220,8 @@ def _attempts(function: Callable[..., Mapping[str, Any]], points: Sequence[Row])
 
 def _lost(error: Exception) -> Row:
     """Return the row of a point that its executor could not have called, which another run tries again."""
-    said = f"{type(error).__name__}: {error}"
-    if hasattr(error, "last_worker"):  # of dask, which names a task of its own
-        said = "each worker that it ran on was lost, as often as the scheduler tries"
+    lost = "each worker that it ran on was lost, as often as the scheduler tries"  # dask names a task of its own
+    said = lost if hasattr(error, "last_worker") else f"{type(error).__name__}: {error}"
     return {"status": FAILED, "reason": said, "lasting": False, "seconds": math.nan}
 
 
@@ -301,5 +302,5 @@ class Columns:
             name: ((*dims, *self._inner[name]), self._values[name].reshape(self._shape + self._values[name].shape[1:]))
             for name in names
         }
-        along = {name: (dims if self._zipped else (name,), list(values)) for name, values in self._grid.items()}
+        along = {name: (dims if self._zipped else (name,), values) for name, values in self._grid.items()}
         return xr.Dataset(variables, along)

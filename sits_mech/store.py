@@ -52,8 +52,7 @@ class Cases:
             found = self.file.execute("SELECT row, sha256 FROM cases WHERE name = ?", (name,)).fetchone()
         if found is None or not isinstance(found[0], str) or found[1] != _hash(found[0]):
             return None
-        row: Row = json.loads(found[0])
-        return row
+        return dict(json.loads(found[0]))
 
     def put(self, rows: Iterable[tuple[str, Row]]) -> None:
         """Keep rows by their names, all or none of them, but those that another try may give better."""

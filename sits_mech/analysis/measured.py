@@ -142,8 +142,9 @@ def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measur
     source, forces = file.source, asked.forces
     coils = [_coil(file, k, coil) for k, coil in enumerate(asked.coils)]
     moved = not forces or forces[0].lower() not in file.columns
+    used: tuple[str, ...] = POSE
     if moved:
-        used, least, unseen = POSE, 1, False
+        least, unseen = 1, False
     else:
         used = (*forces, *_others(file, forces), "depth")
     rows = _rows(file, (*coils, *used), tuple(forces) * unseen)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
+import numpy as np
 import xarray as xr
 
 from sits_mech import cases
@@ -15,10 +17,41 @@ from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
 from sits_mech.batch.studies.study import read_study
 from sits_mech.store import Row
-from sits_mech.units import SceneError
+from sits_mech.units import SceneError, shown
 
 if TYPE_CHECKING:
     from distributed import Client
+
+
+_OWN = {"status", "reason", "seconds"}  # columns of every table
+
+
+@dataclass(frozen=True)
+class _Checked:
+    """A function that fails where a table cannot hold what it returns: such a point is a row that says so."""
+
+    function: Callable[..., Mapping[str, Any]]
+
+    def __call__(self, **point: Any) -> Mapping[str, Any]:
+        """Return the results at a point."""
+        found = self.function(**point)
+        for name, item in found.items():
+            dims, value = item if isinstance(item, tuple | list) and len(item) == 2 else ((), item)
+            dims, array = np.atleast_1d(np.array(dims, dtype=object)).tolist(), np.asarray(value)
+            known = array.dtype.kind in "fiub" or {*map(type, array.ravel().tolist())} <= {str, type(None)}
+            if not known or array.ndim != len(dims) or not {*map(type, dims)} <= {str}:
+                raise ValueError(f"{name}: must be a number, a text, or (dims, array) of such; got {shown(item)}")
+            if same := point.keys() & {name, *dims}:
+                raise ValueError(f"{name}: must have another name than the grid, and its dims; got {', '.join(same)}")
+        return found
+
+
+def _labels(grid: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
+    """Return a grid whose tuples are labels, no second dimension; refuse names of columns that every table has."""
+    if own := _OWN & grid.keys():
+        raise SceneError(f"grid: must have other names than the table's {', '.join(sorted(_OWN))}; got {own.pop()}")
+    tuples = [name for name, values in grid.items() if any(isinstance(each, tuple | list) for each in values)]
+    return {**grid, **{name: np.fromiter(grid[name], object) for name in tuples}}
 
 
 class _Options(TypedDict, total=False):
@@ -102,8 +135,9 @@ def sweep(
     if not isinstance(function, str | Path):
         if grid is None:
             raise SceneError("grid: must be given for a function: values by the names of its arguments; it is missing")
+        told, grid = _Checked(function), _labels(grid)
         with nullcontext() if executor is None else workers(1, executor) as where:
-            return cases.sweep(function, grid, executor=where, folder=place, progress=progress, **options)
+            return cases.sweep(told, grid, executor=where, folder=place, progress=progress, **options)
     given = [*([] if grid is None else ["grid"]), *options]
     if given:
         raise SceneError(f"{', '.join(given)}: must be said by the study file; got both")

@@ -3,6 +3,7 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -39,3 +40,33 @@ def test_what_is_neither_is_refused(tmp_path: Path) -> None:
     with pytest.raises(sm.SceneError, match=r"none\.toml"):
         sm.sweep(tmp_path / "none.toml", folder=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def loose(n: float) -> dict[str, object]:
+    """A number where n is one; what no table holds beside it elsewhere, or at all."""
+    results = {1.0: 2.0, 2.0: "none", 3.0: ("k", np.arange(3.0)), 4.0: 1j, 5.0: [1, 2, 3], 6.0: np.arange(3.0)}
+    return {"n": 1.0} if n == 7.0 else {"x": results[n]}
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_results_that_no_table_holds_are_rows(kept: bool, tmp_path: Path) -> None:
+    """With a reason, whatever else was solved stays."""
+    data = sm.sweep(loose, {"n": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]}, folder=tmp_path if kept else None)
+    assert data["status"].values.tolist() == ["ok"] + 6 * ["failed"] and data["x"].values[0] == 2.0
+    reasons = data["reason"].values.tolist()
+    assert all(reason.startswith("results must be of one kind and shape: ") for reason in reasons[1:3])
+    assert all(reason.startswith("x: must be a number, a text, or (dims, array) of such;") for reason in reasons[3:6])
+    assert reasons[6].startswith("n: must have another name than the grid")
+
+
+def test_a_grid_holds_any_values_under_names_of_its_own(tmp_path: Path) -> None:
+    """Tuples are labels; long arrays that differ in their middle are two points; columns of all tables are refused."""
+    found = sm.sweep(lambda pair: {"sum": sum(pair)}, {"pair": [(1, 2), (3, 4)]})
+    assert found["sum"].values.tolist() == [3.0, 7.0] and found["pair"].values.tolist() == [(1, 2), (3, 4)]
+    heights = np.full((2, 1201), 1e-3)
+    heights[1, 600] += 1e-12
+    poses = [sm.Pose(0.0, row) for row in heights]
+    data = sm.sweep(lambda pose: {"d_v": float(np.max(pose.d_v))}, {"pose": poses}, folder=tmp_path)
+    assert np.diff(data["d_v"].values) > 0.0
+    with pytest.raises(sm.SceneError, match="grid: must have other names than the table's reason, .*; got status"):
+        sm.sweep(loose, {"status": [1.0]})
