@@ -11,6 +11,7 @@ import json
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from sits_mech.analysis.cycle import Programme, loops
 from sits_mech.analysis.histories.response import between, in_time
@@ -22,6 +23,8 @@ from sits_mech.readout.signals import told
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import joined, marked
 
+_STRAIGHT = 1e-9  # of the peak: rounding
+
 
 def full_cycle(
     sensor: Sensor, peak: Wrench, programme: Programme, *, tolerance: float = 1e-2, mechanics: str = "auto",
@@ -31,8 +34,7 @@ def full_cycle(
 
     As `load_cycle`, at the programme's times, without ``elastic_share``; errors as `in_time`.
     """
-    way = np.sign(np.diff(programme.share))
-    corners = np.flatnonzero(np.concatenate([[True], way[1:] != way[:-1], [True]]))
+    corners = _corners(programme)
     loads = programme.share[corners, None] * peak.components
     data = in_time(
         sensor, LoadHistory(programme.time[corners], loads), tolerance=tolerance, mechanics=mechanics,
@@ -49,6 +51,13 @@ def full_cycle(
     full = full.assign_attrs(marked(joined(data["flags"].to_numpy())))
     full = full.assign_attrs(request=json.dumps(request))
     return labelled(full.assign_attrs({key: item for name in told(full) for key, item in loops(full, name).items()}))
+
+
+def _corners(programme: Programme) -> NDArray[np.int_]:
+    """Return the numbers of the times between which the load goes evenly, by how far it leaves the chord about each."""
+    time, share = np.diff(programme.time), np.diff(programme.share)
+    bends = np.abs(time[:-1] * share[1:] - time[1:] * share[:-1]) > _STRAIGHT * (time[:-1] + time[1:])
+    return np.flatnonzero(np.concatenate([[True], bends, [True]]))
 
 
 def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.cycle import load_cycle, triangle
+from sits_mech.analysis.cycle import Programme, load_cycle, triangle
 from sits_mech.analysis.histories.full_cycle import difference, full_cycle
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -12,7 +12,38 @@ from sits_mech.silicone.material import silicone_from
 MODELS = {"mechanics": "planar", "magnetics": "planar", "tolerance": 3e-2}
 
 
+class Noted(Exception):
+    """What is asked for is known."""
+
+
 RATE, SOFT = {"prony": [{"weight": 0.3, "time": 0.5}]}, {"mullins": {"r": 2.0}}
+
+
+@pytest.mark.parametrize(
+    ("programme", "corners"),
+    [
+        (triangle(0.3, cycles=2), [0.0, 0.15, 0.3, 0.45, 0.6]),
+        (Programme(np.array([0.0, 1.0, 9.0, 10.0]), np.array([0.0, 0.9, 1.0, 0.0])), [0.0, 1.0, 9.0, 10.0]),
+        (Programme(np.array([0.0, 1.0, 1.0, 2.0, 3.0]), np.array([0.0, 0.0, 1.0, 1.0, 1.0])), [0.0, 1.0, 1.0, 3.0]),
+    ],
+)
+def test_the_load_that_is_solved_is_the_programmes(
+    programme: Programme, corners: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Changes of rate, holds and steps are solved as they are; times on a line between others need no solution."""
+    asked = []
+
+    def noted(sensor, history, **more):
+        asked.append(history)
+        raise Noted
+
+    monkeypatch.setattr("sits_mech.analysis.histories.full_cycle.in_time", noted)
+    with pytest.raises(Noted):
+        full_cycle(load_sensor("biorob2018"), Wrench(F_z=2.0), programme)
+    assert asked[0].time == pytest.approx(corners)
+    between = np.linspace(0.0, programme.time[-1], 50)[1:-1]
+    own = np.interp(between, asked[0].time, asked[0].wrench[:, 1])
+    assert own == pytest.approx(2.0 * np.interp(between, programme.time, programme.share))
 
 
 @pytest.mark.slow
