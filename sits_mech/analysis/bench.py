@@ -226,9 +226,8 @@ def branches(sensor: Sensor, data: xr.Dataset) -> tuple[Array, Array]:
 
     `data` is from `load_cycle`, its last cycle starting and ending without load; loads are even from none to the peak.
     """
-    free = np.diagonal(data["L0"].to_numpy())
     L = diagonals(data["L"].transpose("time", "coil", "coil_2").to_numpy())
-    L = L if data.attrs["unit_L"] == "H" else L / free * free_inductances(sensor)
+    L = L * henries(sensor, data.attrs["unit_L"], data["L0"].to_numpy())
     share = data["share"].to_numpy()
     last = int(np.flatnonzero(share == share.max())[-1])
     first = int(np.flatnonzero(share[:last] == share.min())[-1])

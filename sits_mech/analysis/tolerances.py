@@ -2,7 +2,7 @@
 
 A sensor that is a little off shows L' where the calibrated one shows L; read by the calibration, and tared at rest,
 
-    error of the forces = (dL/dF)^-1 (dL(F) - dL(0)),    dL = L' - L.
+    error of the forces = A (dL(F) - dL(0)),    dL = L' - L,    A the slopes of the calibration's own inverse.
 
 Only the layer's thickness and modulus need it solved anew, and the modulus only at F / s (see `comparison`); a gap
 lifts every pose, an offset of the coils along x shifts it. Neglected: tilt of the target as made, and its size.
@@ -179,8 +179,7 @@ def force_spread(
             progress(number + 1, len(points))
     L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
     off = L - L[:1]
-    inverse = np.linalg.pinv(cal.map.slopes(asked[1:]))
-    errors = np.einsum("kdn,mkn->mkd", inverse, off[:, 1:] - off[:, :1])
+    errors = np.einsum("kdn,mkn->mkd", cal.answers(asked[1:]), off[:, 1:] - off[:, :1])
     found = spread(tuple(deviations), list(deviations.values()), points, errors.reshape(len(points), -1))
     return ForceSpread(asked[1:], cal.forces, found)
 

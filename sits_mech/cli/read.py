@@ -286,5 +286,6 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array
     held = load_words(fixed(data))
     if held:
         raise SceneError(f"--period: needs a table whose loads start from none; this one holds {held}")
-    peak = Wrench(**{name: float(data[name].max()) for name in varied(data)})
+    ends = {name: (float(data[name].min()), float(data[name].max())) for name in varied(data)}
+    peak = Wrench(**{name: low if -low > high * (1.0 + 1e-9) else high for name, (low, high) in ends.items()})
     return branches(sensor, load_cycle(sensor, peak, triangle(period), **models))

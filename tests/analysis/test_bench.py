@@ -9,6 +9,8 @@ import xarray as xr
 
 from sits_mech.analysis import bench
 from sits_mech.cli.main import run
+from sits_mech.cli.read import _loop
+from sits_mech.quantities import Wrench
 from sits_mech.readout.calibration import calibration
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.store import save_table
@@ -245,3 +247,15 @@ def test_tank_far_from_the_frequency_is_told(sensor: Sensor) -> None:
     near, far = (changed(sensor, [f'readout.parallel_capacitance="{pF} pF"']) for pF in (450, 45))
     assert bench.sensor_front_end(near, table(near))[1][-1] == "R is taken at 5e+06 Hz"
     assert "and L too, where the tanks swing at some 1.6" in bench.sensor_front_end(far, table(far))[1][-1]
+
+
+def test_a_loop_goes_to_the_load_farthest_from_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The end of each axis that is larger, the upper one of two alike, whatever its sign."""
+    asked = []
+    monkeypatch.setattr("sits_mech.analysis.cycle.load_cycle", lambda sensor, peak, *_, **more: asked.append(peak))
+    monkeypatch.setattr("sits_mech.analysis.bench.branches", lambda sensor, data: (data, data))
+    request = json.dumps({"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1})
+    for axis, end in (([-0.4, -0.2, 0.0], -0.4), ([0.0, 0.4], 0.4), ([-0.4, 0.0, 0.4], 0.4), ([-0.5, 0.0, 0.4], -0.5)):
+        data = xr.Dataset(coords={"F_x": axis, "F_z": [0.0, 2.0]}, attrs={"request": request})
+        _loop(load_sensor("biorob2018"), data, 1.0)
+        assert asked[-1] == Wrench(F_x=end, F_z=2.0)

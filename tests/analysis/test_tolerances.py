@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -50,11 +50,11 @@ class Near:
         return Impedance(frequency, L, 0 * L, 2.0 * one, np.zeros(len(x)), 0 * L, 0 * L, "H", REPORT)
 
 
-def three_axes(sensor: Sensor) -> xr.Dataset:
-    """Return the table of `Spring` and `Near` over F_x, F_z and F_y, M_z beside them of one value."""
+def three_axes(sensor: Sensor, near: type[Near] = Near) -> xr.Dataset:
+    """Return the table of `Spring` and `near` over F_x, F_z and F_y, M_z beside them of one value."""
     axes = {"F_x": np.linspace(-0.5, 0.5, 3), "F_z": np.linspace(0.0, 2.0, 3), "F_y": np.linspace(-0.5, 0.5, 3)}
     F_x, F_z, F_y = np.meshgrid(*axes.values(), indexing="ij")
-    found = Near(sensor.coils).impedance(Pose(1e-4 * F_x, 2e-3 - 2e-5 * F_z, 0.0, 1e-4 * F_y), 5e6)
+    found = near(sensor.coils).impedance(Pose(1e-4 * F_x, 2e-3 - 2e-5 * F_z, 0.0, 1e-4 * F_y), 5e6)
     coils = [coil.name for coil in sensor.coils]
     dims, request = (*axes, "coil", "coil_2"), {"mechanics": "block", "magnetics": "sheets", "tolerance": 0.01}
     data = xr.Dataset({"L": (dims, found.L), "L0": (dims[3:], found.L0)}, axes | {"coil": coils, "coil_2": coils})
@@ -112,6 +112,29 @@ def test_three_forces_of_a_stiffer_layer(monkeypatch: pytest.MonkeyPatch) -> Non
     moved = force_spread(sensor, data, {"offset": 1e-4}, loads.tolist(), samples=16).table()
     np.testing.assert_allclose(moved["deviation"], 0.0, atol=1e-9)
     assert all(load.M_z == pytest.approx(1e-3, rel=0.1) for load in spring.borne)
+
+
+def test_forces_are_read_as_the_calibration_reads_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three coils that disagree on two forces are weighed by their noise: one that is hardly trusted misleads less."""
+    sensor, bend = load_sensor("triaxial-3", ['readout.converter="none"']), np.array([1.0, 0.0, 0.0])
+
+    @dataclass(frozen=True)
+    class Bent(Near):
+        """The first coil bends with the distance."""
+
+        def impedance(self, pose: Pose, frequency: float) -> Impedance:
+            found = super().impedance(pose, frequency)
+            return replace(found, L=found.L + 1e4 * np.asarray(pose.d_v)[..., None, None] ** 2 * np.diag(bend))
+
+    monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (Spring(), None))
+    monkeypatch.setattr(tolerances, "loaded_model", lambda scene, *_: (Bent(scene.coils), None))
+    data = three_axes(sensor, Bent).isel(F_y=[1])
+    cal = replace(sensor_calibration(sensor, data), weights=np.array([0.2, 1.0, 1.0]))
+    monkeypatch.setattr(tolerances, "sensor_calibration", lambda *_: cal)
+    found = force_spread(sensor, data, {"gap": 1e-4}, [[0.1, 1.5]], samples=16).table()
+    shown = 2e4 * 1e-4 * -2e-5 * 1.5 * bend  # of one deviation, tared
+    expected = np.abs(cal.answers(np.array([[0.1, 1.5]]))[0] @ shown)
+    assert float(found["deviation"].sel(force="F_z")[0]) == pytest.approx(expected[1], rel=0.02)
 
 
 def test_loads_around_the_middle() -> None:
