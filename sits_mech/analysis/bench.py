@@ -62,7 +62,7 @@ def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ..
         matrix = np.asarray(getattr(found, name), dtype=float)
         parts[name] = np.zeros_like(matrix)
         parts[name][..., range(n), range(n)] = diagonals(matrix) * scale
-    return replace(found, **parts, unit_L="H"), ((_IDLE,) if n > 1 else ())
+    return replace(found, **parts, R_dc=scale * found.R_dc, unit_L="H"), ((_IDLE,) if n > 1 else ())
 
 
 def table_impedance(data: xr.Dataset, leading: tuple[str, ...] | None = None) -> Impedance:

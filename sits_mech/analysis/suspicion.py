@@ -33,8 +33,8 @@ _MOST = 2.0  # times the largest load of the table: beyond it a component is no 
 def component_slopes(sensor: Sensor, data: xr.Dataset) -> tuple[tuple[str, ...], Array, Array]:
     """Return the components that a table does not vary, slopes of L over L0 by them at rest, and their usual sizes.
 
-    Names (p), slopes (n, p) [1/N, 1/(N m)], sizes (p) [N, N m]: the table's largest force, and it times half the
-    target's side. Empty where the models in space cannot hold the scene.
+    Names (p), slopes (n, p) [1/N, 1/(N m)], sizes (p) [N, N m]: `_MOST` times the table's largest force, and half
+    the target's side times this. Empty where the models in space cannot hold the scene.
     """
     others = tuple(name for name in WRENCH if name not in varied(data))
     try:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -153,11 +154,13 @@ def cases_aside(study: Study, folder: Path) -> int:
 
 def claim(folder: Path, study: Study) -> None:
     """Claim a folder for a study; raise SceneError when it is another study's, or cannot be written to."""
-    path = folder / "study.json"
+    path, known = folder / "study.json", None
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if path.exists():
-            if path.read_text(encoding="utf-8") != study.identity:
+            with suppress(ValueError):  # no JSON, no study
+                known = json.loads(path.read_text(encoding="utf-8"))
+            if known != json.loads(study.identity):
                 what = "must be a new folder, or that of a study with the same scene, request, keys and fixed values"
                 raise SceneError(f"{folder}: {what}; it is that of another study")
             return

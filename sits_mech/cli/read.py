@@ -242,7 +242,10 @@ def _scatter(
     if not deviations:
         return None
     with progress_bar("sensors") as progress:
-        return force_spread(sensor, data, deviations, loads_inside(cal).tolist(), samples=samples, progress=progress)
+        found = force_spread(sensor, data, deviations, loads_inside(cal).tolist(), samples=samples, progress=progress)
+    if failed := found.spread.failed:
+        warn(f"tolerances: {failed} of {samples} sensors cannot be solved and are left out; errors may be larger")
+    return found
 
 
 def _warn_of(silicone: Silicone | None, period: str | None, noise: str | None, drift: bool) -> None:

@@ -10,7 +10,7 @@ import xarray as xr
 from sits_mech.analysis import bench
 from sits_mech.cli.main import run
 from sits_mech.cli.read import _loop
-from sits_mech.quantities import Wrench
+from sits_mech.quantities import Impedance, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.store import save_table
@@ -63,6 +63,14 @@ def table(sensor: Sensor, unit: str = "H/m") -> xr.Dataset:
     data["status"] = (("F_x", "F_z"), np.full(x.shape, "ok", dtype=object))
     attributes = {"unit_L": unit, "frequency": sensor.frequency, "version": __version__, "name": sensor.name}
     return data.assign_attrs(**attributes, scene_hash=scene_hash(sensor), scene=scene_text(sensor))
+
+
+def test_absolute_resistances_are_of_the_coils(sensor: Sensor) -> None:
+    """As much of the metre as of the losses: direct current in ohm, too."""
+    eye, report = np.eye(2), SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
+    found = Impedance(5e6, 4e-4 * eye, 16.0 * eye, 4e-4 * eye, np.full(2, 8.0), 0 * eye, 0 * eye, "H/m", report)
+    seen, _ = bench.absolute(sensor, found)
+    np.testing.assert_allclose(seen.R_dc, 0.5 * np.diagonal(seen.R), rtol=1e-12)
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.batch import requests
 from sits_mech.batch import run as batch_run
 from sits_mech.batch.funnel import following
-from sits_mech.batch.run import keep_known, open_sweep, run_study
+from sits_mech.batch.run import claim, keep_known, open_sweep, run_study
 from sits_mech.batch.studies.study import read_study
 from sits_mech.batch.tables import case_calibration, table_row
 from sits_mech.cases import Columns
@@ -201,6 +201,18 @@ def test_folders_and_clusters_that_are_none(tmp_path: Path, capsys: pytest.Captu
     assert run(["sweep", str(path), "-o", out, "-j", "0"]) == 2 and "processes" in capsys.readouterr().err
 
 
+def test_a_folder_is_that_of_its_study_in_any_order(tmp_path: Path) -> None:
+    """Of fixed keys; a study.json that is none is another study's."""
+    text, fixed = HEAD + '[vary]\ndv = ["2 mm"]\n[fixed]\n', ("tolerance = 0.1\n", 'model = "planar"\n')
+    first, second = (read_study(written(tmp_path, text + "".join(own))) for own in (fixed, fixed[::-1]))
+    claim(tmp_path / "out", first)
+    claim(tmp_path / "out", second)
+    for damaged in (b"\xff\xfe\x00", b"[", b"1"):
+        (tmp_path / "out" / "study.json").write_bytes(damaged)
+        with pytest.raises(SceneError, match="it is that of another study"):
+            claim(tmp_path / "out", first)
+
+
 def test_a_full_disk_leaves_whole_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One clear line, nothing half-written; with room again only the missing cases are computed."""
     study, out = read_study(written(tmp_path, HEAD + "[vary]\n" + GAPS + PLANAR)), tmp_path / "out"
@@ -231,7 +243,7 @@ from pathlib import Path
 from sits_mech.batch.executors import workers
 from sits_mech.batch import run as batch_run
 from sits_mech.batch.funnel import following
-from sits_mech.batch.run import keep_known, open_sweep, run_study
+from sits_mech.batch.run import claim, keep_known, open_sweep, run_study
 from sits_mech.batch.studies.study import read_study
 from sits_mech.batch.tables import case_calibration, table_row
 from sits_mech.cases import Columns

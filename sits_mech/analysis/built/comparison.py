@@ -44,7 +44,7 @@ class Comparison:
     map_error: float  # between the table's loads, over each coil's range; 0 for measured poses
 
     def profile(self, name: str, points: int = 9, reach: float = 1.5) -> tuple[Array, Array]:
-        """Return values of a parameter, and the rise of chi^2 without its own term there (`maps.fit.profile`).
+        """Return values of a parameter, and the rise of chi^2 without its own term there (`fit.profile`).
 
         The rise is over the fit's variance; values go `reach` half-widths to both sides of the best. Raises SceneError
         when the noise is not known, or the measurement does not determine the parameter.
