@@ -16,7 +16,7 @@ from sits_mech.analysis.built.unknowns import Known, unit_of
 from sits_mech.memory import input_text
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
-from sits_mech.units import quantity
+from sits_mech.units import quantity, shown
 
 _LOTS, _UNITS = 100, 40  # for a yield to one percent
 _READ = {0: "tared", 1: "and 1 load"}
@@ -111,4 +111,10 @@ def known_by(prior: Prior, path: Path) -> Prior:
     own = [each.name for each in prior.known]
     if names != own or alike.shape != (len(own), len(own)):
         raise SceneError(f"{path}: must be of the same unknowns, {', '.join(own)}; got {', '.join(names)}")
+    if (name := record.get("sensor")) != prior.sensor.name:
+        raise SceneError(f"{path}: must be of the sensor {prior.sensor.name}; got {shown(name)}")
+    sizes = np.array([(each.value, each.deviation) for each in known])
+    sound = np.isfinite(sizes).all() and np.all(sizes[:, 1] > 0.0) and np.allclose(alike, alike.T)
+    if not sound or not np.allclose(np.diagonal(alike), 1.0) or np.min(np.linalg.eigvalsh(alike)) < 1e-9:  # rounding
+        raise SceneError(f"{path}: must hold deviations above zero, and correlations that can be; got others")
     return prior.known_together(known, alike)

@@ -51,6 +51,24 @@ def test_what_is_known_is_kept(prior: Prior, tmp_path: Path) -> None:
             known_by(prior, path)
 
 
+def test_a_lot_that_cannot_be_is_refused(prior: Prior, tmp_path: Path) -> None:
+    """Of another sensor, with deviations or correlations that no unknowns have: in one line."""
+    good, path = json.dumps(lot_record(prior)), tmp_path / "lot.json"
+    for place, value, why in (
+        (("sensor",), "another", "must be of the sensor"), (("unknowns", "gap", "deviation"), 0.0, "above zero"),
+        (("unknowns", "gap", "value"), np.nan, "above zero"), (("correlation", 0, 1), 0.9, "correlations that can be"),
+        (("correlation", 0, 0), np.nan, "that can be"), (("correlation", 1, 1), 2.0, "that can be"),
+        (("correlation", slice(0, 2)), [[1.0, 1.0, *[0.0] * (len(prior.known) - 2)]] * 2, "that can be"),
+    ):
+        record = part = json.loads(good)
+        for key in place[:-1]:
+            part = part[key]
+        part[place[-1]] = value
+        path.write_text(json.dumps(record))
+        with pytest.raises(SceneError, match=why):
+            known_by(prior, path)
+
+
 def test_spread_is_read(prior: Prior) -> None:
     """In percent and micrometres; anything else is one line."""
     assert spread_of(prior, ["modulus=2 %", " gap = 20 um"]) == pytest.approx({"modulus": 0.02, "gap": 2e-5})
