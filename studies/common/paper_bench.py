@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from common.outputs import write_rows
 from common.paper import DEGREE, FREE_MEASURED, MEASURED, MM
+from common.profiles import profile
 
 from sits_mech.analysis.built.comparison import Comparison, compare
 from sits_mech.analysis.measured import Measured
@@ -109,7 +110,7 @@ def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str,
         axes[0].grid(False)
         for spot, name, own in list(zip(axes[1:], names, found.free, strict=False))[-1 if coarse else 0 :]:
             scale, unit = KNOWN[name][1:]
-            values, rise = found.profile(name, points=3 if coarse else 7)
+            values, rise = profile(found, name, points=3 if coarse else 7)
             spot.plot(scale * values, rise, "o-", color="black")
             fine = np.linspace(values[0], values[-1], 60)
             spot.plot(scale * fine, ((fine - own.start) / own.deviation) ** 2, ":", color="C0")

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import sensor_front_end
-from sits_mech.analysis.built.fit import Free, Model, ParameterFit, fit_parameters, profile
+from sits_mech.analysis.built.fit import Free, Model, ParameterFit, fit_parameters
 from sits_mech.analysis.built.force_maps import layer_slopes, table_of
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
@@ -42,20 +42,6 @@ class Comparison:
     predicted: Array  # (m, n), by the scene as it is [H]
     shear_modulus: float  # at small strain, as fitted [Pa]
     map_error: float  # between the table's loads, over each coil's range; 0 for measured poses
-
-    def profile(self, name: str, points: int = 9, reach: float = 1.5) -> tuple[Array, Array]:
-        """Return values of a parameter, and the rise of chi^2 without its own term there (`fit.profile`).
-
-        The rise is over the fit's variance; values go `reach` half-widths to both sides of the best. Raises SceneError
-        when the noise is not known, or the measurement does not determine the parameter.
-        """
-        place = self.fit.names.index(name)
-        best, width = float(self.fit.values[place]), float(self.fit.half_widths[place])
-        if self.noise is None or not np.isfinite(width):
-            raise SceneError(f"profile: {name}: must have a half-width, and the noise be given; got none")
-        values = best + width * np.linspace(-reach, reach, points)
-        rise = profile(self.model, self.measured.L, self.free, self.fit, name, noise=self.noise, values=values)
-        return values, rise / self.fit.variance
 
 
 def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tank | None:

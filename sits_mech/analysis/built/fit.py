@@ -1,4 +1,4 @@
-"""Fit parameters of a model to a measurement, with half-widths, correlations and profiles.
+"""Fit parameters of a model to a measurement, with half-widths and correlations.
 
 Least squares over all numbers measured, each output over its range, or over the noise of a reading where that is known:
 
@@ -12,11 +12,8 @@ where it is largest is that of Laplace's approximation,
     Sigma = (J^T J)^-1,    J the derivatives of all terms,    chi^2(p) of N numbers follows chi^2_N if all is as stated.
 
 Half-widths at 95 % are those of Student's t with the residual's variance, or the model's own if that is more; with a
-known noise the normal distribution's, wider by what chi^2 over its degrees of freedom exceeds one. The profile of a
-parameter is the least chi^2 for each of its values, all others fitted; less its own term it is the measurement's
-information on it, flat where there is none.
-Numbers only: the model is any function. Source of the profile: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis
-and Its Applications, Wiley 1988, ch. 6.
+known noise the normal distribution's, wider by what chi^2 over its degrees of freedom exceeds one. Numbers only: the
+model is any function.
 """
 
 from __future__ import annotations
@@ -158,37 +155,6 @@ def fit_parameters(
         tuple(each.name for each in free), found.x, widths, spread / np.outer(safe, safe), covariance, off[0],
         rms, before, chi_square, variance,
     )
-
-
-def profile(
-    model: Model, y: ArrayLike, free: Sequence[Free], found: ParameterFit, name: str, *, noise: float,
-    values: ArrayLike,
-) -> Array:
-    """Return the least chi^2, less its own term, for each value (k,) of a parameter `name`, above the least of them.
-
-    `found` is the result of `fit_parameters`; inf where the model has no outputs.
-    """
-    y, values = np.asarray(y, dtype=float), np.asarray(values, dtype=float)
-    place = [each.name for each in free].index(name)
-    others = [each for each in free if each.name != name]
-    scale, best = np.full(y.shape, noise), np.full(len(values), np.inf)
-    start = int(np.argmin(np.abs(values - found.values[place])))
-    for way in (range(start, len(values)), range(start - 1, -1, -1)):
-        here = np.delete(found.values, place)
-        for k in way:
-
-            def held(p: Array, value: float = float(values[k])) -> Array:
-                """The model with this parameter held."""
-                return model(np.insert(p, place, value, axis=-1))
-
-            if not others:
-                best[k] = float(np.sum(((held(np.zeros((1, 0))) - y) / scale) ** 2))
-                continue
-            if not np.all(np.isfinite(held(here[None]))):
-                break
-            rest = _least(held, y, Beforehand(tuple(others)), scale, here)
-            here, best[k] = rest.x, float(np.sum(rest.fun**2))
-    return np.asarray(best - np.min(best))
 
 
 def _least(

@@ -1,11 +1,11 @@
-"""Fits whose answers are known: intervals, what is known beforehand, profiles, what the data do not hold."""
+"""Fits whose answers are known: intervals, what is known beforehand, what the data do not hold."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from sits_mech.analysis.built.fit import Free, fit_parameters, profile
+from sits_mech.analysis.built.fit import Free, fit_parameters
 from sits_mech.quantities import Array
 
 X = np.linspace(0.0, 1.0, 20)[:, None]
@@ -62,25 +62,8 @@ def test_what_is_known_beforehand_is_weighed_with_the_data() -> None:
         fit_parameters(lambda P: P.sum(axis=1)[:, None, None], [[2.0]], free)
 
 
-def test_profiles_are_parabolas_where_the_model_is_a_line() -> None:
-    """The slope's rises as ((b - best) / deviation)^2; one that the data do not hold is flat but for its partner."""
-    noise, rng = 0.02, np.random.default_rng(7)
-    y = 2.0 + 0.3 * X + noise * rng.standard_normal(X.shape)
-    found = fit_parameters(line, y, LINE, noise=noise)
-    deviation = noise / np.sqrt(np.sum((X - X.mean()) ** 2))
-    values = found.values[1] + deviation * np.arange(-2.0, 3.0)
-    rise = profile(line, y, LINE, found, "b", noise=noise, values=values)
-    np.testing.assert_allclose(rise, [4.0, 1.0, 0.0, 1.0, 4.0], atol=1e-5)
-    both = tuple(replace(each, deviation=1.0) for each in LINE)
-    same = fit_parameters(lambda P: P.sum(axis=1)[:, None, None] * X, 2.0 * X, both, noise=noise)
-    shared = profile(
-        lambda P: P.sum(axis=1)[:, None, None] * X, 2.0 * X, both, same, "a", noise=noise, values=[0.0, 1.0, 2.0]
-    )
-    np.testing.assert_allclose(shared, [4.0, 1.0, 0.0], atol=2e-3)  # (2 - a)^2: of its partner alone
-
-
 def test_places_without_an_answer_are_not_taken() -> None:
-    """A model that has none above 1.5, and a profile that ends there."""
+    """A model that has none above 1.5."""
 
     def root(P: Array) -> Array:
         """(1.5 - a)^(1/2)."""
