@@ -117,20 +117,15 @@ def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Pr
     """Return limits with the largest multiples of the table's corner loads that a pad carries."""
     request = request_of(data)
     name = request["mechanics"] if request["mechanics"] in ("block", "planar") else "block"
-    corners, found = corner_loads(sensor, data), []
-    for load in corners:
+    ranges = {name: (float(data[name].min()), float(data[name].max())) for name in varied(data)}
+    loads, found = corners(sensor, ranges, fixed(data)), []
+    for load in loads:
         layer, _ = mechanical_model(sensor, name, request["tolerance"], [load])
         first = layer.rough if isinstance(layer, RefinedModel) else layer
         found.append(capacity(sensor, first, load, limits.known_stretch))
         if progress is not None:
-            progress(len(found), len(corners))
+            progress(len(found), len(loads))
     return replace(limits, capacity=tuple(found))
-
-
-def corner_loads(sensor: Sensor, data: xr.Dataset) -> list[Wrench]:
-    """Return the corner loads of a table's components and zero, without images and without the zero load."""
-    ranges = {name: (float(data[name].min()), float(data[name].max())) for name in varied(data)}
-    return corners(sensor, ranges, fixed(data))
 
 
 def corners(

@@ -57,15 +57,10 @@ _MOST = 200_000  # samples along a coil's tracks
 def terminal_impedance(Z: ArrayLike, R_coil: ArrayLike, readout: Readout, omega: float) -> Complex:
     """Return the impedance of each coil at the end of its leads, before the capacitance, shape (..., n) [ohm].
 
-    Z (..., n, n) is without the coils' own resistances R_coil (n,), direct or alternating; omega [rad/s]. ValueError if
-    Z is not square or R_coil does not fit it.
+    Z (..., n, n) is without the coils' own resistances R_coil (n,), direct or alternating; omega [rad/s].
     """
-    Z, R_coil = np.asarray(Z, dtype=complex), np.asarray(R_coil, dtype=float)
-    n = Z.shape[-1] if Z.ndim >= 2 else 0
-    if n == 0 or Z.shape[-2] != n or R_coil.shape != (n,):
-        raise ValueError(f"Z: must be (..., n, n) with R_coil (n,); got {Z.shape} and {R_coil.shape}")
     lead = readout.lead_resistance + 1j * omega * readout.lead_inductance
-    whole = Z + np.diag(R_coil + lead)
+    whole = np.asarray(Z, dtype=complex) + np.diag(np.asarray(R_coil, dtype=float) + lead)
     if readout.idle_coil == "open":
         return np.diagonal(whole, axis1=-2, axis2=-1)
     return np.asarray(1.0 / np.diagonal(np.linalg.inv(whole), axis1=-2, axis2=-1))

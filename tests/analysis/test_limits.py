@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.limits import AFTER, Capacity, capacity, corner_loads, corners, limits_of
+from sits_mech.analysis.limits import AFTER, Capacity, capacity, corners, limits_of
 from sits_mech.cli.main import run
 from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.layer import planar_layer
@@ -147,14 +147,14 @@ def test_what_silicone_and_model_do_not_tell_is_not_known() -> None:
 def test_corner_loads_are_those_of_no_image() -> None:
     """Of a mirrored pad F_x = -1 N is an image of 1 N; each force alone is a corner, none at all is not."""
     sensor = load_sensor("biorob2018")
-    found = corner_loads(sensor, table(sensor, np.ones((3, 3))))
+    ranges = {"F_x": (-1.0, 1.0), "F_z": (0.0, 2.0)}
+    found = corners(sensor, ranges)
     assert sorted((load.F_x, load.F_z) for load in found) == [(0.0, 2.0), (1.0, 0.0), (1.0, 2.0)]
     assert corners(sensor, {"F_x": (-1.0, 1.0), "F_z": (0.5, 2.0)}) == [  # what does not go to zero has a third end
         *(Wrench(F_x=1.0, F_z=value) for value in (0.0, 0.5, 2.0)),
         *(Wrench(F_z=value) for value in (0.5, 2.0)),
     ]
-    held = table(sensor, np.ones((3, 3))).assign_coords(M=1e-3)
-    assert {abs(load.M) for load in corner_loads(sensor, held)} == {1e-3}
+    assert {abs(load.M) for load in corners(sensor, ranges, {"M": 1e-3})} == {1e-3}
 
 
 @pytest.mark.slow

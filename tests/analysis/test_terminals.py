@@ -66,8 +66,3 @@ def test_tank_frequency_is_where_the_reactance_vanishes():
     assert found == pytest.approx(low, rel=1e-10)
     assert found < 1 / (2 * np.pi * np.sqrt(L1 * C))
     assert np.isnan(tank_frequency(200.0 + 1j * OMEGA * L1, C, OMEGA))
-
-
-def test_shapes_that_do_not_fit_are_refused():
-    with pytest.raises(ValueError, match="must be"):
-        terminal_impedance(np.eye(3), [1.0, 1.0], Readout(), OMEGA)

@@ -72,7 +72,7 @@ class Sampled:
     force_width: float  # the same of a force that is read, at the table's ends
 
 
-def sampled(found: Adaptation, count: int, *, seed: int = 0) -> Sampled:
+def sampled(found: Adaptation, count: int) -> Sampled:
     """Return how far Laplace's approximation is from the posterior, by randomised maximum likelihood.
 
     Each of `count` samples is the least of chi^2 with all its terms off by normal numbers (P. K. Kitanidis, Water
@@ -83,7 +83,7 @@ def sampled(found: Adaptation, count: int, *, seed: int = 0) -> Sampled:
     units = np.array([each.deviation for each in posterior.known.free])
     Q, R = np.linalg.qr(posterior.slopes() * units)
     low, high = (np.array([getattr(each, key) for each in posterior.known.free]) for key in ("low", "high"))
-    off = np.random.default_rng(seed).standard_normal((count, len(Q)))
+    off = np.random.default_rng(0).standard_normal((count, len(Q)))
     P, left = np.tile(posterior.fit.values, (count, 1)), np.zeros((count, len(units)))
     for _ in range(_CHORDS):
         left = (np.nan_to_num(posterior.terms(P)) - off) @ Q

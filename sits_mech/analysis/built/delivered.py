@@ -33,7 +33,7 @@ class Delivered(NamedTuple):
     lots: tuple[float, float]  # the same of single lots: `MOST` of them have more than the first, less than the second
 
 
-def delivered(found: Production, plan: LoadPlan, limit: float, *, seed: int = 0) -> list[Delivered]:
+def delivered(found: Production, plan: LoadPlan, limit: float) -> list[Delivered]:
     """Return what one more unit is delivered with: after no reading of its own, a tare, and the loads of a plan.
 
     Of a unit with theta = m + d, known to be N(0, C) with C = Cov m + W and read with the information I, is left open
@@ -42,7 +42,7 @@ def delivered(found: Production, plan: LoadPlan, limit: float, *, seed: int = 0)
 
     where m is one of the lot, the same for all its units.
     """
-    prior, read, random = found.next, plan.read, np.random.default_rng(seed)
+    prior, read, random = found.next, plan.read, np.random.default_rng(0)
     answers, by = prior.force_slopes(prior.start, read)
     own, C, size = np.hypot(prior.noise, prior.model), prior.covariance, prior.deviations
     by, C = by * size, C / np.outer(size, size)

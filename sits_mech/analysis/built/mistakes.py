@@ -6,7 +6,7 @@ would show, if it is far likelier than the readings as they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
@@ -46,18 +46,18 @@ def mistake(prior: Prior, measured: Measured, found: Adaptation | None, **noise:
 
 def _mended(prior: Prior, measured: Measured) -> Iterator[tuple[str, Measured]]:
     """Give the slips in words, and the readings with each undone."""
-    coils = prior.sensor.coil_names
-    for a, b in combinations(range(len(coils)), 2):
-        order = list(range(len(coils)))
-        order[a], order[b] = b, a
-        yield f"{coils[a]} and {coils[b]} seem swapped", replace(measured, L=measured.L[:, order])
+    yield from _swapped("L", prior.sensor.coil_names, measured)
     for k, name in enumerate(prior.forces):
         sign = np.where(np.arange(len(prior.forces)) == k, -1.0, 1.0)
         yield f"{name} seems to have the other sign", replace(measured, forces=sign * measured.forces)
-    for a, b in combinations(range(len(prior.forces)), 2):
-        order = list(range(len(prior.forces)))
-        order[a], order[b] = b, a
-        words = f"{prior.forces[a]} and {prior.forces[b]} seem swapped"
-        yield words, replace(measured, forces=measured.forces[:, order])
+    yield from _swapped("forces", prior.forces, measured)
     for factor, text in _FACTORS.items():
         yield f"the forces seem off by {text}", replace(measured, forces=factor * measured.forces)
+
+
+def _swapped(key: str, names: Sequence[str], measured: Measured) -> Iterator[tuple[str, Measured]]:
+    """Give readings with each two columns the other way round."""
+    for a, b in combinations(range(len(names)), 2):
+        columns = getattr(measured, key).copy()
+        columns[:, [a, b]] = columns[:, [b, a]]
+        yield f"{names[a]} and {names[b]} seem swapped", replace(measured, **{key: columns})

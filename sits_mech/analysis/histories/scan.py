@@ -59,19 +59,17 @@ class Samples:
 
 
 def scan(
-    front: FrontEnd, capacitance: float, time: ArrayLike, L: ArrayLike, *, start: float | None = None,
-    seed: int | np.random.Generator | None = 0,
+    front: FrontEnd, capacitance: float, time: ArrayLike, L: ArrayLike, *, seed: int | np.random.Generator | None = 0
 ) -> Samples:
     """Return the codes of a converter, all scans that end within the history, while inductances change.
 
-    `time` (k,) rises [s], `L` (k, n) is at the terminals [H]; `front` is set for these coils over their range. `start`
-    is when the first channel begins to settle [s], by default with the history; `seed` is of the noise, None for none.
-    ValueError when time does not rise, L is not one positive number for each time and coil, the history begins after
-    `start` or is shorter than a scan, or the scans are too many.
+    `time` (k,) rises [s], `L` (k, n) is at the terminals [H]; `front` is set for these coils over their range; `seed`
+    is of the noise, None for none. The first channel begins to settle with the history. ValueError when time does not
+    rise, L is not one positive number for each time and coil, or there is no scan, or too many.
     """
     time, L = np.asarray(time, dtype=float), np.asarray(L, dtype=float)
-    first = float(time[0]) if start is None and time.size else float(start or 0.0)
-    _check(front, time, L, first)
+    _check(front, time, L)
+    first = float(time[0])
     begin, window = windows(front)
     scans = int(np.floor((float(time[-1]) - first) / front.period * (1.0 + 1e-12)))
     if not 0 < scans * L.shape[1] <= _MOST:
@@ -112,15 +110,13 @@ def _deviation(front: FrontEnd, capacitance: float) -> Array:
     return np.asarray(np.sqrt(np.maximum(whole**2 - rounding**2, 0.0)))
 
 
-def _check(front: FrontEnd, time: Array, L: Array, first: float) -> None:
+def _check(front: FrontEnd, time: Array, L: Array) -> None:
     """Refuse a history that is none."""
     coils = len(front.channel_time)
     if time.ndim != 1 or time.size < 2 or not np.all(np.diff(time) > 0.0):
         raise ValueError(f"time: must rise from one sample to the next, of at least two; got {_first_fault(time)}")
     if L.shape != (time.size, coils) or not np.all(np.isfinite(L) & (L > 0.0)):
         raise ValueError(f"L: must be positive, of shape {(time.size, coils)}; got {L.shape}, least {np.min(L):g} H")
-    if first < time[0]:
-        raise ValueError(f"start: must be within the history, which begins at {time[0]:g} s; got {first:g} s")
 
 
 def _first_fault(time: Array) -> str:

@@ -158,13 +158,11 @@ def _hold(record: Record, silicone: Silicone | None) -> tuple[_Hold, float]:
     x = np.linspace(np.log(shortest), np.log(longest), 2 + int(_GRID * np.log10(longest / shortest)))
     every = branch_stress(np.exp(x), fine, path, elastic)[samples][peak:]
     parts = np.floor(_PER_DECADE * np.log10(np.maximum(after / shortest, 1.0))).astype(int)
-    _, part, count = np.unique(parts, return_inverse=True, return_counts=True)
+    _, first, count = np.unique(parts, return_index=True, return_counts=True)
 
     def mean(values: Array) -> Array:
         """Average over each part."""
-        found = np.zeros((len(count), *values.shape[1:]))
-        np.add.at(found, part, values)
-        return found / count.reshape(-1, *[1] * (values.ndim - 1))
+        return np.asarray((np.add.reduceat(values, first).T / count).T)
 
     branch = CubicSpline(x, mean(every).T)
     return _Hold(mean(record.stress[peak:]), mean(elastic[samples][peak:]), branch, shortest, longest), level

@@ -108,28 +108,27 @@ def test_noise_has_the_converter_s_deviation_and_no_memory():
 
 def test_a_later_start_shifts_all():
     one = front()
-    time = np.array([1.0, 1.0 + 9.5 * one.period])
-    late = scan(one, C, time, np.tile(L0, (2, 1)), start=1.0 + 2.2 * one.period, seed=None)
-    assert late.code.shape == (7, 2) and late.time[0, 0] == pytest.approx(1.0 + 2.2 * one.period + windows(one)[0][0]
-                                                                         + 0.5 * late.window)
+    late = scan(one, C, [1.0, 1.0 + 7.5 * one.period], np.tile(L0, (2, 1)), seed=None)
+    assert late.code.shape == (7, 2)
+    assert late.time[0, 0] == pytest.approx(1.0 + windows(one)[0][0] + 0.5 * late.window)
 
 
 @pytest.mark.parametrize(
-    ("time", "L", "start", "message"),
+    ("time", "L", "message"),
     [
-        ([0.0, 1.0, 1.0], np.tile(L0, (3, 1)), None, "time: must rise.*got 1 s and then 1 s"),
-        ([0.0, 2.0, 1.0], np.tile(L0, (3, 1)), None, "time: must rise.*got 2 s and then 1 s"),
-        ([0.0], L0[None], None, r"time: must rise.*got shape \(1,\)"),
-        ([0.0, 1.0], np.tile(L0, (3, 1)), None, r"L: must be positive, of shape \(2, 2\); got \(3, 2\)"),
-        ([0.0, 1.0], -np.tile(L0, (2, 1)), None, "L: must be positive"),
-        ([0.0, 1e-4], np.tile(L0, (2, 1)), None, r"time: must last one scan of .* after its start; got 0.0001 s"),
-        ([0.0, 1.0], np.tile(L0, (2, 1)), -1.0, "start: must be within the history, which begins at 0 s; got -1 s"),
-        ([0.0, 1e6], np.tile(L0, (2, 1)), None, "time: must hold at most 10000000 samples"),
+        ([0.0, 1.0, 1.0], np.tile(L0, (3, 1)), "time: must rise.*got 1 s and then 1 s"),
+        ([0.0, 2.0, 1.0], np.tile(L0, (3, 1)), "time: must rise.*got 2 s and then 1 s"),
+        ([0.0], L0[None], r"time: must rise.*got shape \(1,\)"),
+        ([0.0, 1.0], np.tile(L0, (3, 1)), r"L: must be positive, of shape \(2, 2\); got \(3, 2\)"),
+        ([0.0, 1.0], -np.tile(L0, (2, 1)), "L: must be positive"),
+        ([0.0, 1e-4], np.tile(L0, (2, 1)), r"time: must last one scan of .* after its start; got 0.0001 s"),
+        ([], L0[:0, None], r"time: must rise.*got shape \(0,\)"),
+        ([0.0, 1e6], np.tile(L0, (2, 1)), "time: must hold at most 10000000 samples"),
     ],
 )
-def test_what_is_no_history_is_refused(time, L, start, message):
+def test_what_is_no_history_is_refused(time, L, message):
     with pytest.raises(ValueError, match=message):
-        scan(front(), C, time, L, start=start)
+        scan(front(), C, time, L)
 
 
 @pytest.fixture(scope="module")
