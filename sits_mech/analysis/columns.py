@@ -42,10 +42,7 @@ def number(cell: str, separator: str) -> float:
 
 
 def number_rows(lines: Sequence[str], separator: str, places: Sequence[int], source: str) -> Array:
-    """Return the numbers, or nan, at some places of all rows that hold them, shape (n, places).
-
-    Other rows are passed over, but refused where digits are grouped.
-    """
+    """Return the numbers, or nan, at some places of rows that hold them, (n, places); grouped digits are refused."""
     rows = []
     for line in lines:
         cells = cells_of(line, separator)

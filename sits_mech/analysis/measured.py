@@ -177,7 +177,7 @@ def _rows(file: _Written, used: Sequence[str], unseen: Sequence[str]) -> Array:
 
 def _check_finite(source: str, parts: Sequence[Array]) -> None:
     """Refuse what is infinite."""
-    if any(np.any(np.isinf(part)) for part in parts):
+    if np.isinf(np.column_stack(parts)).any():
         must = "must hold finite numbers, of d_v alone inf for no target"
         raise SceneError(f"{source}: {must}; got inf in another column")
 

@@ -55,10 +55,7 @@ _MOST = 200_000  # samples along a coil's tracks
 
 
 def terminal_impedance(Z: ArrayLike, R_coil: ArrayLike, readout: Readout, omega: float) -> Complex:
-    """Return the impedance of each coil at the end of its leads, before the capacitance, shape (..., n) [ohm].
-
-    Z (..., n, n) is without the coils' own resistances R_coil (n,), direct or alternating; omega [rad/s].
-    """
+    """Return coils' impedances (..., n) with leads, before the capacitance, of Z (..., n, n) without R_coil (n,)."""
     lead = readout.lead_resistance + 1j * omega * readout.lead_inductance
     whole = np.asarray(Z, dtype=complex) + np.diag(np.asarray(R_coil, dtype=float) + lead)
     if readout.idle_coil == "open":

@@ -64,10 +64,7 @@ def design(deviations: ArrayLike, count: int) -> Array:
 
 
 def spread(names: Sequence[str], deviations: ArrayLike, points: ArrayLike, values: ArrayLike) -> Spread:
-    """Return mean, scatter and shares of answers (m, q) known at points (m, p) from `design`, rows of finite ones.
-
-    Raise ValueError for too few points.
-    """
+    """Return mean, scatter and shares of answers (m, q), where finite, at points (m, p) of `design`; or ValueError."""
     s, x, y = (np.asarray(item, dtype=float) for item in (deviations, points, values))
     good = np.isfinite(y).all(axis=1)
     found = fit_map(names, x[good], y[good], simplex=len(s) > 2)

@@ -22,7 +22,6 @@ from sits_mech.units import SceneError, shown
 if TYPE_CHECKING:
     from distributed import Client
 
-
 _OWN = {"status", "reason", "seconds"}  # columns of every table
 
 

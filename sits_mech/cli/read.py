@@ -243,8 +243,8 @@ def _scatter(
         return None
     with progress_bar("sensors") as progress:
         found = force_spread(sensor, data, deviations, loads_inside(cal).tolist(), samples=samples, progress=progress)
-    if failed := found.spread.failed:
-        warn(f"tolerances: {failed} of {samples} sensors cannot be solved and are left out; errors may be larger")
+    if found.spread.failed:
+        warn(f"tolerances: {found.spread.failed} of {samples} sensors cannot be solved and are left out")
     return found
 
 
@@ -290,5 +290,5 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array
     if held:
         raise SceneError(f"--period: needs a table whose loads start from none; this one holds {held}")
     ends = {name: (float(data[name].min()), float(data[name].max())) for name in varied(data)}
-    peak = Wrench(**{name: low if -low > high * (1.0 + 1e-9) else high for name, (low, high) in ends.items()})
+    peak = Wrench(**{name: low if -low > high else high for name, (low, high) in ends.items()})
     return branches(sensor, load_cycle(sensor, peak, triangle(period), **models))

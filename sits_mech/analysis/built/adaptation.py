@@ -22,12 +22,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2
 
+from sits_mech.analysis.bench import loads_over
 from sits_mech.analysis.built.fit import Beforehand, Free, ParameterFit, fit_parameters
 from sits_mech.analysis.built.force_maps import Table
 from sits_mech.analysis.built.loaded import LoadedBench
@@ -101,7 +101,7 @@ def sampled(found: Adaptation, count: int) -> Sampled:
 def _force_widths(found: Adaptation, P: Array) -> float:
     """Return the largest difference of a deviation of forces by samples (k, p) from the approximation's, over it."""
     prior = found.prior
-    ends = np.array(list(product(*zip(prior.table.map.low, prior.table.map.high, strict=True))))
+    ends = loads_over(prior.table.map.low, prior.table.map.high, 2)
     answers, by = prior.force_slopes(found.values, ends)
     said = np.sqrt(np.einsum("mdn,mnp,pq,moq,mdo->md", answers, by, found.covariance, by, answers))
     L = prior.bench(ends).model(prior.used(np.vstack([found.values, P])))

@@ -22,6 +22,7 @@ import xarray as xr
 
 from sits_mech.analysis.bench import henries
 from sits_mech.analysis.built.adaptation import Adaptation
+from sits_mech.analysis.built.prior import root_of
 from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import tabulated
@@ -125,8 +126,7 @@ def _value(found: Adaptation, name: str, usual: float) -> float:
 def _basis(slopes: Array, covariance: Array) -> Array:
     """Return the columns 2 b_j of the module docstring that matter, shape (p, j), of slopes (m, n, p)."""
     units = np.sqrt(np.diagonal(covariance))  # of unknowns in metres, farads, ...
-    size, turn = np.linalg.eigh(covariance / np.outer(units, units))
-    root = units[:, None] * turn * np.sqrt(np.maximum(size, 0.0))
+    root = units[:, None] * root_of(covariance / np.outer(units, units))
     _, s, W = np.linalg.svd(slopes.reshape(-1, slopes.shape[-1]) @ root, full_matrices=False)
     kept = np.cumsum(s[::-1] ** 2)[::-1] > _ENOUGH * np.sum(s**2)
     return np.asarray(_TWO * (root @ W.T)[:, kept])

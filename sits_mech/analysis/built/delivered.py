@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sits_mech.analysis.built.load_plan import LoadPlan
-from sits_mech.analysis.built.prior import Prior
+from sits_mech.analysis.built.prior import Prior, root_of
 from sits_mech.analysis.built.production import Production
 from sits_mech.analysis.built.unknowns import Known, unit_of
 from sits_mech.memory import input_text
@@ -47,7 +47,7 @@ def delivered(found: Production, plan: LoadPlan, limit: float) -> list[Delivered
     own, C, size = np.hypot(prior.noise, prior.model), prior.covariance, prior.deviations
     by, C = by * size, C / np.outer(size, size)
     between = found.between / size
-    lots = _root(C - np.diag(between**2))
+    lots = root_of(C - np.diag(between**2))
     shape = (_LOTS, _UNITS, len(size))
     theta = random.standard_normal((_LOTS, 1, len(size))) @ lots.T + between * random.standard_normal(shape)
     noise, alone = random.standard_normal(shape), random.standard_normal((_LOTS, _UNITS, *by.shape[:2]))
@@ -56,7 +56,7 @@ def delivered(found: Production, plan: LoadPlan, limit: float) -> list[Delivered
     steps += [(_READ.get(n, f"and {n} loads"), each * np.outer(size, size)) for n, each in enumerate(plan.told)]
     rows = []
     for words, information in steps:
-        e = (noise @ _root(information - known).T - theta @ known.T) @ np.linalg.inv(information)
+        e = (noise @ root_of(information - known).T - theta @ known.T) @ np.linalg.inv(information)
         errors = np.einsum("mdn,mnp,ljp->ljmd", answers, by, e, optimize=True)
         errors += np.einsum("mdn,ljmn->ljmd", answers, own * alone, optimize=True)
         each = np.quantile(np.abs(errors) / np.ptp(read, axis=0), MOST, axis=2)
@@ -64,12 +64,6 @@ def delivered(found: Production, plan: LoadPlan, limit: float) -> list[Delivered
         ends = np.quantile(good, [1.0 - MOST, MOST]).tolist()
         rows.append(Delivered(words, np.quantile(each, MOST, axis=(0, 1)), float(good.mean()), (ends[0], ends[1])))
     return rows
-
-
-def _root(matrix: Array) -> Array:
-    """Return B of a symmetric matrix B B^T without negative parts."""
-    size, turn = np.linalg.eigh(matrix)
-    return np.asarray(turn * np.sqrt(np.maximum(size, 0.0)))
 
 
 def spread_of(prior: Prior, texts: Sequence[str]) -> dict[str, float]:
@@ -82,8 +76,7 @@ def spread_of(prior: Prior, texts: Sequence[str]) -> dict[str, float]:
         name, _, size = (part.strip() for part in text.partition("="))
         if name not in prior.setup.names or not size:
             raise SceneError(f"within: must be name=deviation of {', '.join(prior.setup.names)}; got {text}")
-        value = dict(zip(prior.setup.names, prior.start.tolist(), strict=False))[name]
-        share = size.endswith("%") and name != "modulus" and abs(value)
+        share = size.endswith("%") and name != "modulus" and abs(float(prior.start[prior.setup.names.index(name)]))
         found[name] = quantity(size, "" if share else unit_of(name, size), f"within: {name}") * (share or 1.0)
         if not 0.0 <= found[name] < np.inf:
             raise SceneError(f"within: {name}: must be zero or more; got {size}")
@@ -114,7 +107,7 @@ def known_by(prior: Prior, path: Path) -> Prior:
     if (name := record.get("sensor")) != prior.sensor.name:
         raise SceneError(f"{path}: must be of the sensor {prior.sensor.name}; got {shown(name)}")
     sizes = np.array([(each.value, each.deviation) for each in known])
-    sound = np.isfinite(sizes).all() and np.all(sizes[:, 1] > 0.0) and np.allclose(alike, alike.T)
-    if not sound or not np.allclose(np.diagonal(alike), 1.0) or np.min(np.linalg.eigvalsh(alike)) < 1e-9:  # rounding
+    sound = np.isfinite(sizes).all() & np.all(sizes[:, 1] > 0.0) & np.allclose(alike, alike.T)
+    if not sound or np.min(np.linalg.eigvalsh(alike)) < 1e-9:  # rounding
         raise SceneError(f"{path}: must hold deviations above zero, and correlations that can be; got others")
     return prior.known_together(known, alike)

@@ -64,7 +64,7 @@ class LoadedBench:
         room = 1e-3 * (stiffest - softest)
         modulus = Free("modulus", 1.0, softest + room, stiffest - room, 1.0, beyond=why)
         found = self.setup.free(self.table.poses, {"modulus": modulus})
-        if any(each.name == "modulus" and not each.low < each.high for each in found):
+        if not all(each.low < each.high for each in found):
             raise SceneError(f"table: must reach beyond the measured forces; {why[0] or why[1]}")
         return found
 

@@ -153,6 +153,12 @@ def inverted(information: Array) -> Array:
     return np.asarray(np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size))
 
 
+def root_of(matrix: Array) -> Array:
+    """Return B of a symmetric matrix B B^T without negative parts."""
+    size, turn = np.linalg.eigh(matrix)
+    return np.asarray(turn * np.sqrt(np.maximum(size, 0.0)))
+
+
 def prior_of(
     sensor: Sensor, data: xr.Dataset, unknown: Sequence[str] = (), *, noise: float | None = None
 ) -> Prior:

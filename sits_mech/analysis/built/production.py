@@ -27,7 +27,7 @@ import numpy as np
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.fit import Free
 from sits_mech.analysis.built.mistakes import STRANGE
-from sits_mech.analysis.built.prior import Prior, inverted
+from sits_mech.analysis.built.prior import Prior, inverted, root_of
 from sits_mech.analysis.built.unknowns import CELL, Known
 from sits_mech.analysis.measured import Measured
 from sits_mech.cases import Progress
@@ -133,8 +133,8 @@ def told_by(found: Adaptation) -> Told:
     z = np.array([float(each.known(np.array(value))) for each, value in pairs])
     whole = inverted(found.covariance / fit.variance * np.outer(slopes, slopes))
     before = np.eye(count) if found.prior.root is None else found.prior.root.T @ found.prior.root
-    size, turn = np.linalg.eigh(whole - before)
-    return Told((turn * np.maximum(size, 0.0)) @ turn.T / fit.variance, whole @ z / fit.variance)
+    root = root_of(whole - before)
+    return Told(root @ root.T / fit.variance, whole @ z / fit.variance)
 
 
 def _scatter(prior: Prior, stated: Mapping[str, float]) -> tuple[Array, Array]:

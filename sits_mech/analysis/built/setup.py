@@ -156,18 +156,15 @@ class Setup:
         found = []
         for each in self.parameters:
             own = ends.get(each.name)
-            if own is None and each.value is None:
+            if each.value is not None:
+                own = own or Free(each.name, 0.0, -np.inf, np.inf, 1.0)
+                size, ratio = each.deviation, each.name == "modulus"
+                own = replace(own, start=each.value, size=size, deviation=size, ratio=ratio)
+                own = replace(own, low=max(own.value(-_WIDE), own.low), high=min(own.value(_WIDE), own.high))
+            elif own is None:
                 most = lengths[PARAMETERS[each.name]]
                 own = Free(each.name, 0.0, -most, most, 1e-8 if each.name == "lead" else most)
-            elif each.value is not None:
-                wide, ratio = _WIDE * each.deviation, each.name == "modulus"
-                low, high, beyond = (own.low, own.high, own.beyond) if own else (-np.inf, np.inf, ("", ""))
-                ends_here = np.array([-wide, wide])
-                ends_here = each.value * np.exp(ends_here / each.value) if ratio else each.value + ends_here
-                low, high = max(float(ends_here[0]), low), min(float(ends_here[1]), high)
-                own = Free(each.name, each.value, low, high, each.deviation, each.deviation, beyond, ratio=ratio)
-            if own is not None:
-                found.append(own)
+            found.append(own)
         return tuple(found)
 
     @cached_property

@@ -77,8 +77,7 @@ def known(text: str) -> Known:
     texts = f"{number!r} {own or unit}", f"{size!r} {unit or own}"
     value, deviation = (quantity(each, unit_of(match[1], texts[0]), f"fit: {match[1]}") for each in texts)
     if not (deviation > 0.0 and (value > 0.0 or match[1] not in _FACTORS)):
-        must = f"a value{' above zero' * (match[1] in _FACTORS)} +- a deviation above zero"
-        raise SceneError(f"fit: {match[1]}: must be {must}; got {shown(text.strip())}")
+        raise SceneError(f"fit: {match[1]}: must be a value +- a deviation above 0, factors above 0; got {shown(text)}")
     return Known(match[1], value, deviation)
 
 

@@ -72,8 +72,10 @@ def scan(
     first = float(time[0])
     begin, window = windows(front)
     scans = int(np.floor((float(time[-1]) - first) / front.period * (1.0 + 1e-12)))
-    if not 0 < scans * L.shape[1] <= _MOST:
-        _refuse(scans, front, float(time[-1]) - first)
+    if scans <= 0:
+        raise ValueError(f"time: must last one scan of {front.period:.4g} s; got {time[-1] - first:.4g} s")
+    if scans * L.shape[1] > _MOST:
+        raise ValueError(f"time: must hold at most {_MOST} samples; got {scans} scans of {front.period:.4g} s")
     opened = first + front.period * np.arange(scans)[:, None] + begin
     frequency = tank_frequency(L, capacitance)
     mean = np.stack([_mean(time, frequency[:, k], opened[:, k], window) for k in range(L.shape[1])], axis=1)
@@ -125,13 +127,6 @@ def _first_fault(time: Array) -> str:
         return f"shape {time.shape}"
     k = int(np.argmin(np.diff(time) > 0.0))
     return f"{time[k]:g} s and then {time[k + 1]:g} s"
-
-
-def _refuse(scans: int, front: FrontEnd, duration: float) -> None:
-    """Refuse a history without a whole scan, or with too many."""
-    if scans <= 0:
-        raise ValueError(f"time: must last one scan of {front.period:.4g} s after its start; got {duration:.4g} s")
-    raise ValueError(f"time: must hold at most {_MOST} samples of all coils; got {scans} scans of {front.period:.4g} s")
 
 
 _FINE = 8  # times between two solved ones, of what the converter is given

@@ -101,11 +101,9 @@ def _test(lines: Sequence[str], separator: str, columns: _Columns, source: str) 
     """Return the rows that hold numbers, up to the largest stress."""
     data = number_rows(lines, separator, columns.places, source) * columns.factors
     data = data[np.isfinite(data).all(axis=1)]
-    data = data[: int(np.argmax(data[:, 1])) + 1] if len(data) else data
-    rising = data[:, 0] > np.maximum.accumulate(np.r_[-1.0, data[:-1, 0]]) if len(data) else np.zeros(0, dtype=bool)
-    if np.count_nonzero(rising) < 5:
-        raise ValueError(
-            f"{source}: must hold at least 5 rows of rising strain in the {columns.mode} test; "
-            f"got {np.count_nonzero(rising)}"
-        )
+    data = data[: int(np.argmax(np.r_[data[:, 1], -np.inf])) + 1]
+    rising = data[:, 0] > np.maximum.accumulate(np.r_[-1.0, data[:-1, 0]])
+    if (count := np.count_nonzero(rising)) < 5:
+        must = f"must hold at least 5 rows of rising strain in the {columns.mode} test"
+        raise ValueError(f"{source}: {must}; got {count}")
     return TensileTest(data[rising, 0], data[rising, 1], source, columns.mode)

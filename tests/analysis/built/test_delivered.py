@@ -57,7 +57,7 @@ def test_a_lot_that_cannot_be_is_refused(prior: Prior, tmp_path: Path) -> None:
     for place, value, why in (
         (("sensor",), "another", "must be of the sensor"), (("unknowns", "gap", "deviation"), 0.0, "above zero"),
         (("unknowns", "gap", "value"), np.nan, "above zero"), (("correlation", 0, 1), 0.9, "correlations that can be"),
-        (("correlation", 0, 0), np.nan, "that can be"), (("correlation", 1, 1), 2.0, "that can be"),
+        (("correlation", 0, 0), np.nan, "that can be"), (("correlation", 1, 1), -1.0, "that can be"),
         (("correlation", slice(0, 2)), [[1.0, 1.0, *[0.0] * (len(prior.known) - 2)]] * 2, "that can be"),
     ):
         record = part = json.loads(good)

@@ -60,10 +60,11 @@ def test_texts_are_read() -> None:
     assert known("target.width=8 mm +- 0.1") == Known("target.width", 8e-3, 1e-4)
     for text, why in (
         ("colour", 'got "colour"'), ("gap=1 mm", "fit: must be modulus"), ("gap=0+-1 N", "gap: must be a length"),
-        ("gap=0+-0 mm", "a deviation above zero"), ("gap=0+--1 mm", "a deviation above zero"),
+        ("gap=0+-0 mm", "a deviation above 0"), ("gap=0+--1 mm", "a deviation above 0"),
         ("gap=0+-5 %", "gap: must be a length"), ("target.width=8 mm+-20 kHz", "target.width: must be a length"),
-        ("elastomer.material.c10=9 kPa+-2 mm", "c10: must be a pressure"), ("modulus=0+-0.3", "a value above zero"),
-        ("cell=-1+-0.3", "a value above zero"), ("target.width=8 mm+-thin", "must be a number"),
+        ("elastomer.material.c10=9 kPa+-2 mm", "c10: must be a pressure"),
+        ("modulus=0+-0.3", "factors above 0"),
+        ("cell=-1+-0.3", "factors above 0"), ("target.width=8 mm+-thin", "must be a number"),
     ):
         with pytest.raises(ValueError, match=why):
             known(text)

@@ -121,7 +121,7 @@ def test_a_later_start_shifts_all():
         ([0.0], L0[None], r"time: must rise.*got shape \(1,\)"),
         ([0.0, 1.0], np.tile(L0, (3, 1)), r"L: must be positive, of shape \(2, 2\); got \(3, 2\)"),
         ([0.0, 1.0], -np.tile(L0, (2, 1)), "L: must be positive"),
-        ([0.0, 1e-4], np.tile(L0, (2, 1)), r"time: must last one scan of .* after its start; got 0.0001 s"),
+        ([0.0, 1e-4], np.tile(L0, (2, 1)), r"time: must last one scan of .* s; got 0.0001 s"),
         ([], L0[:0, None], r"time: must rise.*got shape \(0,\)"),
         ([0.0, 1e6], np.tile(L0, (2, 1)), "time: must hold at most 10000000 samples"),
     ],
