@@ -61,8 +61,7 @@ class LoadedBench:
     def free(self) -> tuple[Free, ...]:
         """Return the parameters to be fitted, the modulus where the table's map holds every load; or refuse loads."""
         (softest, stiffest), why = moduli(self.forces, self.table, self.table.map.names, "modulus" in self.setup.names)
-        room = 1e-3 * (stiffest - softest)
-        modulus = Free("modulus", 1.0, softest + room, stiffest - room, 1.0, beyond=why)
+        modulus = Free("modulus", 1.0, softest, stiffest, 1.0, beyond=why)
         found = self.setup.free(self.table.poses, {"modulus": modulus})
         if not all(each.low < each.high for each in found):
             raise SceneError(f"table: must reach beyond the measured forces; {why[0] or why[1]}")
