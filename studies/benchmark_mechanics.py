@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from common.elimination import memory_of
 from scipy.sparse.linalg import splu
 
 from sits_mech.chain.interpolate import loads_of
@@ -24,7 +25,6 @@ from sits_mech.mechanics.element.assembly import pattern
 from sits_mech.mechanics.element.kernel import element_stiffness
 from sits_mech.mechanics.equilibrium.body import border, rest
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer
-from sits_mech.mechanics.levels.family import memory_of
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import settle
 from sits_mech.mechanics.pad.section import Fineness, bonded_body

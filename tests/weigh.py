@@ -24,8 +24,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 54_272, "core lines": 29_911, "tokens": 466_702, "named numbers": 573, "branching functions": 44,
-    "long signatures": 39, "skipped formats": 0, "large files": 3, "entered in space": 87, "entered in the plane": 72,
+    "lines": 54_259, "core lines": 29_911, "tokens": 466_548, "named numbers": 562, "branching functions": 44,
+    "long signatures": 37, "skipped formats": 0, "large files": 3, "entered in space": 87, "entered in the plane": 72,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,33 +22,27 @@ from numpy.typing import NDArray
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.propagation import diagonals, signal_weights
-from sits_mech.magnetics.coils.loops import coil_inductances
+from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.quantities import POSE, Array, Impedance, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import FrontEnd, code_of, converter, tank_frequency
 from sits_mech.readout.front_end import front_end
 from sits_mech.readout.loads import varied
-from sits_mech.scene.sensor import Coil, SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature, clock_factor
 from sits_mech.status import ANSWERED
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
 
 
-def free_inductances(sensor: Sensor) -> Array:
+def self_inductances(sensor: Sensor) -> Array:
     """Return the inductance of each coil without target, by its rings, shape (n,) [H]."""
-    return np.array(_free(at_temperature(sensor).coils))
-
-
-@lru_cache(maxsize=16)
-def _free(coils: tuple[Coil, ...]) -> tuple[float, ...]:
-    """Return the inductances, solving equal coils once."""
-    return tuple(float(L) for L in np.diagonal(coil_inductances(coils)))
+    return np.array(np.diagonal(free_inductances(at_temperature(sensor).coils)))
 
 
 def henries(sensor: Sensor, unit_L: str, L0: Array) -> Array:
     """Return henries per unit of inductances whose matrix in free space is L0 (n, n), shape (n,)."""
-    return np.ones(len(L0)) if unit_L == "H" else free_inductances(sensor) / np.diagonal(L0)
+    return np.ones(len(L0)) if unit_L == "H" else self_inductances(sensor) / np.diagonal(L0)
 
 
 def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ...]]:
@@ -162,7 +156,7 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     >>> known.inverse(known.forward(0.1, 0.4)).forces.round(3).tolist()
     [0.1, 0.4]
     """
-    free, noise = None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist(), None
+    free, noise = None if data.attrs["unit_L"] == "H" else self_inductances(sensor).tolist(), None
     with suppress(ValueError):  # no converter, or none that can follow: all coils count alike
         noise = sensor_front_end(sensor, data)[0].noise.tolist()
     found, error = calibration(data, free, noise), model_errors(sensor, data)

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import free_inductances
+from sits_mech.analysis.bench import self_inductances
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.quantities import POSE, WRENCH, Array, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.loads import request_of
@@ -64,7 +64,7 @@ def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> O
     if sensor.target is None:
         raise SceneError(f"{sensor.name}: target: must be given to bear a load; it is missing")
     slopes = table_slopes(sensor, data)
-    noise = np.asarray(noise, dtype=float) / free_inductances(sensor)
+    noise = np.asarray(noise, dtype=float) / self_inductances(sensor)
     return observability(WRENCH, slopes, noise, _full_scale(data, sensor.target.extent))
 
 

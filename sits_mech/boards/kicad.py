@@ -18,12 +18,11 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.boards.sexpr import Node, child, children, numbers, read_expression, texts
-from sits_mech.boards.stackup import Layer, stack
+from sits_mech.boards.stackup import METRES, Layer, stack
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, printable
 
 _OLDEST, _NEWEST = 20221018, 20260206  # versions of the file format that are read
-_MM = 1e-3  # metres in a millimetre
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ class Board:
 def place(point: Iterable[float]) -> str:
     """Return a point as KiCad shows it: millimetres, y down."""
     x, y = point
-    return f"({x / _MM:.4f}, {-y / _MM + 0.0:.4f}) mm"
+    return f"({x / METRES:.4f}, {-y / METRES + 0.0:.4f}) mm"
 
 
 def read_board(path: Path) -> Board:
@@ -124,7 +123,7 @@ class _Frame:
         """Return a point of the footprint on the board."""
         x, y = numbers(node, key, 2, where)
         c, s = math.cos(self.angle), math.sin(self.angle)
-        return self.place + _MM * np.array([c * x + s * y, s * x - c * y])
+        return self.place + METRES * np.array([c * x + s * y, s * x - c * y])
 
 
 _BOARD = _Frame(-1, "", np.zeros(2), 0.0)
@@ -157,7 +156,7 @@ class _Reader:
         x, y = numbers(node, "at", 2, f"{self.name}: footprint {number + 1}")
         named = [item for item in children(node, "property", "fp_text") if str(item[1]).lower() == "reference"]
         reference = str(named[0][2]) if named else f"footprint {number + 1}"
-        return _Frame(number, reference, _MM * np.array([x, -y]), _turn(node, f"{self.name}: {reference}"))
+        return _Frame(number, reference, METRES * np.array([x, -y]), _turn(node, f"{self.name}: {reference}"))
 
     def net(self, node: Node) -> str:
         """Return the net of an item, by its number or its name."""
@@ -186,7 +185,7 @@ class _Reader:
             points = np.array([frame.point(node, key, f"{self.name}: {node[0]}") for key in keys])
             where = f"{self.name}: {node[0]} at {place(points[0])}"
             (width,) = numbers(child(node, "stroke") or node, "width", 1, where)
-            found.append(Track(layers[0], points, _MM * width, net, frame.number))
+            found.append(Track(layers[0], points, METRES * width, net, frame.number))
         return found
 
     def via(self, node: Node) -> Hole:
@@ -195,7 +194,7 @@ class _Reader:
         point, (size,) = _BOARD.point(node, "at", where), numbers(node, "size", 1, where)
         ends = [self.copper.index(layer) for layer in self.on(node)] or [0, len(self.copper) - 1]
         through = self.copper[min(ends) : max(ends) + 1]
-        return Hole("", point, (_MM * size, _MM * size), 0.0, through, self.net(node))
+        return Hole("", point, (METRES * size, METRES * size), 0.0, through, self.net(node))
 
     def pad(self, node: Node, frame: _Frame) -> Hole:
         """Return a pad."""
@@ -203,7 +202,7 @@ class _Reader:
         where = f"{self.name}: pad {frame.reference}.{number}"
         size, angle = numbers(node, "size", 2, where), _turn(node, where)
         name = f"{frame.reference}.{number}" if number else ""
-        extent = (_MM * size[0], _MM * size[1])
+        extent = (METRES * size[0], METRES * size[1])
         return Hole(name, frame.point(node, "at", where), extent, angle, self.on(node), self.net(node), frame.number)
 
     def zone(self, node: Node) -> Zone:
@@ -214,7 +213,7 @@ class _Reader:
             corners = [self.corner(item) for item in children(points, "xy", "arc")]
             layer = (texts(fill, "layer") or texts(node, "layer") or [""])[0]
             if len(corners) > 2 and layer in self.copper:
-                fills.append((layer, np.concatenate(corners) * (_MM, -_MM)))
+                fills.append((layer, np.concatenate(corners) * (METRES, -METRES)))
         return Zone(self.net(node) or "".join(texts(node, "net_name")), self.on(node), tuple(fills))
 
     def corner(self, node: Node) -> list[list[float]]:

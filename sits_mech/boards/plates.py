@@ -114,9 +114,6 @@ _SMALL = 0.01  # of the square of the coils' size, an island's area
 _FINE = 0.01  # of the coils' size
 _FULL = 0.98  # of a shape that a fill with rounded corners stands for
 DIGITS = 10  # of lengths: a tenth of the board's own step
-Tables = list[dict[str, Any]]
-
-
 @dataclass(frozen=True)
 class _Frame:
     """Where pours go: heights of the layers, the scene's origin on the board (2,), its z = 0, the coils' size [m]."""
@@ -129,7 +126,7 @@ class _Frame:
 
 def plates(
     sensor: Sensor, poured: Sequence[Pour], stack: Mapping[str, Layer], origin: Array, top: float
-) -> tuple[Tables, tuple[str, ...]]:
+) -> tuple[list[dict[str, Any]], tuple[str, ...]]:
     """Return the conductors that stand for pours, clear of the sensor's coils, and notes on them.
 
     `origin` (2,) is the scene's on the board [m], `top` its z = 0 in the board's heights [m].

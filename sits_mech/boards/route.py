@@ -22,7 +22,7 @@ from sits_mech.units import SceneError, shown
 
 _CARELESS = 0.05  # of the narrowest track's width: ends that are nearer meet, where rounding does not make one path
 _LIKE = 0.5  # a piece longer than this share of the longest may be the coil as well
-_FEW = 6  # names in a message
+FEW = 6  # names in a message
 _SAME_WIDTH = 0.01  # tracks whose widths differ by less are one run
 _SAME, _FINEST = 1e-6, 0.02  # points closer than this [m], or than this share of the width, are one
 
@@ -84,10 +84,10 @@ def _path(
 
 def _unknown(net: str, nets: Sequence[str]) -> str:
     """Return the hint for a missing net: all names of a few, or the most similar of many."""
-    if len(nets) <= _FEW:
+    if len(nets) <= FEW:
         return f"must be a net of the board, one of {', '.join(nets) or 'none'}; got {shown(net)}"
     likeness = {name: SequenceMatcher(None, net.lower(), name.lower()).ratio() for name in nets}
-    near = sorted(nets, key=lambda name: -likeness[name])[:_FEW]
+    near = sorted(nets, key=lambda name: -likeness[name])[:FEW]
     return f"must be one of the board's {len(nets)} nets, such as {', '.join(near)}; got {shown(net)}"
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from sits_mech.boards.kicad import Board, place, read_board
 from sits_mech.boards.plates import DIGITS, plates, pours
-from sits_mech.boards.route import Route, Run, length_of, route
+from sits_mech.boards.route import FEW, Route, Run, length_of, route
 from sits_mech.boards.stackup import permittivity
 from sits_mech.quantities import Array
 from sits_mech.scene.files import written
@@ -29,7 +29,6 @@ from sits_mech.scene.sensor import Sensor, sensor_from
 from sits_mech.units import SceneError
 
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
-_FEW = 6  # nets in a message
 _FIGURES = 4  # decimals of permittivities
 _APART = 6.0  # along the path, over the width
 _ROUNDING = 1e-6  # of places on a board [m]
@@ -96,7 +95,7 @@ def _longest(board: Board) -> str:
     lengths: dict[str, float] = {}
     for track in board.tracks:
         lengths[track.net] = lengths.get(track.net, 0.0) + length_of(track.points)
-    names = sorted({*lengths} - {""}, key=lambda name: -lengths[name])[:_FEW]
+    names = sorted({*lengths} - {""}, key=lambda name: -lengths[name])[:FEW]
     listed = ", ".join(f"{name} ({1e3 * lengths[name]:.4g} mm)" for name in names)
     return f"such as {listed}" if names else "which has none with tracks"
 

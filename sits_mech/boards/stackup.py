@@ -17,7 +17,7 @@ from sits_mech.units import SceneError
 _COPPER = 35e-6  # thickness where the file gives none [m]
 _THICKNESS = 1.6e-3  # of a board whose file gives none [m]
 _INNER = re.compile(r"In(\d+)\.Cu")
-_MM = 1e-3  # metres in a millimetre
+METRES = 1e-3  # metres in a millimetre
 
 
 @dataclass(frozen=True)
@@ -67,16 +67,16 @@ def _listed(stackup: Node, where: str) -> dict[str, Layer]:
     for node in children(stackup, "layer"):
         name, kind = str(node[1]), "".join(texts(node, "type"))
         sheets = _values(node, "thickness")
-        thickness = _MM * sum(sheets)
+        thickness = METRES * sum(sheets)
         if kind == "copper" and not thickness > 0.0:
-            raise SceneError(f"{where}: stackup: {name} must have a thickness above 0 mm; got {thickness / _MM:g} mm")
+            raise SceneError(f"{where}: stackup: {name} must have a thickness above 0 mm; got {sum(sheets):g} mm")
         if kind == "copper":
             found[name] = Layer(-depth - thickness / 2, thickness, above, gap)
         elif found:
             relative = _values(node, "epsilon_r")
             known = len(relative) == len(sheets) and min(relative, default=0.0) > 0.0
             above += thickness
-            gap += _MM * sum(t / e for t, e in zip(sheets, relative, strict=True)) if known else math.nan
+            gap += METRES * sum(t / e for t, e in zip(sheets, relative, strict=True)) if known else math.nan
         depth += thickness if found else 0.0
     return found
 
@@ -90,12 +90,12 @@ def _even(tree: Node, names: tuple[str, ...], where: str) -> tuple[dict[str, Lay
     """Return layers of usual copper, evenly over the board's thickness."""
     general, given = child(tree, "general") or [], _THICKNESS
     if child(general, "thickness") is not None:
-        given = _MM * numbers(general, "thickness", 1, f"{where}: general")[0]
+        given = METRES * numbers(general, "thickness", 1, f"{where}: general")[0]
     if not given > len(names) * _COPPER:
         raise SceneError(f"{where}: thickness must be above {len(names)} times 35 um; got {given:g} m")
     pitch = (given - _COPPER) / max(len(names) - 1, 1)
     layers = {name: Layer(-_COPPER / 2 - k * pitch, _COPPER) for k, name in enumerate(names)}
-    apart = f", {pitch / _MM:.4g} mm apart" if len(names) > 1 else ""
-    thick = f"thickness {given / _MM:g} mm"
+    apart = f", {pitch / METRES:.4g} mm apart" if len(names) > 1 else ""
+    thick = f"thickness {given / METRES:g} mm"
     note = f"{where}: no whole stack-up: copper of 35 um assumed on {', '.join(names)}{apart} ({thick})"
     return layers, (note,)

@@ -22,12 +22,11 @@ from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import Array
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
-from sits_mech.units import shown
+from sits_mech.units import MM, shown
 
 _ARCS = 12  # per turn
 _VIA, _DRILL = 0.4e-3, 0.2e-3  # diameters of vias [m]
 _PAD, _HOLE = 1.0e-3, 0.6e-3  # of the pads at a coil's ends [m]
-_MM = 1e3  # millimetres in a metre
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ def write_kicad(source: Source, path: Path) -> tuple[str, ...]:
     sensor = source.sensor
     windings = [winding(sensor, number) for number in range(len(sensor.coils))]
     write_text(path, _footprint(sensor, windings, path.stem))
-    holes = f"vias {_MM * _VIA:g}/{_MM * _DRILL:g} mm, pads {_MM * _PAD:g}/{_MM * _HOLE:g} mm"
+    holes = f"vias {MM * _VIA:g}/{MM * _DRILL:g} mm, pads {MM * _PAD:g}/{MM * _HOLE:g} mm"
     layers = ", ".join(copper_layers(sensor.coils[0].layers))
     return (f"{holes}; layers of the board, from the top: {layers}; for KiCad 7 or later",)
 
@@ -232,7 +231,7 @@ def _point(point: Array) -> str:
 
 def _number(metres: float) -> str:
     """Return a length in millimetres to the board's nanometre."""
-    return f"{_MM * metres + 0.0:.6f}".rstrip("0").rstrip(".").replace("-0", "0", int(abs(metres) < 5e-10))
+    return f"{MM * metres + 0.0:.6f}".rstrip("0").rstrip(".").replace("-0", "0", int(abs(metres) < 5e-10))
 
 
 def _quoted(text: str) -> str:

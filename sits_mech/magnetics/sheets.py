@@ -47,7 +47,7 @@ from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.ferrite import prepared_core
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.rungs import DIVISIONS, FORCED, ROUGH, ROUGHEST, Rung, fitting, limit
+from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
 from sits_mech.magnetics.space.sources import Posed, Sources, reach
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
@@ -206,7 +206,7 @@ class Sheets:
             values = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
-        forced = ROUGH / 2 if rung.along[0] == rung.along[1] else FORCED * (rung.along <= ROUGHEST[1].along)
+        forced = ROUGH / 2 * (rung.along[0] == rung.along[1])
         left, error, lost = _told(value, left, plates, forced * bool(large), bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         return _Change(value, error, np.stack([left, lost * value]), unknowns, tuple(notes))

@@ -37,9 +37,8 @@ from sits_mech.scene.bounds import (
     Point,
 )
 from sits_mech.scene.outlines import crossing
-from sits_mech.units import SceneError
+from sits_mech.units import SLACK, SceneError
 
-_SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
 _DIGITS = 12  # of a path about its middle: picometres
 _LAYERED = ("layers", "turns", "track_gap", "layer_pitch", "layer_z", "directions")
 
@@ -216,13 +215,13 @@ class Coil(BaseModel):
         if not heights:
             return
         half = self.track_thickness / 2
-        if max(heights) > -half * (1.0 - _SLACK):
+        if max(heights) > -half * (1.0 - SLACK):
             raise SceneError(
                 f"{key}: the copper's middle must be at z = {-half:g} m or below, its top face at or below z = 0; got "
                 f"{max(heights):g} m"
             )
         for above, below in pairwise(heights):
-            if above - below < self.track_thickness * (1.0 - _SLACK):
+            if above - below < self.track_thickness * (1.0 - SLACK):
                 raise SceneError(
                     f"{key}: layers must go down by at least track_thickness ({self.track_thickness:g} m), or they "
                     f"overlap; got {above:g} m and {below:g} m"
@@ -232,7 +231,7 @@ class Coil(BaseModel):
         """Refuse a corner that is sharper than the track is wide, or rounder than the innermost turn."""
         least, most = self.track_width / 2, (min(self.inner_width, self.inner_length) + self.track_width) / 2
         radius = self.corner_radius
-        if self.shape == "rectangle" and radius > 0.0 and not least <= radius * (1.0 + _SLACK) <= most * (1 + 2e-9):
+        if self.shape == "rectangle" and radius > 0.0 and not least <= radius * (1.0 + SLACK) <= most * (1 + 2e-9):
             raise SceneError(
                 f"corner_radius must be 0, or from half the track_width ({least:g} m) to what fits into the innermost "
                 f"turn ({most:g} m); got {radius:g} m"

@@ -18,9 +18,7 @@ from pydantic import BaseModel, ConfigDict, field_serializer, model_validator
 from sits_mech.scene.bounds import Friction, Length, Offset, SiliconeOrName, Stretch, check_sizes, extent_of
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone, table_of
-from sits_mech.units import SceneError
-
-_SLACK = 1e-9  # by which sizes that are equal as written may differ
+from sits_mech.units import SLACK, SceneError
 
 Shape = Literal["box", "cylinder", "pillars"]
 Place = tuple[float, float]
@@ -155,12 +153,12 @@ def pad_volume(elastomer: Elastomer, extent: Place, is_round: bool) -> float:
 
 def _row(size: float, diameter: float, pitch: float) -> tuple[float, ...]:
     """Return the middles of the pillars along one side of their field."""
-    count = 1 + math.floor((size - diameter) / pitch + _SLACK)
+    count = 1 + math.floor((size - diameter) / pitch + SLACK)
     return tuple((k - 0.5 * (count - 1)) * pitch for k in range(count))
 
 
 def _under(x: float, y: float, radius: float, extent: Place, is_round: bool) -> bool:
     """Return whether a circle lies within a rectangle or a disc."""
     if is_round:
-        return math.hypot(x, y) + radius <= 0.5 * extent[0] * (1.0 + _SLACK)
-    return all(abs(at) + radius <= 0.5 * size * (1.0 + _SLACK) for at, size in zip((x, y), extent, strict=True))
+        return math.hypot(x, y) + radius <= 0.5 * extent[0] * (1.0 + SLACK)
+    return all(abs(at) + radius <= 0.5 * size * (1.0 + SLACK) for at, size in zip((x, y), extent, strict=True))

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sits_mech.quantities import Array
-from sits_mech.units import SceneError, shown
+from sits_mech.units import SLACK, SceneError, shown
 
 Loop = tuple[tuple[float, float], ...]
-_SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
 _KINDS = ("triangle", "quad")
 
 
@@ -58,12 +57,12 @@ def crossing(lines: Sequence[Array]) -> tuple[float, float] | None:
     still = np.flatnonzero(~step.any(axis=1))
     if len(still):
         return float(ends[still[0], 0, 0]), float(ends[still[0], 0, 1])
-    i, j = shapely.STRtree(pieces).query(pieces, "dwithin", _SLACK * np.hypot(*step.T))
+    i, j = shapely.STRtree(pieces).query(pieces, "dwithin", SLACK * np.hypot(*step.T))
     order = np.lexsort((j, i))
     i, j = i[order], j[order]
     joined = np.all(ends[i, 1] == ends[j, 0], axis=1) | np.all(ends[i, 0] == ends[j, 1], axis=1)
     cross, dot = step[i, 0] * step[j, 1] - step[i, 1] * step[j, 0], (step[i] * step[j]).sum(axis=1)
-    folded = (dot < 0.0) & (np.abs(cross) <= -_SLACK * dot)
+    folded = (dot < 0.0) & (np.abs(cross) <= -SLACK * dot)
     met = np.flatnonzero((i < j) & (~joined | folded))
     if not len(met):
         return None

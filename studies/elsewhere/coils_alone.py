@@ -30,7 +30,7 @@ from elsewhere.rows import Row
 from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.coils.loops import coil_inductances, mutual_loops
+from sits_mech.magnetics.coils.loops import free_inductances, mutual_loops
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
 from sits_mech.report.pictures.style import new_figure, save_figure
@@ -156,7 +156,7 @@ def spirals(coarse: bool) -> dict[str, list[tuple[float, float]]]:
         if min(width, gap) < SMALLEST:
             continue
         coil = spiral(shape, turns, outer, width, gap, 1e-6)
-        L = float(coil_inductances((coil,))[0, 0])
+        L = float(free_inductances((coil,))[0, 0])
         for name, value in closed_forms(shape, turns, outer, width, gap).items():
             found.setdefault(f"{name}, {shape}", []).append((rho, value / L))
     return found
@@ -175,7 +175,7 @@ def mohan(found: dict[str, list[tuple[float, float]]]) -> Iterator[Row]:
 def probe(coarse: bool) -> Iterator[Row]:
     """Yield the rows of the square spiral of 18 turns over aluminium."""
     one = spiral("square", 18, 10e-3, 0.127e-3, 0.127e-3, 35e-6)
-    alone = float(coil_inductances((one,))[0, 0]) * 1e6
+    alone = float(free_inductances((one,))[0, 0]) * 1e6
     wheeler = closed_forms("square", 18, 10e-3, 0.127e-3, 0.127e-3)["modified Wheeler"] * 1e6
     yield Row("ECAS-8 spiral", "L by its designer's formula", "uH", 1.654, wheeler, 0.001, ECAS)
     yield Row("ECAS-8 spiral", "L alone, one layer of 18 turns", "uH", 1.654, alone, 0.05, ECAS,

@@ -38,7 +38,7 @@ def test_branches_of_a_loop(sensor: Sensor) -> None:
     np.testing.assert_allclose(up, np.tile(2e-6 * (1.0 - 0.1 * s), (2, 1)).T, rtol=1e-9)
     np.testing.assert_allclose(down, np.tile(2e-6 * (1.0 - 0.1 * (s - 0.1 * s * (1.0 - s))), (2, 1)).T, rtol=1e-5)
     per_metre = bench.branches(sensor, data.assign_attrs(unit_L="H/m"))[0]
-    np.testing.assert_allclose(per_metre, up / 2.5e-6 * bench.free_inductances(sensor), rtol=1e-12)
+    np.testing.assert_allclose(per_metre, up / 2.5e-6 * bench.self_inductances(sensor), rtol=1e-12)
 
 
 def relative(F_x: np.ndarray, F_z: np.ndarray) -> np.ndarray:
@@ -76,7 +76,7 @@ def test_absolute_resistances_are_of_the_coils(sensor: Sensor) -> None:
 @pytest.mark.slow
 def test_relative_change_of_the_rings(sensor: Sensor) -> None:
     """A table per metre gives henry by L0 of the rings; one in henry is taken as it is."""
-    L0 = bench.free_inductances(sensor)
+    L0 = bench.self_inductances(sensor)
     cal = bench.sensor_calibration(sensor, table(sensor))
     np.testing.assert_allclose(cal.forward(0.3, 1.0), L0 * relative(np.array(0.3), np.array(1.0)), rtol=1e-6)
     own = bench.sensor_calibration(sensor, table(sensor, "H"))
@@ -93,7 +93,7 @@ def test_leads_and_tracks_at_the_terminals(sensor: Sensor) -> None:
     led, _ = bench.terminals(changed(sensor, leads), data)
     np.testing.assert_allclose(led["L"] - plain["L"], 50e-9, rtol=1e-9)
     np.testing.assert_allclose(led["R"] - plain["R"], 0.3, rtol=1e-9)
-    L0 = bench.free_inductances(sensor)
+    L0 = bench.self_inductances(sensor)
     np.testing.assert_allclose(plain["L"], L0 * relative(*np.meshgrid(F_X, F_Z, indexing="ij")), rtol=1e-12)
     assert np.all(plain["R"] > 16.0 * L0[0] / 4e-4) and np.all(plain["R"] < 5.0)
 
@@ -110,7 +110,7 @@ def test_settings_follow_the_scene(sensor: Sensor) -> None:
     """Frequency by hand, the part of the scene, no part, a clock."""
     data = table(sensor)
     found, missing = bench.sensor_front_end(sensor, data, clock=20e6, rcount=4096)
-    L = bench.free_inductances(sensor)[0] * relative(np.array(-1.0), np.array(4.0))[0]
+    L = bench.self_inductances(sensor)[0] * relative(np.array(-1.0), np.array(4.0))[0]
     assert found.frequency[0, 1] == pytest.approx(1.0 / (2.0 * np.pi * np.sqrt(L * 330e-12)), rel=1e-9)
     assert found.part.name == "LDC1614" and found.reference == 20e6 and any("5e+06 Hz" in text for text in missing)
     other, _ = bench.sensor_front_end(changed(sensor, ['readout.converter="LDC1612"']), data)
@@ -124,7 +124,7 @@ def test_codes_of_forces(sensor: Sensor) -> None:
     led = changed(sensor, ['readout.lead_inductance="50 nH"'])
     known = bench.sensor_calibration(led, table(led))
     F = np.random.default_rng(2).uniform([-1.0, 0.0], [1.0, 4.0], (20, 2))
-    L = bench.free_inductances(led) * relative(*F.T) + 50e-9
+    L = bench.self_inductances(led) * relative(*F.T) + 50e-9
     f = 1.0 / (2.0 * np.pi * np.sqrt(L * 330e-12))
     np.testing.assert_allclose(known.codes(F), 2.0**28 * f / 40e6, rtol=1e-7)
     np.testing.assert_array_equal(known.codes(*F.T), known.codes(F))
@@ -150,7 +150,7 @@ def folder(sensor: Sensor, tmp_path: Path) -> Path:
 def test_invert_command(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Henry, per metre, per cent and plain numbers lead to the same forces."""
     ratio = relative(np.array(0.4), np.array(1.5))
-    L0 = bench.free_inductances(sensor)
+    L0 = bench.self_inductances(sensor)
     written = [
         [f"{1e6 * L0[k] * ratio[k]:.12g} uH" for k in (0, 1)],
         [f"{100.0 * ratio[k]:.12g} %" for k in (0, 1)],

@@ -15,7 +15,7 @@ from elsewhere.steel_probe import HEIGHT, drift, fitted, frequency
 from elsewhere.steel_probe import HERTZ as CURVE
 from scipy.constants import mu_0
 
-from sits_mech.magnetics.coils.loops import coil_inductances, series_inductance
+from sits_mech.magnetics.coils.loops import free_inductances, series_inductance
 
 
 def test_a_row_is_within_tolerance_and_error_together() -> None:
@@ -56,7 +56,7 @@ def test_designers_figures_of_a_square_spiral() -> None:
 def test_closed_forms_of_a_usual_spiral() -> None:
     """Mohan et al. state 1 to 3 %."""
     for shape in ("square", "circle"):
-        L = coil_inductances((spiral(shape, 6, 300e-6, 10e-6, 5e-6, 1e-6),))[0, 0]
+        L = free_inductances((spiral(shape, 6, 300e-6, 10e-6, 5e-6, 1e-6),))[0, 0]
         for value in closed_forms(shape, 6, 300e-6, 10e-6, 5e-6).values():
             assert value == pytest.approx(L, rel=0.03)
 

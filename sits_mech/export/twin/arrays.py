@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.analysis.bench import free_inductances, model_errors, sensor_calibration, sensor_front_end
+from sits_mech.analysis.bench import model_errors, self_inductances, sensor_calibration, sensor_front_end
 from sits_mech.analysis.histories.scan import windows
 from sits_mech.chain.models import mechanical_model
 from sits_mech.export.source import Source
@@ -198,7 +198,7 @@ def _temperature(source: Source) -> dict[str, Any]:
         return {"temperature_known": np.array(0)}
     scale = np.ones(len(sensor.coils))
     if data.attrs["unit_L"] != "H":  # per metre, of which the relative change holds
-        scale = free_inductances(sensor) / np.diagonal(data["L0"].to_numpy())
+        scale = self_inductances(sensor) / np.diagonal(data["L0"].to_numpy())
     loads, found = varied(data), {"temperature_known": np.array(1)}
     for name, item in slopes.items():
         values = item.transpose(*(load for load in loads if load in item.dims), ...).to_numpy()

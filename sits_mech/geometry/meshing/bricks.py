@@ -30,8 +30,8 @@ from skfem.element import ElementHex1, ElementHex2
 
 from sits_mech.quantities import Array, Integers
 
-_SAME = 1e-9  # by which sizes that are equal as written may differ, relative
-_CORE = 0.5  # where the core ends on the way from the middle to the target's outline
+SAME = 1e-9  # by which sizes that are equal as written may differ, relative
+CORE = 0.5  # where the core ends on the way from the middle to the target's outline
 _SHRUNK = 0.8  # size of the core of a disc over that of the square around it
 
 
@@ -62,7 +62,7 @@ def covered(plate: Outline, pad: Outline) -> Outline | None:
 
 def _holds(outer: Outline, inner: Outline) -> bool:
     """Tell whether a disc lies within a rectangle, or a rectangle within a disc."""
-    limit = 1.0 + _SAME
+    limit = 1.0 + SAME
     if outer.is_round:
         return math.hypot(inner.half_x, inner.half_y) <= limit * outer.half_x
     return inner.half_x <= limit * outer.half_x and inner.half_y <= limit * outer.half_y
@@ -146,7 +146,7 @@ def ring_bricks(
 def _rings(lines: Lines) -> Array:
     """Return lines outwards: 0 in the middle, 1 at the target's outline, 2 at the pad's."""
     inside, beside, _ = lines
-    return np.concatenate([_CORE + (1.0 - _CORE) * inside, 1.0 + beside[1:]])
+    return np.concatenate([CORE + (1.0 - CORE) * inside, 1.0 + beside[1:]])
 
 
 def _quads(index: Integers) -> Integers:
@@ -194,8 +194,8 @@ def _placed(flat: Array, target: Outline, pad: Outline) -> Array:
     rho = np.abs(flat).max(axis=0)
     edge = flat / np.where(rho > 0.0, rho, 1.0)
     core = _on(Outline(target.half_x, target.half_y, False), edge) * (_SHRUNK if target.is_round else 1.0)
-    part = np.clip((rho - _CORE) / (1.0 - _CORE), 0.0, 1.0)
-    inside = (1.0 - part) * np.minimum(rho, _CORE) * core + part * _on(target, edge)
+    part = np.clip((rho - CORE) / (1.0 - CORE), 0.0, 1.0)
+    inside = (1.0 - part) * np.minimum(rho, CORE) * core + part * _on(target, edge)
     beyond = np.clip(rho - 1.0, 0.0, 1.0)
     return np.asarray((1.0 - beyond) * inside + beyond * _on(pad, edge))
 

@@ -36,17 +36,26 @@ from scipy.spatial import cKDTree
 from skfem import MeshHex2
 from skfem.element import ElementHex1, ElementHex2
 
-from sits_mech.geometry.meshing.bricks import Bricks, Division, Outline, both_halves, crossed, divided, joined, mesh_of
+from sits_mech.geometry.meshing.bricks import (
+    CORE,
+    SAME,
+    Bricks,
+    Division,
+    Outline,
+    both_halves,
+    crossed,
+    divided,
+    joined,
+    mesh_of,
+)
 from sits_mech.quantities import Array
 
 LEAST_ANGLE = math.radians(10.0)
 """Between the rims where they cross."""
 _SHORTEST = 0.02  # of the disc's radius, for the arc between two sides
-_CORE = 0.5  # where the core ends on the way to the rim
 Curve = Callable[[Array], Array]
 """From parameters 0 to 1, shape (n,), to points (n, 2)."""
 
-_SAME = 1e-9  # of the plan's size: corners that are nearer are one
 
 
 class _Piece(NamedTuple):
@@ -116,8 +125,8 @@ def _pieces(r: float, w: float, h: float, cuts: tuple[int, ...], around: int) ->
     curves = [straight(first, A)] * (0 in cuts) + curves + [straight(B, last)] * (1 in cuts)
     counts = [2 * around if len(cuts) == 1 or k in (0, 3) else around for k in range(len(curves))]
     middle = rim(np.array([0.5]))[0] if len(cuts) == 2 else (A if 0 in cuts else B)
-    corner, half = _CORE * middle, len(curves) // 2
-    sides = ((_CORE * first, corner, curves[:half]), (corner, _CORE * last, curves[half:]))
+    corner, half = CORE * middle, len(curves) // 2
+    sides = ((CORE * first, corner, curves[:half]), (corner, CORE * last, curves[half:]))
     at = [place for begin, end, own in sides for place in _along(begin, end, own)]
     return [_Piece(curve, *ends, count) for curve, ends, count in zip(curves, at, counts, strict=True)]
 
@@ -226,7 +235,7 @@ def patch_bricks(patches: Sequence[Patch], z: Array, split: int = 1) -> tuple[Me
         for nodes in (ElementHex1().doflocs, ElementHex2().doflocs)
     )
     corners = points.reshape(-1, 3)
-    size = _SAME * float(np.ptp(corners[:, :2]))
+    size = SAME * float(np.ptp(corners[:, :2]))
     first = np.arange(len(corners))
     one, other = cKDTree(corners).query_pairs(size, output_type="ndarray").T
     np.minimum.at(first, other, one)

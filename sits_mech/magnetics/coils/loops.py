@@ -25,7 +25,6 @@ Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -36,14 +35,13 @@ from scipy.special import elliprd
 
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs
-from sits_mech.magnetics.coils.straight import linkage
+from sits_mech.magnetics.coils.straight import PAIRS, linkage
 from sits_mech.magnetics.section.kernels import gauss_rule, mean_log
 from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
 _ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
-_PAIRS = 200_000  # of rings at once
 _SHARED = 8  # layers from which on equal distances are shared
 _PAIR = 2.2e-5  # s of processor time that a pair of rings takes
 _APART = 1e-7  # error of filaments that stand for rings side by side, of their own field
@@ -114,12 +112,13 @@ def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Arra
     ]
 
 
-def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings: str = "rings") -> Array:
+@lru_cache(maxsize=32)
+def free_inductances(coils: tuple[Coil, ...], windings: str = "rings") -> Array:
     """Return the free-space inductance matrix of n coils with parallel axes, none overlapping, shape (n, n) [H].
 
-    `tolerance` is the relative error of each mutual inductance of rings, against both self-inductances. Round coils are
-    "rings" or a "spiral"; others are straight tracks, and so are round ones for their mutual inductances with them.
-    Equal windings, and equal pairs of them at equal places of each other, are computed once.
+    Of rings each mutual inductance is right to 1e-9 of both self-inductances. Round coils are "rings" or a "spiral";
+    others are straight tracks, and so are round ones for their mutual inductances with them. Equal windings, and equal
+    pairs of them at equal places of each other, are computed once.
     """
     kinds, _ = kinds_of(coils)
     as_rings = [kind.is_round and windings == "rings" for kind in kinds]
@@ -131,7 +130,7 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings
             found[k] = own[one]
         elif as_rings[one] and as_rings[other]:
             rings = coil_sections(kinds[one]), coil_sections(kinds[other])
-            error = tolerance * math.sqrt(own[one] * own[other])
+            error = 1e-9 * math.sqrt(own[one] * own[other])
             found[k] = mutual_side_by_side(*rings, apart[0], error=error) if apart[0] > 0.0 else mutual_coaxial(*rings)
         else:
             found[k] = linkage(coil_tracks(kinds[one], windings), coil_tracks(kinds[other], windings).moved(*apart))
@@ -161,7 +160,7 @@ def series_inductance(rings: Sections) -> float:
     depth = levels[-1] - levels[0]
     apart, number = np.unique(np.round(np.abs(levels[:, None] - levels) / depth, 12), return_inverse=True)
     count = np.bincount(number.ravel(), np.outer(ways, ways).ravel())
-    total, step = 0.0, max(1, _PAIRS // first.radius.size**2)
+    total, step = 0.0, max(1, PAIRS // first.radius.size**2)
     one = Sections(*(each[:, None, None] for each in (first.radius, first.z, first.width, first.height)))
     for begin in range(0, apart.size, step):
         below = depth * apart[begin : begin + step, None]
@@ -245,9 +244,3 @@ def _filaments(rings: Sections, clear: float) -> tuple[Array, Array, Array]:
     ]
     a, z, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return a, z, weight
-
-
-@lru_cache(maxsize=32)
-def free_inductances(coils: tuple[Coil, ...], windings: str = "rings") -> Array:
-    """Return the coils' inductance matrix, round ones as "rings" or as a "spiral", shape (n, n) [H]; kept for later."""
-    return coil_inductances(coils, windings=windings)

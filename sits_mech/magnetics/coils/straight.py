@@ -42,7 +42,7 @@ from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array, Integers
 
 Potential = Callable[[Array], Array]
-_PAIRS = 200_000  # at once
+PAIRS = 200_000  # at once
 _PARALLEL, _ACROSS = 3e-6, 1e-12  # sine and cosine of an angle that is none, or a right one
 _HELD = 100_000  # distances of points and ends held at once: as many as a cache holds
 _PRODUCT = 12  # ratios multiplied before their logarithm is taken
@@ -52,7 +52,7 @@ _SMALL = 1e-12  # least square of a distance, over that of a length
 def linkage(first: Tracks, second: Tracks) -> float:
     """Return the flux of 1 A in the first tracks through the second [H]; of the same ones, their self-inductance."""
     total, own = 0.0, first is second
-    step = max(1, _PAIRS // len(second.start))
+    step = max(1, PAIRS // len(second.start))
     for begin in range(0, len(first.start), step):
         rows = np.arange(begin, min(begin + step, len(first.start)))
         columns = np.arange(begin if own else 0, len(second.start))

@@ -98,9 +98,8 @@ def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None
 def _vertex_radius(radius: float, around: int) -> float:
     """Return the radius of a polygon's corners at which its mean ln r is that of the circle."""
     half = np.pi / around
-    angle = half * (np.polynomial.legendre.leggauss(8)[0])
-    weights = np.polynomial.legendre.leggauss(8)[1] / 2
-    return float(radius * np.exp(weights @ np.log(np.cos(angle)) - np.log(np.cos(half))))
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    return float(radius * np.exp(weights / 2 @ np.log(np.cos(half * nodes)) - np.log(np.cos(half))))
 
 
 def outline_samples(plate: Plate) -> Complex:

@@ -58,7 +58,6 @@ from typing import Concatenate, NamedTuple, ParamSpec
 
 import numpy as np
 
-from sits_mech.mechanics.element.assembly import Pattern
 from sits_mech.mechanics.element.dissection import leaf_size
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.prolongation import Prolongation
@@ -73,6 +72,7 @@ from sits_mech.scene.sensor import Sensor
 
 PAIR = 2
 """Number of families of one kind: free, guarded."""
+WALKED = 3  # levels of a path at most
 
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
@@ -80,7 +80,7 @@ _EARLY, _UNSURE = 2.0, 0.5  # of what extrapolation adds, by two levels and by m
 _WORK = (8e5, 2e5)  # iterations times unknowns of a path beyond the second level, of sections and solids: some seconds
 _PARTS = 3  # of an error: two terms, and how far the limit moved
 _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
-_NUMBER = 8  # bytes
+NUMBER = 8  # bytes
 _FREE, _SHARED, _HELD = 0, 1, 2  # what an end of a box is: free, shared with another piece, held
 
 _End = tuple[int, int, int]  # cells along an axis, and what its two ends are
@@ -311,23 +311,12 @@ class Memory(NamedTuple):
         return sum(self)
 
 
-class _Front(NamedTuple):
+class Front(NamedTuple):
     """A piece with its halves, in numbers held."""
 
     border: int  # size of its border
     factor: int  # of all its fronts
     peak: int  # largest at a time
-
-
-def memory_of(pattern: Pattern) -> Memory:
-    """Return the memory of a layer from its order of elimination, without allocating it."""
-    mesh, found = pattern.mesh, list[_Front]()
-    e, q, d, k = mesh.inside.slope.shape
-    for front in pattern.dissection.fronts:
-        found.append(_front(front.pivots, len(front.border), [found[half.front] for half in front.halves]))
-    blocks = sum(numbers.shape[0] * numbers.shape[1] ** 2 for numbers in pattern.numbers)
-    per_mesh = e * _per_element(q, d, k, mesh.chi.shape[1], mesh.nodal is not None)
-    return Memory(*(_NUMBER * size for size in (per_mesh, blocks, found[-1].factor, found[-1].peak)))
 
 
 def memory_of_box(cells: tuple[int, ...]) -> Memory:
@@ -336,34 +325,34 @@ def memory_of_box(cells: tuple[int, ...]) -> Memory:
     k = q = 3**d
     *beside, through = cells
     whole = (*((count, _FREE, _FREE) for count in beside), (through, _HELD, _FREE))
-    front = _box(whole, leaf_size(d * k))
-    sizes = (e * _per_element(q, d, k, d + 1, d == 2), e * (d * k) ** 2, front.factor, front.peak)
-    return Memory(*(_NUMBER * size for size in sizes))
+    piece = _box(whole, leaf_size(d * k))
+    sizes = (e * per_element(q, d, k, d + 1, d == 2), e * (d * k) ** 2, piece.factor, piece.peak)
+    return Memory(*(NUMBER * size for size in sizes))
 
 
-def _per_element(q: int, d: int, k: int, m: int, nodal: bool) -> int:
+def per_element(q: int, d: int, k: int, m: int, nodal: bool) -> int:
     """Return the numbers held per element: gradients, weights, pressures, four lists of displacements."""
     return q * (d * k + 1) * (2 if nodal else 1) + q * m + k + 4 * d * k
 
 
-def _front(P: int, B: int, halves: list[_Front]) -> _Front:
+def front(P: int, B: int, halves: list[Front]) -> Front:
     """Combine the halves of a piece."""
     left, peak = 0, 0
     for half in halves:
         left, peak = left + half.border**2, max(peak, left + half.peak)
     factor = P * (P + B) + sum(half.factor for half in halves)
-    return _Front(B, factor, max(peak, left + (P + B) ** 2 + P**2))
+    return Front(B, factor, max(peak, left + (P + B) ** 2 + P**2))
 
 
 @lru_cache(maxsize=4096)
-def _box(box: tuple[_End, ...], least: int) -> _Front:
+def _box(box: tuple[_End, ...], least: int) -> Front:
     """Describe a box, cut down to pieces of at most `least` cells."""
     d, cells = len(box), prod(count for count, *_ in box)
     nodes = [2 * count + 1 - ends.count(_HELD) for count, *ends in box]
     own = [count - ends.count(_SHARED) for count, (_, *ends) in zip(nodes, box, strict=True)]
     border = d * (prod(nodes) - prod(own))
     if cells <= least:
-        return _front(d * prod(own), border, [])
+        return front(d * prod(own), border, [])
 
     def cost(axis: int) -> float:
         """Return the cost of a cut as in element/dissection.py."""
@@ -374,4 +363,4 @@ def _box(box: tuple[_End, ...], least: int) -> _Front:
     (count, low, high), half = box[axis], box[axis][0] // 2
     ends = ((half, low, _SHARED), (count - half, _SHARED, high))
     halves = [_box((*box[:axis], end, *box[axis + 1 :]), least) for end in ends]
-    return _front(d * prod(own[:axis] + own[axis + 1 :]), border, halves)
+    return front(d * prod(own[:axis] + own[axis + 1 :]), border, halves)

@@ -35,7 +35,7 @@ from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
-from sits_mech.mechanics.levels.family import PAIR, Levels, Line
+from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
 from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport, Wrench
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
@@ -44,7 +44,6 @@ _ORDER = 3.0  # of what one step adds
 _LEAST = 1e-6  # of the largest displacement: no error is called smaller, whatever meshes agree on near zero
 _ROUNDING = 1e-9  # of a step
 _LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
-_WALKED = 3  # levels at most
 _SHORTEST = 1e-6  # of the time between two loads of the history
 
 
@@ -105,7 +104,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
     body, goals = levels.coarse, history.wrench / line.scales.loads
     held, _ = aim(body, line.scales, under(next((load for load in history.loads if load.out_of_plane), Wrench())))
     asked = min(line.asked, 1.0)
-    count, loads = min(_WALKED, len(levels)), (history.time, goals[:, : body.components])
+    count, loads = min(WALKED, len(levels)), (history.time, goals[:, : body.components])
     times, first = _timed(body, held, loads, _GROWTH * asked, _shares(tell, 0, count))
     walks, large = [first, _walked(levels.fine, held, times, _shares(tell, 1, count))], ""
     found = _limits(levels, times, walks)

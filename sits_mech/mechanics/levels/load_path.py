@@ -25,14 +25,13 @@ from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.increments import Track, followed
 from sits_mech.mechanics.equilibrium.newton import Approach, unloaded
 from sits_mech.mechanics.levels.answer import Solved, aim, answer
-from sits_mech.mechanics.levels.family import Levels, Line
+from sits_mech.mechanics.levels.family import WALKED, Levels, Line
 from sits_mech.mechanics.levels.settle import settled, untouched
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport
 from sits_mech.scene.sensor import Sensor
 
 _FIRST, _MOST = 4, 64  # increments of each leg
 _SHARE = 0.3  # of the tolerance that the increments may be worth
-_WALKED = 3  # levels at most
 _CHEAP = 1500  # cells of a level beyond the second
 
 
@@ -118,7 +117,7 @@ def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int)
 def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Approach]:
     """Yield the target's rest on levels beyond the second while they are cheap."""
     for level in range(2, len(levels)):
-        if level >= _WALKED or prod(levels.cells(level)) > _CHEAP:
+        if level >= WALKED or prod(levels.cells(level)) > _CHEAP:
             return
         body = levels.maker(level)
         track = _followed(line, body, controls, parts)

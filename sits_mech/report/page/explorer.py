@@ -31,8 +31,8 @@ from sits_mech.report.records import json_text
 from sits_mech.report.tables.loads import KINDS
 from sits_mech.report.tables.solves import shown_scale
 from sits_mech.scene.sensor import Coil, Conductor, Sensor
+from sits_mech.units import MM
 
-_MM = 1e3  # millimetres in a metre
 _MOST = 300_000  # numbers in a page
 _DIGITS = {True: 11, False: 6}
 _FEW = 6  # coils that are shown before signals and pose
@@ -95,7 +95,7 @@ def explorer(sensor: Sensor, data: xr.Dataset, read: Readings, asked: Asked | No
     hint = "" if small else " This table is large: it stands here with six digits and without errors."
     markup = Template(_MARKUP).substitute(sliders=sliders(data), cards=cards(items), figures=figures(curves), hint=hint)
     record = table(sensor, data, read, items, small=small) | {"charts": curves, "asked": dict(asked.ranges)}
-    record["most_high"] = None if asked.height is None else _MM * asked.height
+    record["most_high"] = None if asked.height is None else MM * asked.height
     return markup, script_of(record, [page_file(f"{name}.js") for name in ("table", "scene", "charts", "page")])
 
 
@@ -214,15 +214,15 @@ def parts_of(sensor: Sensor) -> Record:
     """Return coils, pad, target and fixed plates in millimetres: outlines from above, heights."""
     coils = [_coil(coil) for coil in sensor.coils]
     layer, target = sensor.elastomer, sensor.target
-    rest = 0.0 if layer is None else _MM * (layer.standoff + layer.thickness)
+    rest = 0.0 if layer is None else MM * (layer.standoff + layer.thickness)
     pad = plate = None
     if layer is not None:
-        rims = [(_MM * own.rim).round(6).tolist() for own in pad_outlines(layer, target)]
-        pad = {"loops": rims, "bottom": _MM * layer.standoff}
+        rims = [(MM * own.rim).round(6).tolist() for own in pad_outlines(layer, target)]
+        pad = {"loops": rims, "bottom": MM * layer.standoff}
     if target is not None:
-        loops = [(_MM * np.array(loop)).round(6).tolist() for loop in target_outline(target).loops]
-        plate = {"loops": loops, "thickness": _MM * target.thickness}
-    radius = None if sensor.substrate_radius is None else _MM * sensor.substrate_radius
+        loops = [(MM * np.array(loop)).round(6).tolist() for loop in target_outline(target).loops]
+        plate = {"loops": loops, "thickness": MM * target.thickness}
+    radius = None if sensor.substrate_radius is None else MM * sensor.substrate_radius
     return {
         "coils": coils, "pad": pad, "target": plate, "rest": rest, "substrate": radius,
         "fixed": [_fixed(part) for part in sensor.conductors],
@@ -232,17 +232,17 @@ def parts_of(sensor: Sensor) -> Record:
 def _coil(coil: Coil) -> Record:
     """Return a coil: radii of its turns, or its tracks as polylines."""
     round_ = coil.is_round
-    radii = (_MM * turn_radii(coil)).round(6).tolist() if round_ else []
-    lines = [] if round_ else [(_MM * line).round(6).tolist() for line, _ in coil_lines(coil)]
+    radii = (MM * turn_radii(coil)).round(6).tolist() if round_ else []
+    lines = [] if round_ else [(MM * line).round(6).tolist() for line, _ in coil_lines(coil)]
     return {
-        "name": coil.name, "centre": [_MM * place for place in coil.centre], "width": _MM * coil.track_width,
-        "radii": radii, "lines": lines, "reach": _MM * coil.outer_diameter / 2,
-        "thickness": _MM * coil.track_thickness, "heights": [round(_MM * z, 6) for z in coil.heights],
+        "name": coil.name, "centre": [MM * place for place in coil.centre], "width": MM * coil.track_width,
+        "radii": radii, "lines": lines, "reach": MM * coil.outer_diameter / 2,
+        "thickness": MM * coil.track_thickness, "heights": [round(MM * z, 6) for z in coil.heights],
     }
 
 
 def _fixed(part: Conductor) -> Record:
     """Return a fixed plate."""
     z, half, rims = part.centre[2], part.thickness / 2, target_outline(as_plate(part)).loops
-    loops = [(_MM * (np.array(rim) + part.centre[:2])).round(6).tolist() for rim in rims]
-    return {"name": part.name, "loops": loops, "low": _MM * (z - half), "high": _MM * (z + half)}
+    loops = [(MM * (np.array(rim) + part.centre[:2])).round(6).tolist() for rim in rims]
+    return {"name": part.name, "loops": loops, "low": MM * (z - half), "high": MM * (z + half)}

@@ -23,12 +23,12 @@ from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, names
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Elastomer, Sensor, Target
+from sits_mech.units import MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MM = 1e3  # millimetres in a metre
 _ROW, _LABEL = 0.075, 0.05  # between lines of dimensions, and between labels, over the drawing's size
 _MOST = 9  # distances of neighbouring coils that are written
 
@@ -89,7 +89,7 @@ def _drawing(sensor: Sensor) -> Drawing:
     middle = min((coil.centre[1] for coil in sensor.coils), key=lambda y: (abs(y), y))
     plane = Plane() if names_cut(sensor)[0] else Plane(0.0, middle)
     corners = np.vstack([loop for plate in plates for loop in plate.loops] + [_disc(coil) for coil in sensor.coils])
-    tracks = [0.0, *(-_MM * coil.height for coil in sensor.coils)]
+    tracks = [0.0, *(-MM * coil.height for coil in sensor.coils)]
     if sensor.substrate_radius is not None:
         tracks.append(float(np.min(_tracks(sensor, plane)[0][..., 1], initial=0.0)))
     heights = [*tracks, *(z for plate in plates for z in (plate.bottom, plate.top))]
@@ -101,25 +101,25 @@ def _plates(sensor: Sensor) -> list[Plate]:
     """Return fixed plates, pad and target at rest."""
     found, rest, where = [], np.nan, "; no pad: its height is that of a pose"
     for part in sensor.conductors:
-        x, y, z = (_MM * place for place in part.centre)
-        loops, half = target_outline(as_plate(part)).loops, _MM * part.thickness / 2
-        own = tuple(_MM * np.array(loop) + (x, y) for loop in loops)
+        x, y, z = (MM * place for place in part.centre)
+        loops, half = target_outline(as_plate(part)).loops, MM * part.thickness / 2
+        own = tuple(MM * np.array(loop) + (x, y) for loop in loops)
         found.append(Plate(part.name, own, z - half, z + half, f"{_sizes(part)}, middle at z = {z:.4g}", "#8792a6"))
     layer, target = sensor.elastomer, sensor.target
     if layer is not None:
-        bottom, rest, where = _MM * layer.standoff, _MM * (layer.standoff + layer.thickness), ""
-        rims = tuple(_MM * own.rim for own in pad_outlines(layer, target))
+        bottom, rest, where = MM * layer.standoff, MM * (layer.standoff + layer.thickness), ""
+        rims = tuple(MM * own.rim for own in pad_outlines(layer, target))
         sizes = _sizes(layer) if layer.kind != "pillars" else f"{len(rims)} pillars {_sizes(layer)}"
         found.append(Plate("pad", rims, bottom, rest, sizes, "#efcf9f"))
     if target is not None:
-        own = tuple(_MM * np.array(loop) for loop in target_outline(target).loops)
-        found.append(Plate("target", own, rest, rest + _MM * target.thickness, _sizes(target) + where, "#b87333"))
+        own = tuple(MM * np.array(loop) for loop in target_outline(target).loops)
+        found.append(Plate("target", own, rest, rest + MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
 
 
 def _disc(coil: Coil) -> Array:
     """Return the corners of the box around a coil [mm]."""
-    return _MM * (np.array(coil.centre) + np.array(coil.extent) / 2 * [[-1.0, -1.0], [1.0, 1.0]])
+    return MM * (np.array(coil.centre) + np.array(coil.extent) / 2 * [[-1.0, -1.0], [1.0, 1.0]])
 
 
 def _sizes(part: Target | Elastomer | Conductor) -> str:
@@ -128,18 +128,18 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
     if not isinstance(part, Elastomer) and part.points is not None:
         extent = tuple(np.ptp(np.array(part.points), axis=0))
     across = _by(extent)
-    across = across if part.diameter is None else f"⌀ {_MM * part.diameter:.4g}"
+    across = across if part.diameter is None else f"⌀ {MM * part.diameter:.4g}"
     if not isinstance(part, Elastomer) and part.points is not None:
         count = len(part.holes)
         across += f", outline of {len(part.points)} corners" + (f", {count} hole{'s' * (count > 1)}" if count else "")
     if isinstance(part, Elastomer) and part.pitch is not None:
-        across += f" every {_MM * part.pitch:.4g}"
-    return f"{across}, {_MM * part.thickness:.4g} thick"
+        across += f" every {MM * part.pitch:.4g}"
+    return f"{across}, {MM * part.thickness:.4g} thick"
 
 
 def _by(sizes: Sequence[float]) -> str:
     """Return sizes [m] in millimetres as words."""
-    return " x ".join(f"{_MM * size:.4g}" for size in sizes)
+    return " x ".join(f"{MM * size:.4g}" for size in sizes)
 
 
 def _is_round(part: Target | Elastomer) -> bool:
@@ -149,7 +149,7 @@ def _is_round(part: Target | Elastomer) -> bool:
 
 def _rows(it: Drawing, axis: int) -> list[list[Span]]:
     """Return the lines of dimensions along x or y: coils, their distances, target, pad; what is round along x only."""
-    places = sorted({round(_MM * coil.centre[axis], 6) for coil in it.sensor.coils})
+    places = sorted({round(MM * coil.centre[axis], 6) for coil in it.sensor.coils})
     found = [] if axis else [[_across(min(it.sensor.coils, key=lambda coil: (coil.centre[1], coil.centre[0])))]]
     found += [[(a, b, f"{b - a:.4g}") for a, b in pairwise(places)]] if 1 < len(places) <= _MOST + 1 else []
     for part, plate in ((it.sensor.target, "target"), (it.sensor.elastomer, "pad")):
@@ -176,9 +176,9 @@ def _draw_plan(axes: Axes, it: Drawing, rows: list[list[list[Span]]]) -> None:
             shade = "white" if inside else (plate.shade, 0.45)
             add_polygons(axes, other[None], facecolors=shade, edgecolors=plate.shade, linewidth=0.9)
     for coil in it.sensor.coils:
-        x, y = (_MM * place for place in coil.centre)
+        x, y = (MM * place for place in coil.centre)
         for line, _ in coil_lines(coil):
-            axes.plot(*_MM * line[:, :2].T, color="#7a4a1c", linewidth=0.35)
+            axes.plot(*MM * line[:, :2].T, color="#7a4a1c", linewidth=0.35)
         axes.annotate(coil.name, (x, y), (0, 2), textcoords="offset points", ha="center", fontsize=7)
     corners = [tuple(plate.loops[0].max(axis=0).round(2).tolist()) for plate in it.plates[: len(it.sensor.conductors)]]
     for k, (plate, corner) in enumerate(zip(it.plates, corners, strict=False)):
@@ -189,7 +189,7 @@ def _draw_plan(axes: Axes, it: Drawing, rows: list[list[list[Span]]]) -> None:
         for k, spans in enumerate(kinds):
             for span in spans:
                 _dimension(axes, it, span, axis, it.low[1 - axis] - (k + 0.8) * _ROW * it.size)
-    y, out = _MM * it.plane.offset, 0.03 * it.size
+    y, out = MM * it.plane.offset, 0.03 * it.size
     axes.plot([it.low[0] - out, it.high[0] + out], [y, y], color="0.2", linewidth=0.6, dashes=(12, 3, 2, 3))
     axes.annotate("A", (it.high[0] + 1.4 * out, y), va="center", fontsize=8, weight="bold")
 
@@ -216,13 +216,13 @@ def _dimension(axes: Axes, it: Drawing, span: Span, axis: int, at: float) -> Non
 def _tracks(sensor: Sensor, plane: Plane) -> tuple[Array, Array]:
     """Return corners [mm] and sign of all tracks that the section cuts."""
     corners, sign = zip(*(coil_cut(coil, plane, sensor.substrate_radius) for coil in sensor.coils), strict=True)
-    return _MM * np.concatenate(corners), np.concatenate(sign)
+    return MM * np.concatenate(corners), np.concatenate(sign)
 
 
 def _draw_section(axes: Axes, it: Drawing) -> None:
     """Draw what the section cuts, with the height of each part beside it."""
     for plate in it.plates:
-        pieces = chords(plate.loops, Plane(0.0, _MM * it.plane.offset))
+        pieces = chords(plate.loops, Plane(0.0, MM * it.plane.offset))
         if np.isfinite(plate.top):
             corners = boxes(pieces[:, 0], pieces[:, 1], plate.bottom, plate.top)
             add_polygons(axes, corners, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
@@ -242,19 +242,19 @@ def _draw_section(axes: Axes, it: Drawing) -> None:
 
 def _levels(it: Drawing) -> list[Span]:
     """Return bottom, top and name of each part and of the stand-off, from below."""
-    deep = _MM * max(coil.height for coil in it.sensor.coils)
+    deep = MM * max(coil.height for coil in it.sensor.coils)
     found = [(-deep, 0.0, "coils"), *((plate.bottom, plate.top, plate.name) for plate in it.plates)]
     if it.sensor.elastomer is not None and it.sensor.elastomer.standoff > 0.0:
-        found.append((0.0, _MM * it.sensor.elastomer.standoff, "stand-off"))
+        found.append((0.0, MM * it.sensor.elastomer.standoff, "stand-off"))
     return sorted((level for level in found if np.isfinite(level[1])), key=lambda level: level[0] + level[1])
 
 
 def _winding(coil: Coil) -> str:
     """Return sizes, turns, layers and tracks of a coil in words."""
     lengths = (coil.track_width, coil.track_thickness, coil.track_gap)
-    wide, thick, gap = (f"{_MM * length:.4g}" for length in lengths)
-    heights = [_MM * z for z in coil.heights]
-    layers = f"{len(heights)} layers {_MM * coil.layer_pitch:.4g} apart" if len(heights) > 1 else "one layer"
+    wide, thick, gap = (f"{MM * length:.4g}" for length in lengths)
+    heights = [MM * z for z in coil.heights]
+    layers = f"{len(heights)} layers {MM * coil.layer_pitch:.4g} apart" if len(heights) > 1 else "one layer"
     if coil.layer_z or coil.shape == "path":
         layers = f"copper at z = {', '.join(f'{z:.4g}' for z in heights)}"
     outer = _by(coil.extent)
@@ -263,7 +263,7 @@ def _winding(coil: Coil) -> str:
         return f"{outer}; free tracks in {count} piece{'s' if count > 1 else ''}, {layers}; {wide} x {thick}"
     inner = _by((coil.inner_width, coil.inner_length))
     if coil.is_round:
-        inner, outer = f"⌀ {_MM * coil.inner_diameter:.4g}", f"{_MM * coil.outer_diameter:.4g}"
+        inner, outer = f"⌀ {MM * coil.inner_diameter:.4g}", f"{MM * coil.outer_diameter:.4g}"
     return f"{inner} to {outer}; {coil.turns} turns in {layers}; tracks {wide} x {thick}, gaps {gap}"
 
 
@@ -282,5 +282,5 @@ def _list_of_parts(it: Drawing) -> list[str]:
     lines.append("tracks in the section: current along +y orange, along -y blue")
     radius = it.sensor.substrate_radius
     return lines + (
-        [] if radius is None else [f"coils on a cylinder of radius {_MM * radius:.4g} along y; plan unrolled"]
+        [] if radius is None else [f"coils on a cylinder of radius {MM * radius:.4g} along y; plan unrolled"]
     )

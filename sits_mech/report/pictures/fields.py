@@ -14,12 +14,12 @@ from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import TRACKS, add_polygons, label_bar
 from sits_mech.scene.sensor import Sensor
+from sits_mech.units import MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.patches import Patch
 
-_MM = 1e3  # millimetres in a metre
 COPPER, METAL = "#b87333", "#8792a6"
 """Colours of the target, and of fixed metal."""
 _LEVELS, _FINENESS = 36, 240  # lines on each side of zero, points across
@@ -57,13 +57,13 @@ def draw_potential(axes: Axes, field: PlanarField, currents: Array) -> None:
         norm=Normalize(-0.4e9 * steps[-1], 0.4e9 * steps[-1]), cmap=ListedColormap(colormaps["viridis"](_SHADES))
     )
     axes.contour(
-        _MM * x, _MM * z, 1e9 * A, 1e9 * np.concatenate([-steps[::-1], steps]), cmap=shades.cmap, norm=shades.norm,
+        MM * x, MM * z, 1e9 * A, 1e9 * np.concatenate([-steps[::-1], steps]), cmap=shades.cmap, norm=shades.norm,
         linewidths=0.5, linestyles=[(0.0, (8.0, 3.0))] * _LEVELS + ["-"] * _LEVELS,
     )
     bar = axes.figure.colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
     label_bar(bar, "Re $A$ along $y$ [nWb/m]; lines dashed where negative")
     _draw_parts(axes, field)
-    axes.set(xlim=(_MM * left, _MM * right), ylim=(_MM * bottom, _MM * top), xlabel="$x$ [mm]", ylabel="$z$ [mm]")
+    axes.set(xlim=(MM * left, MM * right), ylim=(MM * bottom, MM * top), xlabel="$x$ [mm]", ylabel="$z$ [mm]")
     axes.set(aspect="equal", title=f"flux lines, {written_frequency(field.omega / (2.0 * np.pi))}")
     axes.grid(False)
 
@@ -79,7 +79,7 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array) -> None:
     J = field.current_density(0, places.ravel(), np.asarray(currents, dtype=complex)).reshape(places.shape)
     size = 1e-6 * np.abs(J)
     norm = LogNorm(size.max() * 10**-_DECADES, size.max())
-    shown = axes.pcolormesh(_MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud", rasterized=True)
+    shown = axes.pcolormesh(MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud", rasterized=True)
     bar = axes.figure.colorbar(shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min")
     label_bar(bar, r"$|J_y|$ [A/mm$^2$]")
     axes.grid(False)
@@ -127,8 +127,8 @@ def _draw_parts(axes: Axes, field: PlanarField) -> None:
         half = (corners.real * coil.width + 1j * corners.imag * coil.thickness) / 2
         boxes = coil.place[:, None] + half * np.exp(-1j * coil.tilt)[:, None]
         shades = np.where(coil.sign > 0, *TRACKS)
-        add_polygons(axes, _MM * np.stack([boxes.real, boxes.imag], axis=-1), facecolors=list(shades), linewidth=0)
+        add_polygons(axes, MM * np.stack([boxes.real, boxes.imag], axis=-1), facecolors=list(shades), linewidth=0)
     for plate in field.plates:
         shade = COPPER if plate is field.plates[0] else METAL
-        outline = _MM * np.stack([plate.corners.real, plate.corners.imag], axis=-1)
+        outline = MM * np.stack([plate.corners.real, plate.corners.imag], axis=-1)
         add_polygons(axes, outline[None], facecolors=shade, edgecolors="0.2", linewidth=0.4, zorder=3)

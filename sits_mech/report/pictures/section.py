@@ -28,13 +28,13 @@ from sits_mech.report.pictures.fields import (
 from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.report.pictures.style import TRACKS, add_polygons, label_bar, new_figure
 from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.units import MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Frame = tuple[tuple[float, float], tuple[float, float]]
-_MM = 1e3  # millimetres in a metre
 _SHRUNK = 0.9  # volume ratio below which it is said: of a silicone as good as incompressible it is one
 _BESIDE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
 _SHOWN = {"displacement": "displacement [mm]", "stretch": "largest principal stretch, or its reciprocal [-]"}
@@ -57,9 +57,9 @@ def layer_view(
         if mesh is not None:
             _draw_layer(figure, axes, mesh, show, _bonded_edges(sensor, mesh, plane))
         for corners, sign in tracks:
-            add_polygons(axes, _MM * corners, facecolors=np.where(sign > 0, *TRACKS).tolist(), linewidth=0)
+            add_polygons(axes, MM * corners, facecolors=np.where(sign > 0, *TRACKS).tolist(), linewidth=0)
         for corners, shade in plates:
-            add_polygons(axes, _MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
+            add_polygons(axes, MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
         _dress(axes, equilibrium, frame, plane)
         missed = names_cut(sensor, plane)[1]
         beside = f"; beside it: {', '.join(missed)}" if missed else ""
@@ -77,10 +77,10 @@ def _draw_layer(figure: Figure, axes: Axes, mesh: DeformedSection, show: str, ed
     from matplotlib.ticker import MaxNLocator
 
     corners = mesh.points[mesh.quads]
-    moved = _MM * np.linalg.norm(mesh.points - mesh.rest, axis=1)
+    moved = MM * np.linalg.norm(mesh.points - mesh.rest, axis=1)
     values = mesh.stretch if show == "stretch" else moved[mesh.quads].mean(axis=1)
-    add_polygons(axes, _MM * corners, facecolors="0.1", edgecolors="0.1", linewidth=1.6)  # what stands out of the fill
-    layer = add_polygons(axes, _MM * corners, cmap="cividis", edgecolor="0.25", linewidth=0.15, array=values)
+    add_polygons(axes, MM * corners, facecolors="0.1", edgecolors="0.1", linewidth=1.6)  # what stands out of the fill
+    layer = add_polygons(axes, MM * corners, cmap="cividis", edgecolor="0.25", linewidth=0.15, array=values)
     bar = figure.colorbar(layer, ax=axes, location="bottom", shrink=0.7, aspect=35)
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
@@ -169,7 +169,7 @@ def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame, plane: Plane) -> 
     """Give axes, title and the substrate's surface."""
     across, up = frame
     axes.axhline(0.0, color="0.4", linewidth=0.4)
-    axes.set(xlim=[_MM * x for x in across], ylim=[_MM * z for z in up], aspect="equal", ylabel="$z$ [mm]")
+    axes.set(xlim=[MM * x for x in across], ylim=[MM * z for z in up], aspect="equal", ylabel="$z$ [mm]")
     axes.set_xlabel("$x$ [mm]" if plane.angle == 0.0 else "along the section [mm]")
     axes.grid(False)
     shown = ("F_x", "F_z", *(name for name in WRENCH[2:] if getattr(equilibrium.wrench, name) != 0.0))

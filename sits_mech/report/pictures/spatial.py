@@ -25,11 +25,11 @@ from sits_mech.report.pictures.fields import CURRENT, driven_currents, written_f
 from sits_mech.report.pictures.stream import Stream, placed, plate_stream
 from sits_mech.report.pictures.style import label_bar, new_figure
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
+from sits_mech.units import MM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_MM = 1e3  # millimetres in a metre
 _LINES = 14  # of current on the target
 _FAINT = 0.02  # smallest density of the scale over the largest
 _SHOWN = 0.95  # of the lines' length lies within the scale: the density has no limit at an edge
@@ -118,9 +118,9 @@ def _ground(pyvista: Any, sensor: Sensor) -> Any:
     """Return a grid of 1 mm below the coils [mm]."""
     places = np.array([coil.centre for coil in sensor.coils])
     radius = max(coil.outer_diameter for coil in sensor.coils) / 2
-    low, high = np.floor(_MM * (places.min(0) - radius)) - 1, np.ceil(_MM * (places.max(0) + radius)) + 1
+    low, high = np.floor(MM * (places.min(0) - radius)) - 1, np.ceil(MM * (places.max(0) + radius)) + 1
     middle, size = (low + high) / 2, high - low
-    depth = -_MM * max(coil.height for coil in sensor.coils)
+    depth = -MM * max(coil.height for coil in sensor.coils)
     across, along = size
     centre = (*middle, depth - 0.1)
     return pyvista.Plane(center=centre, i_size=across, j_size=along, i_resolution=int(across), j_resolution=int(along))
@@ -129,7 +129,7 @@ def _ground(pyvista: Any, sensor: Sensor) -> Any:
 def _winding(pyvista: Any, coil: Coil) -> Any:
     """Return a coil's track as a tube [mm]."""
     tubes = pyvista.MultiBlock([
-        pyvista.lines_from_points(_MM * line).tube(radius=_MM * 0.42 * width, n_sides=8)
+        pyvista.lines_from_points(MM * line).tube(radius=MM * 0.42 * width, n_sides=8)
         for line, width in coil_lines(coil, "spiral")
     ])
     return tubes.combine()
@@ -146,12 +146,12 @@ def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
     loops = target_outline(target).turned
     starts = np.cumsum([0, *map(len, loops)])
     flat = np.vstack(loops)
-    corners = _MM * placed(np.column_stack([flat, np.zeros(len(flat))]), pose)
+    corners = MM * placed(np.column_stack([flat, np.zeros(len(flat))]), pose)
     rims = [np.r_[len(loop) + 1, start + np.arange(len(loop)), start]
             for loop, start in zip(loops, starts[:-1], strict=True)]
     up = placed(np.array([[0.0, 0.0, target.thickness]]), pose) - placed(np.zeros((1, 3)), pose)
     face = pyvista.PolyData(corners, lines=np.concatenate(rims)).triangulate_contours()
-    return face.extrude(_MM * up[0], capping=True)
+    return face.extrude(MM * up[0], capping=True)
 
 
 def _lines(pyvista: Any, target: Target, pose: Pose, stream: Stream) -> Any:
@@ -168,8 +168,8 @@ def _lines(pyvista: Any, target: Target, pose: Pose, stream: Stream) -> Any:
     step = np.ptp(psi) / _LINES
     lines = flat.contour(psi.min() + step * (np.arange(_LINES) + 0.5), scalars="psi")
     height = np.full(lines.n_points, 1.02 * target.thickness + 2e-5)
-    lines.points = _MM * placed(np.column_stack([lines.points[:, :2], height]), pose)
-    return lines.tube(radius=_MM * 4e-5)
+    lines.points = MM * placed(np.column_stack([lines.points[:, :2], height]), pose)
+    return lines.tube(radius=MM * 4e-5)
 
 
 def _framed(picture: NDArray[np.uint8], density: Array, title: str) -> Figure:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import free_inductances, sensor_front_end
+from sits_mech.analysis.bench import self_inductances, sensor_front_end
 from sits_mech.cli.main import run
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source
@@ -106,7 +106,7 @@ def test_slopes_by_temperature_go_with_it(source: Source) -> None:
     by = each.transpose("thermal_cause", "F_z", "F_x", "coil")
     data = source.data.assign(slope_T_L_by=by, slope_T_d_v=1e-6 + 0.0 * source.data["d_v"])
     numbers, _ = twin_arrays(Source(source.sensor, data))
-    free = free_inductances(source.sensor)
+    free = self_inductances(source.sensor)
     assert numbers["temperature_known"] == 1 and np.all(numbers["slope_T_d_v"] == 1e-6)
     assert numbers["slope_T_L_by"] == pytest.approx(np.broadcast_to(np.outer([1e-4, 2e-4], free), (5, 4, 2, 2)))
     assert numbers["thermal_causes"].tolist() == causes and numbers["slope_T_over_F_z"].tolist() == [0.0, 1.0, 2.0, 3.0]

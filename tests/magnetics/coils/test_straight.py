@@ -10,7 +10,7 @@ from scipy.integrate import dblquad
 
 from sits_mech.geometry.tracks import Tracks, coil_tracks
 from sits_mech.geometry.windings import coil_sections, turn_radii
-from sits_mech.magnetics.coils.loops import coil_inductances, ring_inductance
+from sits_mech.magnetics.coils.loops import free_inductances, ring_inductance
 from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import linkage, track_potential
@@ -36,7 +36,7 @@ def square(turns: int, outer: float, width: float, gap: float, **keys: Any) -> C
 
 def own(coil: Coil) -> float:
     """Return L0 [H]."""
-    return float(coil_inductances([coil])[0, 0])
+    return float(free_inductances((coil,))[0, 0])
 
 
 @pytest.mark.parametrize("height", [0.0, 0.3])
@@ -227,7 +227,7 @@ def test_coils_of_unlike_shapes() -> None:
     for node, weight in zip(nodes, weights, strict=True):
         A = ring_potential(ring, tracks.start + (1 + node) / 2 * step, 1 * MM)
         flux += weight / 2 * float((A * step).sum())
-    L = coil_inductances([ring, other])
+    L = free_inductances((ring, other,))
     assert L[0, 1] == L[1, 0] == pytest.approx(flux, rel=1e-3)
     assert L[0, 0] == pytest.approx(own(ring), rel=1e-12) and L[1, 1] == pytest.approx(own(other), rel=1e-12)
 
@@ -263,7 +263,7 @@ def test_many_layers_and_many_coils_share_their_distances() -> None:
     assert own(Coil(**keys, layers=1000)) > 0.0
     places = [(i, j) for i in range(14) for j in range(15)]
     grid = [square(4, 4.0, 0.1, 0.1, name=f"{i} {j}", centre=(5 * MM * i, 5 * MM * j)) for i, j in places]
-    L = coil_inductances(grid)
+    L = free_inductances(tuple(grid))
     assert np.array_equal(L, L.T) and np.all(np.diag(L) == L[0, 0]) and L[0, 1] == L[1, 2] == L[15, 16]
     assert np.linalg.eigvalsh(L).min() > 0.0
 

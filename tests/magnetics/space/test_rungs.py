@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space.rungs import FORCED, ROUGH, Rung, limit
+from sits_mech.magnetics.space.rungs import ROUGH, Rung, limit
 from sits_mech.memory import VARIABLE
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, load_sensor
@@ -42,7 +42,7 @@ def test_coarse_triangles_in_place_of_fine_ones_tell_no_less_than_they_are_asked
 
 
 def test_where_memory_holds_no_default_rung_the_roughest_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By its own error and what it was seen to miss besides; a plate that no other test has divided."""
+    """By all of what is extrapolated from so few cells; a plate that no other test has divided."""
     sensor, pose = load_sensor("biorob2018", ["frequency=2.1e4", 'target.width="7.7 mm"']), Pose(0.0, 2e-3)
     monkeypatch.setenv(VARIABLE, "0.01")
     rough = sheets(sensor, 1e-2).impedance(pose, sensor.frequency)
@@ -51,7 +51,7 @@ def test_where_memory_holds_no_default_rung_the_roughest_answers(monkeypatch: py
     fine = sheets(sensor, 1e-3).impedance(pose, sensor.frequency)
     assert not any("coarser" in note for note in fine.report.notes)
     change = abs(fine.L - fine.L0)[0, 0]
-    assert FORCED * change < abs(rough.error_L)[0, 0] < 1e-2 * change
+    assert abs(rough.error_L)[0, 0] < 4e-2 * change
     assert np.all(abs(rough.L - fine.L) < rough.error_L + fine.error_L)
     assert np.all(abs(rough.R - fine.R) < rough.error_R + fine.error_R)
 
