@@ -57,12 +57,24 @@ class Tracks:
         return Tracks(self.start + (x, y, 0.0), self.end + (x, y, 0.0), self.width, self.thickness)
 
     def strands(self, across: tuple[Array, Array], through: tuple[Array, Array]) -> list[tuple[Tracks, float]]:
-        """Return filaments across widths and through thicknesses, at places from -1 to 1, each with its share."""
+        """Return filaments across widths and through thicknesses, at places from -1 to 1, each with its share.
+
+        Those of tracks that go on where others end meet in a mitre, of up to a third of a turn.
+        """
+        right = np.column_stack([self.way[:, 1], -self.way[:, 0]])
+        places = np.round(np.vstack([self.start, self.end]), 12)
+        first, last = np.split(np.unique(places, axis=0, return_inverse=True)[1].ravel(), 2)
+        _, there, here = np.intersect1d(first, last, return_indices=True)
+        cosine = np.einsum("nk,nk->n", right[here], right[there])[:, None]
+        mitre, ends = (right[here] + right[there]) / np.maximum(1.0 + cosine, 0.5), (right.copy(), right.copy())
+        ends[0][there], ends[1][here] = (np.where(cosine > -0.5, mitre, right[k]) for k in (there, here))
         found = []
         for (out, share), (up, part) in product(*(zip(*rule, strict=True) for rule in (across, through))):
-            aside = 0.5 * out * self.width[:, None] * np.column_stack([self.way[:, 1], -self.way[:, 0]])
-            step = np.column_stack([aside, 0.5 * up * self.thickness])
-            found.append((Tracks(self.start + step, self.end + step, self.width, self.thickness), share * part))
+            start, end = (
+                place + 0.5 * np.column_stack([out * self.width[:, None] * aside, up * self.thickness])
+                for place, aside in zip((self.start, self.end), ends, strict=True)
+            )
+            found.append((Tracks(start, end, self.width, self.thickness), share * part))
         return found
 
 

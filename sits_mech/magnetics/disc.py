@@ -38,6 +38,7 @@ from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import paired_mutual
 from sits_mech.magnetics.coils.ring_field import spectrum
 from sits_mech.magnetics.modes import Modes, eddy_modes
+from sits_mech.magnetics.space.fields import chebyshev, chebyshev_points, to_coefficients
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
@@ -85,7 +86,8 @@ class Disc:
         """Return Delta Z [ohm] at heights within the range of the gaps, shape (p,)."""
         total = np.zeros(d_v.size, dtype=complex)
         for modes in self.modes:
-            fields = _chebyshev(self.gaps, d_v, modes.coupling.shape[0])
+            low, high = np.log(self.gaps)
+            fields = chebyshev((2 * np.log(d_v) - low - high) / (high - low), modes.coupling.shape[0])
             total += (fields @ modes.coupling) ** 2 @ (omega**2 / (1.0 + 1j * omega * modes.tau))
         return total
 
@@ -190,9 +192,8 @@ def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
     """Return Chebyshev coefficients of the coil's flux through each cell, even and odd part; (m, n), [V s per A]."""
     spread = np.log(problem.gaps[1] / problem.gaps[0])
     count = 4 + int(np.ceil(_DIGITS / np.arcsinh(np.pi / spread)))  # by the distance of the singularity in ln d_v
-    u = np.cos(np.pi * (np.arange(count) + 0.5) / count)
     low, high = np.log(problem.gaps)
-    gaps = np.exp((low + high) / 2 + (high - low) / 2 * u)
+    gaps = np.exp((low + high) / 2 + (high - low) / 2 * chebyshev_points(count))
     total = [np.zeros((2, count, row.r.size - 1)) for row in rows]
     for k, weight in _waves(problem):
         c = weight * mu_0 / 2 * spectrum(coil_sections(problem.coil), k) * np.exp(-np.outer(gaps, k))
@@ -201,8 +202,7 @@ def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
             if k.min() * (problem.gaps[0] + near) < 2 * _TAIL:
                 flux += _through(row, k, c, problem.thickness / 2)
     below, above = np.concatenate(total, axis=2)
-    transform = np.cos(np.outer(np.arange(count), np.arccos(u))) * 2 / count
-    transform[0] /= 2
+    transform = to_coefficients(count)
     return transform @ (below + above) / 2, transform @ (below - above) / 2
 
 
@@ -237,10 +237,3 @@ def _waves(problem: DiscProblem) -> Iterator[tuple[Array, Array]]:
             places = np.arange(start, min(start + step, pieces))
             k = low + width * (places[:, None] + (nodes + 1) / 2)
             yield k.ravel(), np.tile(width / 2 * weights, places.size)
-
-
-def _chebyshev(gaps: tuple[float, float], d_v: Array, count: int) -> Array:
-    """Return Chebyshev polynomials of ln d_v over the range of the gaps, shape (p, m)."""
-    low, high = np.log(gaps)
-    x = np.clip((2 * np.log(d_v) - low - high) / (high - low), -1.0, 1.0)
-    return np.asarray(np.cos(np.arccos(x)[:, None] * np.arange(count)))

@@ -132,17 +132,12 @@ class Target(Plate):
 
     @model_validator(mode="before")
     @classmethod
-    def _from_a_mesh(cls, given: Any) -> Any:
-        """Take corners and holes from a mesh file."""
-        return with_rims_of_mesh(given) if isinstance(given, Mapping) else given
-
-    @model_validator(mode="before")
-    @classmethod
-    def _load_on_top(cls, given: Any) -> Any:
-        """Put the force on the top face unless the scene says otherwise."""
-        if isinstance(given, Mapping) and given.get("load_height") is None and "thickness" in given:
-            return dict(given) | {"load_height": given["thickness"]}
-        return given
+    def _loaded(cls, given: Any) -> Any:
+        """Take corners and holes from a mesh file; put the force on the top face unless the scene says otherwise."""
+        if not isinstance(given, Mapping):
+            return given
+        height = given.get("thickness") if given.get("load_height") is None else given["load_height"]
+        return dict(with_rims_of_mesh(given)) | ({} if height is None else {"load_height": height})
 
     @model_validator(mode="after")
     def _bounded(self) -> Self:

@@ -159,5 +159,5 @@ def test_strands_share_the_width() -> None:
     across = np.array([-1.0, 1.0]) / math.sqrt(3), np.array([0.5, 0.5])
     (left, a), (right, b) = coil_tracks(SQUARE).strands(across, (np.zeros(1), np.ones(1)))
     assert a == b == 0.5
-    apart = np.linalg.norm(left.start - right.start, axis=1)
-    assert apart == pytest.approx(np.full(len(apart), 0.1 * MM / math.sqrt(3)), rel=1e-12)
+    apart = np.linalg.norm(left.start - right.start, axis=1)  # of corners, along their diagonals
+    assert apart == pytest.approx(np.full(len(apart), 0.1 * MM / math.sqrt(3) * math.sqrt(2)), rel=1e-12)

@@ -131,7 +131,7 @@ def free_inductances(coils: tuple[Coil, ...], windings: str = "rings") -> Array:
         elif as_rings[one] and as_rings[other]:
             rings = coil_sections(kinds[one]), coil_sections(kinds[other])
             error = 1e-9 * math.sqrt(own[one] * own[other])
-            found[k] = mutual_side_by_side(*rings, apart[0], error=error) if apart[0] > 0.0 else mutual_coaxial(*rings)
+            found[k] = mutual_side_by_side(*rings, apart[0], error=error)
         else:
             found[k] = linkage(coil_tracks(kinds[one], windings), coil_tracks(kinds[other], windings).moved(*apart))
     return found[index]
@@ -176,17 +176,14 @@ def _alike(first: Sections, second: Sections) -> bool:
     return all(np.array_equal(a, b) for a, b in pairs)
 
 
-def mutual_coaxial(first: Sections, second: Sections) -> float:
-    """Return the mutual inductance of two windings about one axis, all their rings in series [H]."""
-    signs = [np.broadcast_to(rings.sign, rings.radius.shape) for rings in (first, second)]
-    return float(signs[0] @ ring_mutual(first, second) @ signs[1])
-
-
 def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:
     """Return the mutual inductance of two windings with parallel axes, all their rings in series [H].
 
     `distance` is of the axes [m]; rings must not cut each other. `error` is asked of the quadrature, absolute [H].
     """
+    if distance == 0.0:
+        signs = [np.broadcast_to(rings.sign, rings.radius.shape) for rings in (first, second)]
+        return float(signs[0] @ ring_mutual(first, second) @ signs[1])
     clear = _clearance(first, second, distance)
     b, zb, wb = _filaments(second, clear)
     heights, level = np.unique(zb, return_inverse=True)

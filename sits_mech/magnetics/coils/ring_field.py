@@ -117,13 +117,13 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
 def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: int) -> None:
     """Refuse the potential of coils of straight tracks, at points from a height on, where it takes too long."""
     straight = [coil for coil in coils if not coil.is_round or windings == "spiral"]
-    tracks = sum(_count(coil, lowest) * len(coil_tracks(coil, windings).start) for coil in straight)
+    tracks = sum(_count(coil, lowest, len(coil_tracks(coil, windings).start)) for coil in straight)
     check_seconds(_TRACK * tracks * points, f"coils: the field of {tracks} straight filaments at {points} points")
 
 
-def _count(coil: Coil, clearance: float) -> int:
-    """How many filaments stand for a track."""
-    return math.prod(places.size for places, _ in filaments(coil, clearance))
+def _count(coil: Coil, clearance: float, tracks: int) -> int:
+    """Return how many filaments stand for so many tracks."""
+    return math.prod((places.size for places, _ in filaments(coil, clearance)), start=tracks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,8 +162,8 @@ def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
     u = steps[0] * np.arange(math.ceil(math.asinh(2.0**reach / scale) / steps[0]) + _PAD)
     z = np.exp(start + _STEP * np.arange(math.ceil((high * math.log(2.0) - start) / _STEP) + _PAD))
     turns, points = winding.layers * winding.turns, u.size * z.size
-    loops = _count(winding, lowest) * turns
-    check_seconds(_POINT * loops * points, f"coils: the field of {turns} turns at {points} points")
+    seconds = _POINT * _count(winding, lowest, turns) * points
+    check_seconds(seconds, f"coils: the field of {turns} turns at {points} points")
     profile = _profile(winding, scale * np.sinh(u)[:, None], z, lowest)
     return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start, lowest)
 

@@ -128,6 +128,21 @@ def test_coils_of_too_many_turns_are_refused_before_anything_is_allocated():
         spectrum(rings, np.linspace(1.0, 2.0, 5000))
 
 
+@pytest.mark.parametrize("height", [0.3, 2.0, 20.0])
+def test_filaments_of_straight_tracks_meet_at_corners(height: float) -> None:
+    """A square of one track 2 mm wide as of 20 narrow ones, a circle of short tracks as a ring."""
+    sides = {"name": "C", "centre": (0.0, 0.0), "track_thickness": 35e-6}
+    angle = np.linspace(0.0, 2 * np.pi, 721)
+    circle = tuple((x, y, -17.5e-6) for x, y in (6 * MM * np.column_stack([np.cos(angle), np.sin(angle)])).tolist())
+    wide, ring = sides | {"track_width": 2 * MM, "layers": 1, "turns": 1}, {"inner_diameter": 10 * MM}
+    narrow = Coil(**wide | RECTANGLE | {"turns": 20, "track_width": 0.1 * MM, "track_gap": 1e-9})
+    path = Coil(**sides, track_width=2 * MM, shape="path", path=(circle,))
+    points = np.column_stack([np.linspace(0.1, 12.0, 30), np.full(30, 0.3), np.full(30, height)]) * MM
+    for found, exact, turns in ((Coil(**wide | RECTANGLE), narrow, 20), (path, Coil(**wide | ring), 1)):
+        A, B = coil_potential(found, points, height * MM), coil_potential(exact, points, height * MM) / turns
+        assert np.abs(A - B).max() < 3e-4 * np.abs(B).max()
+
+
 def test_the_spectrum_of_a_wide_ring_is_that_of_its_strips() -> None:
     """A ring 4 mm wide at wave numbers of up to ten waves across it."""
     radii, k = 4 * MM + 0.1 * MM * (np.arange(40) + 0.5), np.linspace(1.0, 2e4, 200)
