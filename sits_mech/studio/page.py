@@ -10,7 +10,6 @@ import sys
 import tomllib
 import webbrowser
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -24,6 +23,7 @@ from sits_mech.scene.plausible import slips
 from sits_mech.scene.sensor import SceneError, Sensor, catalogue, scene_hash, scene_text, sensor_from
 from sits_mech.studio.form import Form
 from sits_mech.studio.guard import Guard
+from sits_mech.studio.questions import ends_asked
 from sits_mech.studio.session import Session, View
 from sits_mech.studio.solver import Solver
 
@@ -97,7 +97,7 @@ class _Page:
                 ui.html('<div id="sits-frames"></div>', sanitize=False).classes("w-full")
         self.client.on_disconnect(self.session.close)
         keys = {key: value for key, value in asked.items() if key not in WRENCH}
-        self._tried(lambda: self.session.open(str(self.scene.value), keys, _ends(asked)))
+        self._tried(lambda: self.session.open(str(self.scene.value), keys, ends_asked(asked)))
         if required:
             self._tried(lambda: self.session.require(required))
         self.form.fill()
@@ -249,13 +249,3 @@ def sensor_of(text: str) -> Sensor:
 def _file(name: str) -> str:
     """Return the text of a file of the studio."""
     return (resources.files("sits_mech.studio") / name).read_text(encoding="utf-8")
-
-
-def _ends(asked: Mapping[str, str]) -> dict[str, tuple[float, float]]:
-    """Return the ranges of loads that an address names."""
-    found = {}
-    for name in filter(asked.get, WRENCH):
-        with suppress(ValueError):
-            low, high = map(float, asked[name].split(":"))
-            found[name] = low, high
-    return found

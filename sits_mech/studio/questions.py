@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.disk_cache import kept
+from sits_mech.quantities import WRENCH
 from sits_mech.scene.sensor import Sensor, scene_hash, scene_text
 from sits_mech.store import read_table, save_table
 
@@ -144,6 +146,17 @@ class Search(Question):
 def ends_of(name: str, most: float) -> tuple[float, float]:
     """Return the range of a force up to its largest: shear to both sides."""
     return 0.0 if name == "F_z" else -most, most
+
+
+def ends_asked(asked: Mapping[str, str]) -> dict[str, tuple[float, float]]:
+    """Return the ranges of loads that an address names, or by its largest load."""
+    found = {}
+    for name in filter(asked.get, WRENCH):
+        with suppress(ValueError):
+            text = asked[name]
+            low, high = map(float, text.split(":")) if ":" in text else ends_of(name, float(text))
+            found[name] = low, high
+    return found
 
 
 def grid_of(low: float, high: float) -> tuple[float, ...]:

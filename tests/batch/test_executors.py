@@ -204,7 +204,7 @@ def test_a_process_that_is_killed(tmp_path: Path) -> None:
     path, out = written(tmp_path, 200), tmp_path / "out"
     (tmp_path / "killed.py").write_text(KILLED)
     words = [sys.executable, str(tmp_path / "killed.py"), str(path), str(out)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=600)
     assert done.stdout == "" and done.stderr.count("\n") == 1 and "those that are kept stay" in done.stderr
     kept = []
     data = sm.sweep(path, folder=out, progress=lambda done, of: kept.append(done))

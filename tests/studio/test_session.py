@@ -12,7 +12,7 @@ import pytest
 from sits_mech.cli.main import run
 from sits_mech.scene.sensor import SceneError, load_sensor
 from sits_mech.studio.previews import Solved, open_share
-from sits_mech.studio.questions import Question, grid_of
+from sits_mech.studio.questions import Question, ends_asked, grid_of
 from sits_mech.studio.session import Session, View
 
 
@@ -157,3 +157,9 @@ def test_without_nicegui_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytes
                        (["studio", "--tolerance", "7"], "tolerance must lie between 0 and 1; got 7.0")):
         assert run(words) == 2
         assert why in capsys.readouterr().err
+
+
+def test_an_address_names_ranges_of_loads_or_the_largest() -> None:
+    """Shear to both sides, as the addresses of before have it; what is no number is none."""
+    asked = {"F_x": "0.3", "F_z": "-2:0.5", "M": "x", "scene": "biorob2018"}
+    assert ends_asked(asked) == {"F_x": (-0.3, 0.3), "F_z": (-2.0, 0.5)}
