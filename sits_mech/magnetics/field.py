@@ -31,7 +31,7 @@ from sits_mech.geometry.plates import Plate, not_cut, outline_refusal, return_ra
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.section.coils import Track, coil_potentials, free_inductance, section_resistances, tracks
+from sits_mech.magnetics.section.coils import Track, coil_potentials, free_space_inductance, section_resistances, tracks
 from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.section.mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
@@ -118,10 +118,8 @@ class PlanarFem:
         reached.
         """
         return answer(
-            _KIND, self.sensor, pose, frequency, lambda: (
-                free_inductance(tracks(self.sensor), return_radius(self.sensor)),
-                section_resistances(self.sensor.coils),
-            ), self._reaction,
+            _KIND, self.sensor, pose, frequency,
+            lambda: (free_space_inductance(self.sensor), section_resistances(self.sensor.coils)), self._reaction,
         )
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:

@@ -77,6 +77,7 @@ def test_free_space_inductance(sensor: Sensor) -> None:
     assert found.L0[0, 0] == pytest.approx(0.00047480313357162, rel=1e-6)
     assert found.L0[0, 1] == pytest.approx(-4.7405988439865e-05, rel=1e-6)
     assert np.array_equal(found.L, found.L0) and not found.R.any()
+    assert np.array_equal(found.L0, planar_bars(alone).impedance(Pose(0.0, 2e-3), 5e6).L0)
 
 
 @pytest.mark.slow
