@@ -154,6 +154,14 @@ def test_squares_along_tracks() -> None:
     assert track_squares(coil) == pytest.approx(40.0 + 10.0, rel=1e-12)
 
 
+def test_moved_tracks_keep_their_lengths() -> None:
+    """Both ends by the same way, along x and y alone."""
+    tracks = coil_tracks(SQUARE)
+    moved = tracks.moved(1 * MM, -2 * MM)
+    for before, after in ((tracks.start, moved.start), (tracks.end, moved.end)):
+        np.testing.assert_allclose(after - before, np.tile([1 * MM, -2 * MM, 0.0], (len(before), 1)), atol=1e-15)
+
+
 def test_strands_share_the_width() -> None:
     """Two Gauss filaments at w / sqrt(12) to each side, half the current each."""
     across = np.array([-1.0, 1.0]) / math.sqrt(3), np.array([0.5, 0.5])
