@@ -302,5 +302,6 @@ class Columns:
             name: ((*dims, *self._inner[name]), self._values[name].reshape(self._shape + self._values[name].shape[1:]))
             for name in names
         }
-        along = {name: (dims if self._zipped else (name,), values) for name, values in self._grid.items()}
+        grid = {name: item if isinstance(item, np.ndarray) else list(item) for name, item in self._grid.items()}
+        along = {name: (dims if self._zipped else (name,), values) for name, values in grid.items()}
         return xr.Dataset(variables, along)

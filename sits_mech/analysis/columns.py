@@ -43,14 +43,16 @@ def number(cell: str, separator: str) -> float:
 
 def number_rows(lines: Sequence[str], separator: str, places: Sequence[int], source: str) -> Array:
     """Return the numbers, or nan, at some places of rows that hold them, (n, places); grouped digits are refused."""
-    rows = []
+    rows = list[list[float]]()
     for line in lines:
         cells = cells_of(line, separator)
-        own = [cells[place] for place in places if place < len(cells)]
-        try:
-            rows.append([number(cell, separator) for cell in own])
-        except ValueError:
-            if all(_GROUPED.fullmatch(cell) for cell in own):
-                must = "must hold plain numbers, such as 1234.5"
-                raise SceneError(f"{source}: rows {must}; got {shown(line.strip())}") from None
+        own, odd = [cells[place] for place in places if place < len(cells)], list[str]()
+        rows.append([])
+        for cell in own:
+            try:
+                rows[-1].append(number(cell, separator))
+            except ValueError:
+                odd.append(cell)
+        if odd and all(map(_GROUPED.fullmatch, odd)):
+            raise SceneError(f"{source}: rows must hold plain numbers, such as 1234.5; got {shown(line.strip())}")
     return np.array([row for row in rows if len(row) == len(places)]).reshape(-1, len(places))

@@ -37,7 +37,7 @@ class _Checked:
         for name, item in found.items():
             dims, value = item if isinstance(item, tuple | list) and len(item) == 2 else ((), item)
             dims, array = np.atleast_1d(np.array(dims, dtype=object)).tolist(), np.asarray(value)
-            known = array.dtype.kind in "fiub" or {*map(type, array.ravel().tolist())} <= {str, type(None)}
+            known = array.dtype.kind in "fiubmM" or {*map(type, array.ravel().tolist())} <= {str, type(None)}
             if not known or array.ndim != len(dims) or not {*map(type, dims)} <= {str}:
                 raise ValueError(f"{name}: must be a number, a text, or (dims, array) of such; got {shown(item)}")
             if same := point.keys() & {name, *dims}:

@@ -114,6 +114,8 @@ _SMALL = 0.01  # of the square of the coils' size, an island's area
 _FINE = 0.01  # of the coils' size
 _FULL = 0.98  # of a shape that a fill with rounded corners stands for
 DIGITS = 10  # of lengths: a tenth of the board's own step
+
+
 @dataclass(frozen=True)
 class _Frame:
     """Where pours go: heights of the layers, the scene's origin on the board (2,), its z = 0, the coils' size [m]."""

@@ -164,8 +164,9 @@ def _outside(x: float) -> float:
 def standing_rings(coil: Coil) -> Sections:
     """Return rings that stand for a coil far from it: of its turns, length, pitch and heights.
 
-    Rings of a round coil are its own. Of free tracks they turn about the middle as often as those of one height and way
-    together, ways to and from there left out; where these turn by less than a half, one around all stands for the coil.
+    Rings of a round coil are its own. Those of free tracks turn about the middle as often as the tracks of one height
+    and way together, as far from it on the mean over the angle, and as far apart; where these turn by less than a half,
+    one around all stands for the coil.
     """
     if coil.is_round:
         return coil_sections(coil)
@@ -176,14 +177,12 @@ def standing_rings(coil: Coil) -> Sections:
         found = [_rings(coil, (length, coil.turns, pitch), z, way) for z, way in zip(coil.heights, ways, strict=True)]
     else:
         each = [(line[0][2], *_turning(np.array(line)[:, :2])) for line in coil.path]
-        around = [one for one in each if one[1] <= np.pi * coil.outer_diameter * abs(one[2])]
-        for z, way in dict.fromkeys((one[0], math.copysign(1.0, one[2])) for one in around):
-            lengths, parts, inner, outer = np.array([one[1:] for one in around if one[0] == z and one[2] * way > 0.0]).T
-            turns = abs(parts.sum())
-            if turns >= 0.5:
-                count, reach = max(1, round(turns)), outer.max() - inner.min()
-                rings = lengths.sum() * count / turns, count, reach / max(turns, 1.0)
-                found.append(_rings(coil, rings, z, way))
+        for z, way in dict.fromkeys((one[0], math.copysign(1.0, one[1])) for one in each):
+            angle, first, second = np.sum([one[1:] for one in each if one[0] == z and one[1] * way >= 0.0], axis=0)
+            count, middle = max(1, round(abs(angle) / (2 * np.pi))), first / angle if angle else 0.0
+            if abs(angle) >= np.pi:
+                pitch = math.sqrt(12.0 * max(second / angle - middle**2, 0.0) / max(count**2 - 1, 1)) * (count > 1)
+                found.append(_rings(coil, (2 * np.pi * middle * count, count, pitch), z, way))
         radius = (coil.outer_diameter - coil.track_width) / 2
         found = found or [_rings(coil, (2 * np.pi * radius, 1, 0.0), coil.heights[0], 1.0)]
     return Sections(*(np.concatenate(column) for column in zip(*found, strict=True)))
@@ -198,14 +197,11 @@ def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) ->
     return radius, *(np.full(count, value) for value in (z, coil.track_width, coil.track_thickness, way))
 
 
-def _turning(places: Array) -> tuple[float, float, float, float]:
-    """Return a polyline's length, how often it turns about the middle, its least and greatest distance from there."""
-    step = np.diff(places, axis=0)
-    length = np.hypot(step[:, 0], step[:, 1])
+def _turning(places: Array) -> Array:
+    """Return how far a polyline turns about the middle [rad], and that times its distance from there, and squared."""
     (x, y), (u, v) = places[:-1].T, places[1:].T
-    turns = float(np.arctan2(x * v - y * u, x * u + y * v).sum() / (2 * np.pi))
-    away = np.abs(x * v - y * u) / length
-    return float(length.sum()), turns, float(away.min()), float(away.max())
+    angle, away = np.arctan2(x * v - y * u, x * u + y * v), np.hypot(x + u, y + v) / 2
+    return np.array([angle.sum(), (away * angle).sum(), (away**2 * angle).sum()])
 
 
 def path_notes(coils: Sequence[Coil]) -> tuple[str, ...]:

@@ -43,7 +43,10 @@ class LoadHistory:
 
     def __post_init__(self) -> None:
         """Validate times and wrenches."""
-        time, wrench = np.asarray(self.time, dtype=float), np.asarray(self.wrench, dtype=float)
+        try:
+            time, wrench = np.asarray(self.time, dtype=float), np.asarray(self.wrench, dtype=float)
+        except ValueError:
+            raise SceneError("history: must be n times with n x 6 loads; got no numbers, or unlike rows") from None
         vars(self).update(time=time, wrench=wrench)
         if time.ndim != 1 or wrench.shape != (time.size, len(WRENCH)) or time.size < 1:
             raise SceneError(f"history: must be n times with n x 6 loads; got {time.shape} and {wrench.shape}")

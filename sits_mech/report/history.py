@@ -48,9 +48,10 @@ def history_table(data: xr.Dataset) -> Table:
     columns = [(name, *shown_scale(name)) for name in places] + [(name, 1.0, "%") for name in signals]
     units = {"t": "s"} | {name: shown_unit(name) for name in loads}
     units |= {name.removesuffix("_percent"): unit for name, _, unit in columns}
-    headings = (*(f"{name} [{unit}]" for name, unit in units.items()), "status")
+    headings = [f"{name} [{unit}]" for name, unit in units.items()]
     title = f"{data.attrs['name']}: estimated errors behind every number"
     found = column_table(title, headings, justify="right", no_wrap=True)
+    found.add_column("status")
     sizes = sizes_of(data, [name for name, *_ in columns])
     for row in thinned:
         here = data.isel(time=row)

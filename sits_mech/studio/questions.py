@@ -155,7 +155,8 @@ def ends_asked(asked: Mapping[str, str]) -> dict[str, tuple[float, float]]:
         with suppress(ValueError):
             text = asked[name]
             low, high = map(float, text.split(":")) if ":" in text else ends_of(name, float(text))
-            found[name] = low, high
+            if -np.inf < low < high < np.inf:
+                found[name] = low, high
     return found
 
 

@@ -63,6 +63,9 @@ def test_a_grid_holds_any_values_under_names_of_its_own(tmp_path: Path) -> None:
     """Tuples are labels; long arrays that differ in their middle are two points; columns of all tables are refused."""
     found = sm.sweep(lambda pair: {"sum": sum(pair)}, {"pair": [(1, 2), (3, 4)]})
     assert found["sum"].values.tolist() == [3.0, 7.0] and found["pair"].values.tolist() == [(1, 2), (3, 4)]
+    for combine in ("product", "zip"):
+        found = sm.sweep(lambda x: {"twice": 2.0 * x}, {"x": (1.0, 2.0)}, combine=combine)
+        assert found["twice"].values.tolist() == [2.0, 4.0] and found["x"].values.tolist() == [1.0, 2.0]
     heights = np.full((2, 1201), 1e-3)
     heights[1, 600] += 1e-12
     poses = [sm.Pose(0.0, row) for row in heights]

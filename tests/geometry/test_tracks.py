@@ -142,6 +142,16 @@ def test_turns_in_pieces_are_the_turns_that_they_make(pieces: int) -> None:
     assert rings.radius.mean() == pytest.approx(3 * MM, rel=0.02)
 
 
+def test_turns_in_waves_are_rings_in_their_middle() -> None:
+    """Of 4 % in 48 waves a turn, they are nearly twice as long as the turns that they make."""
+    angle = np.linspace(0.0, 16.0 * np.pi, 4001)
+    radius = (2.0 + 0.2 * angle / (2 * np.pi)) * (1.0 + 0.04 * np.cos(48 * angle))
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    rings = standing_rings(path(list(zip(x.tolist(), y.tolist(), strict=True))))
+    assert rings.radius.size == 8 and rings.radius.mean() == pytest.approx(2.8 * MM, rel=0.01)
+    assert np.diff(rings.radius) == pytest.approx(np.full(7, 0.2 * MM), rel=0.05)
+
+
 def test_a_meander_has_one_ring_around_it() -> None:
     """It turns about nothing."""
     rings = standing_rings(path([(0, 0), (5, 0), (5, 0.5), (0, 0.5), (0, 1), (5, 1)]))

@@ -161,5 +161,5 @@ def test_without_nicegui_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytes
 
 def test_an_address_names_ranges_of_loads_or_the_largest() -> None:
     """Shear to both sides, as the addresses of before have it; what is no number is none."""
-    asked = {"F_x": "0.3", "F_z": "-2:0.5", "M": "x", "scene": "biorob2018"}
+    asked = {"F_x": "0.3", "F_z": "-2:0.5", "M": "x", "M_x": "1:0", "M_z": "inf", "F_y": "-1", "scene": "biorob2018"}
     assert ends_asked(asked) == {"F_x": (-0.3, 0.3), "F_z": (-2.0, 0.5)}

@@ -57,7 +57,6 @@ Curve = Callable[[Array], Array]
 """From parameters 0 to 1, shape (n,), to points (n, 2)."""
 
 
-
 class _Piece(NamedTuple):
     """A piece of the rim, the side of the core that it stands before, and how many cells stand along it."""
 

@@ -36,7 +36,7 @@ from scipy.special import elliprd
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs
 from sits_mech.magnetics.coils.straight import PAIRS, linkage
-from sits_mech.magnetics.section.kernels import gauss_rule, mean_log
+from sits_mech.magnetics.section.kernels import gauss_count, mean_log
 from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
@@ -44,7 +44,7 @@ from sits_mech.scene.sensor import Coil
 _ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
 _SHARED = 8  # layers from which on equal distances are shared
 _PAIR = 2.2e-5  # s of processor time that a pair of rings takes
-_APART = 1e-7  # error of filaments that stand for rings side by side, of their own field
+_APART = 1e-6  # error of filaments that stand for rings side by side, of their own field
 _MOST = 12, 4  # of them along a width and a height: of rings 2 mm wide, 0.1 mm over others, 1e-4 of M off
 _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another winding: rounding
 
@@ -232,7 +232,7 @@ def _across(filaments: tuple[Array, Array, Array], height: float, reach: tuple[f
 def _filaments(rings: Sections, clear: float) -> tuple[Array, Array, Array]:
     """Return rings as Gauss filaments, right from a distance on, and in their moment: radii, heights, weights, flat."""
     counts = [
-        min(max(2, gauss_rule(float(side.max()), clear, _APART)[0].size), most)
+        min(max(2, gauss_count(float(side.max()), clear, _APART)), most)
         for side, most in zip((rings.width, rings.height), _MOST, strict=True)
     ]
     parts = [

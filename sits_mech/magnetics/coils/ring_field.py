@@ -22,10 +22,12 @@ Sources: Carlson, Numer. Algorithms 10 (1995) 13; Dodd and Deeds, J. Appl. Phys.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 from scipy.constants import mu_0
@@ -35,12 +37,13 @@ from scipy.special import elliprd, j1
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.straight import Potential, track_potential
-from sits_mech.magnetics.section.kernels import gauss_rule
+from sits_mech.magnetics.section.kernels import gauss_count, gauss_rule
 from sits_mech.memory import GIB, VARIABLE, check_seconds, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
 _RIGHT = 3e-4  # error of a track's field by filaments, of its size: no more than plates' divisions show of L
+_STEPLESS = 1e-5  # the same where fewer filaments will do: no step shows in what is interpolated
 _STEP = 0.05  # of the table, in distances to the coil
 _POINT = 1.9e-7  # s of processor time that a ring takes at a point
 _TRACK = 5e-8  # s that a straight filament does
@@ -50,13 +53,25 @@ _WAVES = 0.375  # Gauss points across a ring, over its width times the largest w
 _ARRAYS = 4  # of a number for each ring and wave number, beside those at the Gauss points
 
 
-def filaments(coil: Coil, clearance: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Return places of filaments across a track and through it, from -1 to 1, and their shares of its current.
-
-    They are right from a clearance off the coil on [m], and for its moment.
-    """
+def filaments(coil: Coil, clearance: float, error: float = _RIGHT) -> tuple[int, int]:
+    """Return how many filaments across a track and through it are right from a clearance on [m], and in its moment."""
     away = min(clearance, coil.outer_diameter / 4)
-    return gauss_rule(coil.track_width, away, _RIGHT), gauss_rule(coil.track_thickness, clearance, _RIGHT)
+    return gauss_count(coil.track_width, away, error), gauss_count(coil.track_thickness, clearance, error)
+
+
+def _farther(coil: Coil, away: Array, clearance: float) -> list[tuple[tuple[int, int], Any]]:
+    """Return how many filaments points take, and which: fewer octave by octave of `away`, so far that no step shows.
+
+    `away` is how far they are from a track, `clearance` the least such distance [m].
+    """
+    most, kinds = filaments(coil, clearance), defaultdict[tuple[int, int], list[float]](list)
+    if most == (1, 1):
+        return [(most, ...)]
+    octave = np.floor(np.log2(np.maximum(away / clearance, 1.0)))
+    for k in np.unique(octave).tolist():
+        few = filaments(coil, clearance * 2.0**k, _STEPLESS)
+        kinds[min(most[0], few[0]), min(most[1], few[1])].append(k)
+    return [(counts, np.isin(octave, each)) for counts, each in kinds.items()]
 
 
 def ring_potential(coil: Coil, points: Array, clearance: float) -> Array:
@@ -68,17 +83,18 @@ def ring_potential(coil: Coil, points: Array, clearance: float) -> Array:
 
 def _profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
     """Return P of the module docstring, all rings in series."""
-    rings, rules = coil_sections(coil), filaments(coil, clearance)
-    total = np.zeros(np.broadcast(rho, z).shape)
-    signs = np.broadcast_to(rings.sign, rings.radius.shape)
-    for radius, middle, width, height, sign in zip(
-        rings.radius, rings.z, rings.width, rings.height, signs, strict=True
-    ):
-        for (out, share), (up, part) in product(*(zip(*rule, strict=True) for rule in rules)):
-            a, away = radius + width / 2 * out, z - middle - height / 2 * up
-            far, near = np.hypot(a + rho, away), np.hypot(a - rho, away)
-            both = far + near
-            total += sign * share * part * a * a / both**3 * elliprd(0.0, 4.0 * far * near / both**2, 1.0)
+    rings = coil_sections(coil)
+    rho, z = np.broadcast_arrays(rho, z)
+    total, signs = np.zeros(rho.shape), np.broadcast_to(rings.sign, rings.radius.shape)
+    for radius, middle, width, height, way in zip(rings.radius, rings.z, rings.width, rings.height, signs, strict=True):
+        beside, above = np.abs(rho - radius) - width / 2, np.abs(z - middle) - height / 2
+        for counts, some in _farther(coil, np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0)), clearance):
+            for (out, share), (up, part) in product(*(zip(*gauss_rule(count), strict=True) for count in counts)):
+                a, away = radius + width / 2 * out, z[some] - middle - height / 2 * up
+                far, near = np.hypot(a + rho[some], away), np.hypot(a - rho[some], away)
+                both = far + near
+                own = elliprd(0.0, 4.0 * far * near / both**2, 1.0)
+                total[some] += way * share * part * a * a / both**3 * own
     return 8.0 * mu_0 / (3.0 * np.pi) * total
 
 
@@ -90,10 +106,24 @@ def coil_potential(coil: Coil, points: Array, clearance: float) -> Array:
     return np.column_stack([*A, np.zeros(len(points))])
 
 
-@lru_cache(maxsize=32)
 def _straight(coil: Coil, windings: str, clearance: float) -> Potential:
-    """Return A of a coil's straight tracks."""
-    return track_potential(coil_tracks(coil, windings), *filaments(coil, clearance))
+    """Return a function that gives A of a coil's straight tracks, (p, 3, q) to (p, 2, q)."""
+    def potential(points: Array) -> Array:
+        """Return A at points [m]."""
+        flat = np.swapaxes(points, 0, 1).reshape(3, -1)
+        found = np.empty((2, flat.shape[1]))
+        for counts, some in _farther(coil, np.maximum(flat[2], -coil.height - flat[2]), clearance):
+            found[:, some] = _tracks(coil, windings, counts)(flat[:, some][None])[0]
+        return np.swapaxes(found.reshape(2, len(points), -1), 0, 1)
+
+    return potential
+
+
+@lru_cache(maxsize=32)
+def _tracks(coil: Coil, windings: str, counts: tuple[int, int]) -> Potential:
+    """Return A of a coil's straight tracks by so many filaments across and through each."""
+    across, through = map(gauss_rule, counts)
+    return track_potential(coil_tracks(coil, windings), across, through)
 
 
 def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
@@ -117,13 +147,8 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
 def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: int) -> None:
     """Refuse the potential of coils of straight tracks, at points from a height on, where it takes too long."""
     straight = [coil for coil in coils if not coil.is_round or windings == "spiral"]
-    tracks = sum(_count(coil, lowest, len(coil_tracks(coil, windings).start)) for coil in straight)
+    tracks = sum(math.prod(filaments(coil, lowest), start=len(coil_tracks(coil, windings).start)) for coil in straight)
     check_seconds(_TRACK * tracks * points, f"coils: the field of {tracks} straight filaments at {points} points")
-
-
-def _count(coil: Coil, clearance: float, tracks: int) -> int:
-    """Return how many filaments stand for so many tracks."""
-    return math.prod((places.size for places, _ in filaments(coil, clearance)), start=tracks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,18 +187,18 @@ def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
     u = steps[0] * np.arange(math.ceil(math.asinh(2.0**reach / scale) / steps[0]) + _PAD)
     z = np.exp(start + _STEP * np.arange(math.ceil((high * math.log(2.0) - start) / _STEP) + _PAD))
     turns, points = winding.layers * winding.turns, u.size * z.size
-    seconds = _POINT * _count(winding, lowest, turns) * points
-    check_seconds(seconds, f"coils: the field of {turns} turns at {points} points")
+    check_seconds(2.0 * _POINT * turns * points, f"coils: the field of {turns} turns at {points} points")
     profile = _profile(winding, scale * np.sinh(u)[:, None], z, lowest)
     return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start, lowest)
 
 
-def spectrum(rings: Sections, k: Array) -> Array:
+def spectrum(rings: Sections, k: Array, *, points: int = 0) -> Array:
     """Return S(k), shape (n,) [m]: section means of ``a J1(k a) exp(k z)``, summed over rings of 1 A below z = 0.
 
-    ValueError where it would take more memory than the process may.
+    `points` are Gauss points along each ring's width, by default as many as its waves ask. ValueError where it would
+    take more memory than the process may.
     """
-    points = 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0))
+    points = points or 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0))
     needed, limit = 8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size, memory_limit()
     if needed > limit:
         raise ValueError(

@@ -35,7 +35,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.plates import Plate
 from sits_mech.geometry.windings import Bars
-from sits_mech.magnetics.section.kernels import gauss_rule
+from sits_mech.magnetics.section.kernels import gauss_count, gauss_rule
 from sits_mech.magnetics.section.plate import PreparedPlate
 from sits_mech.quantities import Array, Complex, Pose
 
@@ -56,7 +56,8 @@ def filaments(coils: tuple[Bars, ...], clearance: float, error: float, radius: f
     """Replace bars by Gauss filaments that are right to `error` from `clearance` above the uppermost bars' faces on."""
     x, z, columns = [], [], []
     for number, bars in enumerate(coils):
-        (gx, wx), (gz, wz) = (gauss_rule(side, clearance, error) for side in (bars.width, bars.thickness))
+        sides = bars.width, bars.thickness
+        (gx, wx), (gz, wz) = (gauss_rule(gauss_count(side, clearance, error)) for side in sides)
         x.append((bars.x[:, None, None] + bars.width / 2 * gx[:, None] + 0 * gz).ravel())
         z.append((bars.z[:, None, None] + 0 * gx[:, None] + bars.thickness / 2 * gz).ravel())
         current = np.zeros((x[-1].size, len(coils)))

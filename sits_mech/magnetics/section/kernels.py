@@ -27,14 +27,19 @@ _NEAR = 3.5  # in the longest side of either bar
 _TOUCHING = 0.03  # least distance over half a side that Gauss points are counted for: 0.3 % off at 0.015 of that
 
 
-def gauss_rule(side: float, distance: float, error: float) -> tuple[Array, Array]:
-    """Return Gauss points for a side of a bar, from -1 to 1, and weights of sum 1, for its field from a distance on.
+def gauss_count(side: float, distance: float, error: float) -> int:
+    """Return how many Gauss points for a side of a bar have its field to an error, of its size, from a distance on.
 
     By the ellipse around the side through the nearest such point, which is asinh(2 distance / side) of it away; where
     bars all but touch, as many as are of use for what is integrable there.
     """
     rate = max(float(np.arcsinh(2.0 * distance / side)), _TOUCHING)
-    nodes, weights = np.polynomial.legendre.leggauss(max(1, int(np.ceil(-np.log(error) / (2.0 * rate)))))
+    return max(1, int(np.ceil(-np.log(error) / (2.0 * rate))))
+
+
+def gauss_rule(count: int) -> tuple[Array, Array]:
+    """Return so many Gauss points of a side, from -1 to 1, and weights of sum 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
     return nodes, weights / 2.0
 
 

@@ -9,7 +9,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import mutual_loops, ring_mutual
-from sits_mech.magnetics.coils.ring_field import coil_potential, spectrum
+from sits_mech.magnetics.coils.ring_field import coil_potential, ring_potential, spectrum
 from sits_mech.scene.sensor import Coil
 
 MM = 1e-3
@@ -141,6 +141,18 @@ def test_filaments_of_straight_tracks_meet_at_corners(height: float) -> None:
     for found, exact, turns in ((Coil(**wide | RECTANGLE), narrow, 20), (path, Coil(**wide | ring), 1)):
         A, B = coil_potential(found, points, height * MM), coil_potential(exact, points, height * MM) / turns
         assert np.abs(A - B).max() < 3e-4 * np.abs(B).max()
+
+
+def test_filaments_are_fewer_where_points_are_farther_and_alike_for_a_point() -> None:
+    """From 0.05 mm on, over the windings and beside them: no step shows, whatever else is asked at once."""
+    coil = Coil(name="C", centre=(0.0, 0.0), layers=2, turns=3, inner_diameter=2.2 * MM, track_width=0.1 * MM,
+                track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6)
+    across, up = np.meshgrid(np.linspace(0.0, 6.0, 25), [0.05, 0.11, 0.4, 1.7])
+    points = np.column_stack([across.ravel(), 0.0 * across.ravel(), up.ravel()]) * MM
+    found, near = ring_potential(coil, points, 0.05 * MM), ring_potential(coil, points, 0.02 * MM)
+    assert np.abs(found - near).max() < 1e-4 * np.abs(near).max()
+    for k in (0, 30, 60, 99):
+        np.testing.assert_array_equal(ring_potential(coil, points[k : k + 1], 0.05 * MM)[0], found[k])
 
 
 def test_the_spectrum_of_a_wide_ring_is_that_of_its_strips() -> None:
