@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
@@ -23,7 +22,7 @@ from scipy.special import elliprd
 
 from sits_mech.geometry.tracks import standing_rings
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.loops import mutual_loops, series_inductance
+from sits_mech.magnetics.coils.loops import free_inductances, mutual_loops
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Conductor, Target
@@ -61,13 +60,7 @@ def _image_share(coil: Coil, gap: float, below: bool) -> float:
     away = 2.0 * gap + down[:, None] + down
     sign = np.broadcast_to(rings.sign, rings.radius.shape)
     image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign)
-    return min(float(image) / _standing_inductance(coil), 1.0)
-
-
-@lru_cache(maxsize=32)
-def _standing_inductance(coil: Coil) -> float:
-    """Return L_cc of the rings that stand for a coil [H]."""
-    return float(series_inductance(standing_rings(coil)))
+    return min(float(image / free_inductances((coil,))[0, 0]), 1.0)
 
 
 def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:

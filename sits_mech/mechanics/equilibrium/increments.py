@@ -55,7 +55,6 @@ class Track:
     states: tuple[State, ...]  # at rest: the start, then the end of each increment
     reached: float  # legs completed
     reason: str = ""  # as `Outcome.reason`; "slipping" if pressures did not settle
-    lost: float = 0.0  # work lost to slip [shear modulus times thickness to the power of the dimension]
 
     @property
     def state(self) -> State:
@@ -79,21 +78,21 @@ def followed(
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     way = Way(goals[0], goals[-1], held, out_of_plane)
-    states, at, step, lost = [start], Fraction(0), Fraction(1, parts), 0.0
+    states, at, step = [start], Fraction(0), Fraction(1, parts)
     while at < len(goals) - 1:
         leg = int(at)
         end = min(at + step, Fraction(leg + 1))
         share = float(end - leg)
         goal = (1.0 - share) * goals[leg] + share * goals[leg + 1]
-        body, state, reason, work = _increment(body, states[-1], way, goal, _SLIP / parts)
+        body, state, reason = _increment(body, states[-1], way, goal, _SLIP / parts)
         if state is None:
             step /= 2
             if step < _SMALLEST / parts:
-                return Track(tuple(states), float(at), reason, lost)
+                return Track(tuple(states), float(at), reason)
             continue
-        states, at, lost = [*states, state], end, lost + work
+        states, at = [*states, state], end
         step = min(2 * step, Fraction(1, parts))
-    return Track(tuple(states), float(at), "", lost)
+    return Track(tuple(states), float(at))
 
 
 class _End(NamedTuple):
@@ -102,7 +101,6 @@ class _End(NamedTuple):
     body: Bonded
     state: State | None
     reason: str
-    lost: float = 0.0  # work lost to slip
 
 
 def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> _End:
@@ -129,7 +127,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             said = verdict(body, way, found)
             grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
             state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
-            return _End(body, None if said.reason else state, said.reason, _lost(body, grips, seen))
+            return _End(body, None if said.reason else state, said.reason)
         pressures = new
     return _End(body, None, "slipping")
 
@@ -159,12 +157,6 @@ def _settled(part: Contact, before: Array, after: Array) -> bool:
     """Whether the pressures on a surface have settled."""
     weight = part.surface.weight.ravel()
     return float(weight @ np.abs(after - before)) <= _SAME * float(weight @ after)
-
-
-def _lost(body: Bonded, grips: Sequence[Grip], seen: Sequence[tuple[Array, Array, Array]]) -> float:
-    """Return the work lost to slip in an increment."""
-    each = zip(rough(body), grips, seen, strict=True)
-    return sum(float(part.surface.weight.ravel() @ grip.lost(place)) for part, grip, (place, _, _) in each)
 
 
 @dataclass(frozen=True)

@@ -256,10 +256,6 @@ class Grip:
         """Return tau at places y, shape (m, 3) [shear moduli]."""
         return self(y)[1]
 
-    def lost(self, y: Array) -> Array:
-        """Return the work per area lost to slip in an increment to places y, shape (m,)."""
-        return self.limit * np.maximum(self._slipped(y)[1] - self.slip, 0.0)
-
     def _slipped(self, y: Array) -> tuple[Array, Array]:
         """Return the slips s and their lengths."""
         away = y - self.anchor
