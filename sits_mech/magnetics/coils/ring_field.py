@@ -13,7 +13,7 @@ z = 0, with the section means ``S(k) = sum <a J1(k a) exp(k z)>`` [m],
     A_phi = (mu0/2) int_0^inf S(k) J1(k r) exp(-k z) dk    [V s/m per A].
 
 Rectangles, free tracks and true spirals are summed track by track (`straight`). For a track stand filaments at Gauss
-points of its width and its thickness, as many as its distance asks (`gauss_rule`). Units: V s / (A m). The return lead
+points of its width and its thickness, as many as its distance asks (`gauss_count`). Units: V s / (A m). The return lead
 is left out.
 
 Sources: Carlson, Numer. Algorithms 10 (1995) 13; Dodd and Deeds, J. Appl. Phys. 39 (1968) 2829.

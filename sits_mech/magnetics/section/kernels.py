@@ -24,7 +24,7 @@ import numpy as np
 from sits_mech.quantities import Array
 
 _NEAR = 3.5  # in the longest side of either bar
-_TOUCHING = 0.03  # least distance over half a side that Gauss points are counted for: 0.3 % off at 0.015 of that
+_TOUCHING = 0.03  # least distance over half a side that Gauss points are counted for
 
 
 def gauss_count(side: float, distance: float, error: float) -> int:
