@@ -192,13 +192,13 @@ def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
     return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start, lowest)
 
 
-def spectrum(rings: Sections, k: Array, *, points: int = 0) -> Array:
+def spectrum(rings: Sections, k: Array) -> Array:
     """Return S(k), shape (n,) [m]: section means of ``a J1(k a) exp(k z)``, summed over rings of 1 A below z = 0.
 
-    `points` are Gauss points along each ring's width, by default as many as its waves ask. ValueError where it would
-    take more memory than the process may.
+    Gauss points across a ring are as many as its waves ask. ValueError where it would take more memory than the process
+    may.
     """
-    points = points or 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0))
+    points = 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0))
     needed, limit = 8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size, memory_limit()
     if needed > limit:
         raise ValueError(

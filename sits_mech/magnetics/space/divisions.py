@@ -236,7 +236,7 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
 def field_length(coil: Coil, distance: float) -> float:
     """Return 1 / k of the root mean square wave number of a coil's field at a distance from its plane [m]."""
     k, weights = wave_numbers(20.0 / distance, coil.outer_diameter)
-    energy = spectrum(standing_rings(coil), k, points=4) ** 2 * np.exp(-2.0 * k * distance) * weights
+    energy = spectrum(standing_rings(coil), k) ** 2 * np.exp(-2.0 * k * distance) * weights
     return float(np.sqrt(energy.sum() / (k**2 * energy).sum()))
 
 
