@@ -391,8 +391,15 @@ def refuse_infinite(wrench: Wrench) -> None:
         raise ValueError(f"wrench: must be finite numbers, got {wrench}")
 
 
-def refuse_out_of_plane(model: str, given: Wrench | Pose, other: str) -> None:
+class _Leaving(Protocol):
+    """What names its components that leave the plane y = 0: a wrench, a pose, a mix of forces and places."""
+
+    @property
+    def out_of_plane(self) -> tuple[str, ...]: ...
+
+
+def refuse_out_of_plane(model: str, given: _Leaving, other: str) -> None:
     """Raise ValueError for components that leave the plane y = 0 of a `model`; `other` is the model that can."""
     if given.out_of_plane:
-        kind, names = ("wrench" if isinstance(given, Wrench) else "pose"), ", ".join(given.out_of_plane)
+        kind, names = ("pose" if isinstance(given, Pose) else "wrench"), ", ".join(given.out_of_plane)
         raise ValueError(f"{kind}: {names} must be zero for the model {model}, which is plane: ask for {other}")

@@ -172,26 +172,24 @@ def standing_rings(coil: Coil) -> Sections:
         return coil_sections(coil)
     pitch, found = coil.track_width + coil.track_gap, []
     if coil.shape == "rectangle":
-        length = track_length(coil) / coil.layers
+        middle = track_length(coil) / coil.layers / (2 * np.pi * coil.turns)
         ways = coil.directions or (1,) * coil.layers
-        found = [_rings(coil, (length, coil.turns, pitch), z, way) for z, way in zip(coil.heights, ways, strict=True)]
+        found = [_rings(coil, (middle, coil.turns, pitch), z, way) for z, way in zip(coil.heights, ways, strict=True)]
     else:
         each = [(line[0][2], *_turning(np.array(line)[:, :2])) for line in coil.path]
         for z, way in dict.fromkeys((one[0], math.copysign(1.0, one[1])) for one in each):
             angle, first, second = np.sum([one[1:] for one in each if one[0] == z and one[1] * way >= 0.0], axis=0)
-            count, middle = max(1, round(abs(angle) / (2 * np.pi))), first / angle if angle else 0.0
             if abs(angle) >= np.pi:
-                pitch = math.sqrt(12.0 * max(second / angle - middle**2, 0.0) / max(count**2 - 1, 1)) * (count > 1)
-                found.append(_rings(coil, (2 * np.pi * middle * count, count, pitch), z, way))
-        radius = (coil.outer_diameter - coil.track_width) / 2
-        found = found or [_rings(coil, (2 * np.pi * radius, 1, 0.0), coil.heights[0], 1.0)]
+                count, middle = max(1, round(abs(angle) / (2 * np.pi))), first / angle
+                pitch = math.sqrt(12.0 * max(second / angle - middle**2, 0.0) / max(count**2 - 1, 1))
+                found.append(_rings(coil, (middle, count, pitch), z, way))
+        found = found or [_rings(coil, ((coil.outer_diameter - coil.track_width) / 2, 1, 0.0), coil.heights[0], 1.0)]
     return Sections(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
 
 def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) -> tuple[Array, ...]:
-    """Return radii, heights, widths, thicknesses and directions of rings from their length in all, number and pitch."""
-    length, count, pitch = turns
-    middle = length / (2 * np.pi * count)
+    """Return radii, heights, widths, thicknesses and directions of rings from their mean radius, number and pitch."""
+    middle, count, pitch = turns
     pitch = min(pitch, 0.95 * (2 * middle - coil.track_width) / max(count - 1, 1))
     radius = middle + pitch * (np.arange(count) - (count - 1) / 2)
     return radius, *(np.full(count, value) for value in (z, coil.track_width, coil.track_thickness, way))

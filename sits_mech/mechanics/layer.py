@@ -83,8 +83,8 @@ class PlanarLayer:
         `equilibrium`.
         """
         began, controls = time.perf_counter(), (*via, control)
-        if names := ", ".join(name for each in controls for name in each.out_of_plane):
-            raise ValueError(f"wrench: {names} must be zero for the model planar, which is plane: ask for block")
+        for each in controls:
+            refuse_out_of_plane("planar", each, "block")
         solved = arrived(self.line, start, controls)
         report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
         if solved.part < 1.0:

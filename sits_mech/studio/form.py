@@ -95,7 +95,7 @@ class Form:
             """Follow the slider."""
             now = float(event.args)
             shown.set_text(f"{now:.4g} {unit}")
-            self._changes(key, str(round(now)) if step == 1.0 else repr(now / scale))
+            self._changes(key, str(round(now)) if key.endswith("turns") else repr(now / scale))
 
         slider.on("update:model-value", moved, throttle=_THROTTLE)
 

@@ -33,10 +33,10 @@ ROUND, _UP = 16, 8  # points on a ball
 
 def coil_field(coil: Coil, points: Array, step: float) -> Array:
     """Return H of a coil for 1 A at points, from its vector potential a step to all sides, shape (n, 3) [1/m]."""
-    far, ways = coil.outer_diameter / 4.0, step * np.eye(3)
+    far = coil.outer_diameter / 4.0
     slope = [
         (coil_potential(coil, points + way, far) - coil_potential(coil, points - way, far)) / (2.0 * step * mu_0)
-        for way in ways
+        for way in step * np.eye(3)
     ]
     (_, y_x, z_x), (x_y, _, z_y), (x_z, y_z, _) = (each.T for each in slope)
     return np.column_stack([z_y - y_z, x_z - z_x, y_x - x_y])

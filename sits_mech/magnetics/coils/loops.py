@@ -36,7 +36,7 @@ from scipy.special import elliprd
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs
 from sits_mech.magnetics.coils.straight import PAIRS, linkage
-from sits_mech.magnetics.section.kernels import gauss_count, mean_log
+from sits_mech.magnetics.section.kernels import gauss_count, gauss_rule, mean_log
 from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
@@ -95,18 +95,11 @@ def ring_inductance(rings: Sections, *, points: tuple[int, int] = (3, 3)) -> Arr
     return (L + L.T) / 2
 
 
-@lru_cache(maxsize=64)
-def _gauss(count: int) -> tuple[Array, Array]:
-    """Return Gauss points on (-1, 1) and their weights."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return nodes, weights
-
-
 def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Array, float]]:
     """Return Gauss points of the sections: offsets along r and z from the centres and their weight."""
-    (gr, wr), (gz, wz) = map(_gauss, points)
+    (gr, wr), (gz, wz) = map(gauss_rule, points)
     return [
-        (rings.width / 2 * r, rings.height / 2 * z, float(u * v / 4))
+        (rings.width / 2 * r, rings.height / 2 * z, float(u * v))
         for r, u in zip(gr, wr, strict=True)
         for z, v in zip(gz, wz, strict=True)
     ]

@@ -53,7 +53,7 @@ _WAVES = 0.375  # Gauss points across a ring, over its width times the largest w
 _ARRAYS = 4  # of a number for each ring and wave number, beside those at the Gauss points
 
 
-def filaments(coil: Coil, clearance: float, error: float = _RIGHT) -> tuple[int, int]:
+def filament_counts(coil: Coil, clearance: float, error: float = _RIGHT) -> tuple[int, int]:
     """Return how many filaments across a track and through it are right from a clearance on [m], and in its moment."""
     away = min(clearance, coil.outer_diameter / 4)
     return gauss_count(coil.track_width, away, error), gauss_count(coil.track_thickness, clearance, error)
@@ -64,12 +64,12 @@ def _farther(coil: Coil, away: Array, clearance: float) -> list[tuple[tuple[int,
 
     `away` is how far they are from a track, `clearance` the least such distance [m].
     """
-    most, kinds = filaments(coil, clearance), defaultdict[tuple[int, int], list[float]](list)
+    most, kinds = filament_counts(coil, clearance), defaultdict[tuple[int, int], list[float]](list)
     if most == (1, 1):
         return [(most, ...)]
     octave = np.floor(np.log2(np.maximum(away / clearance, 1.0)))
     for k in np.unique(octave).tolist():
-        few = filaments(coil, clearance * 2.0**k, _STEPLESS)
+        few = filament_counts(coil, clearance * 2.0**k, _STEPLESS)
         kinds[min(most[0], few[0]), min(most[1], few[1])].append(k)
     return [(counts, np.isin(octave, each)) for counts, each in kinds.items()]
 
@@ -122,8 +122,7 @@ def _straight(coil: Coil, windings: str, clearance: float) -> Potential:
 @lru_cache(maxsize=32)
 def _tracks(coil: Coil, windings: str, counts: tuple[int, int]) -> Potential:
     """Return A of a coil's straight tracks by so many filaments across and through each."""
-    across, through = map(gauss_rule, counts)
-    return track_potential(coil_tracks(coil, windings), across, through)
+    return track_potential(coil_tracks(coil, windings), *map(gauss_rule, counts))
 
 
 def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
@@ -147,7 +146,7 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
 def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: int) -> None:
     """Refuse the potential of coils of straight tracks, at points from a height on, where it takes too long."""
     straight = [coil for coil in coils if not coil.is_round or windings == "spiral"]
-    tracks = sum(math.prod(filaments(coil, lowest), start=len(coil_tracks(coil, windings).start)) for coil in straight)
+    tracks = sum(len(coil_tracks(coil, windings).start) * math.prod(filament_counts(coil, lowest)) for coil in straight)
     check_seconds(_TRACK * tracks * points, f"coils: the field of {tracks} straight filaments at {points} points")
 
 

@@ -19,6 +19,8 @@ an error below 1e-7 from 3.5 widths on.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from sits_mech.quantities import Array
@@ -37,6 +39,7 @@ def gauss_count(side: float, distance: float, error: float) -> int:
     return max(1, int(np.ceil(-np.log(error) / (2.0 * rate))))
 
 
+@lru_cache(maxsize=64)
 def gauss_rule(count: int) -> tuple[Array, Array]:
     """Return so many Gauss points of a side, from -1 to 1, and weights of sum 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)

@@ -6,7 +6,7 @@ from common.ring_discs import joint_reaction
 
 from sits_mech.geometry.sheet_plan import Grading, rectangle_plan
 from sits_mech.geometry.tracks import coil_tracks
-from sits_mech.magnetics.coils.ring_field import filaments, ring_potential
+from sits_mech.magnetics.coils.ring_field import filament_counts, ring_potential
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.magnetics.sheets import sheets
@@ -44,7 +44,7 @@ def test_potential_of_the_spirals_is_that_of_their_paths():
     points = np.array([[1.0, 2.0, 0.0], [-4.0, 0.3, 0.05]]) * MM
     seen = Sources(COILS[:1], "spiral", BEHIND.place, 0.6 * MM).potential(points)[..., 0]
     coil = COILS[0].model_copy(update={"centre": (0.0, 0.0)})
-    path = track_potential(coil_tracks(coil, "spiral"), *map(gauss_rule, filaments(coil, 0.6 * MM)))
+    path = track_potential(coil_tracks(coil, "spiral"), *map(gauss_rule, filament_counts(coil, 0.6 * MM)))
     exact = path((points + BEHIND.place - (*COILS[0].centre, 0.0)).T[None])[0].T
     np.testing.assert_allclose(seen[:, :2], exact, rtol=1e-9)
 
@@ -53,7 +53,7 @@ def test_a_rectangle_is_seen_by_its_tracks():
     coil = load_sensor("square-4").coils[0].model_copy(update={"centre": (0.0, 0.0)})
     points = np.array([[1.0, 2.0, 0.0], [-4.0, 0.3, 0.05]]) * MM
     seen = Sources((coil,), "rings", BEHIND.place, 0.6 * MM).potential(points)[..., 0]
-    path = track_potential(coil_tracks(coil, "rings"), *map(gauss_rule, filaments(coil, 0.6 * MM)))
+    path = track_potential(coil_tracks(coil, "rings"), *map(gauss_rule, filament_counts(coil, 0.6 * MM)))
     exact = path((points + BEHIND.place).T[None])[0].T
     np.testing.assert_allclose(seen[:, :2], exact, rtol=1e-9)
 
