@@ -124,11 +124,16 @@ def track_length(coil: Coil) -> float:
 
 
 def track_squares(coil: Coil) -> float:
-    """Return the length of a coil's track over its width, summed along it [-]."""
+    """Return the length of a coil's track over its width, summed along it; of rings as `ring_squares` [-]."""
     if coil.is_round:
-        return track_length(coil) / coil.track_width
+        return float(coil.layers * ring_squares(turn_radii(coil), coil.track_width).sum())
     tracks = coil_tracks(coil)
     return float((tracks.length / tracks.width).sum())
+
+
+def ring_squares(radius: Array, width: float | Array) -> Array:
+    """Return ``2 pi / ln(b / a)`` of rings from a to b, whose steady current falls with the radius."""
+    return np.asarray(np.pi / np.arctanh(width / (2 * radius)))
 
 
 def _rectangles(coil: Coil) -> list[Array]:

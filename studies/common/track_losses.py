@@ -1,9 +1,9 @@
 """Resistance of the coils' tracks at one frequency, solved directly, and closed forms beside it.
 
 What `coils.resistance` finds for many frequencies from its modes. Every turn is a ring, divided into filaments f of
-section w_f h_f that share the turn's voltage v_t:
+height h_f from radius a_f to b_f that share the turn's voltage v_t:
 
-    (R_f + j omega L_fg) i_g = v_t(f),    R_f = 2 pi r_f / (sigma w_f h_f),    L_fg by `loops`,
+    (R_f + j omega L_fg) i_g = v_t(f),    R_f = 2 pi / (sigma h_f ln(b_f / a_f)),    L_fg by `loops`,
 
 and with P the map of filaments to turns, ``Y = P^T (R + j omega L)^-1 P`` links turn voltages to turn currents, so
 that ``Z = Y^-1`` is turn by turn and a coil in series shows ``Z_coil = sum_tu Z_tu = R_ac + j omega L``.
@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ive
 
+from sits_mech.geometry.tracks import ring_squares
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.magnetics.coils.resistance import divided, filaments_along
@@ -121,7 +122,7 @@ def filament_impedance(filaments: Sections, turn: NDArray[np.int_], frequency: f
     frequency, conductivity : float
         [Hz, S/m].
     """
-    R = 2.0 * np.pi * filaments.radius / (conductivity * filaments.width * filaments.height)
+    R = ring_squares(filaments.radius, filaments.width) / (conductivity * filaments.height)
     system = np.diag(R) + 2j * np.pi * frequency * ring_inductance(filaments, points=(1, 1))
     P = np.zeros((R.size, int(turn.max()) + 1))
     P[np.arange(R.size), turn] = 1.0

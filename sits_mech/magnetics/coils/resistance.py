@@ -1,8 +1,8 @@
 """Resistance of the coils' tracks, direct and with skin and proximity effect, at many frequencies from one division.
 
-Every turn is a ring, divided into filaments f of section w_f h_f that share the turn's voltage v_t:
+Every turn is a ring, divided into filaments f of height h_f from radius a_f to b_f that share the turn's voltage v_t:
 
-    (R_f + j omega L_fg) i_g = v_t(f),    R_f = 2 pi r_f / (sigma w_f h_f),    L_fg by `loops`.
+    (R_f + j omega L_fg) i_g = v_t(f),    R_f = 2 pi / (sigma h_f ln(b_f / a_f)),    L_fg by `loops`.
 
 Filaments are graded to the surfaces; those for the highest frequency serve every lower one. Their eigenproblem
 ``L v = tau R v`` gives the turn-by-turn admittance (P: filaments to turns)
@@ -31,7 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.disk_cache import kept
-from sits_mech.geometry.tracks import standing_rings, track_squares
+from sits_mech.geometry.tracks import ring_squares, standing_rings, track_squares
 from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.magnetics.modes import Modes, eddy_modes, skin_depth
@@ -48,7 +48,7 @@ def track_conductivity(coil: Coil) -> float:
 
 
 def track_resistance(coil: Coil) -> float:
-    """Return the direct-current resistance of a coil's tracks, uniform current density [ohm]."""
+    """Return the direct-current resistance of a coil's tracks [ohm]."""
     return track_squares(coil) / (track_conductivity(coil) * coil.track_thickness)
 
 
@@ -83,7 +83,7 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     coarse, fine = (_series(rings, (n * cells[0], n * cells[1]), hertz, track_conductivity(coil)) for n in (1, 2))
     step = (fine - coarse) / 3
     R, shift = fine + step
-    more = 1.0 if coil.is_round else track_squares(coil) / (2.0 * np.pi * rings.radius / rings.width).sum()
+    more = 1.0 if coil.is_round else track_squares(coil) / ring_squares(rings.radius, rings.width).sum()
     return TrackSpectrum(more * R, shift, np.abs(more * step[0]))  # as much more as the coil's tracks have squares
 
 
@@ -104,7 +104,7 @@ def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity:
 def _modes(rings: Sections, cells: tuple[int, int], conductivity: float) -> Modes:
     """Return modes of the filaments, seen by turns."""
     parts = divided(rings, cells)
-    R = 2.0 * np.pi * parts.radius / (conductivity * parts.width * parts.height)
+    R = ring_squares(parts.radius, parts.width) / (conductivity * parts.height)
     share = np.repeat(np.eye(rings.radius.size), cells[0] * cells[1], axis=1)
     return eddy_modes(ring_inductance(parts, points=(1, 1)), R, share)
 

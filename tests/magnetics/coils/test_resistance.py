@@ -10,7 +10,7 @@ from scipy.constants import mu_0
 from sits_mech.disk_cache import VARIABLE
 from sits_mech.geometry.tracks import coil_bars
 from sits_mech.magnetics.coils import resistance
-from sits_mech.magnetics.coils.resistance import track_resistance, track_spectrum
+from sits_mech.magnetics.coils.resistance import track_conductivity, track_resistance, track_spectrum
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.scene.sensor import Coil
 
@@ -42,14 +42,22 @@ def test_the_second_command_finds_no_modes(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_limits() -> None:
-    """Direct current: R of uniform current within that of rings (J as 1/r), no shift; both vary as f^2 from there."""
+    """Direct current: R of rings (J as 1/r), no shift; both vary as f^2 from there."""
     found = track_spectrum(COIL, [1.0, 1e4, 2e4, 1e7])
-    assert found.R[0] == pytest.approx(track_resistance(COIL), rel=1e-3)
+    assert found.R[0] == pytest.approx(track_resistance(COIL), rel=1e-6)
     assert abs(found.shift[0]) < 1e-15
     assert (found.R[2] - found.R[0]) / (found.R[1] - found.R[0]) == pytest.approx(4.0, rel=1e-2)
     assert found.shift[2] / found.shift[1] == pytest.approx(4.0, rel=1e-2)
     inner = coil_losses(COIL, 1e7).L - coil_losses(COIL, 1.0).L
     assert found.shift[3] == pytest.approx(inner, rel=3e-2)
+
+
+def test_the_current_of_a_wide_track_keeps_to_its_inner_side() -> None:
+    """A ring three times as wide outside as inside: t sigma R = 2 pi / ln 3, a tenth below that of uniform current."""
+    wide = COIL.model_copy(update={"turns": 1, "inner_diameter": 4e-3, "track_width": 4e-3})
+    own = track_resistance(wide)
+    assert own * track_conductivity(wide) * wide.track_thickness == pytest.approx(2 * np.pi / np.log(3), rel=1e-12)
+    assert track_spectrum(wide, [1.0]).R[0] == pytest.approx(own, rel=1e-6)
 
 
 @pytest.mark.parametrize("wrong", [[], [0.0], [np.inf], [1e12]])
