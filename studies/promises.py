@@ -60,8 +60,8 @@ def drawn(some: np.random.Generator) -> tuple[str, list[str], Sensor, Wrench, fl
         more.append(f"target.width={some.uniform(6.0, 15.0) * MM:.6f}")
     sensor = load_sensor(scene, more)
     slant, size = some.uniform(0.0, 0.6), 10.0 ** some.uniform(np.log10(0.03), np.log10(0.6))
-    one = Wrench(slant, 1.0)
-    factor = size / strain_bound(sensor, [one])
+    small = Wrench(1e-3 * slant, 1e-3)
+    factor = 1e-3 * size / strain_bound(sensor, [small])  # of first order
     return scene, more, sensor, Wrench(slant * factor, factor), float(some.choice([1e-2, 3e-3]))
 
 

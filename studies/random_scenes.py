@@ -105,7 +105,7 @@ def draw(number: int, loaded: bool = False) -> Drawn:
     if loaded or "load" in kind:
         way = some.normal(size=2) * (0.3, 1.0)
         unit = Wrench(float(way[0]), abs(float(way[1])), float(some.normal() * 0.2 * width))
-        bound = strain_bound(sensor, [unit])
+        bound = 1e3 * strain_bound(sensor, [Wrench(*(1e-3 * unit.components))])  # of first order
         if math.isinf(bound):  # slender: its own sink under that load
             bound = max(abs(unit.F_x), unit.F_z) / (sensor.elastomer.silicone.shear_modulus * width * length)
         share = 10 ** some.uniform(-2.5, -0.7) / bound

@@ -146,7 +146,10 @@ class _Reader:
                 frame = self.frame(node, number)
                 tracks += self.tracks(children(node, "fp_line", "fp_arc"), frame)
                 holes += [self.pad(item, frame) for item in children(node, "pad")]
-        zones = [self.zone(node) for node in children(tree, "zone") if not _is_aid(node)]
+        zones = [
+            self.zone(node) for node in children(tree, "zone")  # of copper, and no teardrop of a pad
+            if child(node, "keepout") is None and child(child(node, "attr") or [], "teardrop") is None
+        ]
         named = {item.net for part in (tracks, holes, zones) for item in part}
         names = sorted(({*self.nets.values()} | named) - {""})
         return Board(self.name, layers, tuple(names), tuple(tracks), tuple(holes), tuple(zones), notes)
@@ -222,11 +225,6 @@ class _Reader:
         if node[0] == "xy":
             return [numbers([node], "xy", 2, where)]
         return [numbers(node, key, 2, where) for key in ("start", "mid", "end")]
-
-
-def _is_aid(zone: Node) -> bool:
-    """Tell whether a zone keeps copper out, or is the teardrop of a pad."""
-    return child(zone, "keepout") is not None or child(child(zone, "attr") or [], "teardrop") is not None
 
 
 def _turn(node: Node, where: str) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from sits_mech.chain.propagation import Reading, signal_weights
 from sits_mech.quantities import POSE, Bounded, Equilibrium
-from sits_mech.readout.signals import Signals, signal_changes, signals
+from sits_mech.readout.signals import signal_changes, signals
 from sits_mech.scene.sensor import Sensor
 
 Columns = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
@@ -52,7 +52,9 @@ def of_readings(sensor: Sensor, reading: Reading, poses: Bounded) -> Columns:
     found: Columns = {
         name: (("coil", "coil_2"), getattr(reading.impedance, name)) for name in ("L", "R", "error_L", "error_R")
     }
-    found |= {name: ((), value) for name, value in (reading.signals.known | _untilted(reading.untilted)).items()}
+    found |= {name: ((), value) for name, value in reading.signals.known.items()}
+    untilted = reading.untilted.known
+    found |= {name: ((), untilted[key]) for key, name in _UNTILTED.items() if key in untilted}
     own, level = (signal_changes(change, L0, weights) for change in (reading.shared, reading.shared_untilted))
     shared = {name: values.T for name, values in own.items()}
     shared |= {name: level[key].T for key, name in _UNTILTED.items() if key in level}
@@ -65,8 +67,3 @@ def of_readings(sensor: Sensor, reading: Reading, poses: Bounded) -> Columns:
     known = {name: turned[f"error_{name}"] for name in _UNTILTED if name in turned}
     found |= {f"error_{name.removesuffix('_percent')}_turned": ((), values) for name, values in known.items()}
     return found
-
-
-def _untilted(found: Signals) -> dict[str, Any]:
-    """Return the shear signals without rotation, under the names of a table."""
-    return {name: found.known[key] for key, name in _UNTILTED.items() if key in found.known}

@@ -156,7 +156,7 @@ def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
 def in_plane_strain(sensor: Sensor, model: str) -> bool:
     """Return whether a mechanical model, by its name, takes a pad in plane strain."""
     target, elastomer = sensor.target, sensor.elastomer
-    flat = elastomer is not None and elastomer.mesh is None and finite_strain_model(sensor) == "planar"
+    flat = elastomer is not None and elastomer.mesh is None and finite_strain_model(elastomer) == "planar"
     flat |= target is not None and target.shape == "outline"
     return model in ("planar", "closed-form") or (model == "linear" and flat)
 

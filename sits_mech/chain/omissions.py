@@ -102,15 +102,15 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     (w, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
     if min(w, length) < 2.0 * t * _SLENDER:
         return math.inf
-    mu, (area, E_c, E_b) = elastomer.silicone.shear_modulus, pad_moduli(target, elastomer)
+    silicone, (area, E_c, E_b) = elastomer.silicone, pad_moduli(target, elastomer)
     free = 3.0 * abs(elastomer.free_stretch - 1.0)  # of the thickness, by which the pad moves without load, at most
-    bounds, lever = [small_strain_bound(free, 0.0, 0.0)], target.load_height + 0.5 * t
+    strains, lever = [(free, 0.0, 0.0)], target.load_height + 0.5 * t
     for load in loads:
-        sink, shear = abs(load.F_z) / (E_c * area), math.hypot(load.F_x, load.F_y) / (mu * area)
+        sink, shear = abs(load.F_z) / (E_c * area), math.hypot(load.F_x, load.F_y) / (silicone.shear_modulus * area)
         along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
         edge = 6.0 * math.hypot(along / w, across / length) / (E_b * area)
-        bounds.append(small_strain_bound(sink + free, shear, edge))
-    return max(bounds)
+        strains.append((sink + free, shear, edge))
+    return max(small_strain_bound(silicone, (E_c, E_b), *each) for each in strains)
 
 
 def skin_depths(sensor: Sensor) -> float:

@@ -97,7 +97,7 @@ def _is_finite(sensor: Sensor) -> bool:
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None or target.shape == "outline":
         return False
-    return finite_strain_model(sensor) == "block"
+    return finite_strain_model(sensor.elastomer) == "block"
 
 
 def _in_space(sensor: Sensor, target: Target) -> bool:

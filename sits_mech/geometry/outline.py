@@ -98,7 +98,8 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
     layers = depth - graded_axis(depth, rim)
     coarse = [_shares(loop, grading) for loop in loops]
     for attempt in range(_TRIES):
-        shares = [[_finer(edge, grading.parts * 2**attempt) for edge in loop] for loop in coarse]
+        n = grading.parts * 2**attempt  # even parts of every piece of an edge, without its end
+        shares = [[np.interp(np.arange(n * (e.size - 1)) / n, np.arange(e.size), e) for e in loop] for loop in coarse]
         plan = _assembled(loops, shares, layers[::-1], grading)
         if plan is not None:
             return plan
@@ -168,11 +169,6 @@ def _shares(loop: Array, grading: Grading) -> list[Array]:
         count = max(int(np.ceil(number[-1] - 1e-9)), 1)
         found.append(np.interp(np.arange(count + 1) / count, number / number[-1], share))
     return found
-
-
-def _finer(share: Array, pieces: int) -> Array:
-    """Divide every piece of an edge evenly, without its end."""
-    return np.interp(np.arange(pieces * (share.size - 1)) / pieces, np.arange(share.size), share)
 
 
 def _divided(loop: Array, shares: list[Array]) -> Array:

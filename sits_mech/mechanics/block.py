@@ -35,7 +35,7 @@ import numpy as np
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.equilibrium.body import Bonded, packed
-from sits_mech.mechanics.equilibrium.control import Control, under
+from sits_mech.mechanics.equilibrium.control import Control, Controlled
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept, of_one_pad
@@ -46,7 +46,7 @@ from sits_mech.mechanics.levels.settle import ended, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
-from sits_mech.quantities import Array, Equilibrium, Wrench
+from sits_mech.quantities import Array, Equilibrium
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
@@ -63,7 +63,7 @@ _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
 
 
 @dataclass(frozen=True)
-class BlockPad:
+class BlockPad(Controlled):
     """The pad at finite strain; made by `block_pad`."""
 
     sensor: Sensor
@@ -98,19 +98,6 @@ class BlockPad:
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> BlockPad:
         """Return the model on the same meshes, refined to a goal; see `RefinedModel`."""
         return replace(self, finer=self, goal=goal, tolerance=tolerance, deepest=deepest)
-
-    @one_thread
-    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
-
-        Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
-        """
-        return self.controlled(under(wrench), start=start)
-
-    def along(self, loads: Sequence[Wrench]) -> Equilibrium:
-        """Return the equilibrium at the end of a path of loads from rest; see `PathModel`."""
-        *via, control = map(under, loads or [Wrench()])
-        return self.controlled(control, via=via)
 
     @one_thread
     def controlled(

@@ -13,14 +13,14 @@ exact at small strain; the softening of a whole pad is known of proportional loa
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, SolveReport, Wrench
+from sits_mech.quantities import WRENCH, Array, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
 from sits_mech.silicone.history import relaxed_share, retardation
 
@@ -116,7 +116,7 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
         history, given = _as_it_creeps(history, retardation(silicone.prony)[1])
         crept = np.stack([relaxed_share(silicone, history.time, part) for part in history.wrench.T], axis=1)
     found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
-    pose, error = (_stacked([getattr(each, name) for each in found]) for name in ("pose", "error"))
+    pose, error = (Pose.of(np.array([getattr(each, name).components for each in found])) for name in ("pose", "error"))
     told = ((each.report.iterations, each.report.estimated_error, each.report.stretch) for each in found)
     iterations, errors, stretch = zip(*told, strict=True)
     last = found[-1].report
@@ -139,8 +139,3 @@ def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDAr
     wrench = [np.insert(part, before, np.interp(between, history.time, part)) for part in history.wrench.T]
     found = LoadHistory(np.insert(history.time, before, between), np.stack(wrench, axis=1))
     return found, np.insert(np.ones(history.time.size, dtype=bool), before, False)
-
-
-def _stacked(poses: Sequence[Pose]) -> Pose:
-    """Stack many poses into one."""
-    return Pose.of(np.array([pose.components for pose in poses]).reshape(-1, len(POSE)))

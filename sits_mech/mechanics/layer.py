@@ -27,7 +27,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
-from sits_mech.mechanics.equilibrium.control import Control, under
+from sits_mech.mechanics.equilibrium.control import Control, Controlled
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
@@ -36,14 +36,14 @@ from sits_mech.mechanics.levels.load_path import arrived
 from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
-from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_out_of_plane
+from sits_mech.quantities import Array, Equilibrium, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 
 
 @dataclass(frozen=True)
-class PlanarLayer:
+class PlanarLayer(Controlled):
     """The layer at finite strain; made by `planar_layer`."""
 
     sensor: Sensor
@@ -59,19 +59,6 @@ class PlanarLayer:
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> PlanarLayer:
         """Return the model refined to a goal: in the plane all meshes cost little."""
         return replace(self, tolerance=tolerance, line=replace(self.line, asked=tolerance, goal=goal))
-
-    @one_thread
-    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
-
-        Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
-        """
-        return self.controlled(under(wrench), start=start)
-
-    def along(self, loads: Sequence[Wrench]) -> Equilibrium:
-        """Return the equilibrium at the end of a path of loads from rest; see `PathModel`, raises as `equilibrium`."""
-        *via, control = map(under, loads or [Wrench()])
-        return self.controlled(control, via=via)
 
     @one_thread
     def controlled(

@@ -104,7 +104,7 @@ class SmallStrain:
         )
         if not report.estimated_error < 1.0:
             report = replace(report, status="strains too large")
-            ask = f"ask for {finite_strain_model(self.sensor)}"
+            ask = f"ask for {finite_strain_model(self.sensor.elastomer)}"
             raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}: {ask}", report)
         shared = np.pad(limit.parts / lever, ((0, 0), (0, 3)))
         return Equilibrium(wrench, scales.pose(q), Pose.of(error), q, report, shared)
@@ -150,7 +150,7 @@ def linear_pad(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
 def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
     """Return the small-strain model: in space where plane strain does not represent the pad."""
     target, elastomer = layer_parts(sensor)
-    finite = target.shape != "outline" and (elastomer.mesh is not None or finite_strain_model(sensor) == "block")
+    finite = target.shape != "outline" and (elastomer.mesh is not None or finite_strain_model(elastomer) == "block")
     return (linear_pad if finite else linear_layer)(sensor, tolerance)
 
 

@@ -21,6 +21,7 @@ Neglected: change of volume, rate, history.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -64,6 +65,13 @@ def engineering_stress(law: str, constants: Constants, strain: Array, mode: str 
     Raise ValueError for an unknown law or mode.
     """
     return state_stress(law, constants, principal_stretches(mode, 1.0 + strain))
+
+
+def shear_secant(law: str, constants: Constants, strain: float) -> float:
+    """Return stress over strain in simple shear at a strain above zero, stretches (lambda, 1, 1/lambda) [Pa]."""
+    stretch = 0.5 * (strain + math.hypot(strain, 2.0))
+    pure = engineering_stress(law, constants, np.array([stretch - 1.0]), "planar").item()
+    return pure * stretch / (strain * (stretch + 1.0 / stretch))
 
 
 def energy_density(law: str, constants: Constants, stretches: Array) -> Array:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
 from sits_mech.silicone.laws import LAWS, Constants, Law
-from sits_mech.units import SceneError, quantity, shown, si_value
+from sits_mech.units import SceneError, quantity, shown
 
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
 _LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
@@ -156,7 +156,7 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
         if key not in table:
             raise SceneError(f"{key} must be given for a {law.name} material; it is missing")
     constants = _constants(law, table)
-    bulk_modulus = _si("bulk_modulus", table["bulk_modulus"], "Pa")
+    bulk_modulus = quantity(table["bulk_modulus"], "Pa", "bulk_modulus")
     if not bulk_modulus > 0.0:
         raise SceneError(f"bulk_modulus must be a positive pressure; got {shown(table['bulk_modulus'])}")
     prony, mullins = _branches(table.get("prony", ())), _softening(table.get("mullins"))
@@ -205,9 +205,9 @@ def _constants(law: Law, table: Mapping[str, Any]) -> Constants:
     for key, unit in law.units.items():
         if law.lists:
             entries = table[key] if isinstance(table[key], list | tuple) else [table[key]]
-            found[key] = tuple(_si(key, entry, unit) for entry in entries)
+            found[key] = tuple(quantity(entry, unit, key) for entry in entries)
         else:
-            found[key] = _si(key, table[key], unit)
+            found[key] = quantity(table[key], unit, key)
     refusal = law.refusal(found)
     if refusal:
         raise SceneError(refusal)
@@ -216,17 +216,9 @@ def _constants(law: Law, table: Mapping[str, Any]) -> Constants:
     return found
 
 
-def _si(key: str, value: Any, unit: str) -> float:
-    """Return a quantity in SI; name its key in the error."""
-    try:
-        return si_value(value, unit)
-    except SceneError as error:
-        raise SceneError(f"{key} {error}") from None
-
-
 def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
     """Return source, fitted range, residual and spread, if a table has them."""
-    found: dict[str, Any] = {key: _si(key, table[key], unit) for key, unit in _NUMBERS.items() if key in table}
+    found: dict[str, Any] = {key: quantity(table[key], unit, key) for key, unit in _NUMBERS.items() if key in table}
     source = table.get("source", "the scene")
     if not isinstance(source, str) or not source.isprintable():
         raise SceneError(f"source must be a printable text; got {shown(source)}")
@@ -238,7 +230,7 @@ def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
 
 def _rising(key: str, ends: Any, unit: str, words: str) -> tuple[float, ...]:
     """Return the two ends of a range in SI, or refuse them."""
-    found = tuple(_si(key, end, unit) for end in ends) if isinstance(ends, list | tuple) else ()
+    found = tuple(quantity(end, unit, key) for end in ends) if isinstance(ends, list | tuple) else ()
     if len(found) != 2 or not found[0] < found[1]:
         raise SceneError(f"{key} must be the {words}; got {shown(ends)}")
     return found

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, plan
@@ -115,9 +116,9 @@ def test_a_sheet_of_ferrite_is_magnetised_in_space() -> None:
 def test_one_compliance_misses_less_than_its_bound(keys: list[str], wrench: tuple[float, float]) -> None:
     """The nonlinear layer against the linear one, at a load whose bound is 1 %."""
     sensor = load_sensor("biorob2018", [*LONG, *keys])
-    part = 1e-2 / strain_bound(sensor, [Wrench(*wrench)])
+    part = _along(sensor, Wrench(*wrench), 1e-2)
     load = Wrench(*(part * force for force in wrench))
-    finite = finite_strain_model(sensor)
+    finite = finite_strain_model(sensor.elastomer)
     full, small = (mechanical_model(sensor, name, 1e-3)[0].equilibrium(load) for name in (finite, "linear"))
     rest = sensor.elastomer.thickness if sensor.elastomer else 0.0
     reach = 0.5 * sensor.target.extent[0] if sensor.target else 0.0
@@ -129,6 +130,24 @@ def test_one_compliance_misses_less_than_its_bound(keys: list[str], wrench: tupl
     missed = float(np.abs(moved(full.pose) - moved(small.pose)).max() / size)
     assert missed < 1e-2 + full.report.estimated_error
     assert missed > 5e-6  # the promise is about something
+
+
+@pytest.mark.parametrize("bound", [0.1, pytest.param(0.3, marks=pytest.mark.slow)])
+def test_a_thin_pad_of_a_stiffening_law_is_within_the_bound(bound: float) -> None:
+    """Pressed, its silicone shears by ten times what it sinks: one compliance is up to 1.7 times 3 sink/t off."""
+    thin = ["elastomer.width=0.02", "target.width=0.02", "elastomer.thickness=0.001"]
+    sensor = load_sensor("biorob2018", [*LONG, *thin, 'elastomer.material="dragon-skin-10"'])
+    load, t = Wrench(0.0, _along(sensor, Wrench(0.0, 1.0), bound)), 1e-3
+    full, formula = (mechanical_model(sensor, name, 1e-2)[0].equilibrium(load) for name in ("planar", "closed-form"))
+    linear = mechanical_model(sensor, "linear", 1e-2)[0].equilibrium(load)
+    sink = t - full.pose.d_v
+    assert 3.0 * sink / t < abs(t - linear.pose.d_v - sink) / sink + 0.02 < bound
+    assert abs(full.pose.d_v - formula.pose.d_v) < formula.error.d_v
+
+
+def _along(sensor: Sensor, load: Wrench, bound: float) -> float:
+    """Return the multiple of a load at which small strain's bound is reached."""
+    return brentq(lambda m: strain_bound(sensor, [Wrench(*(m * load.components))]) - bound, 0.0, 1e4)
 
 
 @pytest.mark.parametrize("size", [(20, 20, 2), (8, 8, 4), (20, 8, 2), (8, 40, 2), (20, 0, 2)], ids=str)
@@ -145,7 +164,7 @@ def test_strains_of_pads_are_those_of_the_model_in_space(size: tuple[int, int, i
     rest = layer.equilibrium(Wrench()).pose
 
     def over_bound(component: str, strain: Callable[[Pose], float]) -> float:
-        load = Wrench(**{component: 1e-4 / strain_bound(sensor, [Wrench(**{component: 1.0})])})
+        load = Wrench(**{component: _along(sensor, Wrench(**{component: 1.0}), 1e-4)})
         return strain(layer.equilibrium(load).pose) / 1e-4
 
     assert over_bound("F_z", lambda pose: 3.0 * (rest.d_v - pose.d_v) / t) == pytest.approx(1.0, abs=0.08)

@@ -62,7 +62,7 @@ def test_a_sudden_change_is_no_ramp():
     """At rest for 10 s, then a load at once: both rows of that time are given, and the pad creeps from the second."""
     own, time, wrench = soft(prony=[{"weight": 0.3, "time": 1.0}]), [0.0, 10.0, 10.0, 20.0], np.zeros((4, 6))
     wrench[2:, 0] = 1e-3
-    layer = Strip(own, (1e3, 1e4, 1.0))
+    layer = Strip(own.target, own.elastomer, (1e3, 1e4, 1.0))
     found = motion_of(own, layer, LoadHistory(time, wrench.tolist()))
     given, slow = found.given, layer.equilibrium(Wrench(F_x=1e-3)).pose
     np.testing.assert_array_equal(found.time[given], time)

@@ -74,7 +74,9 @@ def _cause(number: Parameter, field: MagneticModel) -> str:
     """Return by what a number changes the impedance at fixed poses: "frequency", "metal", "length", or nothing."""
     if number.name == "frequency":
         return "frequency"
-    if number.name == _CONDUCTIVITY and _one_metal(number.scene):
+    target = number.scene.target
+    alone = not number.scene.conductors and (target is None or target.metal.relative_permeability == 1.0)
+    if number.name == _CONDUCTIVITY and alone:
         return "metal"
     beside = is_coaxial(field) and ".centre." in number.name
     return "length" if _of_field(number) and not beside else ""
@@ -100,11 +102,6 @@ def _of_field(number: Parameter) -> bool:
         return False
     other = place_of(number)
     return any(getattr(other, part) != getattr(number.scene, part) for part in _ELECTRIC)
-
-
-def _one_metal(sensor: Sensor) -> bool:
-    """Return whether currents flow in the target alone, with nothing permeable beside it."""
-    return not sensor.conductors and (sensor.target is None or sensor.target.metal.relative_permeability == 1.0)
 
 
 def _growth(number: Parameter) -> float:

@@ -7,12 +7,14 @@ is ``alpha = 0`` with M found.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.quantities import WRENCH, Array, Pose, Wrench, refuse_infinite
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, Wrench, refuse_infinite
 
 _PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
 _PAIRS = tuple(zip(WRENCH, _PLACES, strict=True))
@@ -117,6 +119,28 @@ class Scales:
 
 
 _DOWN = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+
+
+class Controlled(Protocol):
+    """A model that takes any control, and so any load and path of loads."""
+
+    def controlled(
+        self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
+    ) -> Equilibrium:
+        """Return the equilibrium with forces or places given, reached from `start` or rest, via `via`."""
+        ...
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
+
+        Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
+        """
+        return self.controlled(under(wrench), start=start)
+
+    def along(self, loads: Sequence[Wrench]) -> Equilibrium:
+        """Return the equilibrium at the end of a path of loads from rest; see `PathModel`, raises as `equilibrium`."""
+        *via, control = map(under, loads or [Wrench()])
+        return self.controlled(control, via=via)
 
 
 def under(wrench: Wrench) -> Control:

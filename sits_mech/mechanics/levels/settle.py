@@ -62,7 +62,9 @@ def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
         there = _on(line, range(number, number + 1), start, control)
         if there.part == 1.0:
             return there
-    onwards = start is not None and 0 <= number < PAIR and (control.out_of_plane or _there(start, control))
+    onwards = start is not None and 0 <= number < PAIR
+    if onwards and start is not None and not control.out_of_plane:  # from an equilibrium under the given load
+        onwards = control.given.items() <= vars(start.wrench).items()
     free = _on(line, range(number if onwards else 0, PAIR), start, control)
     if not line.auto or not _touches(line, free.found):
         return free
@@ -71,11 +73,6 @@ def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
     if held.part < free.part:
         return _without_contact(line, free)
     return held if free.part < 1.0 else _with_depth(line, free.found, held)
-
-
-def _there(start: Equilibrium, control: Control) -> bool:
-    """Whether an equilibrium is under the given load."""
-    return control.given == {name: value for name, value in vars(start.wrench).items() if name in control.given}
 
 
 def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Solved:

@@ -108,7 +108,8 @@ def _draw_choices(spot: Axes, asked: Requirements, found: DesignAnswer, names: t
 
 def _places(task: Task, designs: Sequence[Answered], names: tuple[str, str]) -> Array:
     """Return designs (n, 2) in the plane of two figures, in their shown units."""
-    return np.array([[_shown(task, each, name) for name in names] for each in designs]).reshape(-1, 2)
+    found = [[shown_as(name)[1] * task.own_figures(each)[name] for name in names] for each in designs]
+    return np.array(found).reshape(-1, 2)
 
 
 def _joined(places: Array, size: Array) -> list[tuple[tuple[float, float], list[int]]]:
@@ -129,11 +130,6 @@ def choice_words(asked: Requirements, choice: tuple[int, ...]) -> str:
     keys = [key.rpartition(".")[2] for key in asked.space.lists]
     each = (value if key == "material" else f"{key} {value}" for key, value in zip(keys, values, strict=True))
     return ", ".join(each) or "designs"
-
-
-def _shown(task: Task, each: Answered, name: str) -> float:
-    """Return a figure in its shown unit."""
-    return shown_as(name)[1] * task.own_figures(each)[name]
 
 
 def _words(name: str) -> str:

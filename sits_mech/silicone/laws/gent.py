@@ -27,11 +27,6 @@ def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
     return InvariantDerivatives(w, 0.5 * mu / left, w_11=0.5 * mu / (j_m * left**2))
 
 
-def _refusal(constants: Constants) -> str:
-    """Refuse a j_m that is not positive."""
-    return "" if number(constants, "j_m") > 0.0 else f"j_m must be positive; got {constants['j_m']}"
-
-
 def _limits(x: Array, reach: float) -> tuple[Array, Array]:
     """Return the range of 1/j_m: from hardly any locking to locking at the data's end."""
     most = np.full_like(x, _LOCKED / reach)
@@ -56,6 +51,6 @@ GENT = Law(
         held=lambda x, reach: x < 1e2 * _FLAT * _LOCKED / reach,
         note="the data show no locking: j_m is at the end of its range",
     ),
-    refusal=_refusal,
+    refusal=lambda c: "" if number(c, "j_m") > 0.0 else f"j_m must be positive; got {c['j_m']}",
     limit="locks",
 )

@@ -46,11 +46,6 @@ def _energy(constants: Constants, e: Array) -> StretchDerivatives:
     return StretchDerivatives(f, f_1, f_11, quotient)
 
 
-def _shear_modulus(constants: Constants) -> float:
-    """Sum the moduli of the terms."""
-    return sum(mu for mu, _ in _terms(constants))
-
-
 def _refusal(constants: Constants) -> str:
     """Refuse lists of different lengths, and powers of zero."""
     mu, alpha = constants["mu"], constants["alpha"]
@@ -83,7 +78,7 @@ def _stiffened(constants: Constants, share: float) -> tuple[str, Constants]:
 OGDEN = Law(
     name="ogden",
     units={"mu": "Pa", "alpha": ""},
-    shear_modulus=_shear_modulus,
+    shear_modulus=lambda constants: sum(mu for mu, _ in _terms(constants)),
     energy=OfStretches(_energy),
     stiffened=_stiffened,
     fit=TermFit(

@@ -30,16 +30,11 @@ def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
     )
 
 
-def _stiffened(constants: Constants, share: float) -> tuple[str, Constants]:
-    """Return the constants with a larger c20."""
-    return "yeoh", dict(constants) | {"c20": number(constants, "c20") + share * number(constants, "c10")}
-
-
 YEOH = Law(
     name="yeoh",
     units={"c10": "Pa", "c20": "Pa", "c30": "Pa"},
     shear_modulus=lambda constants: 2.0 * number(constants, "c10"),
     energy=OfInvariants(_energy),
-    stiffened=_stiffened,
+    stiffened=lambda c, share: ("yeoh", dict(c) | {"c20": number(c, "c20") + share * number(c, "c10")}),
     fit=LinearFit(not_negative=("c30",)),
 )
