@@ -43,4 +43,4 @@ def vector_rates(w: Array) -> Array:
     """
     W, x = cross_matrix(w), 0.5 * float(np.linalg.norm(w))
     quotient = 1.0 / 12.0 + x**2 / 180.0 if x < _SMALL else (1.0 - x / np.tan(x)) / (4.0 * x**2)
-    return np.asarray(np.eye(3) - 0.5 * W + quotient * W @ W)
+    return np.eye(3) - 0.5 * W + quotient * W @ W

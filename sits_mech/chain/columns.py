@@ -64,6 +64,7 @@ def of_readings(sensor: Sensor, reading: Reading, poses: Bounded) -> Columns:
     found["shared_L"] = ("part", "coil"), reading.shared.swapaxes(0, 1)
     found["alone_L"] = ("cause", "coil"), reading.alone.swapaxes(0, 1)
     turned = signals(np.broadcast_to(L0, (len(reading.turned), len(L0))), L0, weights, reading.turned).known
-    known = {name: turned[f"error_{name}"] for name in _UNTILTED if name in turned}
-    found |= {f"error_{name.removesuffix('_percent')}_turned": ((), values) for name, values in known.items()}
-    return found
+    return found | {
+        f"error_{name.removesuffix('_percent')}_turned": ((), turned[f"error_{name}"]) for name in _UNTILTED
+        if name in turned
+    }

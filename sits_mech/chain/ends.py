@@ -89,7 +89,7 @@ def _in_space(sensor: Sensor, poses: tuple[float, ...], frequency: float) -> Imp
 def _told(values: Array) -> Array:
     """Round to three digits: the estimate has no more, and rounding of a batch does not show."""
     scale = 10.0 ** (np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values)))) - 2.0)
-    return np.asarray(np.round(values / scale) * scale)
+    return np.round(values / scale) * scale
 
 
 def _under_coils(sensor: Sensor, pose: Pose) -> list[tuple[Sensor, Integers]]:
@@ -164,7 +164,7 @@ def in_plane_strain(sensor: Sensor, model: str) -> bool:
 def whole_factors(factor: FiniteLength) -> Array:
     """Return displacements d_h, d_v and alpha of a pad over those in plane strain, shape (3,) [-]."""
     more = np.array([max(factor.shear, factor.tilt), factor.compression, factor.tilt]) - 1.0
-    return np.asarray(np.maximum(more, 0.0) + factor.error)
+    return np.maximum(more, 0.0) + factor.error
 
 
 def pitch_of_spirals(sensor: Sensor, found: Impedance, pose: Pose) -> float:

@@ -56,7 +56,7 @@ class _Uncertain:
     def parts(self, slopes: Array) -> Array:
         """Return the signed change by each component's error, shape (k, p, ...), from slopes (p, ..., k)."""
         slopes = np.moveaxis(slopes, -1, 0)
-        return np.asarray(slopes * self.errors.reshape(*self.errors.shape, *[1] * (slopes.ndim - 2)))
+        return slopes * self.errors.reshape(*self.errors.shape, *[1] * (slopes.ndim - 2))
 
     def shared(self, parts: Array, direct: Array | float = 0.0) -> Array:
         """Return the shared signed parts of the errors, shape (m, p, ...); `direct` is what they are besides poses."""
@@ -134,7 +134,7 @@ def own_inductances(found: Impedance) -> Bounded:
 
 def diagonals(matrices: Array) -> Array:
     """Return the diagonals of matrices (..., n, n)."""
-    return np.asarray(np.diagonal(matrices, axis1=-2, axis2=-1))
+    return np.diagonal(matrices, axis1=-2, axis2=-1)
 
 
 def signal_weights(sensor: Sensor) -> Array:

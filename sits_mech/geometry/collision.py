@@ -62,7 +62,7 @@ def smooth_height(middle: Array, sides: Array) -> Array:
         side = np.sqrt(square + soft**2)
         miss = gap - middle + (side - soft).sum(axis=1)
         gap = gap - miss / (1.0 + _SOFT * (soft / side - 1.0).sum(axis=1))
-    return np.asarray(gap)
+    return gap
 
 
 def room(sensor: Sensor, pose: Pose) -> Array:

@@ -48,7 +48,7 @@ class Grading:
 
     def size(self, away: Array) -> Array:
         """Return the size that cells must not exceed some way from the middle [m]."""
-        return np.asarray(self.largest + BEYOND * np.maximum(0.0, away - self.reach))
+        return self.largest + BEYOND * np.maximum(0.0, away - self.reach)
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ class Tracks:
     @property
     def way(self) -> Array:
         """Unit vectors along x and y, shape (n, 2)."""
-        return np.asarray((self.end - self.start)[:, :2] / self.length[:, None])
+        return (self.end - self.start)[:, :2] / self.length[:, None]
 
     def moved(self, x: float, y: float) -> Tracks:
         """Return them shifted along x and y [m]."""
@@ -133,7 +133,7 @@ def track_squares(coil: Coil) -> float:
 
 def ring_squares(radius: Array, width: float | Array) -> Array:
     """Return ``2 pi / ln(b / a)`` of rings from a to b, whose steady current falls with the radius."""
-    return np.asarray(np.pi / np.arctanh(width / (2 * radius)))
+    return np.pi / np.arctanh(width / (2 * radius))
 
 
 def _rectangles(coil: Coil) -> list[Array]:

@@ -42,7 +42,7 @@ class Stencil:
     def error(self, values: Mapping[int, Array], step: float | Array) -> Array:
         """Return the error of the slope."""
         fourth = sum(c * values[place] for place, c in zip(self.places, _FOURTH, strict=True)) if self.trust else 0.0
-        return np.asarray(self.trust * np.abs(fourth) / step)
+        return self.trust * np.abs(fourth) / step
 
 
 FIRST = Stencil((0, 1), (-12.0, 12.0))

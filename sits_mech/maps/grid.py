@@ -209,17 +209,13 @@ def _tensor(
             found = spline(at[asked[k]])
         elif len(asked[k]) < len(known[k]):
             found = np.take(found, np.searchsorted(known[k], asked[k]), axis=k)
-    return np.asarray(found)
+    return found
 
 
 def _expected(sizes: Mapping[Block, Array], block: Block) -> Array:
     """Return the expected size of an unsolved block for each output, shape (n,)."""
-    return np.asarray(_DECAY * np.max([sizes[below] for below in _below(block) if below in sizes], axis=0))
-
-
-def _below(block: Block) -> Iterator[Block]:
-    """Yield the neighbours of a block with one level less of one variable."""
-    return (block[:k] + (level - 1,) + block[k + 1 :] for k, level in enumerate(block) if level > 0)
+    below = (block[:k] + (level - 1,) + block[k + 1 :] for k, level in enumerate(block) if level > 0)
+    return np.asarray(_DECAY * np.max([sizes[each] for each in below if each in sizes], axis=0))
 
 
 def _next_blocks(solved: Mapping[Block, Array], levels: Levels) -> list[Block]:

@@ -34,13 +34,12 @@ h the height of the force above the bonded face. Silicone that would be larger b
 which is (1 + nu) e t of a column in plane strain, and (1 + nu)/(1 - nu) e t of a wide layer. Against graded P2-P1
 finite elements from S = w/(2 t) = 1 to 40 and K/mu = 0.5 to 1e6: k_z within 3.1 %, k_a 5.6 %, the rise 0.5 %, k_x 0.1 %
 and 0.28 t/w mu/K, its edges being softer. To that the error adds `small_strain_bound`: what is of first order in the
-strain, and how far the law's secant modulus in simple shear is from mu at the silicone's own shear. Its mean square is
-known from the work of linear elasticity,
+strain, and how far the law's secant modulus in simple shear is from mu at the silicone's shear g. By the linear work
 
     mu <g**2> = E_c (sink/t)**2 + mu (d_h/t)**2 + E_b (edge/t)**2/3,        edge = alpha w/2,
 
-and where pressure drives it, ``g ~ x z`` if pressed, ``(1 - 3 x**2) z`` if tilted (x and z from -1 to 1), the secant
-that the forces follow is that at ``<g**4>/<g**2>``, 3.2 and 3.9 times the mean square, taken as 4.
+and where pressure drives it, ``g ~ x z`` if pressed, ``(1 - 3 x**2) z`` if tilted (x and z from -1 to 1), forces follow
+the secant at ``<g**4>/<g**2>``, 3.2 and 3.9 times the mean square, taken as 4.
 
 Refused: targets narrower than their layer, whose overhang stiffens it by up to a half; S below 1.
 

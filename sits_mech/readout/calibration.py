@@ -161,7 +161,7 @@ class Calibration:
     def answers(self, forces: ArrayLike) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n) at forces of m points [N / unit]."""
         answers = self.search.answers(self.map.scaled(forces).reshape(-1, len(self.low)))
-        return np.asarray(answers * self._half[:, None])
+        return answers * self._half[:, None]
 
     @cached_property
     def search(self) -> Search:

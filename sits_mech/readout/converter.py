@@ -182,27 +182,27 @@ def tank_frequency(L: ArrayLike, capacitance: float) -> Array:
     L = np.asarray(L, dtype=float)
     if not (capacitance > 0.0 and np.all(L > 0.0)):
         raise ValueError(f"L and capacitance: must be positive; got at least {np.min(L):g} H and {capacitance:g} F")
-    return np.asarray(1.0 / (2.0 * np.pi * np.sqrt(L * capacitance)))
+    return 1.0 / (2.0 * np.pi * np.sqrt(L * capacitance))
 
 
 def tank_inductance(frequency: ArrayLike, capacitance: float) -> Array:
     """Return the inductance [H] that resonates at a frequency [Hz] with a capacitance [F]."""
-    return np.asarray(1.0 / ((2.0 * np.pi * np.asarray(frequency, dtype=float)) ** 2 * capacitance))
+    return 1.0 / ((2.0 * np.pi * np.asarray(frequency, dtype=float)) ** 2 * capacitance)
 
 
 def parallel_resistance(L: ArrayLike, R: ArrayLike, capacitance: float) -> Array:
     """Return R_p [ohm] of inductances [H] with series resistances [ohm] at resonance with a capacitance [F]."""
-    return np.asarray(np.asarray(L, dtype=float) / (np.asarray(R, dtype=float) * capacitance))
+    return np.asarray(L, dtype=float) / (np.asarray(R, dtype=float) * capacitance)
 
 
 def code_of(frequency: ArrayLike, part: Converter, reference: float, divider: int = 1) -> Array:
     """Return the code [-], not rounded, of coil frequencies [Hz] with a reference frequency [Hz] and input divider."""
-    return np.asarray(2.0**part.bits * np.asarray(frequency, dtype=float) / (divider * reference))
+    return 2.0**part.bits * np.asarray(frequency, dtype=float) / (divider * reference)
 
 
 def frequency_of(code: ArrayLike, part: Converter, reference: float, divider: int = 1) -> Array:
     """Return the coil's frequency [Hz] of codes; `code_of` backwards."""
-    return np.asarray(np.asarray(code, dtype=float) * divider * reference / 2.0**part.bits)
+    return np.asarray(code, dtype=float) * divider * reference / 2.0**part.bits
 
 
 def conversion_time(rcount: int, part: Converter, reference: float) -> float:

@@ -181,7 +181,7 @@ def _slope_errors(cal: Calibration, table: xr.Dataset | None) -> Array:
         return np.full((len(cal.coils), len(cal.forces)), np.nan)
     at = {name: nearest_none(table, name) for name in cal.forces}
     each = [slope_doubt(table, "L", name).isel(at).to_numpy() for name in cal.forces]
-    return np.asarray(np.stack(each, -1) / cal.L0[:, None])
+    return np.stack(each, -1) / cal.L0[:, None]
 
 
 def _own_sums(cal: Calibration, table: xr.Dataset | None, sums: Array) -> Array:

@@ -95,7 +95,7 @@ def combine(L: Array, weights: Array) -> Array:
 
     r is 3, and 5 for one or two coils.
     """
-    return np.asarray(L @ rows_of(weights).T)
+    return L @ rows_of(weights).T
 
 
 def signal_changes(change: Array, L0: Array, weights: Array) -> dict[str, Array]:

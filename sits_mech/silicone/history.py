@@ -62,13 +62,13 @@ def relaxation(silicone: Silicone, time: Array) -> Array:
     """Return G: the stress at `time` [s] after a step of strain, over that after a very long time [-]."""
     slow = 1.0 - sum(weight for weight, _ in silicone.prony)
     terms = [weight * np.exp(-np.asarray(time) / tau) for weight, tau in silicone.prony]
-    return np.asarray(1.0 + sum(terms, np.zeros(np.shape(time))) / slow)
+    return 1.0 + sum(terms, np.zeros(np.shape(time))) / slow
 
 
 def creep(silicone: Silicone, time: Array) -> Array:
     """Return C: the elastic load equivalent to a step of load at `time` [s], over that load [-]."""
     weights, times = retardation(silicone.prony)
-    return np.asarray(1.0 - np.exp(-np.asarray(time)[..., None] / times) @ weights)
+    return 1.0 - np.exp(-np.asarray(time)[..., None] / times) @ weights
 
 
 def retardation(prony: Sequence[tuple[float, float]]) -> tuple[Array, Array]:

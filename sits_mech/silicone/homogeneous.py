@@ -89,7 +89,7 @@ def tangent(law: str, constants: Constants, stretches: Array) -> Array:
     Symmetric; twice the shear modulus times the unit matrix at rest.
     """
     _, curvature = _log_derivatives(law, constants, stretches)
-    return np.asarray(PLANE.T @ curvature @ PLANE)
+    return PLANE.T @ curvature @ PLANE
 
 
 def shear_band_stiffness(law: str, constants: Constants, stretches: Array) -> Array:

@@ -102,10 +102,10 @@ class Kinematics:
     def dr(self) -> Array:
         """``dr/dF``, shape (..., k)."""
         if self.plane:
-            return np.asarray(2.0 * (self.F + self.J[..., None] * self.H))
+            return 2.0 * (self.F + self.J[..., None] * self.H)
         F = self.F.reshape(*self.J.shape, 3, 3)
         turned: Array = (F @ (F.swapaxes(-1, -2) @ F)).reshape(self.F.shape)
-        return np.asarray(2.0 * (self.s[..., None] * self.F - turned))
+        return 2.0 * (self.s[..., None] * self.F - turned)
 
     def add_L(self, A: Array, factor: Array) -> None:
         """Add ``factor L``, factor (...), to contiguous tangents (..., k, k), in place."""

@@ -164,14 +164,14 @@ def _softened(elastic: PointState, softening: Softening | None, most: Array) -> 
 
 def _primitive(x: Array) -> Array:
     """Return the integral of erf from 0, up to a constant."""
-    return np.asarray(x * erf(x) + np.exp(-(x**2)) / _ROOT_PI)
+    return x * erf(x) + np.exp(-(x**2)) / _ROOT_PI
 
 
 def _times(F: Array, h: Array) -> Array:
     """Return ``F h`` by components, shape (..., k)."""
     d = 2 if F.shape[-1] == 4 else 3
     split = (*F.shape[:-1], d, d)
-    return np.asarray((F.reshape(split) @ h.reshape(split)).reshape(F.shape))
+    return (F.reshape(split) @ h.reshape(split)).reshape(F.shape)
 
 
 def _second(P: Array, point: Kinematics) -> Array:
@@ -181,4 +181,4 @@ def _second(P: Array, point: Kinematics) -> Array:
     S = ((point.H.reshape(split).swapaxes(-1, -2) @ P.reshape(split)) / point.J[..., None, None]).reshape(P.shape)
     if point.plane:
         S = np.concatenate([S, -np.einsum("...i,...i->...", P, point.F)[..., None]], axis=-1)
-    return np.asarray((np.cbrt(point.J) ** 2)[..., None] * S)
+    return (np.cbrt(point.J) ** 2)[..., None] * S

@@ -162,7 +162,7 @@ def _hold(record: Record, silicone: Silicone | None) -> tuple[_Hold, float]:
 
     def mean(values: Array) -> Array:
         """Average over each part."""
-        return np.asarray((np.add.reduceat(values, first).T / count).T)
+        return (np.add.reduceat(values, first).T / count).T
 
     branch = CubicSpline(x, mean(every).T)
     return _Hold(mean(record.stress[peak:]), mean(elastic[samples][peak:]), branch, shortest, longest), level

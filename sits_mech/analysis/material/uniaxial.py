@@ -49,7 +49,7 @@ def softened_stress(silicone: Silicone, strain: Array) -> Array:
     if silicone.mullins is None:
         return stress
     energy = energy_density(silicone.law, silicone.constants, principal_stretches("uniaxial", 1.0 + strain))
-    return np.asarray(stress * silicone.mullins.factor(energy, np.maximum.accumulate(energy)))
+    return stress * silicone.mullins.factor(energy, np.maximum.accumulate(energy))
 
 
 def branch_stress(times: Array, time: Array, strain: Array, stress: Array) -> Array:
@@ -66,7 +66,7 @@ def branch_stress(times: Array, time: Array, strain: Array, stress: Array) -> Ar
     Q, found = np.zeros_like(rise[0]), np.empty_like(rise)
     for k in range(len(time)):
         Q = found[k] = Q * kept[k] + rise[k]
-    return np.asarray(found[:, 0] * stretch[:, None] - found[:, 1] / stretch[:, None] ** 2)
+    return found[:, 0] * stretch[:, None] - found[:, 1] / stretch[:, None] ** 2
 
 
 def divided(time: Array, strain: Array, step: float = _STEP) -> tuple[Array, Array, Array]:

@@ -88,7 +88,7 @@ def _free(number: Parameter, name: str, tolerance: float) -> Array:
     for place in replace(number, step=_FREE * number.step).stencil().places:
         alone = MAGNETICS[name](place.sensor, tolerance).impedance(none, place.sensor.frequency)
         total = total + place.weight * np.diagonal(alone.L0)
-    return np.asarray(total)
+    return total
 
 
 def place_of(number: Parameter) -> Sensor:

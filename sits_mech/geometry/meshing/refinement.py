@@ -52,7 +52,7 @@ class Refinement:
 
     def within(self, points: Array) -> Array:
         """Return where points of the reference cell, shape (n, d), lie in the parent by kind, shape (k, n, d)."""
-        return np.asarray(points @ self.maps[:, :, :-1].swapaxes(1, 2) + self.maps[:, None, :, -1])
+        return points @ self.maps[:, :, :-1].swapaxes(1, 2) + self.maps[:, None, :, -1]
 
 
 def refined(mesh: Mesh, times: int) -> Refinement:
@@ -93,7 +93,8 @@ def _halved(mesh: Mesh) -> Refinement:
     """Divide once."""
     plain, linear, quadratic = _ELEMENTS[type(mesh)]
     points, nodes = quadratic_points(mesh)
-    children = _tetrahedra() if plain is MeshTet else _bricks(linear.doflocs)
+    halves = [0.5 * (linear.doflocs + shift) for shift in product((0.0, 1.0), repeat=linear.doflocs.shape[1])]
+    children = _tetrahedra() if plain is MeshTet else np.stack(halves)
     local = np.argmin(np.abs(children[:, :, None] - quadratic.doflocs).sum(axis=-1), axis=-1)
     every = np.arange(len(nodes))
     kinds = _by_diagonal(points[nodes]) if plain is MeshTet else np.tile(np.arange(len(children)), (len(nodes), 1))
@@ -133,11 +134,6 @@ def _carried(mesh: Mesh, fine: Mesh, nodes: Integers, parents: Integers) -> dict
         inside = np.all(np.any(fine.facets.T[:, :, None] == on[:, None, :], axis=2), axis=1)
         holder[inside] = mesh.t2f[number, parent[inside]]
     return {name: np.flatnonzero(np.isin(holder, own)) for name, own in mesh.boundaries.items()}
-
-
-def _bricks(corners: Array) -> Array:
-    """Return corners of the halves of a square, or of the eighths of a cube, shape (2^d, 2^d, d)."""
-    return np.stack([0.5 * (corners + shift) for shift in product((0.0, 1.0), repeat=corners.shape[1])])
 
 
 def _tetrahedra() -> Array:

@@ -71,7 +71,7 @@ def joined(points: Array, cells: Integers) -> Integers:
     _, group = connected_components(graph, directed=False)
     first = np.full(group.max() + 1, len(points))
     np.minimum.at(first, group, np.arange(len(points)))
-    return np.asarray(first[group])
+    return first[group]
 
 
 def check_sound(name: str, points: Array, cells: Integers) -> None:

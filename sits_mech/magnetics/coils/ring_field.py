@@ -45,7 +45,8 @@ from sits_mech.scene.sensor import Coil
 _RIGHT = 3e-4  # error of a track's field by filaments, of its size: no more than plates' divisions show of L
 _STEPLESS = 1e-5  # the same where fewer filaments will do: no step shows in what is interpolated
 _STEP = 0.05  # of the table, in distances to the coil
-_POINT = 1.9e-7  # s of processor time that a ring takes at a point
+_POINT = 1.9e-7  # s of processor time that a filament of a ring takes at a point
+_POSES = 30  # whose points of a plate a table may outnumber: as many cost the same without one
 _TRACK = 5e-8  # s that a straight filament does
 _PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
 _PANEL = 16  # Gauss points of a panel
@@ -88,7 +89,10 @@ def _profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
     total, signs = np.zeros(rho.shape), np.broadcast_to(rings.sign, rings.radius.shape)
     for radius, middle, width, height, way in zip(rings.radius, rings.z, rings.width, rings.height, signs, strict=True):
         beside, above = np.abs(rho - radius) - width / 2, np.abs(z - middle) - height / 2
-        for counts, some in _farther(coil, np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0)), clearance):
+        parts = _farther(coil, np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0)), clearance)
+        seconds = _POINT * signs.size * sum(math.prod(counts) * rho[some].size for counts, some in parts)
+        check_seconds(seconds, f"coils: the field of {signs.size} turns at {rho.size} points")
+        for counts, some in parts:
             for (out, share), (up, part) in product(*(zip(*gauss_rule(count), strict=True) for count in counts)):
                 a, away = radius + width / 2 * out, z[some] - middle - height / 2 * up
                 far, near = np.hypot(a + rho[some], away), np.hypot(a - rho[some], away)
@@ -125,22 +129,27 @@ def _tracks(coil: Coil, windings: str, counts: tuple[int, int]) -> Potential:
     return track_potential(coil_tracks(coil, windings), *map(gauss_rule, counts))
 
 
-def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
+def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float], points: int) -> Potential:
     """Return a function that gives A of a coil about z anywhere in a region, (p, 3, q) to (p, c, q); c = 2 without A_z.
 
     `region`: distance from which on it is right, and height on which rings are tabulated; greatest height and distance
-    from the axis [m], which what is found at a point does not depend on. `windings` are "rings" or "spiral".
+    from the axis [m], which what is found at a point does not depend on. `windings` are "rings" or "spiral"; `points`
+    are those of a pose, by which a table pays or not.
     """
     if not winding.is_round or windings == "spiral":
         return _straight(winding, windings, region[0])
-    if region[1] <= region[0]:
+    lowest, (radius, step, _) = region[0], _steps(winding, region[0])
+    highest, farthest = (2.0 ** math.ceil(math.log2(size)) for size in region[1:])  # few tables serve all poses
+    columns = _PAD + math.ceil(math.asinh(farthest / radius) / step)
+    rows = 2 * _PAD + math.ceil(math.log(max(highest / lowest, 1.0)) / _STEP)
+    if columns * rows > _POSES * points:
         def potential(points: Array) -> Array:
             """Return A_x and A_y at points."""
-            A = ring_potential(winding, np.swapaxes(points, 1, 2).reshape(-1, 3), region[0])
+            A = ring_potential(winding, np.swapaxes(points, 1, 2).reshape(-1, 3), lowest)
             return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)[:, :2]
 
         return potential
-    return _table(winding, region[0], *(math.ceil(math.log2(size)) for size in region[1:])).potential
+    return _table(winding, lowest, columns, rows).potential
 
 
 def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: int) -> None:
@@ -152,43 +161,39 @@ def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: 
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """Spline coefficients of P, even in asinh(rho / scale) and in ln z from `start` on, at steps; P itself below."""
+    """Spline coefficients of P, even in asinh(rho / radius) and in ln z from `_steps` on; P itself below."""
 
     winding: Coil
     values: Array
-    scale: float
-    steps: tuple[float, float]
-    start: float
     lowest: float
 
     def potential(self, points: Array) -> Array:
         """Return A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
-        below = z < math.exp(self.start + 0.5 * _PAD * self.steps[1])
-        u = np.arcsinh(np.hypot(x, y) * (1.0 / self.scale)) * (1.0 / self.steps[0])
+        radius, step, start = _steps(self.winding, self.lowest)
+        below = z < math.exp(start + 0.5 * _PAD * _STEP)
+        u = np.arcsinh(np.hypot(x, y) * (1.0 / radius)) * (1.0 / step)
         height = np.log(np.where(below, 1.0, z) if below.any() else z)
-        place = np.stack([u, (height - self.start) * (1.0 / self.steps[1])])
+        place = np.stack([u, (height - start) * (1.0 / _STEP)])
         P = map_coordinates(self.values, place, order=3, mode="mirror", prefilter=False)
         if below.any():
             P[below] = _profile(self.winding, np.hypot(x[below], y[below]), z[below], self.lowest)
         return np.stack([-y * P, x * P], axis=1)
 
 
-@lru_cache(maxsize=16)
-def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
-    """Return P of a winding's rings for heights from `lowest` to 2^high and distances up to 2^reach [m].
+def _steps(winding: Coil, lowest: float) -> tuple[float, float, float]:
+    """Return radius, step in asinh(rho / radius) and start in ln z of a table for heights from `lowest` on."""
+    radius = winding.outer_diameter / 2
+    return radius, _STEP * min(1.0, lowest / radius), math.log(lowest) - _PAD * _STEP
 
-    Its nodes do not depend on `high` and `reach`, only their number does.
-    """
-    scale = winding.outer_diameter / 2
-    steps = _STEP * min(1.0, lowest / scale), _STEP
-    start = math.log(lowest) - _PAD * _STEP
-    u = steps[0] * np.arange(math.ceil(math.asinh(2.0**reach / scale) / steps[0]) + _PAD)
-    z = np.exp(start + _STEP * np.arange(math.ceil((high * math.log(2.0) - start) / _STEP) + _PAD))
-    turns, points = winding.layers * winding.turns, u.size * z.size
-    check_seconds(2.0 * _POINT * turns * points, f"coils: the field of {turns} turns at {points} points")
-    profile = _profile(winding, scale * np.sinh(u)[:, None], z, lowest)
-    return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start, lowest)
+
+@lru_cache(maxsize=16)
+def _table(winding: Coil, lowest: float, columns: int, rows: int) -> _Table:
+    """Return P of a winding's rings at so many distances from the axis, and heights about `lowest` [m] and above."""
+    radius, step, start = _steps(winding, lowest)
+    z = np.exp(start + _STEP * np.arange(rows))
+    profile = _profile(winding, radius * np.sinh(step * np.arange(columns))[:, None], z, lowest)
+    return _Table(winding, spline_filter(profile, order=3, mode="mirror"), lowest)
 
 
 def spectrum(rings: Sections, k: Array) -> Array:

@@ -44,7 +44,7 @@ from sits_mech.quantities import Array, Integers
 Potential = Callable[[Array], Array]
 PAIRS = 200_000  # at once
 _PARALLEL, _ACROSS = 3e-6, 1e-12  # sine and cosine of an angle that is none, or a right one
-_HELD = 100_000  # distances of points and ends held at once: as many as a cache holds
+CACHED = 100_000  # distances of points and ends, or points, held at once: as many as a cache holds
 _PRODUCT = 12  # ratios multiplied before their logarithm is taken
 _SMALL = 1e-12  # least square of a distance, over that of a length
 
@@ -181,7 +181,7 @@ def _strand(tracks: Tracks) -> _Strand:
 def _strand_potential(strand: _Strand, points: Array) -> Array:
     """Return A over mu0 / (4 pi) at points (3, m), shape (2, m); filaments of one direction share their logarithms."""
     places, length, A = strand.places.T[..., None], strand.length[:, None], np.empty((2, points.shape[1]))
-    step = max(1, _HELD // len(strand.places))
+    step = max(1, CACHED // len(strand.places))
     for first in range(0, points.shape[1], step):
         some = slice(first, first + step)
         R = np.sqrt(sum((points[k, some] - places[k]) ** 2 for k in range(3)))

@@ -11,6 +11,7 @@ evaluated together.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -20,15 +21,13 @@ import numpy as np
 
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
-from sits_mech.magnetics.coils.straight import Potential
+from sits_mech.magnetics.coils.straight import CACHED, Potential
 from sits_mech.magnetics.modes import Modes
 from sits_mech.magnetics.space.far import Answered, Far, answers_to
-from sits_mech.magnetics.space.fields import Basis, Blocks, Box, Nodes, side_by_side
+from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, Nodes, side_by_side
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.quantities import Array, Complex, Integers
 
-_POINTS = 100_000  # held at once
-_DRIVES = 4_000_000  # numbers held at once
 _LEVELS = 100  # more than there are
 _BLOCK = 8  # coils of about one level, answered together
 _FEW = 24  # coils in poses, at one frequency, that are answered mode by mode
@@ -98,8 +97,9 @@ def _drives(plate: Sheeted, seen: Posed) -> Iterator[tuple[slice, Array, Integer
     (kinds, which), box = kinds_of(seen.coils), plate.box
     width = plate.columns[-1].stop
     centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
-    fields = [winding_potential(kind, seen.windings, _region(box, seen, centres)) for kind in kinds]
-    step = max(1, _DRIVES // (len(which) * width))
+    region, points = _region(box, seen, centres), math.prod(box.order)
+    fields = [winding_potential(kind, seen.windings, region, points) for kind in kinds]
+    step = max(1, HELD // (len(which) * width))
     for start in range(0, len(seen.places), step):
         some = slice(start, start + step)
         turns, places = seen.turns[some], seen.places[some]
@@ -130,7 +130,7 @@ def _drive(
 ) -> None:
     """Fill in a_c of all classes by one winding about z in some poses, with polynomials of one order."""
     (pose, place), (turns, places), (values, parts) = index, poses, order
-    step = max(1, _POINTS // len(values.points))
+    step = max(1, CACHED // len(values.points))
     for first in range(0, len(places), step):
         some = slice(first, first + step)
         found = values.coefficients(field, turns[some], places[some])

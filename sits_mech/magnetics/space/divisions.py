@@ -32,7 +32,7 @@ from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis,
 from sits_mech.geometry.tracks import standing_rings
 from sits_mech.magnetics.coils.ring_field import spectrum, wave_numbers
 from sits_mech.magnetics.modes import DEPTHS, RESOLVED, skin_depth
-from sits_mech.magnetics.space.classes import first_alike
+from sits_mech.magnetics.space.classes import first_alike, kernel_seconds
 from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.loops import most_unknowns
@@ -150,7 +150,8 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     vertical = _VERTICAL * half
     resolved, terms = half <= _THICK * depth, math.prod(box.order) if seen == "by polynomials" else 1
     dense = [memory_of(plan, z.size - 1, vertical, terms) for plan, z in divisions]
-    needed, seconds = max(dense), _GIB * max(dense) / GIB
+    kernels = sum(kernel_seconds(*divisions[k]) for k in set(first_alike(divisions)))
+    needed, seconds = max(dense), _GIB * max(dense) / GIB + kernels
     if seen != "by polynomials":
         frequencies = 0 if seen == "at rest" else 1 if resolved else DEPTHS.size
         needed, factored = _near_cost(divisions, dense, vertical, frequencies)

@@ -26,6 +26,7 @@ from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.sensor import Coil
 
+HELD = 4_000_000  # numbers at once
 _SIZES = (2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 28, 34, 40, 48, 57, 68, 81, 96, 115, 137, 163, 194, 230)
 """Orders along a side below the asked one, by which a smaller set is tried; each about a fifth more than the last."""
 

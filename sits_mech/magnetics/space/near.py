@@ -25,12 +25,11 @@ from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
 from sits_mech.magnetics.space.far import Answered, Far, answers_to
-from sits_mech.magnetics.space.fields import Basis, Blocks, Box, field_means, side_by_side
+from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, field_means, side_by_side
 from sits_mech.magnetics.space.modes import combined
 from sits_mech.magnetics.space.sources import Cells, Posed, Sources
 from sits_mech.quantities import Array, Complex, Integers
 
-_HELD = 3_000_000  # numbers held at once
 _KEEP = 1e-4  # weaker combinations of other plates' fields are left out, a tenth of what `neighbours` leaves out
 
 
@@ -161,7 +160,7 @@ def _reaction(plate: Near, seen: Posed, omega: float) -> Complex:
     """Return Delta Z of a division and, to its right, Y of coils' fields and combinations, shape (p, n, n + r)."""
     n = len(seen.coils)
     result = np.empty((len(seen.places), n, n + plate.seen), dtype=complex)
-    step = max(1, _HELD // (plate.cells.points[0].size * n))
+    step = max(1, HELD // (plate.cells.points[0].size * n))
     for first in range(0, len(result), step):
         some = slice(first, first + step)
         driving = plate.cells.means(seen.some(some))

@@ -13,6 +13,7 @@ worst where thin prisms touch; 1e-3 at the change to far pairs.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,7 @@ from sits_mech.scene.outlines import signed_area
 
 _NEAR_PRISMS, _FAR_PRISMS = 1.2, 2.5  # where prisms stop being near, and start being far, in largest diameters
 _PAIRS = 1_000_000  # held at once
+_TIMES = 3.1e-5, 5.7e-6, 1.4e-7  # s of processor time that a near pair takes, one between, a far one
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,14 @@ def prism_means(first: Prisms, second: Prisms, *, symmetric: bool = False) -> Ar
             i, j = np.nonzero(choice)
             G[start + i, j] = means(first.some(start + i), second.some(j))
     return np.triu(G) + np.triu(G, 1).T if symmetric else G
+
+
+def prism_seconds(first: Prisms, second: Prisms) -> float:
+    """Return about what `prism_means` takes [s], by some of the first."""
+    step = math.ceil(first.low.size / 64)
+    one, two = _shape(first.some(slice(None, None, step))), _shape(second)
+    apart = np.linalg.norm(one.centre[:, None] - two.centre, axis=-1) / np.maximum(one.diameter[:, None], two.diameter)
+    return step * float(np.choose(np.digitize(apart, (_NEAR_PRISMS, _FAR_PRISMS)), _TIMES).sum())
 
 
 def _near(first: Prisms, second: Prisms) -> Array:

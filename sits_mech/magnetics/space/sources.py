@@ -144,7 +144,7 @@ class Cells:
         centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
         reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
         region = self.box.clearance, float(world[:, 2].max()), reach
-        fields = [winding_potential(kind, seen.windings, region) for kind in kinds]
+        fields = [winding_potential(kind, seen.windings, region, points.size // 3) for kind in kinds]
         found = np.empty((g, 2, n * self.through.shape[1], 3, len(places), len(which)))
         for c, kind in enumerate(which):
             A = fields[kind](world - centres[c][:, None])
@@ -164,7 +164,7 @@ def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
     from scipy.interpolate import CubicSpline
 
     if windings != "rings" or not coil.is_round:
-        found = winding_potential(coil, windings, (distance, 0.0, 0.0))(points.T[None])[0].T
+        found = winding_potential(coil, windings, (distance, 0.0, 0.0), 0)(points.T[None])[0].T
         return np.pad(found, ((0, 0), (0, 3 - found.shape[1])))
     rho, radius = np.hypot(points[:, 0], points[:, 1]), coil.outer_diameter / 2
     u = np.arcsinh(rho / radius)

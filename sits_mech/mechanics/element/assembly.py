@@ -143,7 +143,7 @@ class Pattern:
             """Solve, and correct once by the residual."""
             x = solve(b)
             left = b - self.product(values, x.reshape(len(b), -1)).reshape(b.shape)
-            return np.asarray(x + solve(left))
+            return x + solve(left)
 
         return Factored(corrected, found.negative)
 

@@ -93,13 +93,13 @@ def gradients(mesh: MixedMesh, u: Array, at: Points | None = None) -> Array:
     """Return the gradients of nodal displacements, shape (e, q, d d)."""
     e, q, d, k = (slope := (at or mesh.inside).slope).shape
     each = u[mesh.dofs].reshape(e, d, k).swapaxes(1, 2)
-    return np.asarray((slope.reshape(e, q * d, k) @ each).reshape(e, q, d, d).swapaxes(2, 3).reshape(e, q, d * d))
+    return (slope.reshape(e, q * d, k) @ each).reshape(e, q, d, d).swapaxes(2, 3).reshape(e, q, d * d)
 
 
 def volume_ratio(F: Array) -> Array:
     """Return ``J = det F`` of F with four or nine components, shape (..., 4) or (..., 9)."""
     if F.shape[-1] == 4:
-        return np.asarray(F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2])
+        return F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2]
     a, b, c, d, e, f, g, h, i = np.moveaxis(F, -1, 0)
     return np.asarray(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g))
 
@@ -164,7 +164,7 @@ def most_stretched(mesh: MixedMesh, u: Array) -> Array:
 
 def volumes(mesh: MixedMesh, values: Array) -> Array:
     """Return the coefficients of ``pi`` of values at the quadrature points, (e, q) -> (e, m)."""
-    return np.asarray((mesh.chi @ values[..., None])[..., 0])
+    return (mesh.chi @ values[..., None])[..., 0]
 
 
 def summed(places: Integers, values: Array, size: int) -> Array:
@@ -176,7 +176,7 @@ def _along(mesh: MixedMesh, P: Array) -> Array:
     """Return ``int P : dF`` by element displacements, (e, d k), of stresses times weights, (e, q, d d)."""
     e, q, d, k = mesh.inside.slope.shape
     rows = P.reshape(e, q, d, d).swapaxes(1, 2).reshape(e, d, q * d)
-    return np.asarray((rows @ mesh.inside.slope.reshape(e, q * d, k)).reshape(e, d * k))
+    return (rows @ mesh.inside.slope.reshape(e, q * d, k)).reshape(e, d * k)
 
 
 def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: tuple[Array, Array]) -> None:

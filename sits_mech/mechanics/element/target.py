@@ -65,14 +65,14 @@ def between(q: Array, goal: Array) -> Array:
 def bonded_displacement(X: Array, q: Array) -> Array:
     """Return the displacements (n, 3) of bonded nodes at X (n, 3) from the centre."""
     c, R = placed(q)
-    return np.asarray(c + X @ (R - np.eye(3)).T)
+    return c + X @ (R - np.eye(3)).T
 
 
 def bonded_tangent(X: Array, q: Array) -> Array:
     """Return the derivative of `bonded_displacement` by all six components of (dc, dw), shape (n, 3, 6)."""
     _, R = placed(q)
     each = np.concatenate([np.broadcast_to(np.eye(3), (len(X), 3, 3)), -cross_matrix(X @ R.T)], axis=2)
-    return np.asarray(each[:, :, ORDER])
+    return each[:, :, ORDER]
 
 
 def work_of_load(load: Array, height: float, q: Array) -> Array:

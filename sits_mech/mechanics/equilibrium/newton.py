@@ -196,7 +196,7 @@ def rate(body: Bonded, state: State, stiffness: Array, held: Held, slope: Array)
     k = body.components
     matrix = bordered(body, state.q, stiffness, held, (slope, np.zeros(k)))
     try:
-        return np.asarray(np.linalg.solve(matrix, np.eye(2 * k + 1)[-1])[:k])
+        return np.linalg.solve(matrix, np.eye(2 * k + 1)[-1])[:k]
     except np.linalg.LinAlgError:
         return np.full(k, np.nan)
 

@@ -146,7 +146,7 @@ def _gaps(x: Array, found: Jet, ways: Array, nodes: Array, shape: Array) -> Gap:
 
     def along(nodes: Array, way: Array) -> Array:
         both = nodes[..., None] * way[..., None, :]
-        return np.asarray(both.reshape(*both.shape[:-2], k * d))
+        return both.reshape(*both.shape[:-2], k * d)
 
     t, s = along(share[:, None, :], Y), along(turned, out[:, None, :])
     mixed = t.swapaxes(1, 2) @ A @ s

@@ -57,7 +57,7 @@ def lines_cross(lines: list[Array]) -> bool:
     between = start[None, :, :] - start[:, None, :]
 
     def cross(a: Array, b: Array) -> Array:
-        return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+        return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
     det = cross(way[:, None, :], way[None, :, :])
     det = np.where(np.abs(det) > 1e-14, det, np.inf)
@@ -147,7 +147,7 @@ def behind(x: Array, corners: Array, weights: Array, n: Array) -> tuple[Array, A
 
 def weighted(shares: Array, nodes: Array) -> Array:
     """Sum nodes (n, k, d) by their shares (n, k)."""
-    return np.asarray((shares[:, None, :] @ nodes)[:, 0])
+    return (shares[:, None, :] @ nodes)[:, 0]
 
 
 def _on_segment(x: Array, ends: Array) -> Array:

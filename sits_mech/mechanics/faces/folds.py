@@ -130,7 +130,7 @@ class SelfContact:
         faces = self.skin.surface
         d = len(faces.axes)
         nodes = np.concatenate([faces.nodes[own] for own in self._of_pairs.T], axis=1)
-        return np.asarray((d * nodes[:, :, None] + np.arange(d)).reshape(len(nodes), d * nodes.shape[1]))
+        return (d * nodes[:, :, None] + np.arange(d)).reshape(len(nodes), d * nodes.shape[1])
 
     @cached_property
     def _candidates(self) -> tuple[Integers, Integers]:
@@ -155,12 +155,12 @@ class SelfContact:
 
 def _nodes(skin: Skin, u: Array) -> Array:
     """Return the deformed nodes, shape (n, d)."""
-    return np.asarray(skin.nodes + u.reshape(skin.nodes.shape))
+    return skin.nodes + u.reshape(skin.nodes.shape)
 
 
 def _placed(skin: Skin, u: Array) -> Array:
     """Return the corners of all facets, shape (f m, d, d)."""
-    return np.asarray(_nodes(skin, u)[skin.corners])
+    return _nodes(skin, u)[skin.corners]
 
 
 def _in_reach(skin: Skin, u: Array) -> tuple[Integers, Integers]:

@@ -88,7 +88,7 @@ class Skin:
     def points(self, u: Array) -> Array:
         """Return the deformed points, shape (f p, d)."""
         place = self.surface.places(u)[..., list(self.surface.axes)]
-        return np.asarray(place.reshape(-1, place.shape[-1]))
+        return place.reshape(-1, place.shape[-1])
 
     def apart(self, points: Integers, facets: Integers) -> Flags:
         """Whether pairs may meet: not through silicone, and with a common node only in an inner corner."""
@@ -104,7 +104,7 @@ class Skin:
         middle, out = (each.reshape(-1, m, each.shape[1]).mean(axis=1) for each in (y, n))
         corner = _before(middle[one], out[one], middle[other], out[other], np.full(len(one), _SEEN))
         open_[found] = corner & (one != other)
-        return np.asarray(open_)
+        return open_
 
 
 def _before(x: Array, own: Array, y: Array, other: Array, least: Array) -> Flags:

@@ -56,7 +56,7 @@ class Surface:
     def _nodal(self) -> Integers:
         """Numbers of the displacements of each face's nodes, shape (f, k, d)."""
         d = len(self.axes)
-        return np.asarray(d * self.nodes[:, :, None] + np.arange(d))
+        return d * self.nodes[:, :, None] + np.arange(d)
 
 
 def edges(mesh: MixedMesh, lines: list[Integers], count: int = 3) -> Surface:

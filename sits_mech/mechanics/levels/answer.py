@@ -144,7 +144,7 @@ def _begun(levels: Levels, scales: Scales, start: Equilibrium | None, level: int
 def errors_of(difference: Array, share: float, lever: Array | float = 1.0) -> Array:
     """Bound component errors below by a share of the worst one; an angle counts at the target's end."""
     floor = share * np.max(difference * lever) / lever
-    return np.asarray(np.maximum(difference, floor))
+    return np.maximum(difference, floor)
 
 
 def relative(error: Array, moved: Array, lever: Array) -> float:

@@ -116,13 +116,13 @@ class _Level(NamedTuple):
             u[body.bonded] = body.with_target(q)
             own = replace(body.near(u), shared=lambda: self.body.pattern)
             found = gradient(own, replace(self.state, u=u, load=load, known=None))
-            return np.asarray(self.B.T @ found.free + found.target)
+            return self.B.T @ found.free + found.target
         T = bonded_tangent(body.X, np.zeros(6))[:, list(body.mesh.axes), : len(q)]
         u[body.bonded] = T @ q
         forces = small_strain_forces(body.mesh, body.law, body.K, u, body.swelling)
         on_target = np.tensordot(T, forces[body.bonded], axes=((0, 1), (0, 1)))
         on_target = on_target - work_of_load(load, body.height, np.zeros(6))[: len(q)]
-        return np.asarray(self.B.T @ forces[body.free] + on_target)
+        return self.B.T @ forces[body.free] + on_target
 
 
 def solved_family(line: Line, found: Equilibrium, scales: Callable[[Sensor], Scales], sideways: bool = False) -> Family:

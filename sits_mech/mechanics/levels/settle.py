@@ -62,9 +62,8 @@ def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
         there = _on(line, range(number, number + 1), start, control)
         if there.part == 1.0:
             return there
-    onwards = start is not None and 0 <= number < PAIR
-    if onwards and start is not None and not control.out_of_plane:  # from an equilibrium under the given load
-        onwards = control.given.items() <= vars(start.wrench).items()
+    here = start is not None and control.given.items() <= vars(start.wrench).items()
+    onwards = start is not None and 0 <= number < PAIR and (here or control.out_of_plane != ())
     free = _on(line, range(number if onwards else 0, PAIR), start, control)
     if not line.auto or not _touches(line, free.found):
         return free

@@ -226,7 +226,7 @@ def under_lines(edge: float, split: int, grading: float, layers: int = 0) -> Arr
         away = np.concatenate([away, away[-1] + last * np.arange(1, split + 1) / split])
     lines = edge - away[::-1]
     lines[0] = 0.0
-    return np.asarray(lines)
+    return lines
 
 
 def beside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Array:
@@ -234,10 +234,10 @@ def beside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Arr
     if gap < 1e-9:
         return np.zeros(1)
     if gap < _NEAR:
-        return np.asarray(gap * _both_ends(split, grading, layers))
+        return gap * _both_ends(split, grading, layers)
     near = graded(split, grading, layers)
     if gap <= 1.5 * _REACH:
-        return np.asarray(gap * near)
+        return gap * near
     return np.concatenate([_REACH * near, np.linspace(_REACH, gap, split + 1)[1:]])
 
 

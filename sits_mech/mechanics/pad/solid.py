@@ -74,7 +74,7 @@ class NumberedMesh:
     @cached_property
     def bonded(self) -> Integers:
         """Numbers of the displacements that the target moves, shape (n, 3)."""
-        return np.asarray(3 * np.flatnonzero(self.where[1])[:, None] + np.arange(3))
+        return 3 * np.flatnonzero(self.where[1])[:, None] + np.arange(3)
 
 
 @lru_cache(maxsize=16)

@@ -33,17 +33,13 @@ def _limits(x: Array, reach: float) -> tuple[Array, Array]:
     return _FLAT * most, most
 
 
-def _stiffened(constants: Constants, share: float) -> tuple[str, Constants]:
-    """Return the constants that lock earlier: w = mu/2 x + mu/(4 j_m) x^2 + ... of x = I1 - 3."""
-    return "gent", dict(constants) | {"j_m": 1.0 / (1.0 / number(constants, "j_m") + 2.0 * share)}
-
-
 GENT = Law(
     name="gent",
     units={"shear_modulus": "Pa", "j_m": ""},
     shear_modulus=lambda constants: number(constants, "shear_modulus"),
     energy=OfInvariants(_energy),
-    stiffened=_stiffened,
+    # w = mu/2 x + mu/(4 j_m) x^2 + ... of x = I1 - 3
+    stiffened=lambda c, share: ("gent", dict(c) | {"j_m": 1.0 / (1.0 / number(c, "j_m") + 2.0 * share)}),
     fit=TermFit(
         constants=lambda m, x: {"shear_modulus": float(m[0]), "j_m": 1.0 / float(x[0])},
         starts=lambda reach: np.array([0.3 * _LOCKED / reach]),

@@ -21,16 +21,13 @@ def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
     return InvariantDerivatives(w, np.full_like(at.I1, c10), np.full_like(at.I1, c01))
 
 
-def _stiffened(constants: Constants, share: float) -> tuple[str, Constants]:
-    """Return Ogden's law, of which this one is the terms alpha = 2 and -2, with those of stiffening."""
-    mu = 2.0 * np.array([number(constants, "c10"), number(constants, "c01")])
-    return stiffer_terms(mu, np.array([2.0, -2.0]), share)
-
-
 MOONEY_RIVLIN = Law(
     name="mooney-rivlin",
     units={"c10": "Pa", "c01": "Pa"},
     shear_modulus=lambda constants: 2.0 * (number(constants, "c10") + number(constants, "c01")),
     energy=OfInvariants(_energy),
-    stiffened=_stiffened,
+    # by Ogden's law, of which this one is the terms alpha = 2 and -2
+    stiffened=lambda c, share: stiffer_terms(
+        2.0 * np.array([number(c, "c10"), number(c, "c01")]), np.array([2.0, -2.0]), share
+    ),
 )

@@ -16,6 +16,7 @@ from sits_mech.geometry.outline import Outline, read_outline
 from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.modes import RESOLVED
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space import divisions
 from sits_mech.magnetics.space.divisions import _family, _interfaces, field_box, memory_of
 from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
@@ -23,9 +24,9 @@ from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import _factors, prepare_near
 from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, added, rungs_for
 from sits_mech.magnetics.space.sources import Posed
-from sits_mech.memory import GIB, VARIABLE
+from sits_mech.memory import GIB, TIME, VARIABLE
 from sits_mech.quantities import Pose
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.scene.sensor import SceneError, load_sensor
 
 MESHES = Path(__file__).parents[3] / "meshes"
 
@@ -161,3 +162,13 @@ def test_a_plate_that_no_division_fits_is_refused_before_it_is_made(monkeypatch:
             model.impedance(Pose(0.0, 2e-3), 5e6)
 
     assert peak(refused) < 0.1 * GIB
+
+
+def test_the_time_of_prisms_is_known_before_it_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tall cells of a thick disc are all near each other, two hundred times as dear as far ones."""
+    target = 'target={material="copper", shape="disc", diameter="12 mm", thickness="1 m"}'
+    monkeypatch.setenv(TIME, "10")
+    monkeypatch.setattr(divisions, "prepare_near", None)  # is not reached
+    model = sheets(load_sensor("triaxial-4", [target, "frequency=1e-6"]), 0.1)
+    with pytest.raises(SceneError, match=r"^sheets: the preparation of a plate of .* GiB must take at most 10 s"):
+        model.impedance(Pose(0.0, 2e-3), 1e-6)

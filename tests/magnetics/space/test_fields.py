@@ -45,9 +45,9 @@ def test_tabulated_potential_is_that_of_the_rings() -> None:
     points = rng.uniform([-20 * MM, -20 * MM, 1.1 * MM], [20 * MM, 20 * MM, 3.9 * MM], (400, 3))
     points[:3] = [0.0, 0.0, 1.1 * MM], [28 * MM, 0.0, 1.1 * MM], [1e-9, 0.0, 3.9 * MM]
     exact = ring_potential(coil, points, 1.1 * MM)
-    found = winding_potential(coil, "rings", (1.1 * MM, 3.9 * MM, 29 * MM))(points.T[None])[0]
+    found = winding_potential(coil, "rings", (1.1 * MM, 3.9 * MM, 29 * MM), 999)(points.T[None])[0]
     np.testing.assert_allclose(found, exact[:, :2].T, rtol=0, atol=1e-6 * np.abs(exact).max())
-    narrower = winding_potential(coil, "rings", (1.1 * MM, 2.5 * MM, 29 * MM))(points.T[None])[0]
+    narrower = winding_potential(coil, "rings", (1.1 * MM, 2.5 * MM, 29 * MM), 999)(points.T[None])[0]
     some = points[:, 2] < 2.5 * MM
     np.testing.assert_allclose(narrower[:, some], found[:, some], rtol=0, atol=1e-13 * np.abs(exact).max())
 
@@ -61,7 +61,7 @@ def test_needed_polynomials_carry_the_field(x: float, y: float) -> None:
     needed = BOX.needed([coil], turn, place)[0, 0]
     order = [sizes[k] for sizes, k in zip(BOX.sizes, needed, strict=True)]
     about = coil.model_copy(update={"centre": (0.0, 0.0)})
-    field = winding_potential(about, "rings", (1.5 * MM, 3 * MM, 40 * MM))
+    field = winding_potential(about, "rings", (1.5 * MM, 3 * MM, 40 * MM), 999)
     c = BOX.nodes(order).coefficients(field, turn, place - (x * MM, y * MM, 0.0)).reshape(3, *order)
     inside = np.random.default_rng(1).uniform(-1.0, 1.0, (200, 3))
     T = [np.cos(np.arccos(inside[:, k, None]) * np.arange(n)) for k, n in enumerate(order)]
