@@ -53,8 +53,7 @@ def of_readings(sensor: Sensor, reading: Reading, poses: Bounded) -> Columns:
         name: (("coil", "coil_2"), getattr(reading.impedance, name)) for name in ("L", "R", "error_L", "error_R")
     }
     found |= {name: ((), value) for name, value in reading.signals.known.items()}
-    untilted = reading.untilted.known
-    found |= {name: ((), untilted[key]) for key, name in _UNTILTED.items() if key in untilted}
+    found |= {_UNTILTED[key]: ((), value) for key, value in reading.untilted.known.items() if key in _UNTILTED}
     own, level = (signal_changes(change, L0, weights) for change in (reading.shared, reading.shared_untilted))
     shared = {name: values.T for name, values in own.items()}
     shared |= {name: level[key].T for key, name in _UNTILTED.items() if key in level}

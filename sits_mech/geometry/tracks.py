@@ -184,7 +184,7 @@ def standing_rings(coil: Coil) -> Sections:
         each = [(line[0][2], *_turning(np.array(line)[:, :2])) for line in coil.path]
         for z, way in dict.fromkeys((one[0], math.copysign(1.0, one[1])) for one in each):
             angle, first, second = np.sum([one[1:] for one in each if one[0] == z and one[1] * way >= 0.0], axis=0)
-            if abs(angle) >= np.pi:
+            if min(abs(angle), 2.0 * abs(first) / coil.track_width) >= np.pi:  # a line through the middle turns too
                 count, middle = max(1, round(abs(angle) / (2 * np.pi))), first / angle
                 pitch = math.sqrt(12.0 * max(second / angle - middle**2, 0.0) / max(count**2 - 1, 1))
                 found.append(_rings(coil, (middle, count, pitch), z, way))

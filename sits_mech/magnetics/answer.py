@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
@@ -160,27 +161,27 @@ def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> Non
 
 
 def answer(
-    kind: Kind, sensor: Sensor, pose: Pose, frequency: float, alone: Callable[[], tuple[Array, Array]],
+    kind: Kind, sensor: Sensor, pose: Pose, frequency: float, alone: Callable[[], tuple[Array, ArrayLike]],
     react: Callable[[Pose, float], Reaction],
 ) -> Impedance:
     """Return L and R for poses of any shape at `frequency` [Hz].
 
     `alone` returns L0 and R_dc of the coils; `react` is the model: poses, with fields of shape (p,), and frequency to
-    their reaction. Raises as `check_asked`, and SolveFailed if the model's matrices cannot be factored or give no
-    numbers.
+    their reaction. Raises as `check_asked`, and SolveFailed where matrices have no factors or give no numbers.
     """
     began = time.perf_counter()
     check_asked(kind, sensor, pose, frequency)
     places, n = pose.components, len(sensor.coils)
     shape, rows = (*places.shape[:-1], n, n), places.reshape(-1, len(POSE))
-    if rows.size and (sensor.target is not None or sensor.conductors):
+    empty = sensor.target is None and not sensor.conductors
+    if rows.size and not empty:
         found = _finite(kind, react, Pose.of(rows), frequency)
     else:
-        none, why = np.zeros((len(rows), n, n), dtype=complex), ("eddy currents: the scene has no target",)
-        found = Reaction(none, none, left_out=() if sensor.target is not None or sensor.conductors else why)
+        none = np.zeros((len(rows), n, n), dtype=complex)
+        found = Reaction(none, none, left_out=("eddy currents: the scene has no target",) * empty)
     change, error = (np.broadcast_to(Z, (len(rows), n, n)).reshape(shape) for Z in (found.change, found.error))
     omega = 2 * np.pi * frequency
-    L0, R_dc = alone()
+    L0, R_dc = map(np.asarray, alone())
     report = SolveReport(
         kind.name, found.unknowns, found.solves, found.residual, found.relative, time.perf_counter() - began,
         notes=found.notes, left_out=found.left_out,

@@ -23,7 +23,7 @@ import numpy as np
 from sits_mech.geometry.collision import CLEARANCE
 from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, served, serving, sizes
 from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.magnetics.coils.resistance import track_resistances
+from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
@@ -53,12 +53,11 @@ class Axisymmetric:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz].
 
         The disc is divided on first use of its steps of gaps (octaves) and frequencies (decades), and kept. Raises as
-        `check_asked`, ValueError if a pose leaves the coil's axis, SolveFailed if the tolerance asks for more rings
-        than fit.
+        `check_asked`, ValueError if a pose leaves the coil's axis, SolveFailed if more rings are asked for than fit.
         """
         return answer(
             _KIND, self.sensor, pose, frequency,
-            lambda: (free_inductances(self.sensor.coils), track_resistances(self.sensor.coils)), self._reaction,
+            lambda: (free_inductances(self.sensor.coils), [*map(track_resistance, self.sensor.coils)]), self._reaction,
         )
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:

@@ -42,7 +42,7 @@ from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.magnetics.coils.resistance import track_resistances
+from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.ferrite import prepared_core
@@ -138,7 +138,7 @@ class Sheets:
         """Return L and R [H, ohm] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
         return answer(
             _KIND, self.sensor, pose, frequency,
-            lambda: (free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)),
+            lambda: (free_inductances(self.sensor.coils, self.windings), [*map(track_resistance, self.sensor.coils)]),
             self._reaction,
         )
 

@@ -89,13 +89,13 @@ class Kinematics:
     @cached_property
     def s(self) -> Array:
         """``F : F`` of all nine components, shape (...)."""
-        found: Array = np.asarray(np.einsum("...i,...i->...", self.F, self.F))
+        found: Array = np.einsum("...i,...i->...", self.F, self.F)
         return found + 1.0 if self.plane else found
 
     @cached_property
     def r(self) -> Array:
         """``cof F : cof F`` of all nine components, shape (...)."""
-        found: Array = np.asarray(np.einsum("...i,...i->...", self.H, self.H))
+        found: Array = np.einsum("...i,...i->...", self.H, self.H)
         return found + self.J**2 if self.plane else found
 
     @cached_property
@@ -151,7 +151,7 @@ def in_space(F: Array) -> Kinematics:
             m, n = (j + 1) % 3, (j + 2) % 3
             np.multiply(F[..., b + m], F[..., c + n], out=H[..., 3 * i + j])
             H[..., 3 * i + j] -= F[..., b + n] * F[..., c + m]
-    J: Array = np.asarray(np.einsum("...i,...i->...", F[..., :3], H[..., :3]))
+    J: Array = np.einsum("...i,...i->...", F[..., :3], H[..., :3])
     return Kinematics(F, H, J)
 
 

@@ -158,6 +158,12 @@ def test_a_meander_has_one_ring_around_it() -> None:
     assert rings.radius.size == 1 and rings.radius[0] < 3 * MM
 
 
+def test_a_line_through_the_middle_is_no_turn() -> None:
+    """It turns by a half about the middle, at no distance: a ring of no radius stood for it."""
+    rings = standing_rings(path([(-2, -1), (2, 1)]))
+    assert rings.radius.size == 1 and rings.radius[0] > 1 * MM
+
+
 def test_squares_along_tracks() -> None:
     """Each stretch with its own width."""
     coil = path([(0, 0), (4, 0)], [(4, 0), (4, 2)], path_widths=(1e-4, 2e-4))

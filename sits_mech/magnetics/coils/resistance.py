@@ -52,11 +52,6 @@ def track_resistance(coil: Coil) -> float:
     return track_squares(coil) / (track_conductivity(coil) * coil.track_thickness)
 
 
-def track_resistances(coils: tuple[Coil, ...]) -> Array:
-    """Return the direct-current resistance of each coil, shape (n,) [ohm]."""
-    return np.array([track_resistance(coil) for coil in coils])
-
-
 @dataclass(frozen=True)
 class TrackSpectrum:
     """A coil's own series impedance over f frequencies, without target."""

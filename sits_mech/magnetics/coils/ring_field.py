@@ -191,9 +191,8 @@ def _steps(winding: Coil, lowest: float) -> tuple[float, float, float]:
 def _table(winding: Coil, lowest: float, columns: int, rows: int) -> _Table:
     """Return P of a winding's rings at so many distances from the axis, and heights about `lowest` [m] and above."""
     radius, step, start = _steps(winding, lowest)
-    z = np.exp(start + _STEP * np.arange(rows))
-    profile = _profile(winding, radius * np.sinh(step * np.arange(columns))[:, None], z, lowest)
-    return _Table(winding, spline_filter(profile, order=3, mode="mirror"), lowest)
+    rho, z = radius * np.sinh(step * np.arange(columns))[:, None], np.exp(start + _STEP * np.arange(rows))
+    return _Table(winding, spline_filter(_profile(winding, rho, z, lowest), order=3, mode="mirror"), lowest)
 
 
 def spectrum(rings: Sections, k: Array) -> Array:

@@ -120,18 +120,23 @@ def _fitting_family(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[_Seen, Target | None]
 ) -> _Family:
     """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
-    (seen, become), limit = way, memory_limit()
+    seen, become = way
     family = _family(target, outline, rung, scale, seen)
     family = family if become is None else _carried_to(family, target, become)
-    if family.needed > limit:
-        x, y = np.ptp(target_outline(target, outline).rim, axis=0) * 1e3
-        cells = max(plan.cells.shape[0] * 2 * (z.size - 1) * len(plan.group) for plan, z in family.divisions)
-        raise TooLarge(
-            f"memory: {cells} cells of the plate of {x:.3g} x {y:.3g} mm take some {family.needed / GIB:.2g} GiB, more "
-            f"than the limit of {limit / GIB:.3g} GiB (--memory, or {VARIABLE})"
-        )
+    cells = max(plan.cells.shape[0] * 2 * (z.size - 1) * len(plan.group) for plan, z in family.divisions)
+    _check_memory(family.box, cells, family.needed)
     check_seconds(family.seconds, f"sheets: the preparation of a plate of {family.needed / GIB:.2g} GiB")
     return family
+
+
+def _check_memory(box: Box, cells: float, needed: float) -> None:
+    """Refuse so many cells of a plate that take so much [bytes]."""
+    if needed > memory_limit():
+        x, y = 2e3 / (1.0 + 1e-3) * box.half[:2]  # of `field_box`
+        raise TooLarge(
+            f"memory: {cells:.0f} cells of the plate of {x:.3g} x {y:.3g} mm take some {needed / GIB:.2g} GiB, more "
+            f"than the limit of {memory_limit() / GIB:.3g} GiB (--memory, or {VARIABLE})"
+        )
 
 
 @lru_cache(maxsize=64)
@@ -143,6 +148,8 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     least = min(_DEEPEST * half, _NARROWEST * float(box.half[:2].min()))
     highest, depth = scale[1] * min(1.0, depth / least) ** 2, max(depth, least)
     largest = max(min(_ALONG.largest * scale[3], _WIDEST * width), _FINEST * width)
+    cells = float(np.prod(np.maximum(1.0, np.minimum(box.half[:2], scale[2]) / largest)))  # of a quarter, at least
+    _check_memory(box, 4.0 * cells, 64.0 * cells**2)  # before there are any
     along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=scale[2])
     plans = {m: _plan(target, outline, _level(along, m, _LEVELS[0]), max(box.order[:2])) for m in rung.along}
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}

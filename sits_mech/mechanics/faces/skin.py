@@ -120,7 +120,7 @@ def section_skin(mesh: MixedMesh, lines: Sequence[Integers]) -> Skin:
     surface = edges(mesh, [left, right[::-1]], _COUNT)
     every = (len(surface.nodes), 1, 1)
     powers: Array = np.vander([0.0, 0.5, 1.0], increasing=True)
-    form: Array = np.asarray(np.tile(np.linalg.inv(powers).T, every), dtype=np.float64)
+    form: Array = np.tile(np.linalg.inv(powers).T, every)
     corner = np.tile([[0.0], [0.5], [1.0]], every)
     facets = np.stack([surface.nodes[:, :2], surface.nodes[:, 1:]], axis=1)
     return Skin(surface, form, corner, facets, mesh.nodes)

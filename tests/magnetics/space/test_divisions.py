@@ -172,3 +172,11 @@ def test_the_time_of_prisms_is_known_before_it_is_taken(monkeypatch: pytest.Monk
     model = sheets(load_sensor("triaxial-4", [target, "frequency=1e-6"]), 0.1)
     with pytest.raises(SceneError, match=r"^sheets: the preparation of a plate of .* GiB must take at most 10 s"):
         model.impedance(Pose(0.0, 2e-3), 1e-6)
+
+
+def test_cells_without_number_are_refused_before_they_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A strip a nanometre wide: counting its cells, some 1e8, took 18 GiB where 4 are the limit."""
+    monkeypatch.setattr(divisions, "_plan", None)  # is not reached
+    model = sheets(load_sensor("biorob2018", ['target.width="1 nm"']), 0.1)
+    with pytest.raises(TooLarge, match=r"^memory: \d{7,} cells of the plate of 1e-06 x 8 mm take some"):
+        model.impedance(Pose(0.0, 2e-3), 5e6)
