@@ -139,16 +139,16 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
     if not winding.is_round or windings == "spiral":
         return _straight(winding, windings, region[0])
     lowest, (radius, step, _) = region[0], _steps(winding, region[0])
-    highest, farthest = (2.0 ** math.ceil(math.log2(size)) for size in region[1:])  # few tables serve all poses
-    columns = _PAD + math.ceil(math.asinh(farthest / radius) / step)
-    rows = 2 * _PAD + math.ceil(math.log(max(highest / lowest, 1.0)) / _STEP)
-    if columns * rows > _POSES * points:
+    if 2 * _PAD * (_PAD + 1.0 / step) > _POSES * points:  # nodes of the least table, whatever the poses
         def potential(points: Array) -> Array:
             """Return A_x and A_y at points."""
             A = ring_potential(winding, np.swapaxes(points, 1, 2).reshape(-1, 3), lowest)
             return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)[:, :2]
 
         return potential
+    highest, farthest = (2.0 ** math.ceil(math.log2(size)) for size in region[1:])  # few tables serve all poses
+    columns = _PAD + math.ceil(math.asinh(farthest / radius) / step)
+    rows = 2 * _PAD + math.ceil(math.log(highest / lowest) / _STEP)
     return _table(winding, lowest, columns, rows).potential
 
 
