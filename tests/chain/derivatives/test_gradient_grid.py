@@ -1,21 +1,35 @@
 """Derivatives over a grid of loads: those of single loads, at loads solved and between; loads that fail."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sits_mech.chain.aimed import aimed_loads
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.derivatives.gradient import gradient, mirrors_of
-from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid, slopes_under
+from sits_mech.chain.derivatives.gradient_grid import WithSlopes, gradient_on_grid, slopes_under
 from sits_mech.chain.interpolate import LoadGrid
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.linear import linear_layer
 from sits_mech.quantities import POSE, Pose, Wrench
+from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, load_sensor
 
 NAMES = ("elastomer.thickness", "modulus", "coils.*.inner_diameter", "coils.*.centre.0")
 PLANE = {"mechanics": "planar", "magnetics": "planar", "tolerance": 1e-2}
 LEVER = np.array([1.0, 1.0, 7e-3, 1.0, 7e-3, 7e-3])[:, None]
+
+
+def test_a_load_solved_again_on_finer_meshes_has_no_derivatives_of_its_own() -> None:
+    """Those of the first meshes are kept: only from elsewhere, or from rest, do slopes come with the equilibrium."""
+    layer = linear_layer(load_sensor("biorob2018-w15", ["target.length=0.2", "elastomer.length=0.2"]), 0.1)
+    sloped, load = WithSlopes(layer, (parameter(layer.sensor, "modulus"),)), Wrench(F_z=0.1)
+    rest = sloped.equilibrium(load)
+    assert np.shape(rest.slopes) == (1, len(POSE)) and np.any(rest.slopes)
+    assert np.size(sloped.equilibrium(load, start=rest).slopes) == 0
+    np.testing.assert_array_equal(sloped.equilibrium(load, start=replace(rest, wrench=Wrench())).slopes, rest.slopes)
 
 
 @pytest.mark.slow
