@@ -90,3 +90,13 @@ def test_units_of_coils_and_their_weights_do_not_count() -> None:
     spread, same = (values - middle) @ directions, (values * units - other) @ turned
     assert directions.shape == (3, 2)
     np.testing.assert_allclose(np.abs(same), np.abs(spread), rtol=1e-9, atol=1e-12)
+
+
+def test_directions_have_size_one_about_the_middle() -> None:
+    """Inductances far from zero, as they are: what they all have in common is none of their directions."""
+    dice = np.random.default_rng(3)
+    slopes = dice.normal(size=(200, 2, 2))
+    values = np.array([50.0, -80.0]) + dice.normal(size=(200, 2)) @ np.array([[1.0, 0.3], [0.0, 0.2]])
+    middle, directions = _whitening(values, slopes, np.ones(2))
+    seen = (values - middle) @ directions
+    np.testing.assert_allclose(seen.T @ seen / 200, np.eye(2), atol=1e-12)
