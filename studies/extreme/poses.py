@@ -136,7 +136,7 @@ def in_space() -> dict[str, Asked]:
         "plate with corners of 0.01 mm radius": Asked(rounded(), up, *sheets, tends_to=plate()),
         "slot of 0.01 mm that closes": Asked(slotted(0.01), up, *sheets, tends_to=slotted(0.001)),
         "coil with corners of 0.01 mm radius": Asked(
-            wound(60, 0.04, "rectangle", 0.01), up, *sheets, tends_to=wound(60, 0.04, "rectangle")
+            wound(1, 0.04, "rectangle", 0.01), up, *sheets, tends_to=wound(1, 0.04, "rectangle")  # outer ones are round
         ),
     }
 
