@@ -17,7 +17,7 @@ GIB = 2**30
 TIME = "SITS_MECH_SECONDS"
 """Environment variable of the limit of time, in seconds of processor time; as that of memory."""
 _DEFAULT = 4.0  # GiB
-_PATIENCE = 100.0  # s
+_PATIENCE = 200.0  # s
 _MIB = 2**20  # bytes of a MiB
 
 

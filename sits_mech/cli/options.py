@@ -76,7 +76,7 @@ class Overrides:
         float | None, Parameter(help="Memory limit of a solution in GiB; SITS_MECH_MEMORY or 4 by default.")
     ] = None
     seconds: Annotated[
-        float | None, Parameter(help="Time limit of a step in seconds; SITS_MECH_SECONDS or 100 by default.")
+        float | None, Parameter(help="Time limit of a step in seconds; SITS_MECH_SECONDS or 200 by default.")
     ] = None
     no_cache: Annotated[bool, flag("Neither read nor write the cache of prepared plates (sits-mech doctor).")] = False
     strict: Annotated[bool, flag("Refuse implausible values too, such as a layer 2 m thick.")] = False
