@@ -61,9 +61,14 @@ def _set_limit(variable: str, limit: float, what: str, unit: str) -> None:
     os.environ[variable] = repr(limit)
 
 
+def seconds_limit() -> float:
+    """Return the limit [s of processor time]; raise ValueError where the environment variable is no such number."""
+    return _limit(TIME, _PATIENCE, "seconds")
+
+
 def check_seconds(needed: float, what: str) -> None:
     """Refuse a step `what` that needs longer than the limit [s of processor time] by SceneError, before it begins."""
-    limit = _limit(TIME, _PATIENCE, "seconds")
+    limit = seconds_limit()
     if needed > limit:
         raise SceneError(f"{what} must take at most {limit:g} s (--seconds, or {TIME}); it takes some {needed:.2g} s")
 

@@ -100,6 +100,7 @@ def warm() -> Iterator[Path]:
             import_module(name)
     with contextlib.ExitStack() as kept:  # what is changed here is as it was afterwards
         kept.enter_context(patch.dict(os.environ, LIMITS))
+        kept.enter_context(patch("sits_mech.studio.page.serve", lambda *words, **more: None))  # it serves until Ctrl-C
         place = kept.enter_context(tempfile.TemporaryDirectory())
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             sound = sound_files(Path(place))

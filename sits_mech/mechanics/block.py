@@ -58,7 +58,6 @@ _RESTED = 4  # of them, for a load at finite strain: minutes and more a load on 
 _INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on m = 1 to 4 in films and under discs
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _ROUGH = 1.0  # error of an answer on two levels that is not spoken of
-_MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
 
 
@@ -180,7 +179,7 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
     else:
         families, share = [partial(_family, sensor, guard, whole) for guard in _GUARDS], 1.0 if whole else 0.5
     makers = [partial(family, depth) for depth in depths for family in families]
-    return Line(sensor, pad_scales(sensor, share), makers, tolerance, _MOST)
+    return Line(sensor, pad_scales(sensor, share), makers, tolerance)
 
 
 def pad_family(sensor: Sensor) -> tuple[Levels, float]:

@@ -63,7 +63,7 @@ REASONS = {
     "inverted": "beyond this load the mesh turns inside out at a corner",
     "lost": "beyond this load no equilibrium was found, though the last one is stable: a smaller load may converge",
     "slipping": "beyond this load the contact pressures under friction do not converge",
-    "long": "beyond this load the limit of iterations for a mesh of this size is reached",
+    "long": "the path to this load takes longer than the limit of time (--seconds)",
 }
 """Messages by the reason of an `Outcome` (path.py); "" at its goal."""
 

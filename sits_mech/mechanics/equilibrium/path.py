@@ -69,7 +69,8 @@ def follow(
     length = 0.0
     for _ in range(_STEPS):
         target = min(1.0, at + increment)
-        body, found = among_faces(body, replace(here, iterations=0), way.goal(target), held)
+        left = most - (here.iterations - start.iterations)
+        body, found = among_faces(body, replace(here, iterations=0), way.goal(target), held, left)
         spent = here.iterations + found.state.iterations
         if found.length > LONGEST:
             increment, here = 0.9 * (target - at) * LONGEST / found.length, replace(here, iterations=spent)
@@ -87,21 +88,25 @@ def follow(
             return Outcome(here, at)
         if spent - start.iterations >= most:
             return Outcome(here, at, "long")
-    if _CUT < smallest:
-        return Outcome(here, at, said.reason)
     left = most - (here.iterations - start.iterations)
+    if _CUT < smallest:
+        return Outcome(here, at, said.reason if left > 0 else "long")
     return pursued(body, way, (here, at), length, smallest=smallest, most=left)
 
 
-def among_faces(body: Bonded, start: State, goal: Array, held: Held | None) -> tuple[Bonded, Settled]:
+def among_faces(
+    body: Bonded, start: State, goal: Array, held: Held | None, most: float = np.inf
+) -> tuple[Bonded, Settled]:
     """Return a body and its rest under a goal, solved again where free faces it did not hold apart have met.
 
-    Full Newton steps are tried first; where singular edges make them wander, the potential is descended.
+    Full Newton steps are tried first; where singular edges make them wander, the potential is descended, unless they
+    were as many as `most`.
     """
     body = body.near(start.u)
     for _ in range(_LOOKS):
         found = newton(body, start, goal, held)
-        if not found.state.residual <= SETTLED and not body.slips and not found.length > LONGEST:
+        wanders = not found.state.residual <= SETTLED and not found.length > LONGEST
+        if wanders and not body.slips and found.state.iterations < most:
             spent, found = found.state.iterations, newton(body, start, goal, held, falling=True)
             found = found._replace(state=replace(found.state, iterations=spent + found.state.iterations))
         wider = body.near(found.state.u) if found.state.residual <= SETTLED else body

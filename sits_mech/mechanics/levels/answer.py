@@ -18,10 +18,11 @@ from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import Approach, unloaded
+from sits_mech.mechanics.equilibrium.newton import MOST, Approach, unloaded
 from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
-from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
+from sits_mech.mechanics.levels.family import Levels, Limit, Line, affordable, finer, iteration_seconds
+from sits_mech.memory import check_seconds
 from sits_mech.quantities import WRENCH, Array, Bounded, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
@@ -54,11 +55,12 @@ def first_look(line: Line, levels: Levels, start: Equilibrium | None, control: C
     """Follow the path on the coarse mesh alone."""
     for level in (0, 1):
         levels.check_memory(level)
+    check_seconds(MOST * iteration_seconds(levels.fine), f"a load on a mesh of {len(levels.fine.free)} unknowns")
     state, (held, end) = _begun(levels, line.scales, start, 0), aim(levels.coarse, line.scales, control)
     begin = np.where(held, state.q, state.load)
-    spend = line.most / len(levels.coarse.free)
     return follow(
-        levels.coarse, state, (begin, end), smallest=_LOOK, held=held, out_of_plane=control.held[3:], most=spend
+        levels.coarse, state, (begin, end), smallest=_LOOK, held=held, out_of_plane=control.held[3:],
+        most=affordable(levels.coarse),
     )
 
 
@@ -81,7 +83,7 @@ def solve_levels(
         )
 
     midway = begin + first.reached * (end - begin)
-    spend = line.most / len(levels.fine.free)
+    spend = affordable(levels.fine)
     if first.reached < 1.0:
         spend = min(spend, _LAST if first.limit is None else _VERDICT)
     fine = followed(levels.fine, _begun(levels, scales, start, 1), midway, spend)

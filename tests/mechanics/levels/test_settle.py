@@ -1,13 +1,17 @@
-"""Families of meshes: what one of them has shown of a load that is not carried is not looked for again."""
+"""Families of meshes: a load that is not carried is looked for once on each, and within the limit of time."""
 
 import pytest
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import under
+from sits_mech.mechanics.equilibrium.newton import MOST
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.levels.answer import first_look
-from sits_mech.quantities import Wrench
+from sits_mech.mechanics.levels.family import affordable
+from sits_mech.memory import TIME
+from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
+from sits_mech.units import SceneError
 
 
 @pytest.mark.slow
@@ -22,3 +26,17 @@ def test_a_load_that_is_not_carried_is_looked_at_once_on_each_family(monkeypatch
     monkeypatch.setattr(settle, "first_look", counted)
     assert settle.settled(line, None, control).part < 1.0
     assert calls == [line[number] for number in range(4)]
+
+
+def test_a_path_takes_its_share_of_the_limit_of_time(monkeypatch):
+    """An increment more at most; where one increment takes longer than the limit it is refused before."""
+    pad = block_pad(load_sensor("biorob2018-w15"), 1e-2)
+    monkeypatch.setenv(TIME, "2")
+    most = affordable(pad.half[0].coarse)
+    look = first_look(pad.half, pad.half[0], None, under(Wrench(M=0.3)))
+    assert look.reason == "long" and look.state.iterations < most + MOST
+    with pytest.raises(SolveFailed, match=r"\(--seconds\)"):
+        pad.equilibrium(Wrench(M=0.3))
+    monkeypatch.setenv(TIME, "1")
+    with pytest.raises(SceneError, match="a load on a mesh of 3562 unknowns must take at most 1 s"):
+        pad.equilibrium(Wrench(F_z=1.0))
