@@ -5,8 +5,12 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
+from collections.abc import Callable
 from contextlib import suppress
+from functools import wraps
 from pathlib import Path
+from threading import RLock
+from typing import Any, ParamSpec, TypeVar
 
 from sits_mech.units import SceneError
 
@@ -19,6 +23,8 @@ TIME = "SITS_MECH_SECONDS"
 _DEFAULT = 4.0  # GiB
 _PATIENCE = 200.0  # s
 _MIB = 2**20  # bytes of a MiB
+_Given = ParamSpec("_Given")
+_Value = TypeVar("_Value")
 
 
 def memory_limit() -> float:
@@ -41,6 +47,26 @@ def _limit(variable: str, usual: float, unit: str) -> float:
 def limit_memory(gib: float) -> None:
     """Set the limit of this process and those it starts [GiB]; raise ValueError where it is not positive."""
     _set_limit(VARIABLE, gib, "memory", "GiB")
+
+
+def latest(size: Callable[[Any], float]) -> Callable[[Callable[_Given, _Value]], Callable[_Given, _Value]]:
+    """Keep what a function returned, the last used of it that the limit of memory holds by its `size` [bytes]."""
+
+    def keeping(function: Callable[_Given, _Value]) -> Callable[_Given, _Value]:
+        found, lock = dict[object, _Value](), RLock()
+
+        @wraps(function)
+        def asked(*given: _Given.args, **named: _Given.kwargs) -> _Value:
+            key = given, tuple(named.items())
+            with lock:
+                found[key] = value = found.pop(key) if key in found else function(*given, **named)
+                while len(found) > 1 and sum(map(size, found.values())) > memory_limit():
+                    del found[next(iter(found))]
+            return value
+
+        return asked
+
+    return keeping
 
 
 def give_back() -> None:

@@ -11,6 +11,7 @@ from sits_mech.memory import (
     check_seconds,
     give_back,
     input_text,
+    latest,
     limit_memory,
     limit_seconds,
     memory_limit,
@@ -24,6 +25,20 @@ def test_limit_is_four_gib_unless_it_is_set(monkeypatch):
     assert memory_limit() == GIB / 2
     limit_memory(2.0)
     assert memory_limit() == 2 * GIB
+
+
+def test_what_was_used_last_is_kept_as_far_as_memory_holds(monkeypatch):
+    monkeypatch.setenv(VARIABLE, "1")
+    asked = []
+
+    @latest(size=float)
+    def made(gib):
+        asked.append(gib)
+        return gib * GIB
+
+    for gib in (0.5, 0.25, 0.5, 0.4, 0.5, 0.25, 3.0, 3.0, 0.5):
+        assert made(gib) == gib * GIB
+    assert asked == [0.5, 0.25, 0.4, 0.25, 3.0, 0.5]  # 0.4 put 0.25 out, which was used before 0.5
 
 
 @pytest.mark.parametrize("text", ["much", "0", "-1", "nan"])

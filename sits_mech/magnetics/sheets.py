@@ -286,6 +286,7 @@ def _divided(
         note = f"ferrite, mu_r = {metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
         return _Divided(cores, 0.0, 0.0, 1.0, (note,))
     scale, divisions = (clear[0], frequency[1], *part.lengths(sensor, clear, near)), tuple[Any, ...]()
+    rung = replace(rung, few=False)  # of errors, not of divisions
     if near:
         divisions = prepared_near(plate, part.outline, rung, scale, sources or clear[1], part.become)
     else:

@@ -68,8 +68,9 @@ def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = 
     `points` are Gauss points along r and z for the regular part, one more along r in the second section; the result is
     symmetric only up to this quadrature (see `ring_inductance`).
     """
-    column = Sections(first.radius[:, None], first.z[:, None], first.width[:, None], first.height[:, None])
-    return paired_mutual(column, second, points, (points[0] + 1, points[1]))
+    columns, step = (first.radius, first.z, first.width, first.height), max(1, PAIRS // second.radius.size)
+    rows = [Sections(*(each[k : k + step, None] for each in columns)) for k in range(0, first.radius.size, step)]
+    return np.concatenate([paired_mutual(some, second, points, (points[0] + 1, points[1])) for some in rows])
 
 
 def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], others: tuple[int, int]) -> Array:

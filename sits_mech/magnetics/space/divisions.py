@@ -40,7 +40,7 @@ from sits_mech.magnetics.space.modes import packed, prepare_sheets, unpacked
 from sits_mech.magnetics.space.near import Near, prepare_near
 from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, Rung, TooLarge, star
 from sits_mech.magnetics.space.sources import Sources
-from sits_mech.memory import GIB, VARIABLE, check_seconds, memory_limit
+from sits_mech.memory import GIB, VARIABLE, check_seconds, latest, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Target
 
@@ -96,7 +96,7 @@ def prepared(
     return tuple(plate.resolved for plate in found) if family.resolved else found
 
 
-@lru_cache(maxsize=4)
+@latest(lambda plates: sum(plate.size for plate in plates))
 def prepared_near(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, beside: float | Sources = 0.0,
     become: Target | None = None,

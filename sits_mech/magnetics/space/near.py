@@ -86,6 +86,11 @@ class Near:
         return found
 
     @property
+    def size(self) -> int:
+        """Memory of its matrices [bytes]."""
+        return sum(part.L.nbytes + part.R.nbytes + part.fluxes.nbytes for part in self.classes)
+
+    @property
     def seen(self) -> int:
         """Combinations of other plates' fields, and coils at rest."""
         return self.sources + sum(basis.size for basis in self.bases)

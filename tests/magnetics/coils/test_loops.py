@@ -8,6 +8,7 @@ from scipy.constants import mu_0
 from scipy.special import ellipe, ellipk
 
 from sits_mech.geometry.windings import Sections, coil_sections
+from sits_mech.magnetics.coils import loops
 from sits_mech.magnetics.coils.loops import (
     free_inductances,
     mutual_loops,
@@ -29,6 +30,21 @@ def coil(name: str = "C", x: float = 0.0, y: float = 0.0) -> Coil:
 
 def ring(radius: float, width: float, height: float, z: float = 0.0) -> Sections:
     return Sections(*(np.array([value]) for value in (radius, z, width, height)))
+
+
+def test_many_rings_are_paired_some_at_once(monkeypatch):
+    """Temporary arrays of all pairs of 3264 filaments took 2.5 GiB."""
+    rings, sizes, once = coil_sections(coil()), [], loops.paired_mutual
+    whole = ring_mutual(rings, rings)
+
+    def counted(first, second, *points):
+        sizes.append(first.radius.size * second.radius.size)
+        return once(first, second, *points)
+
+    monkeypatch.setattr(loops, "paired_mutual", counted)
+    monkeypatch.setattr(loops, "PAIRS", 100)
+    assert np.array_equal(ring_mutual(rings, rings), whole)
+    assert max(sizes) <= 100 and sum(sizes) == whole.size
 
 
 @pytest.mark.parametrize(
