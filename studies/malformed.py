@@ -50,7 +50,7 @@ from sits_mech.cli.main import run
 from sits_mech.status import exit_code
 
 SECONDS, MEMORY = 20.0, 2.0  # processor time, GiB
-LIMITS = {"SITS_MECH_SECONDS": "10", "SITS_MECH_MEMORY": "1", "SITS_MECH_CACHE": "off"}
+LIMITS = {"SITS_MECH_SECONDS": "4", "SITS_MECH_MEMORY": "1", "SITS_MECH_CACHE": "off"}
 """What is asked of the program; the seconds are of a step, of which an answer has some."""
 COARSE = 6  # of each
 OPEN = {(0, "input-21"), (0, "input-87"), (0, "input-99")}

@@ -7,6 +7,7 @@ D. G. Watts, Nonlinear Regression Analysis and Its Applications, Wiley 1988, ch.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -31,7 +32,10 @@ def profile(found: Comparison, name: str, points: int = 9, reach: float = 1.5) -
 
 
 def rise(model: Model, y: Array, free: Sequence[Free], name: str, noise: float, values: Array) -> Array:
-    """Return the least chi^2, less its own term, for each value (k,) of a parameter `name`, above the least of them."""
+    """Return the least chi^2, less its own term, for each value (k,) of a parameter `name`, above the least of them.
+
+    NaN where another parameter would have to go beyond its end.
+    """
     place = [each.name for each in free].index(name)
     others = [each for each in free if each.name != name]
 
@@ -43,7 +47,9 @@ def rise(model: Model, y: Array, free: Sequence[Free], name: str, noise: float, 
 
         if not others:
             return float(np.nansum(((held(np.zeros((1, 0)))[0] - y) / noise) ** 2))
-        return fit_parameters(held, y, others, noise=noise).chi_square
+        with suppress(SceneError):
+            return fit_parameters(held, y, others, noise=noise).chi_square
+        return float("nan")
 
     found = np.array([least(value) for value in values.tolist()])
-    return found - found.min()
+    return found - np.nanmin(found)

@@ -29,6 +29,7 @@ def test_profiles_are_parabolas_where_the_model_is_a_line() -> None:
     deviation = noise / np.sqrt(np.sum((X - X.mean()) ** 2))
     values = found.values[1] + deviation * np.arange(-2.0, 3.0)
     np.testing.assert_allclose(rise(line, y, LINE, "b", noise, values), [4.0, 1.0, 0.0, 1.0, 4.0], atol=1e-5)
+    assert np.isnan(rise(line, y, LINE, "b", noise, np.array([0.3, 30.0]))).tolist() == [False, True]  # a is -13 there
     bench = Comparison(Measured(np.zeros((20, 0)), y, "line"), found, LINE, line, noise, y, np.nan, 0.0)
     there, up = profile(bench, "b", points=3, reach=1.0)
     assert there == pytest.approx(found.values[1] + found.half_widths[1] * np.array([-1.0, 0.0, 1.0]))
