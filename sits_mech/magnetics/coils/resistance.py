@@ -35,11 +35,13 @@ from sits_mech.geometry.tracks import ring_squares, standing_rings, track_square
 from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.magnetics.modes import Modes, eddy_modes, skin_depth
+from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Coil
 
 _MOST = 4000  # filaments: an eigenproblem of ten seconds
+_PAIR, _MODE = 1.1e-6, 1.9e-10  # s that a pair of filaments takes, and the modes of n over n^3: 16 s of 3264
 
 
 def track_conductivity(coil: Coil) -> float:
@@ -72,9 +74,11 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     delta = skin_depth(float(hertz.max()), track_conductivity(coil))
     cells = [filaments_along(side, delta) for side in (coil.track_width, coil.track_thickness)]
     rings = standing_rings(coil)
-    if 4 * cells[0] * cells[1] * rings.radius.size > _MOST:
+    count = 4 * cells[0] * cells[1] * rings.radius.size
+    if count > _MOST:
         words = f"{hertz.max():g} Hz with {rings.radius.size} turns asks for more than {_MOST} filaments of track"
         raise ValueError(f"frequency: {words}; lower the frequency")
+    check_seconds((_PAIR + _MODE * count) * count**2, f"uneven current in a coil of {rings.radius.size} turns")
     coarse, fine = (_series(rings, (n * cells[0], n * cells[1]), hertz, track_conductivity(coil)) for n in (1, 2))
     step = (fine - coarse) / 3
     R, shift = fine + step

@@ -39,10 +39,12 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.tracks import Tracks
 from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array, Integers
 
 Potential = Callable[[Array], Array]
 PAIRS = 200_000  # at once
+_PAIR = 1e-6  # s that one takes: 0.4 to 1.0e-6 seen
 _PARALLEL, _ACROSS = 3e-6, 1e-12  # sine and cosine of an angle that is none, or a right one
 CACHED = 100_000  # distances of points and ends, or points, held at once: as many as a cache holds
 _PRODUCT = 12  # ratios multiplied before their logarithm is taken
@@ -52,10 +54,12 @@ _SMALL = 1e-12  # least square of a distance, over that of a length
 def linkage(first: Tracks, second: Tracks) -> float:
     """Return the flux of 1 A in the first tracks through the second [H]; of the same ones, their self-inductance."""
     total, own = 0.0, first is second
-    step = max(1, PAIRS // len(second.start))
-    for begin in range(0, len(first.start), step):
-        rows = np.arange(begin, min(begin + step, len(first.start)))
-        columns = np.arange(begin if own else 0, len(second.start))
+    count = len(first.start), len(second.start)
+    check_seconds(_PAIR * count[0] * count[1] / (1 + own), f"coils: the inductance of {count[0]} and {count[1]} tracks")
+    step = max(1, PAIRS // count[1])
+    for begin in range(0, count[0], step):
+        rows = np.arange(begin, min(begin + step, count[0]))
+        columns = np.arange(begin if own else 0, count[1])
         i, j = (pair.ravel() for pair in np.meshgrid(rows, columns, indexing="ij"))
         if own:
             i, j = i[j >= i], j[j >= i]

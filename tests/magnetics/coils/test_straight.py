@@ -14,7 +14,9 @@ from sits_mech.magnetics.coils.loops import free_inductances, ring_inductance
 from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import linkage, track_potential
+from sits_mech.memory import TIME
 from sits_mech.scene.coils import Coil
+from sits_mech.units import SceneError
 
 MM = 1e-3
 ONE = np.zeros(1), np.ones(1)  # a filament in the middle
@@ -251,6 +253,13 @@ def test_long_coil_by_the_metre() -> None:
     short, long = (square(4, 6.0, 0.1, 0.1, inner_length=length) for length in (1.0, 2.0))
     section = free_space_inductance(Sensor(name="s", frequency=1e6, coils=(short,)))[0, 0]
     assert own(long) - own(short) == pytest.approx(section, rel=1e-5)
+
+
+def test_tracks_without_number_are_refused_before_they_are_paired(monkeypatch: pytest.MonkeyPatch) -> None:
+    tracks = coil_tracks(square(4, 6.0, 0.1, 0.1), "rings")
+    monkeypatch.setenv(TIME, "1e-6")
+    with pytest.raises(SceneError, match="^coils: the inductance of 16 and 16 tracks must take at most 1e-06 s"):
+        linkage(tracks, tracks)
 
 
 @pytest.mark.slow

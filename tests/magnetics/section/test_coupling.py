@@ -8,9 +8,10 @@ from sits_mech.geometry.plates import distance, section_plates
 from sits_mech.magnetics.bars import LADDER, _answering, planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.section.coils import bars_of_coils
-from sits_mech.magnetics.section.coupling import coupled_reaction, filaments
+from sits_mech.magnetics.section.coupling import coupled_reaction, filaments, samples
+from sits_mech.memory import TIME
 from sits_mech.quantities import Pose
-from sits_mech.scene.sensor import Conductor, load_sensor
+from sits_mech.scene.sensor import Conductor, SceneError, load_sensor
 
 MM = 1e-3
 POSE = Pose(1 * MM, 2 * MM, 0.05)
@@ -25,6 +26,14 @@ def plate(x, z, width, thickness, material="aluminium"):
 
 def scene(*parts, **changes):
     return load_sensor("biorob2018").model_copy(update={"conductors": parts, "elastomer": None, **changes})
+
+
+def test_filaments_without_number_are_refused(monkeypatch):
+    """Of bars 0.1 um from the plate, as many as the distance asks."""
+    source = filaments(bars_of_coils(load_sensor("biorob2018")), 1e-7, 1e-4, None)
+    monkeypatch.setenv(TIME, "1e-6")
+    with pytest.raises(SceneError, match="^planar: the field of .* at 3 points must take at most 1e-06 s"):
+        samples(source, POSE, 35e-6, np.array([0.0, 1j, 1.0]) * MM)
 
 
 SIDE, GROUND = plate(12.0, 1.0, 6.0, 0.5), plate(0.0, -1.5, 8.0, 0.2, "copper")
