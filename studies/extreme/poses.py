@@ -134,7 +134,7 @@ def in_space() -> dict[str, Asked]:
         "60 turns in space": Asked(wound(60, 0.04), up, *sheets),
         "disc of 100 mm at 0.5 mm": Asked(wide, Pose(0.0, 0.5 * MM), ("sheets", 2e-2), ("axisymmetric", 1e-3)),
         "plate with corners of 0.01 mm radius": Asked(rounded(), up, *sheets, tends_to=plate()),
-        "slot of 0.01 mm that closes": Asked(slotted(0.01), up, *sheets, tends_to=slotted(0.001)),
+        "slot of 1 um that closes": Asked(slotted(1e-3), up, *sheets, tends_to=slotted(1e-4)),  # one of 10 um: 1 % more
         "coil with corners of 0.01 mm radius": Asked(
             wound(1, 0.04, "rectangle", 0.01), up, *sheets, tends_to=wound(1, 0.04, "rectangle")  # outer ones are round
         ),
