@@ -34,7 +34,7 @@ def profile(found: Comparison, name: str, points: int = 9, reach: float = 1.5) -
 def rise(model: Model, y: Array, free: Sequence[Free], name: str, noise: float, values: Array) -> Array:
     """Return the least chi^2, less its own term, for each value (k,) of a parameter `name`, above the least of them.
 
-    NaN where another parameter would have to go beyond its end, or where the others at their start leave nothing to read.
+    NaN where another parameter would have to go beyond its end, or the others at their start leave nothing to read.
     """
     place = [each.name for each in free].index(name)
     others = [each for each in free if each.name != name]
