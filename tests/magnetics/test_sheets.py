@@ -9,6 +9,7 @@ import pytest
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import Collision
+from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -76,6 +77,17 @@ def test_coaxial_disc_as_axisymmetric_fem(radius: float, f: float, delta_L: floa
     z = sheets(sensor).impedance(Pose(0.0, 2e-3), f)
     assert (z.L - z.L0)[0, 0] == pytest.approx(delta_L, rel=2e-3, abs=0.0)
     assert z.R[0, 0] == pytest.approx(R, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_the_error_of_a_disc_thirty_skin_depths_thick() -> None:
+    """At 100 MHz Delta L is off by 1e-3 from that about the axis, which is right to 6e-6; 7e-4 was told of it."""
+    disc = 'target={shape="disc", diameter="8 mm", thickness="0.2 mm", material="copper"}'
+    coil = load_sensor("biorob2018").coils[0].model_copy(update={"centre": (0.0, 0.0)})
+    scene = load_sensor("biorob2018", [disc]).model_copy(update={"coils": (coil,), "elastomer": None})
+    models = sheets(scene, 1e-2), axisymmetric(scene, 1e-3)
+    z, true = (model.impedance(Pose(0.0, 2e-3), 1e8) for model in models)
+    assert 5e-4 * abs(true.L - true.L0) < abs(z.L - true.L) < z.error_L
 
 
 def test_free_space_as_rings(model: Sheets) -> None:

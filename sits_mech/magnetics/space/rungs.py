@@ -78,7 +78,7 @@ _EVEN = 0.1  # the same of R where current fills the plate, and from there with 
 # Of R and of omega Delta L, what no division shows: everywhere, where current crowds at the faces, in plates of more
 # skin depths than `_DEEP` (from, to); 120 answers by chance of studies/benchmark_sheets.py, 9 and 2 % of them beyond
 _LEFT = (1e-3, 4e-3, 1.2e-2), (3e-4, 0.0, 3e-3)
-_DEEP = 90.0, 150.0  # skin depths in a plate's thickness, between which the error grows
+_DEEP = 10.0, 150.0  # skin depths in a plate's thickness, between which the error grows: at 30 L is off by 1e-3
 _Plates = TypeVar("_Plates")
 
 
