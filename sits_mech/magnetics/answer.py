@@ -164,7 +164,7 @@ def answer(
     kind: Kind, sensor: Sensor, pose: Pose, frequency: float, alone: Callable[[], tuple[Array, ArrayLike]],
     react: Callable[[Pose, float], Reaction],
 ) -> Impedance:
-    """Return L and R for poses of any shape at `frequency` [Hz], asking equal ones once.
+    """Return L and R for poses of any shape at `frequency` [Hz].
 
     `alone` returns L0 and R_dc of the coils; `react` is the model: poses, with fields of shape (p,), and frequency to
     their reaction. Raises as `check_asked`, and SolveFailed where matrices have no factors or give no numbers.
@@ -173,17 +173,13 @@ def answer(
     check_asked(kind, sensor, pose, frequency)
     places, n = pose.components, len(sensor.coils)
     shape, rows = (*places.shape[:-1], n, n), places.reshape(-1, len(POSE))
-    once, which = np.unique(rows, axis=0, return_inverse=True)
-    if len(once) == len(rows):  # in their own order
-        once, which = rows, np.arange(len(rows))
     empty = sensor.target is None and not sensor.conductors
     if rows.size and not empty:
-        found = _finite(kind, react, Pose.of(once), frequency)
+        found = _finite(kind, react, Pose.of(rows), frequency)
     else:
-        none = np.zeros((len(once), n, n), dtype=complex)
+        none = np.zeros((len(rows), n, n), dtype=complex)
         found = Reaction(none, none, left_out=("eddy currents: the scene has no target",) * empty)
-    every = which.ravel()
-    change, error = (np.broadcast_to(Z, (len(once), n, n))[every].reshape(shape) for Z in (found.change, found.error))
+    change, error = (np.broadcast_to(Z, (len(rows), n, n)).reshape(shape) for Z in (found.change, found.error))
     omega = 2 * np.pi * frequency
     L0, R_dc = map(np.asarray, alone())
     report = SolveReport(
@@ -193,8 +189,8 @@ def answer(
     values = (L0 + change.imag / omega, change.real.copy(), L0, R_dc, error.imag / omega, error.real.copy())
     shared = None
     if found.shared is not None:
-        parts = np.broadcast_to(found.shared.imag / omega, (len(found.shared), len(once), n, n))
-        shared = parts[:, every].reshape(-1, *shape)
+        parts = np.broadcast_to(found.shared.imag / omega, (len(found.shared), len(rows), n, n))
+        shared = parts.reshape(-1, *shape)
     return Impedance(frequency, *values, kind.unit_L, report, shared)
 
 

@@ -1,6 +1,7 @@
 """Does anything that the loader accepts get a consistent answer, or a refusal by its name? Random scenes, asked apart.
 
-Each scene of any_scene.py is asked in a process of its own with a limit of processor time and of 4 GiB. It holds if it
+Each scene of any_scene.py is asked in a process of its own with a limit of processor time, steps of 3 s each
+(SITS_MECH_SECONDS), and of 4 GiB. It holds if it
 
     is refused by name    SceneError, SolveFailed, Collision, or one line that begins with what it is about, in 10 s
     or is answered        numbers and errors finite, J > 0; L and R symmetric, R and L without negative eigenvalues,
@@ -27,13 +28,14 @@ from extreme.rows import DONE, Row
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.simulate import at_rest, simulate
 from sits_mech.geometry.collision import Collision
+from sits_mech.memory import limit_seconds
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import SceneError, Sensor
 
 REFUSAL = 10.0
 """Seconds of processor time that a refusal may take."""
-ANSWER, MEMORY = 10.0, 4.0  # seconds for an answer, GiB
+ANSWER, STEP, MEMORY = 10.0, 3.0, 4.0  # seconds for an answer, and for a step of it, GiB
 QUICK = 0.5  # seconds up to which a second answer is asked
 FINER = 0.2  # of the tolerance
 ROUNDING = 1e-9
@@ -50,7 +52,13 @@ def any_scenes(coarse: bool) -> Iterator[Row]:
 
 def any_row(case: Case) -> Row:
     """Return the row of a random scene, asked in a process of its own."""
-    ended = asked_apart(lambda: asked(case), seconds=ANSWER, gib=MEMORY)
+
+    def in_steps() -> Row:
+        """Ask it, refusing steps that take long."""
+        limit_seconds(STEP)
+        return asked(case)
+
+    ended = asked_apart(in_steps, seconds=ANSWER, gib=MEMORY)
     row = ended.value if isinstance(ended.value, Row) else Row("", "", ended.killed or "no answer")
     if row.status not in (DONE, *FAILURES) and ended.seconds > REFUSAL and not ended.killed:
         row = replace(row, status="refused late", remark=f"{ended.seconds:.1f} s: {row.remark}")

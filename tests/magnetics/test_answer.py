@@ -1,7 +1,5 @@
 """What all magnetic models have in common: refusals in one order, poses of any shape, nothing asked without metal."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -39,25 +37,6 @@ def test_values_and_report_by_hand() -> None:
     assert (one.unit_L, report.model) == ("H/m", "plane")
     assert (report.unknowns, report.iterations, report.residual) == (9, 3, 1e-9)
     assert (report.estimated_error, report.notes, report.left_out) == (0.02, ("said",), ("left",))
-
-
-def test_equal_poses_are_asked_once() -> None:
-    """Each gets the answer of its own, parts of its error included; unlike ones are asked as they come."""
-    heights, shown = np.array([[0.3, 0.1], [0.3, 0.2], [0.1, 0.1]]), list[list[float]]()
-
-    def told(pose: Pose, frequency: float) -> Reaction:
-        shown.append(pose.d_v.tolist())
-        found = react(pose, frequency)
-        return replace(found, shared=np.stack([found.change, 2.0 * found.change]))
-
-    def of(d_v: Array) -> Impedance:
-        return answer(PLANE, load_sensor("biorob2018"), Pose(0.0, d_v), 1e6, alone, told)
-
-    many, single = of(heights), of(np.array([0.3, 0.2]))
-    assert shown == [[0.1, 0.2, 0.3], [0.3, 0.2]]
-    np.testing.assert_allclose(many.L[..., 0, 0], 2.0 - heights, rtol=1e-15)
-    assert single.shared_L is not None and many.shared_L is not None
-    np.testing.assert_array_equal(many.shared_L[:, 1], single.shared_L)
 
 
 def test_nothing_is_asked_without_metal_or_poses() -> None:

@@ -96,9 +96,11 @@ def _of_poses(setup: Setup, measured: Measured, poses: Array, noise: float | Non
     if not np.any(np.isfinite(poses[:, POSE.index("d_v")])):
         raise SceneError(f"{measured.source}: must hold a row with a target; got d_v = inf in all")
 
+    once, row = np.unique(poses, axis=0, return_inverse=True)
+
     def model(P: Array) -> Array:
         """Return the inductances for values of the parameters."""
-        return setup.readings(np.tile(poses, (len(P), 1, 1)), P)
+        return setup.readings(np.tile(once, (len(P), 1, 1)), P)[:, row]
 
     free = setup.free(poses, {})
     fit = fit_parameters(model, measured.L, free, noise=noise)
@@ -115,10 +117,16 @@ def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float |
     if {*columns} & {*LAYER}:
         request = request_of(data)
         layer = layer_slopes(sensor, data, names, request["mechanics"], request["tolerance"])
-    bench = LoadedBench(setup, table, measured.forces, layer)
+    once, row = np.unique(measured.forces, axis=0, return_inverse=True)
+    bench = LoadedBench(setup, table, once, layer)
     free = bench.free()
-    fit = fit_parameters(bench.model, measured.L, free, noise=noise, own=table.own, slopes=bench.slopes)
+
+    def model(P: Array) -> Array:
+        """Return the inductances for values of the parameters."""
+        return bench.model(P)[:, row]
+
+    fit = fit_parameters(model, measured.L, free, noise=noise, own=table.own, slopes=lambda p: bench.slopes(p)[row])
     factor = float(fit.values[columns.index("modulus")]) if "modulus" in columns else 1.0
     stiffness = np.nan if sensor.elastomer is None else factor * sensor.elastomer.silicone.shear_modulus
     bare = table.at(measured.forces[None])[0][0]
-    return Comparison(measured, fit, free, bench.model, noise, bare, stiffness, table.error)
+    return Comparison(measured, fit, free, model, noise, bare, stiffness, table.error)

@@ -27,7 +27,6 @@ from scipy.optimize import OptimizeResult, least_squares, lsq_linear
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
 
@@ -38,7 +37,6 @@ Slopes = Callable[[Array], Array]
 _STEP = 1e-3  # of a parameter's size: of the differences
 _ENOUGH = 1e-3  # of chi^2: 0.03 deviations
 _STEPS, _HALVINGS = 12, 5  # of Gauss and Newton: some five are taken, whole ones
-_NUMBER = 1e-4  # s that a measured number takes, as half a million did
 _END = 1e-6  # of the reach: this close to its end a value is held by it
 
 
@@ -134,7 +132,6 @@ def fit_parameters(
     numbers = int(np.isfinite(y).sum())
     if numbers + known <= len(free):
         raise SceneError(f"measurement: must hold more than {len(free) - known} numbers; got {numbers}")
-    check_seconds(_NUMBER * numbers, f"measurement: the fit of {numbers} numbers")
     if known and noise is None:
         raise SceneError("noise: must be given where a parameter has a deviation: both are weighed; got none")
     ranges = np.maximum(np.nanmax(y, axis=0) - np.nanmin(y, axis=0), 1e-6 * np.nanmax(np.abs(y), axis=0))

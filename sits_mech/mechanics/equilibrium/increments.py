@@ -45,7 +45,6 @@ _PASSES = 12  # solutions of an increment with other points that stick or slip, 
 _SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
 _SHORTEST = 2e-2  # step of the path to a new load, over the path so far
 _PARTS = 4  # increments of a step with friction
-_MOST = 100  # iterations of a step
 
 
 @dataclass(frozen=True)
@@ -193,7 +192,7 @@ def later(
         state, reason = track.state, track.reason
     else:
         start = replace(now.state, iterations=0)
-        found = follow(aged, start, goals, smallest=_SHORTEST, held=held, most=_MOST)
+        found = follow(aged, start, goals, smallest=_SHORTEST, held=held)
         state, reason = found.state, found.reason
     if reason:
         return None, reason

@@ -35,10 +35,11 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.body import Bonded, State, remembered
 from sits_mech.mechanics.equilibrium.linearisation import Arc, Held
 from sits_mech.mechanics.equilibrium.newton import LONGEST, SETTLED, Settled, Verdict, Way, newton, rate, verdict
+from sits_mech.memory import seconds_limit
 from sits_mech.quantities import Array
 
 _EASY = 5  # iterations up to which the next increment grows
-_STEPS = 400  # of a path, at most
+_PACE = (1e-5, 3.3e-5)  # s that an iteration takes for an unknown, of sections and solids: 0.6 to 1.5, 1.1 to 3.2 seen
 _CUT = 0.25  # of an increment that fails, where the path goes on by its length
 _LOOKS = 3  # how often a step is solved with more and more faces that meet
 PRECISE = 2e-3
@@ -49,7 +50,6 @@ _STRAIGHT, _CORNER = 0.5, 1e-4  # cosine up to which a path may turn in a step, 
 _LITTLE = 0.03  # of it: a path that is lost there was about to lose its stability
 _SMALL = 0.3  # of the stiffness at the beginning: a stiffness above it has not gone to zero
 _BEYOND = 1.1  # times the length at which the stiffness seems to vanish that is gone at once
-_MOST = 80  # steps
 
 
 @remembered
@@ -62,15 +62,15 @@ def follow(
     Goals (k,) are forces F_x, F_z, M, ..., or places d_h, d_z, alpha, ... where `held`, scaled. `out_of_plane` (3,):
     which components out of the plane are given, none by default; the target must withstand a push on the others.
     `smallest`: least step over the path so far; above a quarter the first failed increment ends the path. `most`:
-    limit of iterations.
+    limit of iterations, besides that of time (`affordable`).
     """
+    most = start.iterations + min(most, affordable(body))
     way = Way(*goals, np.zeros(body.components, dtype=bool) if held is None else held, out_of_plane)
     here, at, increment, before = start, 0.0, 1.0, (0.0, np.nan)
     length = 0.0
-    for _ in range(_STEPS):
+    while here.iterations < most:
         target = min(1.0, at + increment)
-        left = most - (here.iterations - start.iterations)
-        body, found = among_faces(body, replace(here, iterations=0), way.goal(target), held, left)
+        body, found = among_faces(body, replace(here, iterations=0), way.goal(target), held, most - here.iterations)
         spent = here.iterations + found.state.iterations
         if found.length > LONGEST:
             increment, here = 0.9 * (target - at) * LONGEST / found.length, replace(here, iterations=spent)
@@ -82,16 +82,27 @@ def follow(
         here, fallen = replace(found.state, iterations=spent, min_J=said.min_J), before[1] - said.stiffness
         gone, before, at = target - before[0], (target, said.stiffness), target
         increment *= 2.0 if found.state.iterations <= _EASY else 1.0
-        if fallen > 0.0:
-            increment = min(increment, 1.1 * gone * said.stiffness / fallen)
+        increment = min(increment, 1.1 * gone * said.stiffness / max(fallen, 1e-300))  # nan, at first, limits nothing
         if at == 1.0:
             return Outcome(here, at)
-        if spent - start.iterations >= most:
-            return Outcome(here, at, "long")
-    left = most - (here.iterations - start.iterations)
+    else:
+        return Outcome(here, at, "long")
     if _CUT < smallest:
-        return Outcome(here, at, said.reason if left > 0 else "long")
-    return pursued(body, way, (here, at), length, smallest=smallest, most=left)
+        return Outcome(here, at, said.reason if here.iterations < most else "long")
+    return pursued(body, way, (here, at), length, smallest=smallest, most=most)
+
+
+def affordable(body: Bonded, share: float = 0.25) -> float:
+    """Return how many iterations of a path on a mesh take a share of the limit of time (memory.py).
+
+    A quarter, as four paths may be in vain: those of the free and of the guarded family, without and with contact.
+    """
+    return share * seconds_limit() / iteration_seconds(body)
+
+
+def iteration_seconds(body: Bonded) -> float:
+    """Return the processor time of an iteration on a mesh [s], some."""
+    return _PACE[len(body.mesh.axes) - 2] * len(body.free)
 
 
 def among_faces(
@@ -174,23 +185,23 @@ class _End:
 
 
 def pursued(
-    body: Bonded, way: Way, start: tuple[State, float], length: float, *, smallest: float, most: float = np.inf
+    body: Bonded, way: Way, start: tuple[State, float], length: float, *, smallest: float, most: float
 ) -> Outcome:
     """Follow a path by its length from a stable state to its goal or to what ends it.
 
     `start`: state and its part of the path; `length`: first step [thicknesses]; `smallest`: least step over the path so
-    far; `most`: limit of iterations.
+    far; `most`: limit of all iterations, those before included.
     """
     here = _place(body, way, *start, verdict(body, way, Settled(start[0], None)))
     end, reason, before = None, "lost", here
     gone = _GONE * here.stiffness if np.isfinite(here.stiffness) else 0.0  # it is infinite where every place is held
     begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
-    for _ in range(_MOST):
+    while True:
         if end is None and length <= smallest * max(begun, body.length(here.state.q)):
             break
         if end is not None and _located(here, end, first):
             return _limited(here, end, spent, first)
-        if spent - start[0].iterations >= most:
+        if spent >= most:
             reason = "long"
             break
         step, to, said = _ahead(body, way, here, length)
@@ -216,8 +227,6 @@ def pursued(
             end = None if end is None or length >= end.ahead else replace(end, ahead=end.ahead - length)
             length *= 2.0 if step.iterations <= _EASY else 1.0
             length = min(length, LONGEST, _vanishing(before, here)) if end is None else _next(here, end, beyond=True)
-    else:
-        reason = "long"
     return _left(before, here, replace(here.state, iterations=spent), first, reason)
 
 

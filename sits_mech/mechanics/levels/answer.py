@@ -19,9 +19,9 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import MOST, Approach, unloaded
-from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow
+from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow, iteration_seconds
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
-from sits_mech.mechanics.levels.family import Levels, Limit, Line, affordable, finer, iteration_seconds
+from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
 from sits_mech.memory import check_seconds
 from sits_mech.quantities import WRENCH, Array, Bounded, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -58,10 +58,7 @@ def first_look(line: Line, levels: Levels, start: Equilibrium | None, control: C
     check_seconds(MOST * iteration_seconds(levels.fine), f"a load on a mesh of {len(levels.fine.free)} unknowns")
     state, (held, end) = _begun(levels, line.scales, start, 0), aim(levels.coarse, line.scales, control)
     begin = np.where(held, state.q, state.load)
-    return follow(
-        levels.coarse, state, (begin, end), smallest=_LOOK, held=held, out_of_plane=control.held[3:],
-        most=affordable(levels.coarse),
-    )
+    return follow(levels.coarse, state, (begin, end), smallest=_LOOK, held=held, out_of_plane=control.held[3:])
 
 
 def solve_levels(
@@ -83,9 +80,7 @@ def solve_levels(
         )
 
     midway = begin + first.reached * (end - begin)
-    spend = affordable(levels.fine)
-    if first.reached < 1.0:
-        spend = min(spend, _LAST if first.limit is None else _VERDICT)
+    spend = np.inf if first.reached == 1.0 else _LAST if first.limit is None else _VERDICT
     fine = followed(levels.fine, _begun(levels, scales, start, 1), midway, spend)
     fine = fine.over(0.0, first.reached)
     there, second = fine, first.state

@@ -65,8 +65,8 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
-from sits_mech.mechanics.equilibrium.path import follow
-from sits_mech.memory import GIB, memory_limit, seconds_limit
+from sits_mech.mechanics.equilibrium.path import affordable, follow
+from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Sensor
 
@@ -77,7 +77,6 @@ WALKED = 3  # levels of a path at most
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _EARLY, _UNSURE = 2.0, 0.5  # of what extrapolation adds, by two levels and by more: the powers may be off
-_PACE = (1e-5, 3.3e-5)  # s that an iteration takes for an unknown, of sections and solids: 0.6 to 1.5, 1.1 to 3.2 seen
 _FURTHER = 0.04  # of the limit of time: what a path beyond the second level may take
 _PARTS = 3  # of an error: two terms, and how far the limit moved
 _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
@@ -294,19 +293,6 @@ def _along_path(body: Bonded, goal: Array, held: Held) -> Approach | None:
     """Return the rest at the end of a path if affordable; faces in contact advance by increments."""
     there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
     return Approach(there.state, 0.0 * goal) if there.reached == 1.0 else None
-
-
-def affordable(body: Bonded, share: float = 0.25) -> float:
-    """Return how many iterations of a path on a mesh take a share of the limit of time (memory.py).
-
-    A quarter, as four paths may be in vain: those of the free and of the guarded family, without and with contact.
-    """
-    return share * seconds_limit() / iteration_seconds(body)
-
-
-def iteration_seconds(body: Bonded) -> float:
-    """Return the processor time of an iteration on a mesh [s], some."""
-    return _PACE[len(body.mesh.axes) - 2] * len(body.free)
 
 
 class Memory(NamedTuple):

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,6 +68,26 @@ def test_modulus_gap_and_lead_come_back(sensor: Sensor, data: xr.Dataset, bench:
     assert found.fit.half_widths[0] < 0.01 and found.fit.rms < 0.1 * found.fit.rms_before
     assert sensor.elastomer is not None
     assert found.shear_modulus == pytest.approx(FACTOR * sensor.elastomer.silicone.shear_modulus, rel=0.01)
+
+
+@pytest.mark.slow
+def test_loads_that_come_again_are_solved_once(
+    sensor: Sensor, data: xr.Dataset, bench: Measured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three readings of each load, in another order: the same parameters, by the loads of one."""
+    sizes, order = list[int](), np.random.default_rng(0).permutation(48) % 16
+    bench_of = comparison.LoadedBench
+
+    def told(*given: Any) -> Any:
+        sizes.append(len(given[2]))
+        return bench_of(*given)
+
+    monkeypatch.setattr(comparison, "LoadedBench", told)
+    again = Measured(bench.forces[order], bench.L[order], "again")
+    one, three = (compare(sensor, data, each) for each in (bench, again))
+    assert sizes == [16, 16]
+    assert three.fit.values == pytest.approx(one.fit.values, rel=1e-3) and three.fit.residual.shape == (48, 2)
+    np.testing.assert_allclose(three.fit.residual, one.fit.residual[order], atol=1e-12)
 
 
 @pytest.mark.slow

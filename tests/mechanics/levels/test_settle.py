@@ -5,9 +5,9 @@ import pytest
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.equilibrium.newton import MOST
+from sits_mech.mechanics.equilibrium.path import affordable
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.levels.answer import first_look
-from sits_mech.mechanics.levels.family import affordable
 from sits_mech.memory import TIME
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
