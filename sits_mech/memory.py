@@ -10,7 +10,7 @@ from contextlib import suppress
 from functools import wraps
 from pathlib import Path
 from threading import RLock
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, TypeVar
 
 from sits_mech.units import SceneError
 
@@ -23,7 +23,6 @@ TIME = "SITS_MECH_SECONDS"
 _DEFAULT = 4.0  # GiB
 _PATIENCE = 200.0  # s
 _MIB = 2**20  # bytes of a MiB
-_Given = ParamSpec("_Given")
 _Value = TypeVar("_Value")
 
 
@@ -49,17 +48,16 @@ def limit_memory(gib: float) -> None:
     _set_limit(VARIABLE, gib, "memory", "GiB")
 
 
-def latest(size: Callable[[Any], float]) -> Callable[[Callable[_Given, _Value]], Callable[_Given, _Value]]:
+def latest(size: Callable[[Any], float]) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:
     """Keep what a function returned, the last used of it that the limit of memory holds by its `size` [bytes]."""
 
-    def keeping(function: Callable[_Given, _Value]) -> Callable[_Given, _Value]:
+    def keeping(function: Callable[..., _Value]) -> Callable[..., _Value]:
         found, lock = dict[object, _Value](), RLock()
 
         @wraps(function)
-        def asked(*given: _Given.args, **named: _Given.kwargs) -> _Value:
-            key = given, tuple(named.items())
+        def asked(*given: Any) -> _Value:
             with lock:
-                found[key] = value = found.pop(key) if key in found else function(*given, **named)
+                found[given] = value = found.pop(given) if given in found else function(*given)
                 while len(found) > 1 and sum(map(size, found.values())) > memory_limit():
                     del found[next(iter(found))]
             return value

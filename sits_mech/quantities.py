@@ -15,13 +15,19 @@ from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sits_mech.status import FAILED, NOT_CARRIED
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+def tensor_grid(*axes: ArrayLike) -> NDArray[Any]:
+    """Return the nodes of a grid with some axes, the last one fastest, shape (..., d)."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
 @dataclass(frozen=True)

@@ -18,19 +18,17 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.propagation import diagonals, signal_weights
 from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.quantities import POSE, Array, Impedance, SolveReport
+from sits_mech.quantities import POSE, Array, Impedance, Mask, SolveReport, tensor_grid
 from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import FrontEnd, code_of, converter, tank_frequency
 from sits_mech.readout.front_end import front_end
-from sits_mech.readout.loads import varied
+from sits_mech.readout.loads import answered, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature, clock_factor
-from sits_mech.status import ANSWERED
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
 
@@ -105,7 +103,7 @@ def table_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
 def loads_over(low: Array, high: Array, count: int) -> Array:
     """Return `count` even values of each component of a load, all combinations, shape (m, d)."""
     axes = [np.linspace(a, b, count) for a, b in zip(low, high, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
+    return tensor_grid(*axes).reshape(-1, len(axes))
 
 
 def table_poses(data: xr.Dataset, prefix: str = "") -> Array:
@@ -117,9 +115,9 @@ def table_poses(data: xr.Dataset, prefix: str = "") -> Array:
     return found
 
 
-def _converged(data: xr.Dataset) -> NDArray[np.bool_]:
+def _converged(data: xr.Dataset) -> Mask:
     """Return which loads of a table have a result, in the order of `varied`."""
-    return data["status"].transpose(*varied(data)).isin(ANSWERED).to_numpy()
+    return answered(data).transpose(*varied(data)).to_numpy()
 
 
 def _over_loads(sensor: Sensor, data: xr.Dataset, **each: Array) -> xr.Dataset:

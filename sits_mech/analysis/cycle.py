@@ -146,9 +146,7 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
 def _carried(curve: ElasticCurve, poses: Bounded, reading: Reading, elastic: Array) -> dict[str, Any]:
     """Return pose, inductance and signals over time, each with its error, as columns of a table."""
     found, shown = reading.impedance, reading.signals
-    values: dict[str, tuple[Any, Any]] = {
-        name: (poses.value[:, k], poses.error[:, k]) for k, name in enumerate(POSE)
-    }
+    values: dict[str, tuple[Any, Any]] = {name: (poses.value[:, k], poses.error[:, k]) for k, name in enumerate(POSE)}
     values |= {"L": (found.L, found.error_L)}
     known = shown.known
     values |= {name: (item, known[f"error_{name}"]) for name, item in known.items() if f"error_{name}" in known}

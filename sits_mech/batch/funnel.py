@@ -20,8 +20,8 @@ import xarray as xr
 from sits_mech.batch.studies.asked import Stage, Study
 from sits_mech.batch.studies.samples import Expression
 from sits_mech.cases import grid_points
+from sits_mech.readout.loads import answered
 from sits_mech.scene.materials import unknown
-from sits_mech.status import ANSWERED
 from sits_mech.units import SceneError
 
 _PADDED = {"coil", "coil_2", "part", "cause"}  # of which a case may have fewer than another
@@ -36,7 +36,7 @@ def following(stage: Study, before: Study, numbers: Sequence[int]) -> Study:
 
 def going_on(data: xr.Dataset, stage: Stage) -> list[int]:
     """Return the numbers of the cases of a table, from 0 on, that go on to a stage, the best first."""
-    dims, kept = data["status"].dims, data["status"].isin(ANSWERED)
+    dims, kept = data["status"].dims, answered(data)
     for test in stage.where:
         holds = _evaluated(test, data)
         holds = holds | ~_own(holds, data)

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from sits_mech.labels import labelled
 from sits_mech.quantities import WRENCH
+from sits_mech.readout.loads import answered
 from sits_mech.readout.signals import PAIR
 from sits_mech.scene.sensor import Sensor, sensor_from
-from sits_mech.status import ANSWERED, marked
+from sits_mech.status import marked
 from sits_mech.store import Row
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def table_row(data: xr.Dataset) -> Row:
         f"{_OF_LOADS}{name}" if name in _OWN else str(name): (tuple(map(str, item.dims)), item.to_numpy())
         for name, item in data.data_vars.items()
     }
-    failed, size = int((~data["status"].isin(ANSWERED)).sum()), data["status"].size
+    failed, size = int((~answered(data)).sum()), data["status"].size
     row |= {"failed_loads": failed, "unit_L": data.attrs["unit_L"]}
     row |= marked(word for text in data["flags"].to_numpy().ravel() for word in text.split("; "))
     row |= {"reason": f"{failed} of {size} loads"} if failed else {}

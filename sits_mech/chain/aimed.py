@@ -125,7 +125,8 @@ def aimed_loads(grid: LoadGrid, magnetics: str, *, best: bool = True) -> AimedLo
         return aim_at(sensor, magnetics, grid.tolerance, loads, poses) if poses else None
 
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):
-        far = symmetry.standard(_largest(loads))[0]
+        sizes = np.abs([load.components for load in loads])  # the load whose components are largest, each of its own
+        far = symmetry.standard(loads[int(np.argmax((sizes / np.maximum(sizes.max(axis=0), 1e-300)).sum(axis=1)))])[0]
         images = [load for load in loads if symmetry.standard(load)[0] == far]
         begun = settle(layer.rough, images, symmetry=symmetry, keep=(keep[0], first_key(keep[1])))
         aim = aimed(begun.values())
@@ -165,9 +166,3 @@ def status_of(sensor: Sensor, settled: Settled) -> tuple[str, str]:
     except Collision as error:
         return FAILED, str(error)
     return OK, ""
-
-
-def _largest(loads: Sequence[Wrench]) -> Wrench:
-    """Return the load whose components are largest, each over its largest of all."""
-    sizes = np.abs([load.components for load in loads])
-    return loads[int(np.argmax((sizes / np.maximum(sizes.max(axis=0), 1e-300)).sum(axis=1)))]

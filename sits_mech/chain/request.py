@@ -91,7 +91,9 @@ class Plan:
         finer = _gains(asked, _solid(parts, missing, (tolerance, bool(loads))) + finer, missing, error)
         unknown = tuple(item.what for item in missing if item.counts and math.isnan(item.size))
         notes = (*(() if seen is None else seen.notes), *magnetics.notes, *_notes(sensor, loads, seen))
-        seconds = sum(step.seconds for step in asked) + _priced(missing, max(len(loads), 1))
+        ends = [item for item in missing if item.what.startswith(ENDS) and item.in_error]
+        seconds = sum(step.seconds for step in asked)
+        seconds += len(ends) * cost("magnetics", "sheets", ROUGH, max(len(loads), 1))
         return cls(mechanics, magnetics, asked, finer, missing, error, unknown, seconds, notes)
 
 
@@ -100,12 +102,6 @@ def _as_seen(step: Step, seen: Look) -> Step:
     if step.half == "mechanics":
         return replace(step, error=seen.error, seconds=seen.seconds)
     return step if seen.magnetics is None else replace(step, error=seen.magnetics)
-
-
-def _priced(missing: Sequence[Omission], count: int) -> float:
-    """Return the seconds of estimating the ends of plates, which errors hold."""
-    held = [item for item in missing if item.what.startswith(ENDS) and item.in_error]
-    return len(held) * cost("magnetics", "sheets", ROUGH, count)
 
 
 def _solid(parts: Sequence[tuple[str, str, int]], missing: Sequence[Omission], asked: tuple[float, bool]) -> Steps:

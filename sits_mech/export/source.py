@@ -13,9 +13,8 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE, Pose, Wrench, shown_unit
-from sits_mech.readout.loads import fixed, load_words, request_of, varied
+from sits_mech.readout.loads import answered, fixed, load_words, request_of, varied
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.status import ANSWERED
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ def resting_pose(source: Source) -> Pose:
     Raise SceneError when the load is outside the table, or next to one without a result.
     """
     load = resting_load(source)
-    parts = source.data[[name for name in POSE if name in source.data]].where(source.data["status"].isin(ANSWERED))
+    parts = source.data[[name for name in POSE if name in source.data]].where(answered(source.data))
     for name in varied(source.data):  # a force with one value has nothing between
         alone = parts.sizes[name] == 1
         parts = parts.isel({name: 0}) if alone else parts.interp({name: getattr(load, name)})

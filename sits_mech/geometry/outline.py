@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay, cKDTree
 
 from sits_mech.geometry.sheet_plan import BEYOND, Grading, Plan, graded_axis
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops, read_loops, signed_area
 from sits_mech.scene.sensor import Elastomer, Target
@@ -114,7 +113,9 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
     inner: list[Integers] = []
     total = 0
     for number, (loop, share) in enumerate(zip(loops, shares, strict=True)):
-        rings = [_divided(_offset(loop, depth), share) for depth in layers]
+        bent = [_offset(loop, depth) for depth in layers]
+        edges = [zip(ring, np.roll(ring, -1, axis=0), share, strict=True) for ring in bent]
+        rings = [np.vstack([a + (b - a) * part[:, None] for a, b, part in each]) for each in edges]
         size = rings[0].shape[0]
         base = total + size * np.arange(len(rings))
         here = np.arange(size)
@@ -171,12 +172,6 @@ def _shares(loop: Array, grading: Grading) -> list[Array]:
     return found
 
 
-def _divided(loop: Array, shares: list[Array]) -> Array:
-    """Return nodes of a polygon with every edge divided."""
-    after = np.roll(loop, -1, axis=0)
-    return np.vstack([a + (b - a) * share[:, None] for a, b, share in zip(loop, after, shares, strict=True)])
-
-
 def _crossing(start: Array, step: Array, a: Array, b: Array) -> tuple[Array, Array]:
     """Return where lines from `start` along `step` meet edges a-b: parameters on both (n, m), nan where parallel."""
     side = b - a
@@ -205,7 +200,7 @@ def _narrowest(loops: list[Array]) -> float:
     return width
 
 
-def _neighbours(loops: list[Array]) -> NDArray[np.bool_]:
+def _neighbours(loops: list[Array]) -> Mask:
     """Return edges that share a corner: there the mitre, not the width, limits the depth."""
     total = sum(len(loop) for loop in loops)
     near = np.zeros((total, total), dtype=bool)

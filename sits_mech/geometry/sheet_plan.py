@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sits_mech.quantities import Array, Complex, Integers
+from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 
 BEYOND = 0.4
 """Growth of cells per length beyond the reach."""
@@ -67,8 +67,9 @@ class Plan:
 def rectangle_plan(width: float, length: float, grading: Grading) -> Plan:
     """Return a quadrant of a rectangle, `width` along x and `length` along y [m]."""
     x, y = (graded_axis(size / 2, grading) for size in (width, length))
-    nodes = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    cells = _grid_cells(x.size, y.size)
+    nodes = tensor_grid(x, y).reshape(-1, 2)
+    i, j = tensor_grid(np.arange(x.size - 1), np.arange(y.size - 1)).reshape(-1, 2).T  # y fastest
+    cells = i[:, None] * y.size + j[:, None] + np.array([0, y.size, y.size + 1, 1])
     rim = np.isclose(nodes[:, 0], x[-1], rtol=1e-12, atol=0) | np.isclose(nodes[:, 1], y[-1], rtol=1e-12, atol=0)
     group = np.array([np.diag(signs) for signs in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))])
     characters = np.array([[1, p, q, p * q] for p in (1, -1) for q in (1, -1)], dtype=complex)
@@ -105,7 +106,7 @@ def stretched(plan: Plan, growth: tuple[float, float], rim: float) -> Plan:
     """
     if plan.tensor is not None:
         axes = tuple(axis + own * _moved(axis, rim) for axis, own in zip(plan.tensor, growth, strict=True))
-        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        nodes = tensor_grid(*axes).reshape(-1, 2)
         return replace(plan, nodes=nodes, tensor=(axes[0], axes[1]))
     r = np.linalg.norm(plan.nodes, axis=1)
     along = plan.nodes / np.where(r > 0.0, r, 1.0)[:, None]
@@ -129,12 +130,6 @@ def graded_axis(length: float, grading: Grading) -> Array:
     count = max(1, round(number[-1])) * grading.parts
     inside = np.interp(np.arange(1, count) * (number[-1] / count), number, d)
     return np.concatenate([[0.0], length - inside[::-1], [length]])
-
-
-def _grid_cells(nx: int, ny: int) -> Integers:
-    """Return corners of the cells of an nx x ny tensor grid, y fastest."""
-    i, j = (k.ravel() for k in np.meshgrid(np.arange(nx - 1), np.arange(ny - 1), indexing="ij"))
-    return np.column_stack([i * ny + j, (i + 1) * ny + j, (i + 1) * ny + j + 1, i * ny + j + 1])
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from scipy.ndimage import binary_erosion, label
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from sits_mech.maps.surrogate import SmoothMap
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask, tensor_grid
 
 _POINTS = {1: 257, 2: 65, 3: 21, 4: 9, 5: 7}  # of the grid along each force; 5 for more
 _COARSE = {2: (8, 3), 3: (4, 2)}  # steps of the grid between other starting points, and their parts along each force
@@ -51,16 +51,16 @@ class Domain:
         middle, directions = self.whitening
         return times(directions.T[..., None], (L - middle).T).T
 
-    def holds(self, x: Array, margin: float) -> NDArray[np.bool_]:
+    def holds(self, x: Array, margin: float) -> Mask:
         """Whether scaled forces (m, d) lie inside the hull of the table's loads, or outside by at most `margin`."""
         return np.asarray(np.max(times(self.hull[:, :-1, None], x.T) + self.hull[:, -1:], axis=0) <= margin + 1e-9)
 
-    def beyond(self, L: Array) -> NDArray[np.bool_]:
+    def beyond(self, L: Array) -> Mask:
         """Whether inductances (m, n) lie beyond all loads' along a leading direction."""
         y = self.whitened(L)
         return np.asarray(np.any((y < self.span[0]) | (y > self.span[1]), axis=-1))
 
-    def valid(self, x: Array) -> NDArray[np.bool_]:
+    def valid(self, x: Array) -> Mask:
         """Whether scaled forces (m, d) lie in the part that has an inverse."""
         top = np.array(self.labels.shape) - 1
         near = np.clip(np.rint(0.5 * (x + 1.0) * top), 0, top).astype(int)
@@ -74,7 +74,7 @@ def domain_of(found: SmoothMap, weights: Array, hull: Array) -> tuple[Domain, tu
     """
     d = hull.shape[1] - 1
     axes = [np.linspace(-1.0, 1.0, _POINTS.get(d, 5))] * d
-    x = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+    x = tensor_grid(*axes)
     values, slopes = found.value_and_slopes(x.reshape(-1, d))
     inside = (np.max(x @ hull[:, :-1].T + hull[:, -1], axis=-1) <= 1e-9).reshape(-1)
     middle, directions = _whitening(values[inside], slopes[inside], weights)
@@ -143,17 +143,17 @@ def _whitening(values: Array, slopes: Array, weights: Array) -> tuple[Array, Arr
     return middle, weights[:, None] * rows[:keep].T / (sizes[:keep] / np.sqrt(len(values)))
 
 
-def _parts(det: Array, inside: NDArray[np.bool_]) -> NDArray[np.int_]:
+def _parts(det: Array, inside: Mask) -> NDArray[np.int_]:
     """Number the connected parts of one sign, the valid one first; 0 outside and where the determinant is flat."""
     flat = _FLAT * float(np.median(np.abs(det[inside])))
-    pieces: list[NDArray[np.bool_]] = []
+    pieces: list[Mask] = []
     for sign in (1.0, -1.0):
         numbered, count = label(inside & (sign * det > flat))
         pieces += [numbered == k for k in range(1, count + 1)]
     found = np.zeros(det.shape, dtype=int)
     least = _ALIKE * max((int(piece.sum()) for piece in pieces), default=0)
 
-    def rank(piece: NDArray[np.bool_]) -> tuple[bool, float]:
+    def rank(piece: Mask) -> tuple[bool, float]:
         """Rank large parts before small ones, large ones by largest forces."""
         large, middle = int(piece.sum()) >= least, np.argwhere(piece).mean(axis=0)
         return not large, -float(middle @ 0.5 ** np.arange(det.ndim)) if large else -float(piece.sum())
@@ -170,7 +170,7 @@ def _region(found: SmoothMap, x: Array, reason: str) -> str:
     return f"{', '.join(ranges)}: {reason}"
 
 
-def _folds_over(found: SmoothMap, x: Array, part: NDArray[np.bool_], directions: Array, ranges: Array) -> bool:
+def _folds_over(found: SmoothMap, x: Array, part: Mask, directions: Array, ranges: Array) -> bool:
     """Whether distant loads, of a part's edge or with more coils than forces of all of it, show the same."""
     edge = part & ~binary_erosion(part)
     if edge.sum() < 2 or not _alike(found, x[edge], directions, len(x)):

@@ -29,7 +29,7 @@ from operator import lt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 
 Axes = Mapping[str, Sequence[float]]
 """The values of each variable, ascending."""
@@ -98,7 +98,7 @@ def _largest_block(solved: Mapping[Block, Array], shares: Mapping[Block, float])
     return [block for block in itertools.product(*(range(level + 1) for level in worst)) if block not in solved]
 
 
-def _undecided(part: SolvedPart, whole: Array, limit: ArrayLike, wanted: Array) -> NDArray[np.bool_]:
+def _undecided(part: SolvedPart, whole: Array, limit: ArrayLike, wanted: Array) -> Mask:
     """Return the unsolved points of which an output, by its map and error, may be on either side of a limit."""
     either = ~(np.abs(whole - np.asarray(limit, dtype=float)) > part.error)
     return np.asarray(np.isnan(part.values[..., 0]) & np.any(either & (part.error > wanted), axis=-1))
@@ -156,7 +156,7 @@ def _solved(
     return _filled(solve, axes, found, _unsolved(axes, levels, found, blocks))
 
 
-def _unsolved(axes: Axes, levels: Levels, found: Array | None, blocks: Sequence[Block]) -> NDArray[np.bool_]:
+def _unsolved(axes: Axes, levels: Levels, found: Array | None, blocks: Sequence[Block]) -> Mask:
     """Return which points of a grid some blocks have that are not solved."""
     missing = np.zeros(tuple(len(values) for values in axes.values()), dtype=bool)
     for block in blocks:
@@ -165,7 +165,7 @@ def _unsolved(axes: Axes, levels: Levels, found: Array | None, blocks: Sequence[
 
 
 def _filled(
-    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, found: Array | None, missing: NDArray[np.bool_]
+    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, found: Array | None, missing: Mask
 ) -> Array | None:
     """Return the outputs (*sizes, n) with missing points solved; None where one fails."""
     new = np.asarray(solve(_points(axes, missing)), dtype=float)
@@ -176,7 +176,7 @@ def _filled(
     return filled
 
 
-def _points(axes: Axes, chosen: NDArray[np.bool_]) -> list[tuple[float, ...]]:
+def _points(axes: Axes, chosen: Mask) -> list[tuple[float, ...]]:
     """Return the chosen points of a grid, the last variable running fastest."""
     values = list(axes.values())
     return [tuple(own[i] for own, i in zip(values, index, strict=True)) for index in np.argwhere(chosen).tolist()]

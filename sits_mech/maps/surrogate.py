@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, tensor_grid
 
 _HIGHEST = 12  # degree: beyond it a map over loads has no use
 _EXACT = 1e-9  # of an output's range, or of its size: what is smaller may be rounding, and no map is better than that
@@ -197,7 +197,7 @@ def _simplest(scores: Mapping[tuple[int, ...], float], margin: float, simplex: b
 def _uncertainty(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], simplex: bool) -> Array:
     """Return the largest difference over the box to maps of other degrees, summed for many variables."""
     axes = [np.linspace(-1.0, 1.0, {1: 33, 2: 33, 3: 16, 4: 6, 5: 6}.get(len(degrees), 4))] * len(degrees)
-    fine = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(degrees))
+    fine = tensor_grid(*axes).reshape(-1, len(degrees))
     trials = [list(degrees)]
     for i, count in enumerate(counts):
         other = degrees[i] + 2 if degrees[i] + 2 < count else max(degrees[i] - 2, min(1, degrees[i] - 1))

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sits_mech.quantities import WRENCH, Array, MechanicalModel, Pose, SolveReport, Wrench
+from sits_mech.quantities import WRENCH, Array, Mask, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
 from sits_mech.silicone.history import relaxed_share, retardation
 
@@ -58,7 +57,7 @@ class LoadHistory:
             got = f"{time[row]:g} s after {time[row - 1]:g} s in row {row + 1}"
             raise SceneError(f"history: time must not run back; got {got}")
 
-    def divided(self, parts: int) -> tuple[LoadHistory, NDArray[np.bool_]]:
+    def divided(self, parts: int) -> tuple[LoadHistory, Mask]:
         """Divide steps above 1/parts of a component's range; return the history, and which times are its own."""
         span = np.maximum(np.ptp(np.vstack([np.zeros(len(WRENCH)), self.wrench]), axis=0), 1e-300)
         steps = np.max(np.abs(np.diff(self.wrench, axis=0)) / span, axis=1, initial=0.0)
@@ -80,7 +79,7 @@ class Motion:
     """A target's motion under a history of loads, at m times."""
 
     time: Array  # the history's, and steps in between [s]
-    given: NDArray[np.bool_]  # (m,), which are the history's
+    given: Mask  # (m,), which are the history's
     wrench: Array  # (m, 6) [N, N m]
     pose: Pose  # components (m,)
     error: Pose  # absolute, components (m,) [m, rad]
@@ -127,7 +126,7 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     return Motion(history.time, given, history.wrench, pose, error, np.array(stretch, dtype=float), report)
 
 
-def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDArray[np.bool_]]:
+def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, Mask]:
     """Add times while a pad with some retardation times still moves; return also which are the history's."""
     between, before = list[float](), list[int]()  # times, and the row of the history that each goes before
     for row, span in enumerate(np.diff(history.time), 1):

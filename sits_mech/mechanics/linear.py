@@ -99,9 +99,7 @@ class SmallStrain:
         unknowns = len(self.levels.maker(len(self.compliances) - 1).free) + 3
         off = relative(error, q * lengths, lever)
         notes = () if self.edges is None else edge_notes(self.edges, load, scales.thickness)
-        report = SolveReport(
-            "linear", unknowns, 1, 0.0, off, time.perf_counter() - began, notes=notes, min_J=min_J
-        )
+        report = SolveReport("linear", unknowns, 1, 0.0, off, time.perf_counter() - began, notes=notes, min_J=min_J)
         if not report.estimated_error < 1.0:
             report = replace(report, status="strains too large")
             ask = f"ask for {finite_strain_model(self.sensor.elastomer)}"

@@ -22,14 +22,13 @@ from numpy.typing import ArrayLike
 
 from sits_mech.maps.domain import Domain, domain_of, hull_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, tensor_grid
 from sits_mech.readout.inversion import AMBIGUOUS as AMBIGUOUS
 from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
 from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
 from sits_mech.readout.inversion import Inverse, Search
-from sits_mech.readout.loads import check_enough, several, varied
-from sits_mech.status import ANSWERED
+from sits_mech.readout.loads import answered, check_enough, several, varied
 
 
 @dataclass(frozen=True)
@@ -250,8 +249,8 @@ def calibration(
     own = _own(data["L"]).transpose(*names, "coil")
     good = np.isfinite(own.to_numpy()).all(axis=-1)
     if "status" in data:
-        good &= data["status"].transpose(*names).isin(ANSWERED).to_numpy()
-    points = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
+        good &= answered(data).transpose(*names).to_numpy()
+    points = tensor_grid(*(data[name].to_numpy() for name in names))[good]
     table_L0 = _own(data["L0"]).to_numpy() if "L0" in data else np.full(data.sizes["coil"], np.nan)
     unit, values = str(data.attrs.get("unit_L", "H")), own.to_numpy()[good]
     if L0 is not None:

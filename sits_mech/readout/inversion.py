@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from sits_mech.maps.domain import Domain, times
 from sits_mech.maps.surrogate import SmoothMap
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 
 OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION = "ok", "outside", "ambiguous", "no solution"
 INCONSISTENT = 0.02
@@ -70,7 +70,7 @@ class Inverse:
     """
 
     forces: Array
-    status: NDArray[np.str_]
+    status: Statuses
     error: Array
     error_by_model: Array
     error_by_noise: Array
@@ -106,7 +106,7 @@ class Search:
         """Return the derivatives of the inverse by the inductances (m, d, n), of scaled forces [1/unit]."""
         return np.moveaxis(self._inverse(self._seen(x.T)[1]), 2, 0)
 
-    def lost(self, x: Array, off: Array) -> NDArray[np.bool_]:
+    def lost(self, x: Array, off: Array) -> Mask:
         """Tell of each force whether it is lost at most of some loads (m, d), inductances off by errors (n,).
 
         There the slopes are next to singular, and the errors leave nothing known of it, or nothing is left of its own.
@@ -144,7 +144,7 @@ class Search:
         most = [times(np.abs(answers), size) for size in spreads[:2]]
         return x, residual, status, np.array([*most, np.sqrt(times(answers**2, spreads[2] ** 2))])
 
-    def _newton(self, L: Array, part: int) -> tuple[Array, NDArray[np.bool_], Array, Array]:
+    def _newton(self, L: Array, part: int) -> tuple[Array, Mask, Array, Array]:
         """Return where Gauss-Newton ends (d, m), whether it settled, the residual and the `answers` (d, n, m) there.
 
         A step that leads away is halved. Residual and derivatives are those before the last step, which is small, the
@@ -179,7 +179,7 @@ class Search:
         """Return the weighted sum of squares of differences (n, m)."""
         return _dot(off * self.weights[:, None], off * self.weights[:, None])
 
-    def _hopeless(self, off: Array, left: Array) -> NDArray[np.bool_]:
+    def _hopeless(self, off: Array, left: Array) -> Mask:
         """Tell what is far from any load's and stays so: differences (n, m), and those after a whole step."""
         if len(off) == len(self.map.low):
             return np.zeros(off.shape[1], dtype=bool)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.quantities import WRENCH, Wrench, shown_unit
+from sits_mech.status import ANSWERED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,6 +44,11 @@ def over_loads(data: xr.Dataset) -> tuple[str, ...]:
     loads = set(data["status"].dims)
     own = {str(name): set(item.dims) for name, item in data.data_vars.items() if name != "L0"}
     return tuple(name for name, dims in own.items() if loads <= dims and not dims & {"part", "cause"})
+
+
+def answered(data: xr.Dataset) -> xr.DataArray:
+    """Return which points of a table have an answer."""
+    return data["status"].isin(ANSWERED)
 
 
 def points(data: xr.Dataset) -> Iterator[xr.Dataset]:

@@ -29,7 +29,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, tensor_grid
 from sits_mech.readout.calibration import OK, Calibration
 from sits_mech.readout.crosstalk import FORCES, nearest_none, response, slope_doubt
 from sits_mech.readout.observability import Observability, observability
@@ -117,7 +117,7 @@ def _loads(cal: Calibration) -> xr.DataArray:
 def _named_loads(cal: Calibration, axes: list[Array]) -> xr.DataArray:
     """Return the loads of a grid over the forces and their names."""
     coords = dict(zip(cal.forces, axes, strict=True)) | {"force": list(cal.forces)}
-    return xr.DataArray(np.stack(np.meshgrid(*axes, indexing="ij"), -1), coords, [*cal.forces, "force"])
+    return xr.DataArray(tensor_grid(*axes), coords, [*cal.forces, "force"])
 
 
 def _least(cal: Calibration) -> Array:

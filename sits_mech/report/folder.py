@@ -12,7 +12,7 @@ import numpy as np
 
 from sits_mech.batch.tables import SWEPT, case_calibration
 from sits_mech.quantities import WRENCH
-from sits_mech.readout.loads import point
+from sits_mech.readout.loads import answered, point
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.status import ANSWERED, INTERPOLATED, UNFINISHED
 from sits_mech.store import STORE, glance, read_table
@@ -82,7 +82,7 @@ def check_table(data: xr.Dataset, name: str, *more: str) -> None:
     if not loads or not set(loads) <= set(WRENCH):
         raise SceneError(f"{name}: must be the table of a calibration, over components of a load; got {loads}")
     _check_version(data.attrs, name)
-    if not data["status"].isin(ANSWERED).any():
+    if not answered(data).any():
         raise SceneError(f"{name}: must hold at least one load that converged; got none")
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
-from sits_mech.readout.loads import request_of, varied, wrench_of
+from sits_mech.readout.loads import answered, request_of, varied, wrench_of
 from sits_mech.report.folder import cases_folder
 from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.section import load_view
@@ -20,7 +20,6 @@ from sits_mech.report.pictures.style import save_figure
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor
-from sits_mech.status import ANSWERED
 from sits_mech.store import save_table
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path, *, layer: 
     save_sensor(sensor, folder / "scene.toml")
     if find_spec("matplotlib") is None:
         return ["no pictures: they need matplotlib: pip install 'sits-mech[view]'"]
-    if not data["status"].isin(ANSWERED).any():
+    if not answered(data).any():
         return ["no pictures: no load converged"]
     pictures, warnings = dict(calibration_pictures(data)), []
     if layer:
@@ -53,7 +52,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path, *, layer: 
 def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     """Return the picture of the layer under the largest of the loads that converged."""
     largest = {name: float(np.abs(data[name]).max()) or 1.0 for name in varied(data)}
-    dims, done = data["status"].dims, np.argwhere(data["status"].isin(ANSWERED).to_numpy())
+    dims, done = data["status"].dims, np.argwhere(answered(data).to_numpy())
     each = zip(dims, done.T, strict=True)
     shares = np.transpose([data[name].to_numpy()[at] / largest[str(name)] for name, at in each])
     first = 1e-9 * shares @ 0.5 ** np.arange(len(dims))  # of mirror images the one with the positive forces

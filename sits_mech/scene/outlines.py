@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.units import SLACK, SceneError, shown
 
 Loop = tuple[tuple[float, float], ...]
@@ -32,7 +32,7 @@ def edges(loops: Sequence[Array]) -> tuple[Array, Array]:
     return np.vstack(loops), np.vstack([np.roll(loop, -1, axis=0) for loop in loops])
 
 
-def inside_loops(loops: Sequence[Array], points: Array) -> NDArray[np.bool_]:
+def inside_loops(loops: Sequence[Array], points: Array) -> Mask:
     """Return which points (n, 2) have an odd number of the loops' edges to their right."""
     a, b = edges(loops)
     y = points[:, 1, None]
@@ -140,7 +140,7 @@ def read_mesh(path: str | Path) -> Any:
         raise SceneError(f"{path}: must be a mesh file that meshio reads; got: {reason}") from None
 
 
-def _of_group(mesh: Any, block: int, group: str, path: str | Path) -> NDArray[np.bool_]:
+def _of_group(mesh: Any, block: int, group: str, path: str | Path) -> Mask:
     """Return which cells of a block belong to a named group: a set of cells, or a physical group of gmsh."""
     sets = {name: parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
     inside = np.zeros(len(mesh.cells[block].data), dtype=bool)

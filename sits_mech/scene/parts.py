@@ -37,9 +37,7 @@ from sits_mech.scene.materials import Metal, metals
 from sits_mech.scene.outlines import check_rims, with_rims_of_mesh
 from sits_mech.units import SceneError
 
-_METAL = (
-    "conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion"
-)
+_METAL = ("conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion")
 _FROZEN = ConfigDict(frozen=True, extra="forbid")
 if TYPE_CHECKING:
     ConverterName = str

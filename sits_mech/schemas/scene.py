@@ -94,8 +94,7 @@ def _law(name: str) -> Schema:
     """Return the schema of a table with the constants of one law."""
     law = LAWS[name]
     one = {key: quantity_schema(unit) for key, unit in law.units.items()}
-    constants = {key: {"anyOf": [item, listed(item)]} if law.lists else item
-                 for key, item in one.items()}
+    constants = {key: {"anyOf": [item, listed(item)]} if law.lists else item for key, item in one.items()}
     branch = {
         "type": "object", "additionalProperties": False, "required": ["weight", "time"],
         "properties": {"weight": quantity_schema(""), "time": quantity_schema("s")},

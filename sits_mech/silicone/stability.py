@@ -92,7 +92,9 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
     name = silicone.name or f"the {silicone.law} law"
     ends, tests = (1.0 / largest_stretch, largest_stretch), ("planar", "uniaxial")
     notes = []
-    if first := _earlier(stability(silicone, ends, tests), ellipticity(silicone, ends, tests)):
+    found = stability(silicone, ends, tests), ellipticity(silicone, ends, tests)
+    failed = [each for each in found if each.first_unstable is not None]
+    if first := min(failed, key=lambda each: round(abs(np.log(each.first_unstable or 1.0)), 6), default=None):
         notes.append(
             f"{name} {known_law(silicone.law).limit} from stretch {first.first_unstable:.4g} on in {first.mode}, "
             f"{_REACHED} {largest_stretch:.4g}"
@@ -111,12 +113,6 @@ def renewed_notes(notes: str, silicone: Silicone, largest_stretch: float) -> str
         return notes
     kept = [note for note in notes.split("; ") if note and _REACHED not in note]
     return "; ".join([*kept, *layer_notes(silicone, largest_stretch)])
-
-
-def _earlier(*found: Stability) -> Stability | None:
-    """Return the one that fails at the smaller stretch or reciprocal, the first of equals; None if none fails."""
-    failed = [each for each in found if each.first_unstable is not None]
-    return min(failed, key=lambda each: round(abs(np.log(each.first_unstable or 1.0)), 6), default=None)
 
 
 def _bands(silicone: Silicone, mode: str, stretch: Array) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.quantities import UNITS, Array
+from sits_mech.quantities import UNITS, Array, tensor_grid
 from sits_mech.readout.loads import varied
 from sits_mech.report.page.explorer import Asked
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -101,7 +101,7 @@ def _curves(judged: Judged, data: xr.Dataset) -> list[dict[str, Any]]:
     order, found = judge.operator.loads.names, []
     if table is None or not set(order) <= set(names):
         return []
-    grid = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)
+    grid = tensor_grid(*(data[name].to_numpy() for name in names))
     points = grid.reshape(-1, len(names))[:, [names.index(name) for name in order]]
     low, high = np.array([axis[[0, -1]] for axis in judge.operator.loads.axes]).T
     inside = np.all((points >= low - 1e-9) & (points <= high + 1e-9), axis=1)

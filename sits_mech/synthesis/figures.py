@@ -33,7 +33,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from scipy.stats import norm, qmc
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, tensor_grid
 from sits_mech.synthesis.kinds import INVERSE
 
 _COUNTS = {1: 5, 2: 5}  # loads along each component, by their number, three of more; one less to one side
@@ -80,7 +80,7 @@ class Operator:
     @cached_property
     def points(self) -> Array:
         """Loads at which figures are evaluated, shape (m, d)."""
-        return np.stack(np.meshgrid(*self.fine, indexing="ij"), -1).reshape(-1, len(self.fine))
+        return tensor_grid(*self.fine).reshape(-1, len(self.fine))
 
     @cached_property
     def known(self) -> Array:

@@ -38,10 +38,11 @@ from sits_mech.chain.simulate import at_rest
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.quantities import Array, SolveFailed, Wrench
+from sits_mech.readout.loads import answered
 from sits_mech.readout.quality import quality
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.silicone.history import loop_width
-from sits_mech.status import ANSWERED, NOT_CARRIED, OK
+from sits_mech.status import NOT_CARRIED, OK
 from sits_mech.store import case_path, finish, read_case
 from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task
 from sits_mech.synthesis.figures import Judge, Operator, Table, loads_between
@@ -202,7 +203,7 @@ class Solver:
         data = gradient_on_grid(
             sensor, tuple(dict.fromkeys(names)), axes, tolerance=self.tolerance, mechanics=mechanics
         )
-        if not bool(data["status"].isin(ANSWERED).all()):
+        if not bool(answered(data).all()):
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = table_inductances(sensor, data)
         L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))

@@ -24,7 +24,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.stats import chi2
 
 from sits_mech.analysis.bench import loads_over
@@ -33,7 +33,7 @@ from sits_mech.analysis.built.force_maps import Table
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.prior import HALF, Prior, inverted, load_noise_of
 from sits_mech.analysis.measured import Measured
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 
 _WIDEST = 100.0  # deviations: how far a factor or a misread load is followed; what is as far tells by its p-value
 _DETERMINED = 0.7  # of its deviation beforehand: what is known better afterwards was read
@@ -197,7 +197,7 @@ def adapt(
     )
 
 
-def _misread(table: Table, forces: Array, blind: NDArray[np.bool_], noises: Array) -> list[Free]:
+def _misread(table: Table, forces: Array, blind: Mask, noises: Array) -> list[Free]:
     """Return what each load may be misread by, row by row; a load that is not known is one of the table's."""
     found = []
     for row, (loads, unseen) in enumerate(zip(forces.tolist(), blind.tolist(), strict=True), 1):

@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from sits_mech.analysis.bench import loads_over, table_impedance
 from sits_mech.analysis.built.setup import shown_inductances
@@ -20,10 +19,9 @@ from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.chain.derivatives.gradient_grid import slopes_under
 from sits_mech.disk_cache import kept
 from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
-from sits_mech.readout.loads import fixed, varied
+from sits_mech.quantities import POSE, WRENCH, Array, Mask, shown_unit, tensor_grid
+from sits_mech.readout.loads import answered, fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.status import ANSWERED
 
 _ROOMS = "scene", "silicone", "geometry", "mechanics", "chain"  # that make slopes of the layer
 _MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
@@ -71,8 +69,8 @@ class Table:
 def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
     """Return the maps of a calibration over its forces."""
     data = data.isel({name: 0 for name in varied(data) if name not in names})
-    good = data["status"].transpose(*names).isin(ANSWERED).to_numpy()
-    forces = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
+    good = answered(data).transpose(*names).to_numpy()
+    forces = tensor_grid(*(data[name].to_numpy() for name in names))[good]
     each = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
     poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
     found = table_impedance(data)
@@ -92,7 +90,7 @@ def shared_poses(data: xr.Dataset, names: Sequence[str]) -> Array:
     return np.stack(each, -1)
 
 
-def told(parts: Array) -> NDArray[np.bool_]:
+def told(parts: Array) -> Mask:
     """Return which parts (*loads, part, 6) are of poses, shape (part,)."""
     return np.asarray(np.any(parts, axis=(*range(parts.ndim - 2), -1)), dtype=np.bool_)
 

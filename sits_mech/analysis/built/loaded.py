@@ -93,9 +93,10 @@ class LoadedBench:
         pushes = self._ranges * _STEP
         moves = np.concatenate([np.zeros((count, len(pushes))), np.diag(pushes)])[:, None, :]
         whole = np.concatenate([steps, pushes])
-        sides = [self._shifted(p + sign * ways, sign * moves) for sign in (1.0, -1.0)]
-        by = (sides[0][0] - sides[1][0]) / (2.0 * whole)[:, None, None]
-        deeper = (sides[0][1] - sides[1][1]) / (2.0 * whole)[:, None]
+        sides = [p + sign * ways for sign in (1.0, -1.0)]
+        up, down = (self._rests(P, self._loads(P, sign * moves)) for sign, P in zip((1.0, -1.0), sides, strict=True))
+        by = (up - down) / (2.0 * whole)[:, None, None]
+        deeper = (self._depth(sides[0], up) - self._depth(sides[1], down)) / (2.0 * whole)[:, None]
         here = self._rests(p[None], self._loads(p[None]))[0]
         return self.setup.slopes(here, p[: self.count[0]], by), deeper
 
@@ -148,11 +149,6 @@ class LoadedBench:
         """Return the way down of the target from where it rests without load, shape (k, m) [m]."""
         none = self._rests(P, np.zeros((len(P), 1, self.forces.shape[1])))
         return (none - rests)[..., POSE.index("d_v")]
-
-    def _shifted(self, P: Array, more: Array) -> tuple[Array, Array]:
-        """Return poses and ways down with something more of true loads, shapes (k, m, 6) and (k, m)."""
-        rests = self._rests(P, self._loads(P, more))
-        return rests, self._depth(P, rests)
 
     @property
     def _ranges(self) -> Array:

@@ -159,9 +159,7 @@ def root_of(matrix: Array) -> Array:
     return np.asarray(turn * np.sqrt(np.maximum(size, 0.0)))
 
 
-def prior_of(
-    sensor: Sensor, data: xr.Dataset, unknown: Sequence[str] = (), *, noise: float | None = None
-) -> Prior:
+def prior_of(sensor: Sensor, data: xr.Dataset, unknown: Sequence[str] = (), *, noise: float | None = None) -> Prior:
     """Return a calibrated sensor with what is unknown of it.
 
     `unknown` are names or texts as of `unknowns.known`, by default all that a sensor and its bench have; `noise` is of

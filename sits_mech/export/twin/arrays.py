@@ -16,14 +16,13 @@ from sits_mech.analysis.histories.scan import windows
 from sits_mech.chain.models import mechanical_model
 from sits_mech.export.source import Source
 from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches
-from sits_mech.quantities import Array, SolveFailed, Wrench
+from sits_mech.quantities import Array, SolveFailed, Wrench, tensor_grid
 from sits_mech.readout.calibration import OK, Calibration, check_resolved
 from sits_mech.readout.converter import FrontEnd, conversion_time
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
-from sits_mech.readout.loads import load_words, several, varied
+from sits_mech.readout.loads import answered, load_words, several, varied
 from sits_mech.scene.sensor import SceneError
 from sits_mech.silicone.history import retardation
-from sits_mech.status import ANSWERED
 from sits_mech.version import __version__
 
 _EXACT = 1e-3  # residual of as many coils as forces, of the range: what single precision leaves
@@ -100,7 +99,7 @@ def check_box(source: Source, kind: str) -> None:
     names = several(source.data)
     if not names:
         raise SceneError(f"--to {kind}: must be of a table with at least two values of a force; got one load")
-    failed = ~source.data["status"].isin(ANSWERED)
+    failed = ~answered(source.data)
     corners = failed.isel({name: [0, -1] for name in names})
     if bool(corners.any()):
         at = zip(corners.dims, np.argwhere(corners.to_numpy())[0], strict=True)
@@ -134,7 +133,7 @@ def inverse_arrays(cal: Calibration, codes: Calibration | None, base: Array, not
     found = {"no_inverse": np.array(""), "margin": np.array(MARGIN)}
     found["residual"] = np.array(INCONSISTENT if n > d else _EXACT)
     axes = [np.linspace(-1.0, 1.0, count) for count in cal.domain.labels.shape]
-    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+    nodes = tensor_grid(*axes)
     found["valid"] = (cal.inverse(cal.forward(cal.map.unscaled(nodes))).status == OK).astype(np.uint8)
     for name, each, own in (("L", cal, base[:n]), ("codes", codes, base[n:])):
         if each is not None:

@@ -28,7 +28,7 @@ from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 from skfem.element import ElementHex1, ElementHex2
 
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, tensor_grid
 
 SAME = 1e-9  # by which sizes that are equal as written may differ, relative
 CORE = 0.5  # where the core ends on the way from the middle to the target's outline
@@ -119,7 +119,7 @@ Lines = tuple[Array, Array, Array]
 def box_bricks(x: Array, y: Array, z: Array, base: Lines | None = None) -> tuple[MeshHex, Division]:
     """Return the bricks between lines, and their division; all lines are of the base, or those given."""
     own = base or (x, y, z)
-    flat = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    flat = tensor_grid(x, y).reshape(-1, 2)
     quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
     return _extruded(flat, quads, crossed(divided(x, own[0]), divided(y, own[1])), z, own[2])
 

@@ -48,7 +48,7 @@ from sits_mech.geometry.meshing.bricks import (
     joined,
     mesh_of,
 )
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, tensor_grid
 
 LEAST_ANGLE = math.radians(10.0)
 """Between the rims where they cross."""
@@ -248,7 +248,7 @@ def _upright(patch: Patch, z: Array, nodes: Array) -> Array:
     """Return places (e, k, 3) of nodes of the unit cube, shape (k, 3), in every brick over a patch."""
     lines = (patch.s, patch.t, z)
     ends = [np.stack([own[:-1], own[1:]], axis=1) for own in lines]
-    cells = np.stack(np.meshgrid(*(np.arange(len(own)) for own in ends), indexing="ij"), axis=-1).reshape(-1, 3)
+    cells = tensor_grid(*(np.arange(len(own)) for own in ends)).reshape(-1, 3)
     s, t, up = (
         own[cell, 0][:, None] + np.diff(own, axis=1)[cell] * at
         for own, cell, at in zip(ends, cells.T, nodes.T, strict=True)

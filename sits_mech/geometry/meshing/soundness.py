@@ -14,12 +14,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 
 FACES = {
     4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
@@ -39,7 +38,7 @@ class Surface(NamedTuple):
     times: Integers
 
     @property
-    def outer(self) -> NDArray[np.bool_]:
+    def outer(self) -> Mask:
         """Which faces belong to one cell."""
         return np.asarray(self.times[self.number] == 1)
 

@@ -119,10 +119,7 @@ def _grading(
     first = min(resolution.skin * lengths.skin_depth, near)
     largest = min(near, resolution.along * width / 4), resolution.along * thickness
     along, across = (min(first, most) for most in largest)
-    return (
-        (width / 2, along, largest[0], resolution.growth),
-        (thickness / 2, across, largest[1], resolution.growth),
-    )
+    return ((width / 2, along, largest[0], resolution.growth), (thickness / 2, across, largest[1], resolution.growth))
 
 
 def _sizes(length: float, first: float, largest: float, growth: float) -> tuple[list[float], int]:

@@ -40,7 +40,7 @@ from sits_mech.magnetics.space.divisions import field_box, field_length
 from sits_mech.magnetics.space.fields import Basis, Blocks, Box, decay_scale, side_by_side
 from sits_mech.magnetics.space.rungs import Rung
 from sits_mech.magnetics.space.sources import Sources
-from sits_mech.quantities import Array, Complex, Integers
+from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 from sits_mech.scene.sensor import Coil, Conductor, Target
 
 _KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
@@ -118,7 +118,9 @@ def prepare_core(
             driven = _folded(own, parity)
             if first:
                 bases.append(_strongest(A, G, rows, decay_scale(box)[rows]))
-            whole = np.vstack([_combined(bases[k], box, rows, G), driven])
+            basis = bases[k]
+            size = decay_scale(box)[basis.rows, None]
+            whole = np.vstack([(basis.fields * size).T @ (G[np.searchsorted(rows, basis.rows)] * size), driven])
             blocks.append(whole @ solve(A, whole.T, assume_a="sym") / (8.0 * mu_0))
         count = len(sources.coils)
         found.append(Core(box, tuple(bases), 24 * volume.size, 2 * (axes[2].size - 1), _joined(blocks, count)))
@@ -207,7 +209,7 @@ def _coil_curls(axes: Sequence[Array], sources: Sources) -> Array:
     inner = [(axis[:-1, None] + np.diff(axis)[:, None] * (1 + s) / 2).ravel() for axis in full]
     for d in range(3):
         lines = [*inner[:d], full[d], *inner[d + 1 :]]
-        points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+        points = tensor_grid(*lines)
         A = sources.potential(points.reshape(-1, 3)).reshape(*points.shape, -1)
         for k in (e for e in range(3) if e != d):
             weights = np.diff(full[k])[:, None] * w / 2
@@ -238,12 +240,6 @@ def _strongest(A: Complex, G: Array, rows: Integers, size: Array) -> Basis:
     values, vectors = eigh(driven @ solve(A.real, driven.T, assume_a="sym"))
     some = values > _KEEP**2 * values[-1]
     return Basis(rows, vectors[:, some] / size[:, None], np.zeros(0, dtype=np.int64))
-
-
-def _combined(basis: Basis, box: Box, rows: Integers, G: Array) -> Array:
-    """Return G of a class's combinations, from that of the coefficients in ascending `rows`."""
-    size = decay_scale(box)[basis.rows, None]
-    return (basis.fields * size).T @ (G[np.searchsorted(rows, basis.rows)] * size)
 
 
 def _joined(blocks: Sequence[Complex], count: int) -> Complex:

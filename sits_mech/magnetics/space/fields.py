@@ -23,7 +23,7 @@ import numpy as np
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.straight import Potential
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.quantities import Array, Complex, Integers
+from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 from sits_mech.scene.sensor import Coil
 
 HELD = 4_000_000  # numbers at once
@@ -70,7 +70,7 @@ class Box:
         """Return the Chebyshev points of some orders (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
         counts = self.order if order is None else order
         axes = [h * chebyshev_points(n) for h, n in zip(self.half, counts, strict=True)]
-        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        nodes = tensor_grid(*axes).reshape(-1, 3)
         return np.asarray(nodes + (0.0, 0.0, self.half[2]))
 
     def nodes(self, order: Sequence[int]) -> Nodes:

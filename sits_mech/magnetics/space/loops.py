@@ -21,11 +21,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from sits_mech.geometry.sheet_plan import Plan, Seams, plan_seams, standing_nodes
-from sits_mech.quantities import Array, Complex, Integers
+from sits_mech.quantities import Array, Complex, Integers, Mask
 from sits_mech.scene.outlines import signed_area
 
 _LOOKED_AT = 10_000_000  # cells by edges of rims
@@ -55,7 +54,7 @@ class Sums:
     plan: Plan
     seams: Seams
     area: Array  # (n,) of the cells [m^2]
-    at_rim: NDArray[np.bool_]  # (n,) cells that take vertical loops
+    at_rim: Mask  # (n,) cells that take vertical loops
     of_edges: sp.csr_array  # (5 n, edges)
 
     def flows(self, character: Complex) -> Flows:
@@ -172,7 +171,7 @@ def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
     return sp.csr_array(ends @ spread)
 
 
-def _near_rim(plan: Plan, centre: Array, depth: float) -> NDArray[np.bool_]:
+def _near_rim(plan: Plan, centre: Array, depth: float) -> Mask:
     """Return cells that touch a rim, or whose middle lies within `depth` of one."""
     touching = (plan.loop[plan.cells] >= 0).any(1)
     after = np.roll(plan.cells, -1, axis=1)
@@ -185,7 +184,7 @@ def _near_rim(plan: Plan, centre: Array, depth: float) -> NDArray[np.bool_]:
     return np.asarray(touching | (distance < depth))
 
 
-def _tree_flux(plan: Plan, seams: Seams, character: Complex, at_rim: NDArray[np.bool_]) -> sp.csr_array:
+def _tree_flux(plan: Plan, seams: Seams, character: Complex, at_rim: Mask) -> sp.csr_array:
     """Return outward currents of all cells' edges from the vertical loops, one a branch of the tree of rim cells.
 
     A current of 1 out of edge e enters the image by g of f's cell, so ``conj(chi(g))`` enters f's cell itself. A link

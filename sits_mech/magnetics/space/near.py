@@ -232,5 +232,4 @@ def _factor(part: _Class, omega: float) -> Any:
 @lru_cache(maxsize=16)
 def _by_others(plate: Near, omega: float) -> list[Complex]:
     """Return the currents that combinations of other plates' fields drive, class by class."""
-    return [_currents(factor, part.fluxes)
-            for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]
+    return [_currents(factor, part.fluxes) for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]

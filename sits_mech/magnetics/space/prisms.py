@@ -18,9 +18,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.scene.outlines import signed_area
 
 _NEAR_PRISMS, _FAR_PRISMS = 1.2, 2.5  # where prisms stop being near, and start being far, in largest diameters
@@ -85,7 +84,7 @@ def _near(first: Prisms, second: Prisms) -> Array:
     return value / np.maximum(*size)
 
 
-def _chosen(yes: NDArray[np.bool_], first: Prisms, second: Prisms) -> Prisms:
+def _chosen(yes: Mask, first: Prisms, second: Prisms) -> Prisms:
     """Return the first's prisms where `yes`, the second's elsewhere."""
     corners = np.where(yes[:, None, None], first.corners, second.corners)
     return Prisms(corners, np.where(yes, first.low, second.low), np.where(yes, first.high, second.high))

@@ -19,11 +19,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from sits_mech.mechanics.element.mesh import MixedMesh
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 
 _LEAF = 400  # displacements, counted for each element, below which a piece is not cut
 _SAME = 1e-6  # of the extent: centres of elements in one layer
@@ -142,7 +141,7 @@ def _coordinates(centres: Array) -> Array:
     return np.concatenate([centres.T, [np.hypot(x, y), np.arctan2(y, x)]])
 
 
-def _cut(cells: Integers, along: Array, weight: Array) -> tuple[NDArray[np.bool_], Integers] | None:
+def _cut(cells: Integers, along: Array, weight: Array) -> tuple[Mask, Integers] | None:
     """Return which elements are in the first half, and the shared nodes; None for elements in one place."""
     nodes, numbers = np.unique(cells, return_inverse=True)
     numbers = numbers.reshape(cells.shape)
@@ -218,9 +217,7 @@ def _fronts(tree: _Tree, starts: Integers, ranks: Sequence[Integers], leaves: Se
             Share(group, members, np.where(own >= 0, np.searchsorted(rows, own), len(rows)))
             for group, (members, own) in enumerate(zip(some, taken, strict=True)) if len(members)
         )
-        children = tuple(
-            Child(half, _runs(np.searchsorted(rows, found[half].border), stop - start)) for half in halves
-        )
+        children = tuple(Child(half, _runs(np.searchsorted(rows, found[half].border), stop - start)) for half in halves)
         found.append(Front(start, stop, border, children, tuple(shares)))
     return tuple(found)
 

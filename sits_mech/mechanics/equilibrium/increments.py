@@ -122,7 +122,9 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             return _End(body, None, "lost")
         guess, seen = found.state, _looked_at(body, found.state)
         new = [p for _, p, _ in seen]
-        if all(_settled(part, p, own) for part, p, own in zip(rough(body), pressures, new, strict=True)):
+        weights = [part.surface.weight.ravel() for part in rough(body)]
+        each = zip(weights, pressures, new, strict=True)
+        if all(float(w @ np.abs(own - p)) <= _SAME * float(w @ own) for w, p, own in each):
             said = verdict(body, way, found)
             grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
             state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
@@ -152,12 +154,6 @@ def _with(body: Bonded, grips: Sequence[Grip]) -> Bonded:
     return replace(body, parts=parts, shared=shared)
 
 
-def _settled(part: Contact, before: Array, after: Array) -> bool:
-    """Whether the pressures on a surface have settled."""
-    weight = part.surface.weight.ravel()
-    return float(weight @ np.abs(after - before)) <= _SAME * float(weight @ after)
-
-
 @dataclass(frozen=True)
 class Moment:
     """A layer at rest at a time, with the memory of its points."""
@@ -176,9 +172,7 @@ def begun(body: Bonded) -> Moment:
     return Moment(replace(state, known=known), remembered(body.law.silicone, memory, np.inf, kinematics(known.F)))
 
 
-def later(
-    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None
-) -> tuple[Moment | None, str]:
+def later(body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None) -> tuple[Moment | None, str]:
     """Return the layer a step `dt` [s] later, under a load that changes linearly, and "" or why there is none.
 
     ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held`.

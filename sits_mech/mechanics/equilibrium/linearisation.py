@@ -30,7 +30,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.mechanics.element.assembly import Factored, Pattern, Stiffness, Term
 from sits_mech.mechanics.element.kernel import (
@@ -50,9 +49,9 @@ from sits_mech.mechanics.element.target import (
     work_of_load,
 )
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, smallest_volume
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 
-Held = NDArray[np.bool_]
+Held = Mask
 
 _SHORTEN = 0.5  # of a step that does not lower the potential, at most
 _SHORTEST = 1e-3  # part of a step

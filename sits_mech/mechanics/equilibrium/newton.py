@@ -141,9 +141,7 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
         factor = None  # its memory is needed for the next one
         factor = factored(body, here, found)
         way = None if factor is None else way_of(body, here, found, factor, aim_of(here, goal, held, None))
-        gone = None if factor is None or way is None else stepped(
-            body, here, found, factor, way, held, falling=True
-        )
+        gone = None if factor is None or way is None else stepped(body, here, found, factor, way, held, falling=True)
         if way is None or gone is None:
             break
         here, off, found = replace(gone[0], iterations=count), np.abs(way.q), gone[2]

@@ -39,8 +39,8 @@ from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.faces.contact import pressure
 from sits_mech.mechanics.faces.curved import Jet, Nearest, before, gaps, nearest_on, shapes
 from sits_mech.mechanics.faces.facets import behind, nearest, normals
-from sits_mech.mechanics.faces.skin import SAME, Flags, Skin
-from sits_mech.quantities import Array, Integers
+from sits_mech.mechanics.faces.skin import SAME, Skin
+from sits_mech.quantities import Array, Integers, Mask
 
 _MARGIN = 0.1  # thicknesses between faces that are looked at
 _AT_ONCE = 0.02  # thicknesses between faces that must be looked at
@@ -117,7 +117,8 @@ class SelfContact:
         needed = _faces(skin, every.points[at_once], every.facets[at_once])
         met = np.stack([behind_.points // skin.surface.shape.shape[1], behind_.faces], axis=1)
         needed = np.unique(np.concatenate([needed, met]), axis=0)
-        if self.pairs is not None and np.all(_within(needed, self.pairs)):
+        key = np.array([len(skin.facets), 1])
+        if self.pairs is not None and np.isin(needed @ key, self.pairs @ key).all():
             return self
         close = every.away < _MARGIN
         wider = _faces(skin, every.points[close], every.facets[close])
@@ -191,7 +192,7 @@ def _meetings(skin: Skin, u: Array, points: Integers, facets: Integers) -> _Meet
     return _Meeting(points, facets, away, front)
 
 
-def _pressing(skin: Skin, u: Array, met: _Meeting) -> Flags:
+def _pressing(skin: Skin, u: Array, met: _Meeting) -> Mask:
     """Whether points and facets may press: they are opposed, without silicone between."""
     own = skin.own[met.points]
     n, (x, y, at_rest) = normals(_placed(skin, u)), skin.rest
@@ -233,9 +234,3 @@ def _faces(skin: Skin, points: Integers, facets: Integers) -> Integers:
     """Return the faces of points and of facets, shape (n, 2), each pair once."""
     both = np.stack([points // skin.surface.shape.shape[1], facets // skin.facets.shape[1]], axis=1)
     return np.unique(both, axis=0)
-
-
-def _within(some: Integers, pairs: Integers) -> Flags:
-    """Whether pairs are among others."""
-    size = 1 + max(int(some.max(initial=0)), int(pairs.max(initial=0)))
-    return np.isin(some @ np.array([size, 1]), pairs @ np.array([size, 1]))

@@ -17,15 +17,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import Basis
 
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.faces.facets import behind, nearest, normals, skin
 from sits_mech.mechanics.faces.surface import Surface, edges, facet_forms, facets_of
-from sits_mech.quantities import Array, Integers
-
-Flags = NDArray[np.bool_]
+from sits_mech.quantities import Array, Integers, Mask
 
 _ORDER = 9  # of the polynomials that the quadrature on a face integrates
 _COUNT = 5  # points on an edge
@@ -44,7 +41,7 @@ class Skin:
     facets: Integers  # (f, m, d), nodes in the order of outward normals
     nodes: Array  # (n, d), of the mesh [thicknesses]
 
-    def some(self, on: Flags) -> Skin:
+    def some(self, on: Mask) -> Skin:
         """Return some of the faces."""
         own = self.surface
         points = Surface(own.nodes[on], own.shape[on], own.rest[on], own.weight[on], own.size, own.axes)
@@ -90,7 +87,7 @@ class Skin:
         place = self.surface.places(u)[..., list(self.surface.axes)]
         return place.reshape(-1, place.shape[-1])
 
-    def apart(self, points: Integers, facets: Integers) -> Flags:
+    def apart(self, points: Integers, facets: Integers) -> Mask:
         """Whether pairs may meet: not through silicone, and with a common node only in an inner corner."""
         p, m = self.surface.shape.shape[1], self.facets.shape[1]
         x, y, n = self.rest
@@ -107,7 +104,7 @@ class Skin:
         return open_
 
 
-def _before(x: Array, own: Array, y: Array, other: Array, least: Array) -> Flags:
+def _before(x: Array, own: Array, y: Array, other: Array, least: Array) -> Mask:
     """Whether points x and y with normals each lie before the other, by at least a sine."""
     way = x - y
     size = least * np.linalg.norm(way, axis=1)

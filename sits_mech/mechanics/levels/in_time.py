@@ -24,7 +24,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.equilibrium.body import Bonded
@@ -36,7 +35,7 @@ from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, fac
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
-from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, Mask, Pose, SolveFailed, SolveReport, Wrench
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
 _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
@@ -53,7 +52,7 @@ class _Times:
 
     time: Array
     load: Array
-    given: NDArray[np.bool_]  # which times are the history's
+    given: Mask  # which times are the history's
     gap: Array  # error in time, (m, k) [thicknesses, rad]
     late: Array  # correction to a walk in steps A, (m, k)
 

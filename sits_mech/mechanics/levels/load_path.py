@@ -132,9 +132,7 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way:
     error[:k] += steps.off * line.scales.lengths[:k]
     said = f"friction: load path {way}, {steps.parts} steps per leg; half as many change this by {steps.share:.1g}"
     report = found.report
-    report = replace(
-        report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said)
-    )
+    report = replace(report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said))
     return replace(found, error=Pose.of(error), report=report, state=np.concatenate([[number], found.state]))
 
 

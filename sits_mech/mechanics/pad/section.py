@@ -311,9 +311,7 @@ def graded_segment(start: float, end: float, cells: int, beta: float) -> Array:
 
 def graded_lines(breaks: Sequence[float], cells: Sequence[int], beta: float) -> Array:
     """Return mesh lines through all `breaks`, graded towards each; an even number of cells for each segment."""
-    pieces = [
-        graded_segment(a, b, n, beta) for a, b, n in zip(breaks[:-1], breaks[1:], cells, strict=True)
-    ]
+    pieces = [graded_segment(a, b, n, beta) for a, b, n in zip(breaks[:-1], breaks[1:], cells, strict=True)]
     return np.concatenate([pieces[0]] + [piece[1:] for piece in pieces[1:]])
 
 

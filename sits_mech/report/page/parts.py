@@ -19,14 +19,14 @@ from sits_mech.analysis.limits import limits_of
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
-from sits_mech.readout.loads import at_middle, fixed, load_words, request_of, varied
+from sits_mech.readout.loads import answered, at_middle, fixed, load_words, request_of, varied
 from sits_mech.readout.quality import quality
 from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import KINDS, failures, load_table, remarks, summary_table
 from sits_mech.report.tables.quality import limits_record, limits_table, quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
 from sits_mech.scene.sensor import Coil, Sensor, scene_text
-from sits_mech.status import ANSWERED, INTERPOLATED, OK, counted, exit_code
+from sits_mech.status import INTERPOLATED, OK, counted, exit_code
 
 PICTURES = {
     "L_v": "Sum of the inductances against the normal force; bars are estimated errors.",
@@ -63,7 +63,7 @@ def tiles(data: xr.Dataset, read: Readings) -> str:
             found.append((f"{size:.3g} %", f"full scale of {str(name).removeprefix('full_scale_')}, of L0"))
     mixed = sorted(_mixed(stray), reverse=True)[:2]
     found += [(f"{share:.3g} %", f"crosstalk of {force} into {signal}") for share, force, signal in mixed]
-    done = int(data["status"].isin(ANSWERED).sum())
+    done = int(answered(data).sum())
     found.append((f"{float(data['seconds'].sum()):.3g} s", f"for {done} of {data['status'].size} loads"))
     return tiles_of([each for each in found if not each[0].startswith("nan")])
 
@@ -279,7 +279,7 @@ def _shown(key: str, value: Any) -> str:
 def computed_part(data: xr.Dataset) -> str:
     """Return models, tolerance, errors and times."""
     request = request_of(data)
-    done = data.where(data["status"].isin(ANSWERED))
+    done = data.where(answered(data))
     seconds, least = data["seconds"], float(done["min_J"].min()) if "min_J" in done else math.nan
     rows = [
         ("mechanics", f"{request['mechanics']}: relative error of a pose up to {_most(done, 'error_mechanics')}"),

@@ -10,7 +10,7 @@ import numpy as np
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.prior import SURE
 from sits_mech.analysis.built.production import Production
-from sits_mech.quantities import UNITS, Array, Integers
+from sits_mech.quantities import UNITS, Array, Integers, tensor_grid
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def _plane(found: Adaptation, panels: Sequence[Sequence[Axes]]) -> None:
     """Draw the errors of the first two forces over their plane, others at rest, before and adapted."""
     loads, ends = _at_rest(found, _ACROSS**2)
     axes = [np.linspace(ends[0, k], ends[1, k], _ACROSS) for k in (0, 1)]
-    loads[:, :2] = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
+    loads[:, :2] = tensor_grid(*axes).reshape(-1, 2)
     each = found.force_deviations(loads)
     names = found.prior.forces
     for k, row in enumerate(panels):

@@ -142,9 +142,7 @@ def plan_tables(plan: LoadPlan) -> list[Any]:
     return [table, f"These {len(plan.loads)} loads bring the error of {words}."]
 
 
-def production_record(
-    found: Production, plan: LoadPlan, delivered: list[Delivered], limit: float
-) -> dict[str, Any]:
+def production_record(found: Production, plan: LoadPlan, delivered: list[Delivered], limit: float) -> dict[str, Any]:
     """Return what units told for a program, SI; errors of the next ones over each range."""
     count, forces = len(found.start.setup.parameters), found.next.forces
     known = zip(found.start.known[:count], found.next.known[:count], found.within.tolist(), strict=False)

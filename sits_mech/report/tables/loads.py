@@ -20,10 +20,10 @@ from sits_mech.readout.crosstalk import (
     slope,
     slope_doubt,
 )
-from sits_mech.readout.loads import fixed, load_words, middle, over_loads, points, varied
+from sits_mech.readout.loads import answered, fixed, load_words, middle, over_loads, points, varied
 from sits_mech.readout.signals import SIGNALS, told
 from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
-from sits_mech.status import ANSWERED, WORDS
+from sits_mech.status import WORDS
 
 KINDS = {
     "F_x": "shear force", "F_y": "shear force along y", "F_z": "normal force", "M": "moment about y",
@@ -158,7 +158,7 @@ def _rotation_figures(data: xr.Dataset) -> list[Figure]:
 def failures(data: xr.Dataset) -> list[str]:
     """Return one line for each load or case that has no result: which one, its status and the reason."""
     lines, dims = [], data["status"].dims
-    for index in np.argwhere(~data["status"].isin(ANSWERED).to_numpy()):
+    for index in np.argwhere(~answered(data).to_numpy()):
         row = data[["status", "reason"]].isel(dict(zip(dims, index.tolist(), strict=True)))
         lines.append(f"{point_name(row)}: {row['status'].item()}: {row['reason'].item()}")
     return lines

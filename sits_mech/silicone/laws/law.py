@@ -18,10 +18,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 
 Constants = Mapping[str, float | tuple[float, ...]]
 """Values of a law's constants by name: a number each, or, for a law of several terms, a tuple each."""
@@ -97,7 +94,7 @@ class TermFit:
     constants: Callable[[Array, Array], dict[str, float | tuple[float, ...]]]
     starts: Callable[[float], Array]
     limits: Callable[[Array, float], tuple[Array, Array]]
-    held: Callable[[Array, float], NDArray[np.bool_]]
+    held: Callable[[Array, float], Mask]
     note: str
     several: bool = False
 

@@ -13,9 +13,8 @@ rises at every strain. Source: R. W. Ogden, Proc. R. Soc. A 326 (1972) 565.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.silicone.laws.law import Constants, Law, OfStretches, StretchDerivatives, TermFit
 
 _EXPONENTS = (-16.0, -10.0, -6.5, -4.0, -2.5, 1.2, 1.8, 2.6, 4.0, 6.5, 10.0, 16.0)  # where a search for alpha starts
@@ -54,7 +53,7 @@ def _refusal(constants: Constants) -> str:
     return f"mu and alpha must be lists of one length, without a zero alpha; got {mu} and {alpha}"
 
 
-def _held(x: Array, reach: float) -> NDArray[np.bool_]:
+def _held(x: Array, reach: float) -> Mask:
     """Return which exponents stand at an end of their range."""
     inner = np.isclose(np.abs(x), np.where(x > 0.0, 1.0, 2.0), rtol=1e-5)
     return np.asarray(inner | (np.abs(x) > 0.9999 * _REACH), dtype=np.bool_)
