@@ -161,7 +161,9 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     """
     pad_parts(sensor)
     pad = BlockPad(sensor, checked_tolerance(tolerance))
-    _ = pad.half[0].coarse  # refuses a pad that has no mesh
+    levels = pad.half[0]
+    levels.check_memory(0)
+    _ = levels.coarse  # refuses a pad that has no mesh
     return pad
 
 

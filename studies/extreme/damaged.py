@@ -19,7 +19,9 @@ ODD_NUMBERS = (
 )
 READ_BY: dict[str, tuple[tuple[str, ...], ...]] = {
     "scene.toml": (("inductance", "{}", "--dv", "2 mm", "--tolerance", "0.1"), ("explain", "{}", "--fz", "1 N")),
-    "soft.toml": (("pose", "{}", "--fz", "0.2 N", "--model", "planar"), ("cycle", "{}", "--fz", "0.2 N")),
+    "soft.toml": (
+        ("pose", "{}", "--fz", "0.2 N", "--model", "planar"), ("cycle", "{}", "--fz", "0.2 N", "--mechanics", "linear"),
+    ),
     "dome.msh": (("pose", "dome.toml", "--fz", "0.1 N", "--tolerance", "0.3"), ("explain", "dome.toml", "--fz", "1 N")),
     "slotted_disc.msh": (
         ("inductance", "biorob2018", "--dv", "2 mm", "--tolerance", "0.1",

@@ -232,6 +232,16 @@ def test_a_slanted_section_fills_the_pad(pad):
     assert near[2].min() == pytest.approx(straight[2].min(), abs=1e-6)
 
 
+def test_a_mesh_that_memory_does_not_hold_is_refused_before_it_is_made(monkeypatch):
+    """A pillar a thousand times as high as it is wide under a plate ten thousand times as long: 40 GiB."""
+    monkeypatch.setattr("sits_mech.mechanics.pad.solid.half_bricks", lambda *_: pytest.fail("meshed"))
+    sizes = 'shape="pillars", diameter="50 nm", pitch="0.1 um", thickness="40 um"'
+    pillars = f'elastomer={{{sizes}, material="ecoflex-00-30"}}'
+    long = 'target={shape="rectangle", width="0.2 um", length="1 mm", thickness="1 mm", material="copper"}'
+    with pytest.raises(ValueError, match="^memory: a mesh of .* more than the limit"):
+        block_pad(load_sensor("biorob2018", [long, pillars]))
+
+
 def test_a_hair_is_refused_by_name():
     """2001 mm high and 2 mm thin; 1999 mm is a pad of this model."""
     for thickness in ("2001 mm", "1999 mm"):
