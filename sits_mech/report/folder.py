@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FORMATS = (".png", ".pdf", ".svg")
-_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0")
+_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0", "error_L", "error_R")
 
 
 def prepare_folder(folder: Path, *, cases: bool = True) -> Path:

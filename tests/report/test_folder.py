@@ -39,9 +39,11 @@ def test_what_is_no_calibration(copied: Path, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="result.nc: must be a table of this package"):
         read_calibration(copied)
     table.write_bytes(whole)
-    save_table(read_table(table).drop_vars("alpha"), table)
-    with pytest.raises(ValueError, match="must be the table of a calibration; alpha is missing"):
-        read_calibration(copied)
+    for name in ("alpha", "error_L"):
+        save_table(read_table(table).drop_vars(name), table)
+        with pytest.raises(ValueError, match=f"must be the table of a calibration; {name} is missing"):
+            read_calibration(copied)
+        table.write_bytes(whole)
     table.unlink()
     (copied / "cases").mkdir(exist_ok=True)
     with pytest.raises(ValueError, match="a calibration that was stopped: repeat its command"):
