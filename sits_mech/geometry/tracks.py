@@ -195,6 +195,7 @@ def standing_rings(coil: Coil) -> Sections:
 def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) -> tuple[Array, ...]:
     """Return radii, heights, widths, thicknesses and directions of rings from their mean radius, number and pitch."""
     middle, count, pitch = turns
+    middle = max(middle, 2 * coil.track_width / np.pi)  # of a square turn around a point
     pitch = min(pitch, 0.95 * (2 * middle - coil.track_width) / max(count - 1, 1))
     radius = middle + pitch * (np.arange(count) - (count - 1) / 2)
     return radius, *(np.full(count, value) for value in (z, coil.track_width, coil.track_thickness, way))

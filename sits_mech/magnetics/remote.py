@@ -54,6 +54,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.plates import cut_width
 from sits_mech.geometry.tracks import coil_bars
+from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.far_field import (
     ROUND,
     Body,
@@ -161,7 +162,7 @@ def _gain(sensor: Sensor) -> float:
 def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Return far conductors as balls in the largest field that they can be in: the closed forms alone."""
     bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far])
-    L = max(float(free_inductances((coil,))[0, 0]) for coil in coils)
+    L = max(float(free_inductances((coil,))[0, 0]) for coil in kinds_of(coils)[0])
     own = np.array([
         [field_bound(coil, math.dist(at, (*coil.centre, 0.0)) - body.radius) for coil in coils]
         for at, body in zip(middle, bodies, strict=True)
@@ -174,7 +175,7 @@ def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
 
 def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Return far conductors as ellipsoids and balls."""
-    L = max(float(free_inductances((coil,))[0, 0]) for coil in coils)
+    L = max(float(free_inductances((coil,))[0, 0]) for coil in kinds_of(coils)[0])
     bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
     own = [[_own_strength(coil, part) for coil in coils] for part in far]
     kappa = [_kappa(body, place, solved) for body, place in zip(bodies, middle, strict=True)]

@@ -40,6 +40,7 @@ import numpy as np
 from sits_mech.geometry.collision import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.tracks import path_notes
+from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_resistance
@@ -79,7 +80,7 @@ class _Asked:
         clearance, place, deep = clear[0], (0.0, 0.0), 0.0 if near and not self.sources else self.plate.thickness / 2
         if self.sources is not None:
             clearance, place = self.sources.distance, self.sources.place[:2]
-        length = min(field_length(coil, clearance + deep) for coil in sensor.coils)
+        length = min(field_length(coil, clearance + deep) for coil in kinds_of(sensor.coils)[0])
         others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
         return reach(sensor.coils, place) + 2 * clearance, min(length, others)
 

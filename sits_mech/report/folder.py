@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FORMATS = (".png", ".pdf", ".svg")
+_WORDS = ("status", "reason", "notes", "flags")
 _NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0", "error_L", "error_R")
 
 
@@ -78,6 +79,9 @@ def check_table(data: xr.Dataset, name: str, *more: str) -> None:
     missing = [need for need in (*_NEEDED, *more) if need not in data.variables and need not in data.attrs]
     if missing:
         raise SceneError(f"{name}: must be the table of a calibration; {missing[0]} is missing")
+    words = [key for key, item in data.data_vars.items() if item.dtype.kind not in "bif" and key not in _WORDS]
+    if words:
+        raise SceneError(f"{name}: must hold numbers in {words[0]}; got words")
     loads = data["status"].dims
     if not loads or not set(loads) <= set(WRENCH):
         raise SceneError(f"{name}: must be the table of a calibration, over components of a load; got {loads}")

@@ -11,6 +11,7 @@ from sits_mech.geometry.tracks import (
     coil_lines,
     coil_tracks,
     path_notes,
+    ring_squares,
     section_refusal,
     standing_rings,
     track_length,
@@ -162,6 +163,14 @@ def test_a_line_through_the_middle_is_no_turn() -> None:
     """It turns by a half about the middle, at no distance: a ring of no radius stood for it."""
     rings = standing_rings(path([(-2, -1), (2, 1)]))
     assert rings.radius.size == 1 and rings.radius[0] > 1 * MM
+
+
+def test_a_turn_narrower_than_its_track_stands_for_one_that_has_a_hole() -> None:
+    """Of a track 0.1 mm wide around a square of 0.02 mm: rings are no smaller than those of a square around a point."""
+    line = path([(0.01, -0.01), (0.01, 0.01), (-0.01, 0.01), (-0.01, -0.01), (0.01, -0.01)])
+    rings = standing_rings(line)
+    assert rings.radius == pytest.approx([2.0 * line.track_width / np.pi])
+    assert np.all(ring_squares(rings.radius, rings.width) > 0.0)
 
 
 def test_squares_along_tracks() -> None:

@@ -86,6 +86,7 @@ def test_what_cannot_be_shown(data: xr.Dataset) -> None:
         ("nowhere", "nowhere: no such file"),
         (xr.Dataset({"a": ("x", [1.0])}), "what: must be the table of a calibration; status is missing"),
         (data.drop_vars("R"), "R is missing"),
+        (data.assign(R=data["R"].astype(str)), "must hold numbers in R; got words"),
         (data.assign_attrs({}).drop_attrs(), "request is missing"),
         (data.rename(F_x="width"), "over components of a load; got ('width', 'F_z')"),
         (data.isel(F_x=0, F_z=0), "over components of a load; got ()"),

@@ -145,7 +145,8 @@ def series_inductance(rings: Sections) -> float:
     levels, level = np.unique(rings.z, return_inverse=True)
     layers = [rings.some(level == k) for k in range(levels.size)]
     first, ways = layers[0], np.array([sign[level == k][0] for k in range(levels.size)])
-    alike = all(_alike(first, layer) for layer in layers) and np.array_equal(ways[level], sign)
+    shapes = {np.stack([each.radius, each.width, each.height]).tobytes() for each in layers}
+    alike = len(shapes) == 1 and np.array_equal(ways[level], sign)
     shared = alike and levels.size >= _SHARED
     pairs = levels.size * first.radius.size**2 if shared else rings.radius.size**2
     check_seconds(_PAIR * pairs, f"coils: the inductance of a coil of {rings.radius.size} turns")
@@ -162,12 +163,6 @@ def series_inductance(rings: Sections) -> float:
         M = paired_mutual(one, lower, (3, 3), (4, 3)).sum(axis=(0, 2))
         total += float(count[begin : begin + step] @ M)
     return total
-
-
-def _alike(first: Sections, second: Sections) -> bool:
-    """Tell whether two layers have the same rings."""
-    pairs = ((first.radius, second.radius), (first.width, second.width), (first.height, second.height))
-    return all(np.array_equal(a, b) for a, b in pairs)
 
 
 def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:

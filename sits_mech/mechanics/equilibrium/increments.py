@@ -34,7 +34,7 @@ from sits_mech.mechanics.element.kernel import kinematics
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import SETTLED, Way, unloaded, verdict
-from sits_mech.mechanics.equilibrium.path import among_faces, follow
+from sits_mech.mechanics.equilibrium.path import affordable, among_faces, follow
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.quantities import Array
 from sits_mech.silicone.points import Memory, remembered, stepped, virgin
@@ -78,12 +78,16 @@ def followed(
     held = np.zeros(body.components, dtype=bool) if held is None else held
     way = Way(goals[0], goals[-1], held, out_of_plane)
     states, at, step = [start], Fraction(0), Fraction(1, parts)
+    left = affordable(body, len(goals) - 1)  # each leg the whole limit
     while at < len(goals) - 1:
+        if left <= 0:
+            return Track(tuple(states), float(at), "long")
         leg = int(at)
         end = min(at + step, Fraction(leg + 1))
         share = float(end - leg)
         goal = (1.0 - share) * goals[leg] + share * goals[leg + 1]
-        body, state, reason = _increment(body, states[-1], way, goal, _SLIP / parts)
+        body, state, reason, spent = _increment(body, states[-1], way, goal, _SLIP / parts)
+        left -= spent
         if state is None:
             step /= 2
             if step < _SMALLEST / parts:
@@ -100,6 +104,7 @@ class _End(NamedTuple):
     body: Bonded
     state: State | None
     reason: str
+    spent: int  # iterations
 
 
 def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> _End:
@@ -119,7 +124,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             if found.state.residual <= SETTLED:
                 break
         if not found.state.residual <= SETTLED:
-            return _End(body, None, "lost")
+            return _End(body, None, "lost", spent)
         guess, seen = found.state, _looked_at(body, found.state)
         new = [p for _, p, _ in seen]
         weights = [part.surface.weight.ravel() for part in rough(body)]
@@ -128,9 +133,9 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             said = verdict(body, way, found)
             grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
             state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
-            return _End(body, None if said.reason else state, said.reason)
+            return _End(body, None if said.reason else state, said.reason, spent)
         pressures = new
-    return _End(body, None, "slipping")
+    return _End(body, None, "slipping", spent)
 
 
 def rough(body: Bonded) -> list[Contact]:

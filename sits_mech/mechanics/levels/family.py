@@ -282,17 +282,12 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
             start = prolonged(levels, level, state) or unloaded(body)
             found = approached(body, start, goal, held, _ENOUGH * body.length(state.q - before.q))
         if found is None and (given or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
-            found = _along_path(body, goal, held)
+            there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
+            found = Approach(there.state, 0.0 * goal) if there.reached == 1.0 else None
         if found is None:
             return
         yield found
         before, state = state, found.state
-
-
-def _along_path(body: Bonded, goal: Array, held: Held) -> Approach | None:
-    """Return the rest at the end of a path if affordable; faces in contact advance by increments."""
-    there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
-    return Approach(there.state, 0.0 * goal) if there.reached == 1.0 else None
 
 
 class Memory(NamedTuple):

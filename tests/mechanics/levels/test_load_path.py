@@ -12,6 +12,7 @@ from sits_mech.mechanics.equilibrium.increments import followed
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.memory import TIME
 from sits_mech.quantities import PathModel, SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.units import SceneError
@@ -102,6 +103,14 @@ def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain():
         np.testing.assert_allclose(*found[friction], rtol=0.02)
     stiffer = [with_it[1] - without[1] for without, with_it in zip(*found.values(), strict=True)]
     assert stiffer[0] == pytest.approx(stiffer[1], rel=0.2) and stiffer[1] > 1.0
+
+
+def test_a_path_with_friction_keeps_to_the_limit_of_time(monkeypatch):
+    """Its increments, too; it says where it stands."""
+    line = planar_layer(pad(9, 9, 3, ROUGH), 1e-2)
+    monkeypatch.setenv(TIME, "0.2")
+    with pytest.raises(SolveFailed, match=r"\(--seconds\)"):
+        line.equilibrium(Wrench(40.0, 900.0))
 
 
 def test_places_of_the_way_must_be_those_of_the_end():
