@@ -197,10 +197,10 @@ def pursued(
     gone = _GONE * here.stiffness if np.isfinite(here.stiffness) else 0.0  # it is infinite where every place is held
     begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
     while True:
-        if end is None and length <= smallest * max(begun, body.length(here.state.q)):
-            break
         if end is not None and _located(here, end, first):
             return _limited(here, end, spent, first)
+        if length <= smallest * (1.0 if end is None else PRECISE) * max(begun, body.length(here.state.q)):
+            break
         if spent >= most:
             reason = "long"
             break
@@ -213,8 +213,6 @@ def pursued(
                 return Outcome(replace(step, iterations=spent), 1.0)
         if said.reason in ("lost", "inverted") or (not said.reason and to <= here.part):  # stable: another branch
             reason, length = said.reason or "lost", 0.25 * length
-            if end is not None and length < PRECISE * smallest * begun:
-                break
         elif said.reason or said.stiffness <= gone:
             end = _End(length, to, said.stiffness - gone, said.reason or "buckled")
             length = _next(here, end, beyond=False)
