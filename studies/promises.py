@@ -18,12 +18,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from common.accuracy import forget
+from common.accuracy import first_strain, forget
 from common.outputs import study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.omissions import strain_bound
 from sits_mech.chain.simulate import simulate
 from sits_mech.geometry.collision import Collision
 from sits_mech.mechanics.block import block_pad
@@ -60,8 +59,7 @@ def drawn(some: np.random.Generator) -> tuple[str, list[str], Sensor, Wrench, fl
         more.append(f"target.width={some.uniform(6.0, 15.0) * MM:.6f}")
     sensor = load_sensor(scene, more)
     slant, size = some.uniform(0.0, 0.6), 10.0 ** some.uniform(np.log10(0.03), np.log10(0.6))
-    small = Wrench(1e-3 * slant, 1e-3)
-    factor = 1e-3 * size / strain_bound(sensor, [small])  # of first order
+    factor = size / first_strain(sensor, Wrench(slant, 1.0))
     return scene, more, sensor, Wrench(slant * factor, factor), float(some.choice([1e-2, 3e-3]))
 
 

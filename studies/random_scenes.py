@@ -25,12 +25,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common.accuracy import forget
+from common.accuracy import first_strain, forget
 from common.outputs import kept_rows, study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import magnetic_model, plan
-from sits_mech.chain.omissions import skin_depths, strain_bound
+from sits_mech.chain.omissions import skin_depths
 from sits_mech.chain.simulate import Simulation, at_rest, simulate, simulated
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheets import not_representable, sheets
@@ -105,7 +105,7 @@ def draw(number: int, loaded: bool = False) -> Drawn:
     if loaded or "load" in kind:
         way = some.normal(size=2) * (0.3, 1.0)
         unit = Wrench(float(way[0]), abs(float(way[1])), float(some.normal() * 0.2 * width))
-        bound = 1e3 * strain_bound(sensor, [Wrench(*(1e-3 * unit.components))])  # of first order
+        bound = first_strain(sensor, unit)
         if math.isinf(bound):  # slender: its own sink under that load
             bound = max(abs(unit.F_x), unit.F_z) / (sensor.elastomer.silicone.shear_modulus * width * length)
         share = 10 ** some.uniform(-2.5, -0.7) / bound

@@ -20,9 +20,17 @@ from threadpoolctl import threadpool_info
 
 from sits_mech.analysis.ladder import Asked, power, sentence
 from sits_mech.analysis.ladder import forget as forget
+from sits_mech.chain.omissions import strain_bound
+from sits_mech.quantities import Wrench
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
+from sits_mech.scene.sensor import Sensor
 
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
+
+
+def first_strain(sensor: Sensor, load: Wrench) -> float:
+    """Return what a load is bounded to strain a layer to first order: a thousand times what a thousandth of it does."""
+    return 1e3 * strain_bound(sensor, [Wrench(*(1e-3 * load.components))])
 
 
 @dataclass(frozen=True)

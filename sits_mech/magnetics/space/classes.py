@@ -103,7 +103,8 @@ def kernel_seconds(plan: Plan, levels: Array) -> float:
     if plan.tensor is not None:
         return 0.0
     prisms = stacked(plan, levels)
-    return sum(prism_seconds(prisms, each) for each in _images(plan, prisms)) / (1.0 + (len(plan.group) == 1))
+    whole = sum(prism_seconds(prisms, each) for each in _images(plan, prisms))
+    return whole if len(plan.group) > 1 else whole / 2.0
 
 
 def _images(plan: Plan, prisms: Prisms) -> list[Prisms]:
