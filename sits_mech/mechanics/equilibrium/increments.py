@@ -78,7 +78,7 @@ def followed(
     held = np.zeros(body.components, dtype=bool) if held is None else held
     way = Way(goals[0], goals[-1], held, out_of_plane)
     states, at, step = [start], Fraction(0), Fraction(1, parts)
-    left = affordable(body, len(goals) - 1)  # each leg the whole limit
+    left = affordable(body, 0.5 * (len(goals) - 1))  # half the limit for each leg
     while at < len(goals) - 1:
         if left <= 0:
             return Track(tuple(states), float(at), "long")
