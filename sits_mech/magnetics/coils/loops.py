@@ -43,7 +43,8 @@ from sits_mech.scene.sensor import Coil
 
 _ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
 _SHARED = 8  # layers from which on equal distances are shared
-_PAIR = 2.2e-5  # s of processor time that a pair of rings takes
+_PAIR = 2.2e-5  # s of processor time that a pair of rings takes, by 3 points through the thickness
+_TALL = 24.0  # such points over thickness by radius: 4e-7 of a ring as tall as its radius, where 3 leave 4e-4
 _APART = 1e-6  # error of filaments that stand for rings side by side, of their own field
 _MOST = 12, 4  # of them along a width and a height: of rings 2 mm wide, 0.1 mm over others, 1e-4 of M off
 _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another winding: rounding
@@ -149,9 +150,10 @@ def series_inductance(rings: Sections) -> float:
     alike = len(shapes) == 1 and np.array_equal(ways[level], sign)
     shared = alike and levels.size >= _SHARED
     pairs = levels.size * first.radius.size**2 if shared else rings.radius.size**2
-    check_seconds(_PAIR * pairs, f"coils: the inductance of a coil of {rings.radius.size} turns")
+    through = max(3, math.ceil(_TALL * float(rings.height.max() / rings.radius.min())))
+    check_seconds(_PAIR * pairs * (through / 3) ** 2, f"coils: the inductance of a coil of {rings.radius.size} turns")
     if not shared:
-        return float(sign @ ring_inductance(rings) @ sign)
+        return float(sign @ ring_inductance(rings, points=(3, through)) @ sign)
     depth = levels[-1] - levels[0]
     apart, number = np.unique(np.round(np.abs(levels[:, None] - levels) / depth, 12), return_inverse=True)
     count = np.bincount(number.ravel(), np.outer(ways, ways).ravel())
@@ -160,7 +162,7 @@ def series_inductance(rings: Sections) -> float:
     for begin in range(0, apart.size, step):
         below = depth * apart[begin : begin + step, None]
         lower = Sections(first.radius, first.z + below, first.width, first.height)
-        M = paired_mutual(one, lower, (3, 3), (4, 3)).sum(axis=(0, 2))
+        M = paired_mutual(one, lower, (3, through), (4, through)).sum(axis=(0, 2))
         total += float(count[begin : begin + step] @ M)
     return total
 
