@@ -62,6 +62,7 @@ def latest(size: Callable[[Any], float]) -> Callable[[Callable[..., _Value]], Ca
                     del found[next(iter(found))]
             return value
 
+        vars(asked)["cache_clear"] = found.clear  # as that of `lru_cache`
         return asked
 
     return keeping

@@ -39,6 +39,9 @@ def test_what_was_used_last_is_kept_as_far_as_memory_holds(monkeypatch):
     for gib in (0.5, 0.25, 0.5, 0.4, 0.5, 0.25, 3.0, 3.0, 0.5):
         assert made(gib) == gib * GIB
     assert asked == [0.5, 0.25, 0.4, 0.25, 3.0, 0.5]  # 0.4 put 0.25 out, which was used before 0.5
+    made.cache_clear()
+    made(0.5)
+    assert len(asked) == 7
 
 
 @pytest.mark.parametrize("text", ["much", "0", "-1", "nan"])
