@@ -92,7 +92,7 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
         angle = np.linspace(0.0, 2.0 * np.pi, _ROUND + 1)
         rings = coil_sections(coil)
         out = rings.radius * _outside(np.pi / _ROUND)
-        turns = zip(out, rings.z, np.broadcast_to(rings.sign, rings.radius.shape), strict=True)
+        turns = zip(out, rings.z, rings.signs, strict=True)
         lines = [
             np.column_stack([r * np.cos(angle), s * r * np.sin(angle), np.full(angle.size, z)]) for r, z, s in turns
         ]
@@ -247,9 +247,9 @@ def coil_bars(coil: Coil) -> Bars:
     ValueError where it does not cut tracks of one width at right angles, as many there as back.
     """
     if coil.is_round:
-        rings, n = coil_sections(coil), coil.layers * coil.turns
+        rings = coil_sections(coil)
         x = coil.centre[0] + np.concatenate([rings.radius, -rings.radius])
-        sign = np.concatenate([np.ones(n), -np.ones(n)]) * np.tile(np.broadcast_to(rings.sign, n), 2)
+        sign = np.concatenate([rings.signs, -rings.signs])
         return Bars(x, np.tile(rings.z, 2), sign, coil.track_width, coil.track_thickness)
     tracks, name = coil_tracks(coil), f"coils.{coil.name}"
     cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)

@@ -52,6 +52,11 @@ class Sections:
     height: Array  # (n,) along z [m]
     sign: Array | float = 1.0  # +1 where a positive coil current runs counter-clockwise from above, else -1
 
+    @property
+    def signs(self) -> Array:
+        """The sign of each ring, shape (n,)."""
+        return np.broadcast_to(self.sign, self.radius.shape)
+
     def some(self, index: NDArray[Any]) -> Sections:
         """Return some of the rings, without their signs."""
         return Sections(self.radius[index], self.z[index], self.width[index], self.height[index])

@@ -7,6 +7,7 @@ it, and of a load that is its own image the components of the pose that it canno
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -116,10 +117,8 @@ def upright(settled: Settled, symmetry: Symmetry, load: Wrench) -> Settled:
 
 def outward(loads: Iterable[Wrench]) -> list[Wrench]:
     """Sort loads from the smallest outwards: in the plane first, by shear, then by normal force."""
-    found = list(loads)
-    each = [[float(getattr(load, name)) for name in _ORDER] for load in found]
-    sizes = [[part for value in values for part in (abs(value), -value)] for values in each]
-    return [found[k] for k in sorted(range(len(found)), key=sizes.__getitem__)]
+    values = operator.attrgetter(*_ORDER)
+    return sorted(loads, key=lambda load: [part for value in values(load) for part in (abs(value), -value)])
 
 
 def _image(settled: Settled, solved: Wrench, load: Wrench, back: Array) -> Settled:
@@ -131,7 +130,7 @@ def _image(settled: Settled, solved: Wrench, load: Wrench, back: Array) -> Settl
 
 def _path(load: Wrench, keep: tuple[Path | None, str]) -> Path | None:
     """Return the file of a kept load."""
-    return case_path(*keep, {name: float(getattr(load, name)) for name in WRENCH})
+    return case_path(*keep, dict(zip(WRENCH, load.components.tolist(), strict=True)))
 
 
 def _settled(

@@ -28,7 +28,7 @@ from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import tabulated
 from sits_mech.chain.models import loaded_model
 from sits_mech.mechanics.loads import Settled
-from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport
+from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.readout.loads import fixed, points, request_of, varied, wrench_of
 from sits_mech.scene.parameters import keys_of
 from sits_mech.scene.sensor import Sensor, Tolerances, changed
@@ -59,7 +59,7 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     settled, turn = {}, 0
     for row, fine in zip(rows, good, strict=True):
         load = wrench_of(row)
-        load = type(load)(**{name: s * getattr(load, name) for name in WRENCH})
+        load = Wrench(*(s * load.components).tolist())
         if not fine:
             settled[load] = Settled(None, 0.0, str(row["status"].item()), str(row["reason"].item()))
             continue

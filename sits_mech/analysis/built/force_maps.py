@@ -117,7 +117,7 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     def made() -> tuple[Array, Array]:
         """Return loads (m, 6) and derivatives (m, n, 6)."""
         loads, slopes = slopes_under(sensor, *asked)
-        return np.array([[getattr(load, name) for name in WRENCH] for load in loads]), slopes
+        return np.array([load.components for load in loads]), slopes
 
     loads, slopes = kept(
         ("layer slopes", sensor, asked[0], same, mechanics, tolerance), made,

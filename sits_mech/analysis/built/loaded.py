@@ -93,10 +93,16 @@ class LoadedBench:
         pushes = self._ranges * _STEP
         moves = np.concatenate([np.zeros((count, len(pushes))), np.diag(pushes)])[:, None, :]
         whole = np.concatenate([steps, pushes])
-        sides = [p + sign * ways for sign in (1.0, -1.0)]
-        up, down = (self._rests(P, self._loads(P, sign * moves)) for sign, P in zip((1.0, -1.0), sides, strict=True))
+
+        def stepped(sign: float) -> tuple[Array, Array]:
+            """Return where all rows rest a step away, and their ways down."""
+            P = p + sign * ways
+            rests = self._rests(P, self._loads(P, sign * moves))
+            return rests, self._depth(P, rests)
+
+        (up, low), (down, high) = stepped(1.0), stepped(-1.0)
         by = (up - down) / (2.0 * whole)[:, None, None]
-        deeper = (self._depth(sides[0], up) - self._depth(sides[1], down)) / (2.0 * whole)[:, None]
+        deeper = (low - high) / (2.0 * whole)[:, None]
         here = self._rests(p[None], self._loads(p[None]))[0]
         return self.setup.slopes(here, p[: self.count[0]], by), deeper
 

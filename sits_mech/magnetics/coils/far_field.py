@@ -58,8 +58,7 @@ def _image_share(coil: Coil, gap: float, below: bool) -> float:
     rings = standing_rings(coil)
     down = coil.height + rings.z if below else -rings.z
     away = 2.0 * gap + down[:, None] + down
-    sign = np.broadcast_to(rings.sign, rings.radius.shape)
-    image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign)
+    image = rings.signs @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ rings.signs)
     return min(float(image / free_inductances((coil,))[0, 0]), 1.0)
 
 

@@ -142,29 +142,28 @@ def _own(coil: Coil, windings: str, as_rings: bool) -> float:
 
 def series_inductance(rings: Sections) -> float:
     """Return the inductance of coaxial rings in series [H]; a coil of n equal layers costs n pairs of them, not n^2."""
-    sign = np.broadcast_to(rings.sign, rings.radius.shape)
     levels, level = np.unique(rings.z, return_inverse=True)
     layers = [rings.some(level == k) for k in range(levels.size)]
-    first, ways = layers[0], np.array([sign[level == k][0] for k in range(levels.size)])
+    first, ways = layers[0], np.array([rings.signs[level == k][0] for k in range(levels.size)])
     shapes = {np.stack([each.radius, each.width, each.height]).tobytes() for each in layers}
-    alike = len(shapes) == 1 and np.array_equal(ways[level], sign)
-    shared = alike and levels.size >= _SHARED
+    shared = levels.size >= _SHARED and len(shapes) == 1 and np.array_equal(ways[level], rings.signs)
     pairs = levels.size * first.radius.size**2 if shared else rings.radius.size**2
-    through = max(3, math.ceil(_TALL * float(rings.height.max() / rings.radius.min())))
-    check_seconds(_PAIR * pairs * (through / 3) ** 2, f"coils: the inductance of a coil of {rings.radius.size} turns")
+    through = _through(rings, pairs)
     if not shared:
-        return float(sign @ ring_inductance(rings, points=(3, through)) @ sign)
+        return float(rings.signs @ ring_inductance(rings, points=(3, through)) @ rings.signs)
     depth = levels[-1] - levels[0]
     apart, number = np.unique(np.round(np.abs(levels[:, None] - levels) / depth, 12), return_inverse=True)
     count = np.bincount(number.ravel(), np.outer(ways, ways).ravel())
-    total, step = 0.0, max(1, PAIRS // first.radius.size**2)
-    one = Sections(*(each[:, None, None] for each in (first.radius, first.z, first.width, first.height)))
-    for begin in range(0, apart.size, step):
-        below = depth * apart[begin : begin + step, None]
-        lower = Sections(first.radius, first.z + below, first.width, first.height)
-        M = paired_mutual(one, lower, (3, through), (4, through)).sum(axis=(0, 2))
-        total += float(count[begin : begin + step] @ M)
-    return total
+    columns = np.broadcast_arrays(first.radius, first.z + depth * apart[:, None], first.width, first.height)
+    M = ring_mutual(first, Sections(*(each.ravel() for each in columns)), points=(3, through))
+    return float(count @ M.reshape(-1, *columns[0].shape).sum(axis=(0, 2)))
+
+
+def _through(rings: Sections, pairs: int) -> int:
+    """Return how many Gauss points through the thickness so many pairs of rings take; refuse those without number."""
+    points = max(3, math.ceil(_TALL * float((rings.height / rings.radius).max())))
+    check_seconds(_PAIR * pairs * (points / 3) ** 2, f"coils: the inductance of a coil of {rings.radius.size} turns")
+    return points
 
 
 def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:
@@ -173,8 +172,8 @@ def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, e
     `distance` is of the axes [m]; rings must not cut each other. `error` is asked of the quadrature, absolute [H].
     """
     if distance == 0.0:
-        signs = [np.broadcast_to(rings.sign, rings.radius.shape) for rings in (first, second)]
-        return float(signs[0] @ ring_mutual(first, second) @ signs[1])
+        through = max(_through(rings, first.radius.size * second.radius.size) for rings in (first, second))
+        return float(first.signs @ ring_mutual(first, second, points=(3, through)) @ second.signs)
     clear = _clearance(first, second, distance)
     b, zb, wb = _filaments(second, clear)
     heights, level = np.unique(zb, return_inverse=True)
@@ -226,9 +225,6 @@ def _filaments(rings: Sections, clear: float) -> tuple[Array, Array, Array]:
         min(max(2, gauss_count(float(side.max()), clear, _APART)), most)
         for side, most in zip((rings.width, rings.height), _MOST, strict=True)
     ]
-    parts = [
-        (rings.radius + r, rings.z + z, np.broadcast_to(rings.sign * weight, r.shape))
-        for r, z, weight in _offsets(rings, (counts[0], counts[1]))
-    ]
+    parts = [(rings.radius + r, rings.z + z, rings.signs * w) for r, z, w in _offsets(rings, (counts[0], counts[1]))]
     a, z, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return a, z, weight

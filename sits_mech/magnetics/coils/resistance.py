@@ -93,7 +93,7 @@ def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity:
         ("tracks", asked), lambda: _modes(*asked), lambda own: {"tau": own.tau, "coupling": own.coupling},
         lambda arrays: Modes(**arrays),
     )
-    C, ones = modes.coupling, np.broadcast_to(rings.sign, rings.radius.shape)  # the current in each turn
+    C, ones = modes.coupling, rings.signs  # the current in each turn
     rest = C.T @ np.linalg.solve(C @ C.T, ones)
     omega = 2.0 * np.pi * hertz
     Z = np.array([ones @ np.linalg.solve(modes.admittance(each) / each**2, ones) for each in omega])

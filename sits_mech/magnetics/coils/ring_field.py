@@ -86,12 +86,12 @@ def _profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
     """Return P of the module docstring, all rings in series."""
     rings = coil_sections(coil)
     rho, z = np.broadcast_arrays(rho, z)
-    total, signs = np.zeros(rho.shape), np.broadcast_to(rings.sign, rings.radius.shape)
-    for radius, middle, width, height, way in zip(rings.radius, rings.z, rings.width, rings.height, signs, strict=True):
+    total, columns = np.zeros(rho.shape), (rings.radius, rings.z, rings.width, rings.height, rings.signs)
+    for radius, middle, width, height, way in zip(*columns, strict=True):
         beside, above = np.abs(rho - radius) - width / 2, np.abs(z - middle) - height / 2
         parts = _farther(coil, np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0)), clearance)
-        seconds = _POINT * signs.size * sum(math.prod(counts) * rho[some].size for counts, some in parts)
-        check_seconds(seconds, f"coils: the field of {signs.size} turns at {rho.size} points")
+        seconds = _POINT * rings.radius.size * sum(math.prod(counts) * rho[some].size for counts, some in parts)
+        check_seconds(seconds, f"coils: the field of {rings.radius.size} turns at {rho.size} points")
         for counts, some in parts:
             for (out, share), (up, part) in product(*(zip(*gauss_rule(count), strict=True) for count in counts)):
                 a, away = radius + width / 2 * out, z[some] - middle - height / 2 * up
@@ -214,8 +214,7 @@ def spectrum(rings: Sections, k: Array) -> Array:
     thick = k * rings.height[:, None]
     top = (rings.z + rings.height / 2)[:, None]
     fall = np.where(thick > 0.0, -np.expm1(-thick) / np.where(thick > 0.0, thick, 1.0), 1.0)
-    sign = np.broadcast_to(rings.sign, rings.radius.shape)
-    return np.asarray(sign @ (mean * fall * np.exp(k * top)))
+    return np.asarray(rings.signs @ (mean * fall * np.exp(k * top)))
 
 
 def wave_numbers(largest: float, length: float) -> tuple[Array, Array]:

@@ -68,7 +68,7 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
     corners = np.concatenate([side[cut] for side in sides])
     if substrate_radius is not None:
         corners = _bent(corners, substrate_radius)
-    sign = np.broadcast_to(rings.sign, cut.shape)[cut]
+    sign = rings.signs[cut]
     return corners, np.concatenate([sign, -sign])
 
 
