@@ -166,3 +166,32 @@ def test_loads_that_move_every_component_come_first():
     way = np.hstack([way, np.zeros((4, 3))])
     assert _telling(way, [0, 1, 2, 3]) == [3, 2, 1, 0]
     assert _telling(way, [0, 1]) == [1, 0] and _telling(way, []) == []
+    assert _telling(np.array([[0.1, 0.1], [1.0, 0.05]]), [0, 1]) == [1, 0]
+    assert _telling(np.array([[1.0, 0.1], [0.5, 0.05], [0.5, 0.1]]), [0, 1, 2]) == [0, 2, 1]
+
+
+def test_loads_without_an_error_are_not_compared():
+    before = rows_of(*GRID)
+    finer, seen = finer_by(lambda load: SHARE * added(load))
+    corrected(before, finer, LEVERS, AT_REST)
+    before |= {load: changed(before[load], error=Pose.of(np.zeros(6))) for load in seen}
+    again, others = finer_by(lambda load: SHARE * added(load))
+    corrected(before, again, LEVERS, AT_REST)
+    assert len(others) == 2 and not {*others} & {*seen}
+
+
+def test_errors_of_finer_meshes_are_told_whole_where_first_ones_were_right():
+    """A change as large as was told of the first meshes, all of which is made: what is left is what finer ones tell."""
+    finer, seen = finer_by(added, error=1e-8)
+    found = corrected(rows_of(*GRID, error=1.0), finer, LEVERS, AT_REST)
+    least = min(seen, key=lambda load: abs(load.F_x))
+    assert found[least].rest.error.d_h == pytest.approx(1e-8)
+
+
+def test_a_component_that_no_compared_load_has_is_told_by_the_worst_of_the_others():
+    """d_y has an error under one load only, which was not compared: it falls as that which fell least."""
+    before, far = rows_of(*GRID), Wrench(1.0, 2.0)
+    before[far] = changed(before[far], error=Pose.of(errors(before[far]) + [0, 0, 0, 1e-9, 0, 0]))
+    found = corrected(before, finer_by(lambda load: SHARE * added(load))[0], LEVERS, AT_REST)
+    fallen = errors(found[far])[:4] / errors(before[far])[:4]
+    assert fallen[3] == pytest.approx(fallen[:3].max()) and fallen[:3].min() < 0.9 * fallen[3]

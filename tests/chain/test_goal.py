@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from sits_mech.chain.goal import Goal, goal_of
+from sits_mech.chain.goal import Goal, farthest, goal_of, goal_rows
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Array, Bounded, Impedance, Pose, SolveReport
 from sits_mech.scene.sensor import load_sensor
@@ -88,3 +88,13 @@ def test_a_disc_on_the_axis_is_not_moved_off_it() -> None:
     ])
     found = goal_of(one, magnetic_model(one, "axisymmetric", 1e-2)[0], [Pose(0.0, 1.9e-3)])
     assert found is not None and found.weights[0, 1] > 0.0 and not found.weights[:, [0, 2, 3, 4, 5]].any()
+
+
+def test_the_farthest_poses_are_the_ends_of_each_component() -> None:
+    each = np.array([[0, 2, 0, 0, 0, 0], [3, 1, 0, 0, 0, 0], [1, 2, -1, 0, 0, 0], [1, 1.5, 0, 0, 0, 0]], dtype=float)
+    assert [pose.components.tolist() for pose in farthest(Pose.of(each))] == each[[0, 1, 2]].tolist()
+
+
+def test_a_tolerance_is_of_the_signals_of_a_pair_and_of_all_beyond() -> None:
+    assert goal_rows(SENSOR).tolist() == [[1.0, 1.0], [1.0, -1.0]]
+    assert len(goal_rows(load_sensor("triaxial-3"))) == len(goal_rows(load_sensor("triaxial-4"))) == 3

@@ -7,12 +7,21 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, loads_of, poses_on_grid, worst
+from sits_mech.chain.interpolate import (
+    INTERPOLATED,
+    LoadGrid,
+    checked_values,
+    loads_of,
+    poses_on_grid,
+    solved_likely,
+    worst,
+)
+from sits_mech.chain.propagation import levers
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled, settle
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.scene.sensor import SceneError, load_sensor
 
 GRID = {"F_x": np.linspace(-1.0, 1.0, 9).tolist(), "F_z": np.linspace(0.0, 4.0, 9).tolist()}
 SHEAR = np.linspace(-0.5, 0.5, 5).tolist()
@@ -143,6 +152,7 @@ class Meshes(Spring):
     off: float = 0.05
     finest: bool = False
     asked: list[float] = field(default_factory=list)
+    depths: list[int] = field(default_factory=list)
     started: dict[Wrench, Wrench] = field(default_factory=dict)
 
     @property
@@ -153,6 +163,7 @@ class Meshes(Spring):
     def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> "Meshes":
         """The same with smaller errors, of which d_h's alone is of the goal; remembers the tolerance."""
         self.asked.append(tolerance)
+        self.depths.append(deepest)
         return replace(self, off=tolerance / goal[0, 0], finest=True)
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
@@ -178,7 +189,8 @@ def test_few_loads_are_solved_as_far_as_the_goal_takes_each() -> None:
     rows = rests(poses_on_grid(
         LoadGrid(load_sensor("biorob2018"), layer, grid, MIRRORS, 1e-2), after=lambda _: goal(1e3)
     ))
-    assert layer.asked == [1e-2, 1e-2] and [load.F_x for load in layer.solved] == 2 * [0.0, 0.4]  # first, then finer
+    assert layer.asked == [1e-2, 1e-2] and layer.depths == [99, 99]
+    assert [load.F_x for load in layer.solved] == 2 * [0.0, 0.4]  # first, then finer
     assert rows[Wrench(0.4, 1.0)].error.d_h == pytest.approx(1e-5)
     assert rows[Wrench(-0.4, 1.0)].pose.d_h == -rows[Wrench(0.4, 1.0)].pose.d_h == -layer.pose(Wrench(0.4, 1.0)).d_h
 
@@ -191,6 +203,24 @@ def test_of_many_loads_two_are_solved_until_the_worst_is_good_enough() -> None:
     assert len(layer.asked) == 2 and all(each < 0.8e-2 for each in layer.asked)
     assert layer.asked[0] / 1e-2 == pytest.approx(0.05 * weight * layer.pose(Wrench(0.5, 4.0)).d_h / first, rel=0.3)
     assert worst(found.values(), goal(weight)) < 0.5 * first
+
+
+@pytest.mark.parametrize(("tolerance", "deepest"), [(3e-3, 3), (2.9e-3, 99)])
+def test_of_many_loads_finer_meshes_than_three_are_asked_for_small_tolerances(tolerance: float, deepest: int) -> None:
+    layer = Meshes()
+    poses_on_grid(LoadGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, tolerance), after=lambda _: goal(1e3))
+    assert layer.depths == [deepest, deepest]
+
+
+def test_few_loads_without_a_goal_are_solved_on_all_meshes_at_once() -> None:
+    """Three with their images; of four the first meshes come first, and some are solved once more."""
+    sensor, layers, shears = load_sensor("biorob2018"), (Meshes(), Meshes()), ([-0.4, 0.0, 0.4], [0.2, 0.4, 0.6, 0.8])
+    for layer, shear in zip(layers, shears, strict=True):
+        grid = LoadGrid(sensor, layer, {"F_x": shear, "F_z": [1.0]}, MIRRORS, 1e-2)
+        assert grid.few == (layer is layers[0])
+        poses_on_grid(grid)
+    assert [load.F_x for load in layers[0].solved] == [0.0, 0.4]
+    assert len(layers[1].solved) > len(set(layers[1].solved)) == 4
 
 
 def test_what_is_good_enough_for_the_goal_is_not_solved_again() -> None:
@@ -216,7 +246,7 @@ def test_the_worst_of_a_table_is_of_loads_that_rest() -> None:
     found = settle(Meshes(limit=3.0), [Wrench(0.5, 1.0), Wrench(1.0, 4.0)], symmetry=NONE).values()
     one = worst(found, goal(1e3))
     assert 0.0 < one == pytest.approx(max(1e3 * rest.rest.error.d_h for rest in found if rest.rest))
-    assert np.isinf(worst(found, None))
+    assert np.isinf(worst(found, None)) and worst([], goal(1.0)) == 0.0
 
 
 def test_the_linear_layer_needs_the_fewest() -> None:
@@ -295,3 +325,68 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
     kept = [[(row.pose, row.error, row.report) for row in each.values()] for each in (rows, again, plain)]
     assert kept[0] == kept[1] == kept[2]
     assert seen[-1] == (125, 125) and all(done <= of <= 125 for done, of in seen)
+
+
+@dataclass
+class Told(Spring):
+    """Errors and what they share go with F_z, derivatives with the pose; of pushes along +x there is one part more."""
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        found, size, more = super().equilibrium(wrench), 1e-7 * (1.0 + wrench.F_z), 1 + (wrench.F_x > 0.0)
+        report = replace(found.report, estimated_error=1e-3 * (1.0 + wrench.F_z))
+        return replace(
+            found, error=Pose.of(np.full(6, size)), report=report, shared=np.full((more, 6), 0.5 * size),
+            slopes=np.tile(found.pose.components, (more, 1)),
+        )
+
+
+def test_between_solved_loads_errors_go_straight_and_derivatives_as_poses_do() -> None:
+    """What the map adds is the same of all loads, and nothing out of the plane where no load leaves it."""
+    rows = rests(poses_on_grid(LoadGrid(load_sensor("biorob2018"), Told(), GRID, NONE, 1e-2)))
+    here = between(rows)
+    added = np.array([rows[load].error.components - 1e-7 * (1.0 + load.F_z) for load in here])
+    np.testing.assert_allclose(added[:, :3], np.tile(added[0, :3], (len(here), 1)), atol=1e-18)
+    assert added[0, :3].min() > 0.0 and all(not any(rows[load].error.components[3:]) for load in here)
+    for load in here:
+        row = rows[load]
+        np.testing.assert_allclose(row.slopes, row.pose.components[None], rtol=1e-12)
+        np.testing.assert_allclose(row.shared, np.full((1, 6), 0.5e-7 * (1.0 + load.F_z)), rtol=1e-12)
+        assert row.report == SolveReport(
+            "interpolated", 0, 0, 0.0, 5e-3, 0.0, min_J=row.report.min_J, stretch=row.report.stretch,
+            notes=(INTERPOLATED,),
+        )
+
+
+def test_a_component_that_no_load_moves_has_a_tenth_of_the_largest_error_between_them() -> None:
+    """As displacements of the target's edge; what moves has its own."""
+    sensor = load_sensor("triaxial-3")
+    rows = rests(poses_on_grid(LoadGrid(sensor, Spring(), SPACE, NONE, 1e-2)))
+    load = next(load for load in between(rows) if load.F_y)
+    own = np.array([1e-7, 1e-7, 1e-6, 1e-7, 1e-6, 1e-6])
+    edges = (rows[load].error.components - own) * levers(sensor)
+    assert edges[5] == pytest.approx(0.1 * edges.max(), rel=1e-9) and edges[5] == pytest.approx(edges.min(), rel=1e-9)
+
+
+def test_values_of_a_component_stand_in_order_and_none_twice() -> None:
+    assert checked_values("F_x", 2.0) == [2.0] and checked_values("F_x", [1.0, -0.5, 0.0]) == [-0.5, 0.0, 1.0]
+    for near in ([1e-10, 2e-10], [1.0, 1.0 + 2e-9]):
+        assert checked_values("F_x", near) == near
+    for bad in ([], [[1.0, 2.0]], [0.0, np.nan], [np.inf], "much", [1.0, 1.0, 2.0], [0.0, 1e-9, 1.0]):
+        with pytest.raises(SceneError, match=r"F_z must be one or more different finite forces \[N\]; got"):
+            checked_values("F_z", bad)  # type: ignore[arg-type]
+    with pytest.raises(SceneError, match=r"M_z must be one or more different finite moments \[N m\]; got"):
+        checked_values("M_z", [])
+
+
+def test_values_that_are_images_but_for_rounding_become_images() -> None:
+    """One of two images is solved; others keep every digit."""
+    third = 0.1 * 3
+    assert checked_values("F_x", [third, -0.3]) == [-0.3, 0.3] and checked_values("F_x", [third, -0.2]) == [-0.2, third]
+    assert checked_values("F_x", [-1.0 / 3.0, 1.0 / 3.0]) == [-1.0 / 3.0, 1.0 / 3.0]
+
+
+def test_of_a_grid_a_part_is_likely_solved_and_of_other_loads_each() -> None:
+    loads = loads_of(GRID)
+    some = solved_likely(loads)
+    assert 9 < len(some) < 30 and {*some} < {*loads} and Wrench(-1.0, 4.0) in some
+    assert solved_likely(loads[1:]) == loads[1:]
