@@ -10,7 +10,7 @@ import pytest
 from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.chain import conductors
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.conductors import AmongFar, _shares, _small_together
+from sits_mech.chain.conductors import AmongFar, _counted, _shares, _small_together, negligible, without_far
 from sits_mech.chain.models import loaded_model, magnetic_model, plan
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Impedance, Pose, SolveReport, Wrench
@@ -237,3 +237,58 @@ def test_bounds_of_far_conductors_are_added_to_the_errors(monkeypatch: pytest.Mo
     monkeypatch.setattr(conductors, "remote_bounds", lambda *_, **__: np.full((2, 2), np.inf))
     with pytest.raises(ValueError, match="must stay far from conductors.nut, conductors.other"):
         model.impedance(Pose.of(np.array([[0.0, 2 * MM, 0.0, 0.0, 0.0, 0.0]] * 2)), 1e6)
+
+
+@dataclass(frozen=True)
+class Still:
+    """Two unlike coils of which a target takes 5 % of the larger L0."""
+
+    unit: str = "H"
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        L0 = np.diag([4e-6, 2e-6])
+        L = np.broadcast_to(L0 - [[2e-7, 1e-7], [1e-7, 0.0]], (*np.shape(pose.d_v), 2, 2))
+        report = SolveReport("still", 0, 0, 0.0, 0.0, 0.0)
+        return Impedance(frequency, L, 0.0 * L, L0, np.ones(2), 0.0 * L, 0.0 * L, self.unit, report)
+
+
+def test_what_no_change_can_show_is_left_out_without_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Together below 1e-8 of a tolerance, of L0, at every pose; sizes are the worst of them, of a change of 1e-6."""
+    sensor, poses = among(nut(200.0, 0.0), nut(300.0, 0.0, name="other")), Pose(np.zeros(2), np.full(2, 2e-3))
+    assert negligible(1e-2) == pytest.approx(1e-10)
+    asked = []
+    for bounds, looks in (([[1e-11, 2e-11], [3e-11, 1e-11]], False), ([[1e-11, 0.0], [6e-11, 5e-11]], True)):
+        monkeypatch.setattr(conductors, "remote_bounds", lambda *_, bounds=bounds, **more: np.array(bounds))
+        monkeypatch.setattr(conductors, "_shares", lambda *_: np.zeros(2))
+        solved, left_out, _ = without_far(sensor, lambda scene: asked.append(scene) or Still(), poses, 1e-2)
+        assert bool(asked) == looks and solved.conductors == ()
+        if not looks:
+            assert [item.size for item in left_out] == [pytest.approx(3e-5), pytest.approx(2e-5)]
+    assert asked[0].conductors == ()
+
+
+@pytest.mark.parametrize("unit", ["H", "H/m"])
+def test_far_ones_are_measured_by_the_change_of_the_bare_sensor(monkeypatch: pytest.MonkeyPatch, unit: str) -> None:
+    """The largest entry of the change over the larger L0; a model per metre of depth has endless conductors."""
+    sections = []
+
+    def bounds(solved: Sensor, far: list[Conductor], pose: Pose, *, section: bool, enough: float = 0.0) -> np.ndarray:
+        sections.append(section)
+        return np.full((1, len(far)), 1e-4)
+
+    monkeypatch.setattr(conductors, "remote_bounds", bounds)
+    sensor = among(nut(200.0, 0.0))
+    solved, (item,), said = without_far(sensor, lambda _: Still(unit), REST, 1e-2)
+    assert solved.conductors == () and said == "" and item.size == pytest.approx(1e-4 / 0.05)
+    assert item.in_error and item.reason.startswith("far away, at (200, 0, 0) mm")
+    assert sections[0] is False and set(sections[1:]) == {unit == "H/m"}
+    found = AmongFar(Still(unit), sensor, solved, (), ()).impedance(REST, 1e6)
+    assert sections[-1] == (unit == "H/m") and found.error_L[0, 0] == pytest.approx(1e-4 * 4e-6)
+
+
+def test_near_ones_are_told_by_the_change_or_by_what_they_take() -> None:
+    below, beside = nut(0.0, -3.0), nut(5.0, -0.02)
+    assert _counted(SENSOR, below, 0.25) == "nut alone: at most 0.25 of the change"
+    share = float(_counted(SENSOR, below, 1.0).removeprefix("nut alone: at most ").removesuffix(" of L0"))
+    assert 0.0 < share < 0.5
+    assert _counted(SENSOR, beside, np.inf) == "nut alone: any part of L0, so near it is"

@@ -12,10 +12,10 @@ from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, 
 from sits_mech.chain.omissions import Omission, beside_errors, history_share, omissions, skin_depths, strain_bound
 from sits_mech.chain.plan import choose_magnetics, choose_mechanics
 from sits_mech.chain.prices import REACHED, cost
-from sits_mech.chain.simulate import simulate
+from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.closed_form import finite_strain_model
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import Bounded, Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 
 LONG = ("elastomer.length=0.2", "target.length=0.2")
@@ -227,15 +227,17 @@ def test_what_rate_and_history_are_worth(prony: str, mullins: float | None, shar
     assert not any(item.counts for item in found)  # another request's: no error of a slow first load
 
 
-def test_a_symmetric_load_needs_no_places_beside(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_symmetric_load_needs_no_places_beside() -> None:
     """The same answer with and without them, from fewer poses."""
     sensor = load_sensor("biorob2018", LONG)
-    asked = {"tolerance": 3e-2, "mechanics": "linear"}
-    few = simulate(sensor, Wrench(0.0, 1.0), **asked)
-    monkeypatch.setattr("sits_mech.chain.propagation._ROUNDING", -1.0)
-    all_ = simulate(sensor, Wrench(0.0, 1.0), **asked)
-    assert few.signals.L_v_percent == pytest.approx(all_.signals.L_v_percent, rel=1e-12)
-    assert few.signals.error_L_v_percent == pytest.approx(all_.signals.error_L_v_percent, rel=1e-6)
+    poses = poses_of([mechanical_model(sensor, "linear", 3e-2)[0].equilibrium(Wrench(0.0, 1.0))])
+    few, more = (
+        read_poses(sensor, magnetic_model(sensor, "planar", 1e-2)[0], Bounded.of(poses.value, np.array([error])))
+        for error in ([0.0, 1e-6, 0.0, 0.0, 0.0, 0.0], [1e-11, 1e-6, 1e-11, 0.0, 0.0, 0.0])
+    )
+    assert len(few.alone) == 1 and len(more.alone) == 3
+    assert few.signals.L_v_percent == pytest.approx(more.signals.L_v_percent, rel=1e-12)
+    assert few.signals.error_L_v_percent == pytest.approx(more.signals.error_L_v_percent, rel=1e-6)
 
 
 @pytest.mark.slow
@@ -328,3 +330,65 @@ def test_a_layer_with_friction_is_left_to_models_at_finite_strain() -> None:
     for name in ("linear", "closed-form"):
         with pytest.raises(SceneError, match=f"must be auto, block or planar with elastomer.friction; got {name}"):
             choose_mechanics(rough, name, names, load)
+
+
+FREE = 'target.net_current="free"', 'target.planar_boundary_radius="0.1 m"'
+KNOWN = "planar", "planar-fem", "axisymmetric", "sheets"
+PRESSED, SHEARED, MIDDLE, BESIDE = Wrench(F_z=1.0), Wrench(F_x=0.1), Pose(0.0, 2e-3), Pose(1e-4, 2e-3)
+
+
+@pytest.mark.parametrize(("keys", "given", "loaded", "name"), [
+    (COAXIAL, [PRESSED], True, "axisymmetric"), (COAXIAL, [], True, "sheets"), (COAXIAL, [], False, "axisymmetric"),
+    (COAXIAL, [PRESSED, SHEARED], True, "sheets"), (COAXIAL, [MIDDLE, BESIDE], False, "sheets"),
+    (COAXIAL, [MIDDLE], False, "axisymmetric"), (COAXIAL[1:], [MIDDLE], False, "sheets"),
+    ((*COAXIAL, 'coils.C.centre=["0.1 mm", "0 mm"]'), [PRESSED], True, "sheets"),
+    ((*COAXIAL, 'substrate_radius="20 mm"'), [MIDDLE], False, "planar-fem"),
+    ((), [PRESSED], True, "sheets"), ((), [PRESSED], False, "planar"), (LONG, [PRESSED], True, "planar"),
+    (('target.length="79 mm"',), [PRESSED], True, "sheets"), (('target.length="80 mm"',), [PRESSED], True, "planar"),
+    (FREE, [PRESSED], True, "planar"),
+])
+def test_the_cheapest_model_that_holds_a_scene(
+    keys: tuple[str, ...], given: list[Wrench] | list[Pose], loaded: bool, name: str
+) -> None:
+    """On an axis only where nothing leaves it, in section where it stands for the plate; by no one's wish."""
+    found = choose_magnetics(load_sensor("biorob2018", keys), "auto", KNOWN, given, loaded)
+    assert found.name == name and not found.by_name
+
+
+def test_models_asked_for_are_taken_where_they_hold_what_leaves_the_plane() -> None:
+    sensor, beside = load_sensor("biorob2018"), [Wrench(F_y=0.1)]
+    for asked in ("planar", "sheets"):
+        found = choose_magnetics(sensor, asked, KNOWN)
+        assert found.name == asked and found.by_name
+    assert choose_magnetics(sensor, "sheets", KNOWN, beside).by_name
+    assert choose_magnetics(sensor, "auto", KNOWN, beside).name == "sheets"
+    with pytest.raises(SceneError, match=r"model \(magnetics\) must be auto or sheets for F_y; got planar"):
+        choose_magnetics(sensor, "planar", KNOWN, beside)
+    assert choose_mechanics(sensor, "linear", ("planar", "linear")).by_name
+    assert not choose_mechanics(sensor, "auto", ("planar", "linear")).by_name
+
+
+def test_metal_beside_a_target_with_free_current_is_solved_in_section() -> None:
+    """Which no model in space has; with none it is solved in space."""
+    copper = BACKING[0].replace("ferrite", "copper")
+    free, zero = (load_sensor("biorob2018", [copper, *keys]) for keys in (FREE, ()))
+    assert [choose_magnetics(each, "auto", KNOWN).name for each in (free, zero)] == ["planar-fem", "sheets"]
+
+
+def test_what_hinders_permeable_parts_in_section_is_named() -> None:
+    outline = "shape=\"outline\", points=[[-4e-3, -4e-3], [4e-3, -4e-3], [0.0, 4e-3]], thickness=2e-4"
+    steel = load_sensor("biorob2018", [f"target={{conductivity=7e6, relative_permeability=100, {outline}}}"])
+    with pytest.raises(SceneError, match=r"target: permeable parts .*; got an outline for a target$"):
+        choose_magnetics(steel, "auto", KNOWN)
+    with pytest.raises(SceneError, match=r"got F_y not zero and an outline for a target$"):
+        choose_magnetics(steel, "auto", KNOWN, [Wrench(F_y=0.1)])
+    square = load_sensor("biorob2018", ["target.relative_permeability=100", "target.conductivity=7e6"])
+    assert choose_magnetics(square, "auto", KNOWN).name == "planar-fem"
+
+
+def test_an_outline_on_a_pad_is_pressed_in_the_plane_or_refused_there() -> None:
+    """Its layer is that of a plane section by default, whatever its length."""
+    shape = "target={shape=\"outline\", points=[[-4e-3, -4e-3], [4e-3, -4e-3], [0.0, 4e-3]], thickness=2e-4, %s}"
+    outline = load_sensor("biorob2018", [shape % 'material="copper"'])
+    assert choose_mechanics(outline, "auto", ("planar", "block")).name == "planar"
+    assert choose_mechanics(load_sensor("biorob2018"), "auto", ("planar", "block")).name == "block"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import mechanical_model
-from sits_mech.chain.propagation import _untilted, levers, read_poses, signal_weights, unloaded
-from sits_mech.quantities import Bounded, Impedance, Pose, SolveReport, Wrench
+from sits_mech.chain.propagation import _untilted, levers, poses_of, read_poses, signal_weights, unloaded
+from sits_mech.quantities import Bounded, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.signals import combine
 from sits_mech.scene.sensor import load_sensor
 
@@ -47,6 +47,38 @@ def test_without_shared_parts_every_component_counts_in_full(sensor):
     total = 5e-12 + np.abs(SLOPES).sum(axis=1) * 1e-6
     np.testing.assert_allclose(np.diagonal(found.impedance.error_L, axis1=1, axis2=2), [total] * 2, rtol=1e-9)
     assert found.shared.shape == (1, 2, 2)  # the magnetic model's alone
+
+
+def test_signals_have_the_errors_of_their_combinations(sensor):
+    """What both coils share cancels in their sum, their slopes by d_h do; out of the plane as well, where poses go."""
+    one, two = (read_poses(sensor, Linear(), Bounded.of(POSES, ERRORS + more)) for more in (0.0, [0, 0, 0, 1e-6, 0, 0]))
+    for found in (one, two):
+        np.testing.assert_allclose(found.signals.error_L_v, 6e-12 + 6e-5 * 1e-6, rtol=1e-9)
+        np.testing.assert_allclose(found.signals.error_L_h, 1e-11 + 4e-5 * 1e-6 + 8e-7 * 1e-6, rtol=1e-9)
+    assert len(one.alone) == 3 and len(two.alone) == 4 and not two.alone[3].any()
+
+
+def test_poses_share_as_many_parts_as_all_of_them_have():
+    report = SolveReport("any", 0, 0, 0.0, 0.0, 0.0)
+    places, errors = np.arange(12.0).reshape(2, 6), 100.0 + np.arange(12.0).reshape(2, 6)
+    rests = [
+        Equilibrium(Wrench(), Pose(*place), Pose(*error), np.zeros(0), report, np.full((2 + k, 6), k + 1.0))
+        for k, (place, error) in enumerate(zip(places, errors, strict=True))
+    ]
+    found, none = poses_of(rests), poses_of([])
+    np.testing.assert_array_equal(found.value, places)
+    assert found.shared.tolist() == [[[1.0] * 6, [2.0] * 6]] * 2
+    np.testing.assert_allclose(found.error, errors)
+    assert none.value.shape == (0, 6) and none.shared.shape == (0, 0, 6)
+
+
+def test_weights_of_signals_know_the_largest_coil(sensor):
+    """Two coils nearly about one axis: their distance counts as no less than a quarter of the larger one's diameter."""
+    small, large = sensor.coils[0], sensor.coils[1].model_copy(update={"turns": 24})
+    near = [coil.model_copy(update={"centre": (x, 0.0)}) for coil, x in ((small, -1e-4), (large, 1e-4))]
+    weights = signal_weights(sensor.model_copy(update={"coils": tuple(near)}))
+    assert large.outer_diameter > small.outer_diameter
+    np.testing.assert_allclose(weights[1], np.array([1e-4, -1e-4]) / (0.25 * large.outer_diameter))
 
 
 def test_a_place_does_not_count_for_what_the_rotation_does(sensor):
