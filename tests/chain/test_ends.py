@@ -5,12 +5,23 @@ import pytest
 
 from sits_mech.chain import ends
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.ends import InSection, ends_of_plates, in_plane_strain, pitch_of_spirals
+from sits_mech.chain.ends import (
+    Ends,
+    InSection,
+    _told,
+    _under_coils,
+    ends_of_pad,
+    ends_of_plates,
+    in_plane_strain,
+    pitch_of_spirals,
+    whole_factors,
+)
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.omissions import Answered, beside_errors, omissions
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.quantities import MagneticModel, Pose, Wrench
+from sits_mech.mechanics.linear import FiniteLength
+from sits_mech.quantities import Impedance, MagneticModel, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
@@ -163,3 +174,89 @@ def test_the_models_in_plane_strain() -> None:
     names = "planar", "closed-form", "linear", "block"
     found = {name: [in_plane_strain(each, name) for each in (pad, long)] for name in names}
     assert found == {"planar": [True] * 2, "closed-form": [True] * 2, "linear": [False, True], "block": [False] * 2}
+
+
+def answer(L0: float, L: np.ndarray, R: np.ndarray, unit: str, errors: tuple[float, float] = (0.0, 0.0)) -> Impedance:
+    """Two alike coils at p poses: their own L and R as given (p, 2), none of each other."""
+    L, R = (values[..., None] * np.eye(2) for values in (L, R))
+    error_L, error_R = (np.full(L.shape, error) for error in errors)
+    report = SolveReport("any", 0, 0, 0.0, 1e-3, 0.0)
+    return Impedance(5e6, L, R, L0 * np.eye(2), np.ones(2), error_L, error_R, unit, report)
+
+
+def test_what_space_has_more_is_scaled_to_the_section(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By both L0; its own errors and 2 % of its change are added, and the size is of the section's largest change."""
+    section = answer(4.0, np.array([[3.0, 3.5], [3.8, 3.9]]), np.array([[2.0, 3.0], [1.0, 1.0]]), "H/m")
+    space = answer(2.0, np.array([[1.6, 1.7], [1.9, 1.9]]), np.array([[1.5, 1.5], [0.5, 0.7]]), "H", (0.01, 0.03))
+    monkeypatch.setattr(ends, "_in_space", lambda *_: space)
+    found = ends_of_plates(sensor, section, Pose(np.zeros(2), np.array([2.0, 2.5]) * MM))
+    assert found is not None
+    np.testing.assert_allclose(own(found.L), [[0.2, -0.1], [0.0, -0.1]], atol=1e-12)
+    np.testing.assert_allclose(own(found.R), [[1.0, 0.0], [0.0, 0.4]], atol=1e-12)
+    np.testing.assert_allclose(own(found.error_L), [[0.036] * 2, [0.024] * 2])
+    np.testing.assert_allclose(own(found.error_R), [[0.12] * 2, [0.088] * 2])
+    assert found.size == pytest.approx(max(0.236 / 1.0, 0.124 / 0.2))
+    for changes in ({"substrate_radius": 0.02}, {"target": None}):
+        assert ends_of_plates(sensor.model_copy(update=changes), section, Pose(0.0, 2 * MM)) is None
+
+
+def test_an_answer_in_section_holds_its_ends(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    section = answer(4.0, np.array([3.0, 3.5]), np.array([2.0, 3.0]), "H/m", (0.1, 0.2))
+    parts = [np.full((2, 2), value) for value in (-0.3, -0.5, 0.01, 0.02)]
+    monkeypatch.setattr(ends, "ends_of_plates", lambda *_: Ends(*parts, size=0.31))
+
+    class Section:
+        def impedance(self, pose: Pose, frequency: float) -> Impedance:
+            return section
+
+    found = InSection(Section(), sensor).impedance(Pose(0.0, 2 * MM), 5e6)
+    assert found.error_L[0, 0] == pytest.approx(0.41) and found.error_R[0, 0] == pytest.approx(0.72)
+    assert found.report.estimated_error == pytest.approx(0.311) and found.shared_L.tolist() == [parts[0].tolist()]
+
+
+def test_estimates_have_three_digits() -> None:
+    told = _told(np.array([0.0, 1.23456e-7, -98765.0, 9.996]))
+    np.testing.assert_allclose(told, [0.0, 1.23e-7, -98800.0, 10.0], rtol=1e-12)
+
+
+def test_of_a_wide_plate_counts_what_the_largest_coil_sees() -> None:
+    """Its range is a power of two of the diameter: the farthest coil's distance, half of it, itself and two gaps."""
+    scene = load_sensor("biorob2018", ["target.width=0.2", "target.length=0.05"])
+    large = scene.coils[1].model_copy(update={"turns": 24, "centre": (14 * MM, 0.0)})
+    scene = scene.model_copy(update={"coils": (scene.coils[0], large)})
+    D, x = large.outer_diameter, np.array([0.0, -12.0, 0.0]) * MM
+    found = _under_coils(scene, Pose(x, np.array([2.0, 2.0, 40.0]) * MM, np.zeros(3), np.array([0.0, 0.0, 1.0]) * MM))
+    assert [one.target.extent for one, _ in found] == [(8.0 * D, 4.0 * D), (16.0 * D, 4.0 * D), (0.2, 0.05)]
+    assert [rows.tolist() for _, rows in found] == [[0], [1], [2]] and found[2][0] is scene
+
+
+def test_a_pad_has_factors_where_a_plane_layer_stands_for_it(sensor: Sensor) -> None:
+    """Displacements that plane strain leaves out, none below zero; shear is of the tilt as well."""
+    np.testing.assert_allclose(whole_factors(FiniteLength(1.1, 4.4, 1.5, 0.01, 0.0)), [0.51, 3.41, 0.51])
+    np.testing.assert_allclose(whole_factors(FiniteLength(1.2, 0.9, 1.1, 0.02, 0.0)), [0.22, 0.02, 0.12])
+    assert ends_of_pad(sensor) is not None and ends_of_pad(sensor.model_copy(update={"target": None})) is None
+
+
+def test_the_pitch_is_the_worst_of_all_poses(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of each the largest difference over the largest change; none where space fails or holds no such scene."""
+    kinds = {"rings": np.array([[1.6, 1.8], [1.9, 1.9]]), "spiral": np.array([[1.61, 1.82], [1.9, 1.895]])}
+
+    class Space:
+        def __init__(self, windings: str) -> None:
+            self.windings = windings
+
+        def impedance(self, pose: Pose, frequency: float) -> Impedance:
+            assert pose.components.shape == (2, 6) and frequency == 5e6
+            return answer(2.0, kinds[self.windings], kinds[self.windings], "H")
+
+    monkeypatch.setattr(ends, "sheets", lambda scene, tolerance, windings: Space(windings))
+    poses, rings = Pose(np.zeros(2), np.full(2, 2 * MM)), answer(2.0, kinds["rings"], kinds["rings"], "H")
+    assert pitch_of_spirals(sensor, rings, poses) == pytest.approx(max(0.01 / 0.2, 0.0025 / 0.05))
+    assert np.isnan(pitch_of_spirals(sensor.model_copy(update={"target": None}), rings, poses))
+    assert np.isnan(pitch_of_spirals(sensor.model_copy(update={"substrate_radius": 0.02}), rings, poses))
+
+    def failed(*_: object, **more: object) -> None:
+        raise SolveFailed("no", rings.report)
+
+    monkeypatch.setattr(ends, "sheets", failed)
+    assert np.isnan(pitch_of_spirals(sensor, rings, poses))
