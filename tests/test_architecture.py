@@ -72,7 +72,6 @@ UNMIRRORED = {
         (f"batch/studies/{name}.py" for name in ("asked", "possible", "study")),
         "tests/batch/test_run.py: studies read and refused",
     ),
-    "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
     "chain/omissions.py": "tests/chain/test_plan.py: what is left out, and its size",
     **dict.fromkeys(
         (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
