@@ -392,3 +392,35 @@ def test_an_outline_on_a_pad_is_pressed_in_the_plane_or_refused_there() -> None:
     outline = load_sensor("biorob2018", [shape % 'material="copper"'])
     assert choose_mechanics(outline, "auto", ("planar", "block")).name == "planar"
     assert choose_mechanics(load_sensor("biorob2018"), "auto", ("planar", "block")).name == "block"
+
+
+def test_the_inside_of_plates_three_skin_depths_thick_is_left_out() -> None:
+    """By models that take their surface, in the errors of one; others resolve it, and thin ones have no inside."""
+    thick, thin = (load_sensor("biorob2018", [f"target.thickness={size}"]) for size in (1e-4, 8e-5))
+    assert 3.0 < skin_depths(thick) < 4.0 and 2.0 < skin_depths(thin) < 3.0
+    for scene, model, in_error in (
+        (thick, "sheets", True), (thick, "planar-fem", False), (thick, "planar", None), (thin, "sheets", None),
+    ):
+        found = [item for item in omissions(scene, (), None, model) if item.what == "interior of the target"]
+        assert [item.in_error for item in found] == ([] if in_error is None else [in_error])
+        assert all(item.size == pytest.approx(math.exp(-skin_depths(scene))) for item in found)
+
+
+def test_rings_stand_for_spirals_on_an_axis_alone() -> None:
+    """Without an answer the size is not known; coils that are rings have no pitch."""
+    spiral = load_sensor("biorob2018", [COAXIAL[0].replace("}]", ', winding="spiral"}]'), COAXIAL[1]])
+    for scene, model, told in (
+        (spiral, "axisymmetric", True), (spiral, "sheets", False),
+        (load_sensor("biorob2018", COAXIAL), "axisymmetric", False),
+    ):
+        found = [item for item in omissions(scene, (), None, model) if item.what == "pitch of the spiral windings"]
+        assert len(found) == told and all(math.isnan(item.size) for item in found)
+
+
+def test_what_errors_do_not_hold_is_summed_for_a_half_or_both() -> None:
+    items = [
+        Omission("a", "", 0.1, half="mechanics"), Omission("b", "", 0.2), Omission("c", "", 0.4, in_error=True),
+        Omission("d", "", math.nan), Omission("e", "", 0.8, asked=False), Omission("f", "", 1.6, of_change=False),
+    ]
+    assert beside_errors(items) == (pytest.approx(0.3), ("d",))
+    assert beside_errors(items, "mechanics") == (0.1, ()) and beside_errors(items, "magnetics") == (0.2, ("d",))
