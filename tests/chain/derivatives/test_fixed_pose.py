@@ -5,13 +5,13 @@ import pytest
 from common.infinite_plate import Layer, reflection
 from scipy.constants import mu_0
 
-from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
+from sits_mech.chain.derivatives.fixed_pose import _cause, _growth, at_fixed_poses
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.ring_field import spectrum
 from sits_mech.quantities import Pose
 from sits_mech.scene.parameters import parameter
-from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, changed, load_sensor
 from sits_mech.scene.thermal import warmed
 
 METAL = "temperature.conductivity"
@@ -67,3 +67,62 @@ def test_the_copper_part_is_that_of_a_coil_over_a_half_space() -> None:
 
     expected = (by(0.1) - by(-0.1)) / 0.2
     np.testing.assert_allclose(own, expected, rtol=1e-2)
+
+
+def test_numbers_of_coils_and_plates_against_differences() -> None:
+    """By one model of another scene each; what is not magnetic, and the coils of which it is no number, have none."""
+    sensor = load_sensor("biorob2018", ['target.load_height="1 mm"'])
+    pose = Pose.of(np.array([[1e-3, 2e-3, 0.05, 0.0, 0.0, 0.0], [0.0, 1.8e-3, 0.0, 0.0, 0.0, 0.0]]))
+    names = [
+        "frequency", "target.width", "coils.C1.inner_diameter", "coils.C1.centre.0", "target.load_height",
+        "elastomer.thickness",
+    ]
+    numbers = [parameter(sensor, name) for name in names]
+    found = at_fixed_poses(sensor, (MAGNETICS["planar"](sensor, 1e-2), "planar", 1e-2), pose, numbers)
+    for k, number in enumerate(numbers):
+        h, each = 1e-3 * abs(number.value), []
+        for way in (1.0, -1.0):
+            scene = changed(sensor, [f"{number.name}={number.value + way * h!r}"])
+            other = MAGNETICS["planar"](scene, 1e-2).impedance(pose, scene.frequency)
+            each.append((other.L, other.R, np.diagonal(other.L0)))
+        L, R, L0 = ((up - down) / (2.0 * h) for up, down in zip(*each, strict=True))
+        for own, expected in ((found.L, L), (found.R, R), (found.L0, L0)):
+            np.testing.assert_allclose(own[..., k], expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max() + 1e-12)
+        assert np.all(found.error_L[..., k] <= 1e-4 * np.abs(L).max() + 1e-12)
+    assert not any(part[..., 4:].any() for part in found)
+    plain = at_fixed_poses(sensor, (MAGNETICS["planar"](sensor, 1e-2), "planar", 1e-2), pose, numbers[4:])
+    assert [part.shape for part in plain] == 4 * [(2, 2, 2, 2)] + [(2, 2)] and not any(part.any() for part in plain)
+
+
+def test_what_metal_conducts_is_told_by_the_frequency_of_one_plate() -> None:
+    """dL = g f dL/df and dR = g (f dR/df - R) for a relative growth g of the conductivity by a kelvin."""
+    sensor, pose = load_sensor("biorob2018"), Pose.of(np.array([[1e-3, 2e-3, 0.05, 0.0, 0.0, 0.0]]))
+    model, metal = MAGNETICS["planar"](sensor, 1e-2), parameter(sensor, METAL)
+    found = at_fixed_poses(sensor, (model, "planar", 1e-2), pose, [parameter(sensor, "frequency"), metal])
+    ends = [warmed(sensor, {"conductivity": way}).target.metal.conductivity for way in (1.0, 0.0, -1.0)]
+    grown, f = (ends[0] - ends[2]) / (2.0 * ends[1]), sensor.frequency
+    assert _growth(metal) == pytest.approx(grown, rel=1e-4) and grown == pytest.approx(-3.93e-3, rel=0.1)
+    np.testing.assert_allclose(found.L[..., 1], grown * f * found.L[..., 0], rtol=1e-4)
+    R = model.impedance(pose, f).R
+    np.testing.assert_allclose(found.R[..., 1], grown * (f * found.R[..., 0] - R), rtol=1e-4)
+    assert _growth(parameter(sensor.model_copy(update={"target": None}), METAL)) == 0.0
+
+
+def test_the_cause_of_a_change_is_of_the_number_and_the_model() -> None:
+    """Steel and metal beside are differenced; on an axis no coil is moved."""
+    sensor, section = load_sensor("biorob2018"), MAGNETICS["planar"](load_sensor("biorob2018"), 0.1)
+    steel = load_sensor("biorob2018", ["target.relative_permeability=100", "target.conductivity=7e6"])
+    beside = load_sensor("biorob2018", [
+        'conductors=[{name="P", material="copper", shape="disc", centre=["0 mm", "-3 mm"], diameter="8 mm", '
+        'thickness="0.5 mm"}]',
+    ])
+    bare = sensor.model_copy(update={"target": None})
+    for scene, cause in ((sensor, "metal"), (bare, "metal"), (steel, "length"), (beside, "length")):
+        assert _cause(parameter(scene, METAL), section) == cause
+    assert _cause(parameter(sensor, "coils.C1.centre.0"), section) == "length"
+    coil = sensor.coils[0].model_copy(update={"centre": (0.0, 0.0)})
+    disc = sensor.target.model_copy(update={"shape": "disc", "width": None, "length": None, "diameter": 8e-3})
+    round_ = sensor.model_copy(update={"coils": (coil,), "target": disc})
+    axis = MAGNETICS["axisymmetric"](round_, 0.1)
+    assert _cause(parameter(round_, "coils.C1.centre.0"), axis) == ""
+    assert _cause(parameter(round_, "coils.C1.inner_diameter"), axis) == "length"
