@@ -11,11 +11,16 @@ import pytest
 import xarray as xr
 
 from sits_mech.chain import models
-from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.aimed import AimedLoads
+from sits_mech.chain.calibrate import _beside, _marks, _promised, calibrate
+from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import INTERPOLATED, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.omissions import Omission
+from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
+from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
 from sits_mech.report.tables.loads import figures
@@ -215,3 +220,57 @@ def test_figures_are_within_their_errors_at_a_tenth_of_the_tolerance() -> None:
     ends = {name: (value, error) for name, value, error, _ in figures(whole)}
     for name in ("crosstalk of F_x into L_v", "crosstalk of F_z into L_h", "rotation read as displacement"):
         assert ends[name][1] < 0.2 * abs(ends[name][0])  # the errors of all loads in full would be 0.2 to 0.7 of them
+
+
+def rest_of(error: float = 1e-6, stretch: float | None = 1.2, notes: tuple[str, ...] = ("a", "b")) -> Settled:
+    """A rest whose d_v has an error [m]."""
+    report = SolveReport("springs", 6, 1, 0.0, 1e-3, 0.0, min_J=0.9, stretch=stretch, notes=notes)
+    return Settled(Equilibrium(Wrench(), Pose.of(REST), Pose(0.0, error), np.zeros(0), report))
+
+
+def test_a_load_is_marked_by_its_error_its_stretch_and_how_it_was_found(sensor: Sensor) -> None:
+    """Without a goal no error counts; of a load without an answer its status does, with the notes that it has."""
+    goal = Goal(np.array([[0.0, 1e4, 0.0, 0.0, 0.0, 0.0]]), 0.0)
+    known = sensor.elastomer.silicone.known_stretch
+    for settled, own, flags, notes in (
+        (rest_of(), goal, "ok", "a; b"), (rest_of(3e-6), goal, "above tolerance", "a; b"),
+        (rest_of(3e-6), None, "ok", "a; b"), (rest_of(stretch=None), goal, "ok", "a; b"),
+        (rest_of(notes=(INTERPOLATED,)), goal, "interpolated", INTERPOLATED),
+    ):
+        found = _marks(sensor, own, settled, "ok", 2e-2)
+        assert (found["status"], found["flags"], found["notes"]) == (flags, flags, notes)
+    far = _marks(sensor, goal, rest_of(stretch=1.5 * known), "ok", 2e-2)
+    assert far["status"] == "beyond data" and "end at stretch" in far["notes"]
+    failed = _marks(sensor, goal, Settled(None, status="failed"), "failed", 2e-2)
+    assert failed == {"status": "failed", "flags": "failed", "notes": ""}
+    assert _marks(sensor, goal, rest_of(), "failed", 2e-2) == {"status": "failed", "flags": "failed", "notes": "a; b"}
+
+
+def test_what_is_beside_the_errors_is_told_where_inductances_change_most(
+    sensor: Sensor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, sizes = [], list[tuple[Omission, ...]]()
+
+    def told(scene: Sensor, loads: tuple[()], mechanics: str, magnetics: str, shown: Any) -> tuple[Omission, ...]:
+        one = shown.found.L
+        asked.append((mechanics, magnetics, shown.pose.components.tolist(), one.shape, one[0, 0, 0]))
+        return sizes[-1]
+
+    monkeypatch.setattr("sits_mech.chain.calibrate.omissions", told)
+    rests = [Equilibrium(Wrench(), Pose(0.0, d_v), Pose(0.0, 0.0), np.zeros(0), rest_of().rest.report)
+             for d_v in (-2e-3, -9e-3, -5e-3)]
+    found = Linear().impedance(Pose(np.zeros(3), np.array([-2e-3, -9e-3, -5e-3])), 1e6)
+    for items, said in (
+        ((Omission("ends", "", 0.123), Omission("other", "", 0.1, in_error=True)),
+         ("what sections neglect, 0.12 of the largest change, is not in the errors",)),
+        ((Omission("ends", "", np.nan), Omission("none", "")), ("ends: not estimated, not in the errors",)), ((), ()),
+    ):
+        sizes.append(items)
+        assert _beside(sensor, ("linear", "planar"), rests, found) == said
+    assert asked[0] == ("linear", "planar", [[0.0, -9e-3, 0.0, 0.0, 0.0, 0.0]], (1, 2, 2), pytest.approx(0.1))
+    assert _beside(sensor, ("linear", "planar"), [], found) == () and len(asked) == 3
+
+
+def test_what_was_planned_is_told_where_it_was() -> None:
+    assert _promised(AimedLoads({}, Linear(), 1e-2)) == {}
+    assert _promised(AimedLoads({}, Linear(), 1e-2, Look(0.03, 4.0), 0.02)) == {"planned": [4.0, 0.03], "reached": 0.02}

@@ -335,3 +335,85 @@ def test_a_tolerance_that_is_not_to_be_had_is_refused_or_answered_with_what_is()
     known = simulate(sensor, load, tolerance=1e-3, **SECTION)
     assert known.promise is not None and (known.promise.error > 1e-3) == (known.status == "above tolerance")
     assert simulate(sensor, load, tolerance=asked, **SECTION).flags == ("above tolerance",)
+
+
+@dataclass(frozen=True)
+class Meshes(Spring):
+    """The spring on meshes: ten times as far off on the first ones, on finer ones as far as is asked."""
+
+    coarse: float = 10.0
+    asked: tuple[float, ...] = ()
+
+    @property
+    def rough(self) -> "Meshes":
+        return replace(self, coarse=10.0 * self.coarse)
+
+    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> "Meshes":
+        """Errors are those of d_v, which moves L1 and L2 alike, within what is asked of the goal."""
+        TOWARDS.append((goal, tolerance))
+        return replace(self, coarse=1.0)
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        found = super().equilibrium(wrench)
+        STARTS.append(start)
+        error = Pose.of(self.coarse * found.error.components)
+        return replace(found, error=error, report=replace(found.report, estimated_error=1e-3 * self.coarse))
+
+
+TOWARDS: list[tuple[Array, float]] = []
+STARTS: list[Equilibrium | None] = []
+
+
+@pytest.fixture
+def meshes(monkeypatch: pytest.MonkeyPatch, fakes: None) -> None:
+    """Put the spring on meshes behind the name."""
+    monkeypatch.setattr(models, "MECHANICS", {"planar": lambda sensor, tolerance: Meshes(2e-3)})
+    TOWARDS.clear()
+    STARTS.clear()
+
+
+@pytest.mark.usefixtures("meshes")
+def test_first_meshes_tell_what_the_signals_need(sensor: Sensor) -> None:
+    """Solved once on them and once as far as the goal asks, from there; promised and reached are told."""
+    found = simulate(sensor, Wrench(1.0, 2.0), tolerance=5e-2)
+    assert SOLVED == [Wrench(1.0, 2.0)] * 2 and STARTS[0] is None and STARTS[1] is not None
+    assert STARTS[1].error.d_v == pytest.approx(100.0 * 4e-7) and found.equilibrium.error.d_v == pytest.approx(4e-7)
+    ((goal, left),) = TOWARDS
+    sizes = np.ptp([[2.4, 0.0], [2.32, 0.015]], axis=0)  # of L_v and L_h from rest on
+    np.testing.assert_allclose(goal[:, :3], np.array([[0.0, 200.0, 0.0], [40.0, 0.0, -0.2]]) / sizes.max(), atol=1e-6)
+    assert left == pytest.approx(5e-2 - 4e-6 / sizes.max(), rel=1e-3)
+    promise, first = found.promise, 100.0 * 4e-7 * 200.0 / sizes.max()
+    assert promise is not None and promise.planned.error == pytest.approx(first, rel=0.01)
+    assert promise.error == pytest.approx(4e-7 * 200.0 / sizes.max() + 4e-6 / sizes.max(), rel=0.05)
+    assert promise.seconds < 5.0 and found.flags == ("ok",)
+
+
+@pytest.mark.usefixtures("meshes")
+def test_a_tolerance_below_what_meshes_promise_is_refused_where_that_is_asked(sensor: Sensor) -> None:
+    """The first meshes are a tenth off, and nothing tells that finer ones get further."""
+    said = "tolerance: must be one that can be reached at F_x = 1 N, F_z = 2 N, M = 0 N m; got 0.01: 0.1 can be reached"
+    with pytest.raises(SceneError, match=said):
+        simulate(sensor, Wrench(1.0, 2.0), best=False)
+    with pytest.raises(SceneError, match=said):
+        calibrate(sensor, F_x=[0.0, 1.0], F_z=[1.0, 2.0], best=False, **SECTION)
+    assert len(SOLVED) == 2 and TOWARDS == []
+    assert simulate(sensor, Wrench(1.0, 2.0)).promise is not None and len(TOWARDS) == 1
+
+
+@pytest.mark.usefixtures("meshes")
+def test_without_a_change_of_signals_all_meshes_are_solved(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sits_mech.chain.simulate.aim_at", lambda *_: None)
+    found = simulate(sensor, Wrench(1.0, 2.0))
+    assert found.promise is None and found.equilibrium.error.d_v == pytest.approx(10.0 * 4e-7) and TOWARDS == []
+
+
+@pytest.mark.usefixtures("meshes")
+def test_a_table_is_looked_at_under_the_load_whose_components_are_largest(sensor: Sensor) -> None:
+    """Each by its own largest, of images one; what was planned and reached is in the table."""
+    table = calibrate(sensor, F_x=[-1.0, 0.5], F_z=[5.0], tolerance=5e-2, **SECTION)
+    near, far = Wrench(0.5, 5.0), Wrench(1.0, 5.0)
+    assert SOLVED == [far, near, near, far] and len(TOWARDS) == 2
+    assert table.attrs["planned"][1] > 5e-2 > table.attrs["reached"] and table.attrs["planned"][0] > 0.0
+    SOLVED.clear()
+    calibrate(sensor, F_x=[-1.0, 0.5], F_z=[1.0, 5.0], tolerance=5e-2, **SECTION)
+    assert SOLVED[0] == far
