@@ -31,6 +31,13 @@ def memory_limit() -> float:
     return _limit(VARIABLE, _DEFAULT, "GiB") * GIB
 
 
+def beyond_memory(needed: float) -> str:
+    """Say what some bytes are beside the limit, "some 3 GiB, more than ..."; nothing where they fit."""
+    limit = memory_limit()
+    said = f"some {needed / GIB:.3g} GiB, more than the limit of {limit / GIB:.3g} GiB (--memory, or {VARIABLE})"
+    return said if needed > limit else ""
+
+
 def _limit(variable: str, usual: float, unit: str) -> float:
     """Return what an environment variable says, or what is usual."""
     text = os.environ.get(variable, str(usual))

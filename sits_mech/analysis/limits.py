@@ -39,7 +39,7 @@ from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
-from sits_mech.readout.loads import fixed, load_words, request_of, varied
+from sits_mech.readout.loads import ends_of, fixed, load_words, request_of, varied
 from sits_mech.scene.sensor import Sensor, known_stretch, silicone_of
 from sits_mech.silicone.history import left_share, loop_width
 
@@ -117,8 +117,7 @@ def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Pr
     """Return limits with the largest multiples of the table's corner loads that a pad carries."""
     request = request_of(data)
     name = request["mechanics"] if request["mechanics"] in ("block", "planar") else "block"
-    ranges = {name: (float(data[name].min()), float(data[name].max())) for name in varied(data)}
-    loads, found = corners(sensor, ranges, fixed(data)), []
+    loads, found = corners(sensor, ends_of(data, varied(data)), fixed(data)), []
     for load in loads:
         layer, _ = mechanical_model(sensor, name, request["tolerance"], [load])
         first = layer.rough if isinstance(layer, RefinedModel) else layer

@@ -113,8 +113,7 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
                 rows[index] = trial.solved(points[index], shared[index])
                 if cases is not None:
                     cases.put([(missing[index], rows[index])])
-    lasting = {index for index, row in rows.items() if row["lasting"]}  # others may be better by another try
-    left = whole if cases is None else _counted([own for index, own in shared.items() if index not in lasting], chunk)
+    left = whole if cases is None else _counted(_to_come(shared, rows), chunk)
     steps = trial.steps
     return replace(
         left, steps=steps._replace(process=steps.process + begun), kept=len(points) - left.cases,
@@ -130,6 +129,12 @@ def _missing(study: Study, points: Sequence[Row], cases: Cases | None) -> dict[i
     for index, point in enumerate(points):
         first.setdefault(case_name(key(point), {}), index)
     return {index: name for name, index in first.items() if name not in known}
+
+
+def _to_come(shared: Mapping[int, Shared], rows: Mapping[int, Row]) -> list[Shared]:
+    """Return what the points share that have no row, or one that another try may better."""
+    done = {index for index, row in rows.items() if row["lasting"]}
+    return [own for index, own in shared.items() if index not in done]
 
 
 def note(plan: Forecast, cases: Cases) -> None:

@@ -146,7 +146,7 @@ def signal_weights(sensor: Sensor) -> Array:
 def _uncertain(poses: Bounded) -> _Uncertain:
     """Return the components of poses that have errors, and these."""
     errors = poses.error.T
-    chosen = [k for k in range(len(POSE)) if np.any(errors[k] > _ROUNDING)]
+    chosen = np.flatnonzero(np.any(errors > _ROUNDING, axis=1)).tolist()
     ratios = np.moveaxis(poses.shared, -1, 1) / np.maximum(errors, 1e-300)
     return _Uncertain(tuple(chosen), errors[chosen], ratios[:, chosen])
 

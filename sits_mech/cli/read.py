@@ -281,7 +281,7 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array
     from sits_mech.analysis.bench import branches
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.quantities import Wrench
-    from sits_mech.readout.loads import fixed, load_words, request_of, varied
+    from sits_mech.readout.loads import ends_of, fixed, load_words, request_of, varied
     from sits_mech.units import SceneError
 
     request = request_of(data)
@@ -289,6 +289,6 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array
     held = load_words(fixed(data))
     if held:
         raise SceneError(f"--period: needs a table whose loads start from none; this one holds {held}")
-    ends = {name: (float(data[name].min()), float(data[name].max())) for name in varied(data)}
-    peak = Wrench(**{name: low if -low > high else high for name, (low, high) in ends.items()})
+    ends = ends_of(data, varied(data)).items()
+    peak = Wrench(**{name: low if -low > high else high for name, (low, high) in ends})
     return branches(sensor, load_cycle(sensor, peak, triangle(period), **models))

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.constants import c
 
 from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_path, turn_radii
-from sits_mech.memory import GIB, VARIABLE, memory_limit
+from sits_mech.memory import beyond_memory
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
@@ -226,12 +226,8 @@ def section_refusal(coils: Sequence[Coil]) -> str | None:
     """Say which coil has no section at y = 0 that stands for it, or one too large to hold; None if all have one."""
     for coil in coils:
         bars = 2 * coil.layers * coil.turns
-        needed, limit = 8.0 * _ARRAYS * bars**2, memory_limit()
-        if needed > limit:
-            return (
-                f"coils.{coil.name}: its {bars} bars in the section y = 0 must fit into {limit / GIB:.3g} GiB "
-                f"(--memory, or {VARIABLE}); their pairs take {needed / GIB:.3g} GiB; model 'sheets' takes such coils"
-            )
+        if beyond := beyond_memory(8.0 * _ARRAYS * bars**2):
+            return f"coils.{coil.name}: {bars} bars in the section y = 0, by pairs, take {beyond}; take 'sheets'"
         if coil.shape != "path" and coil.centre[1] != 0.0:
             return "coils.centre: the planar models need every coil on y = 0; model 'sheets' takes any place"
         try:

@@ -23,7 +23,6 @@ from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
@@ -57,7 +56,7 @@ class Sections:
         """The sign of each ring, shape (n,)."""
         return np.broadcast_to(self.sign, self.radius.shape)
 
-    def some(self, index: NDArray[Any]) -> Sections:
+    def some(self, index: Any) -> Sections:
         """Return some of the rings, without their signs."""
         return Sections(self.radius[index], self.z[index], self.width[index], self.height[index])
 

@@ -7,7 +7,7 @@ without dimension; what is neither is zero.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,6 +37,11 @@ def several(data: xr.Dataset) -> tuple[str, ...]:
 def fixed(data: xr.Dataset) -> dict[str, float]:
     """Return the components that a table names as the same for all its loads [N, N m]; the others of them are zero."""
     return {name: float(data[name]) for name in WRENCH if name in data.coords and name not in data.dims}
+
+
+def ends_of(data: xr.Dataset, names: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """Return the least and the largest value of some variables of a table."""
+    return {name: (float(data[name].min()), float(data[name].max())) for name in names}
 
 
 def over_loads(data: xr.Dataset) -> tuple[str, ...]:

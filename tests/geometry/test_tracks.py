@@ -97,7 +97,7 @@ def test_section_of_a_path() -> None:
         (path([(0, 1), (2, 1), (2, 3)]), "got 0 and 0"),
         (path([(0, -1), (2, -1), (2, 1)], [(2, 1), (0, 1), (0, -0.5)], path_widths=(1e-4, 2e-4)), "one width"),
         (CIRCLE.model_copy(update={"centre": (0.0, 1e-3)}), "every coil on y = 0"),
-        (CIRCLE.model_copy(update={"layers": 1000, "turns": 12}), "24000 bars .* take 85.8 GiB"),
+        (CIRCLE.model_copy(update={"layers": 1000, "turns": 12}), "24000 bars .* take some 85.8 GiB"),
     ],
 )
 def test_coils_without_a_section_are_refused(coil: Coil, reason: str) -> None:

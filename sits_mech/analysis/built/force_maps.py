@@ -20,7 +20,7 @@ from sits_mech.chain.derivatives.gradient_grid import slopes_under
 from sits_mech.disk_cache import kept
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import POSE, WRENCH, Array, Mask, shown_unit, tensor_grid
-from sits_mech.readout.loads import answered, fixed, varied
+from sits_mech.readout.loads import answered, ends_of, fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 
 _ROOMS = "scene", "silicone", "geometry", "mechanics", "chain"  # that make slopes of the layer
@@ -106,10 +106,7 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     The loads are solved once more on the first meshes (chain/derivatives/gradient_grid.py): derivatives have no need of
     others. They are kept for the next command.
     """
-    axes = {
-        name: [float(data[name].min()), 0.5 * float(data[name].min() + data[name].max()), float(data[name].max())]
-        for name in names
-    }
+    axes = {name: [low, 0.5 * (low + high), high] for name, (low, high) in ends_of(data, names).items()}
     held = {name: [value] for name, value in fixed(data).items()}
     asked = tuple(LAYER.values()), {**axes, **held}, mechanics, tolerance
     same = tuple((name, *values) for name, values in asked[1].items())

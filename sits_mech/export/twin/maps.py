@@ -75,7 +75,8 @@ def over_wrenches(source: Source, cal: Calibration, codes: Calibration | None) -
 
 def over_poses(source: Source, codes: FrontEnd | None) -> tuple[TwinMap | None, str]:
     """Return the map of readings over the box of the table's poses, and a line about it; None where there is none."""
-    poses = _reached(source)
+    poses = table_poses(source.data)
+    poses = poses[np.isfinite(poses).all(axis=1)]
     low, high = poses.min(axis=0), poses.max(axis=0)
     moves = high - low > _MOVES
     columns = np.flatnonzero(moves)
@@ -158,12 +159,6 @@ def _nodes(d: int, count: int) -> tuple[Array, Array]:
     corners = np.array(list(product((-1.0, 1.0), repeat=d)))
     near = np.cos(np.pi * u[1 : count + 1, :d])
     return np.vstack([corners, near]), 2.0 * u[1 : _OTHERS + 1, d:] - 1.0
-
-
-def _reached(source: Source) -> Array:
-    """Return the poses of the table, shape (m, 6) [m, rad]."""
-    poses = table_poses(source.data)
-    return poses[np.isfinite(poses).all(axis=1)]
 
 
 def _among(found: SmoothMap, powers: Powers) -> Array:

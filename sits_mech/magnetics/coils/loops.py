@@ -69,9 +69,10 @@ def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = 
     `points` are Gauss points along r and z for the regular part, one more along r in the second section; the result is
     symmetric only up to this quadrature (see `ring_inductance`).
     """
-    columns, step = (first.radius, first.z, first.width, first.height), max(1, PAIRS // second.radius.size)
-    rows = [Sections(*(each[k : k + step, None] for each in columns)) for k in range(0, first.radius.size, step)]
-    return np.concatenate([paired_mutual(some, second, points, (points[0] + 1, points[1])) for some in rows])
+    others = points[0] + 1, points[1]
+    step = max(1, PAIRS // (second.radius.size * math.prod(others)))
+    rows = (first.some(np.s_[k : k + step, None]) for k in range(0, first.radius.size, step))
+    return np.concatenate([paired_mutual(some, second, points, others) for some in rows])
 
 
 def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], others: tuple[int, int]) -> Array:
@@ -79,15 +80,16 @@ def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], ot
 
     `points`, `others` are Gauss points of each section along r and z; where sections meet they must differ along r.
     """
-    a, b = first.radius, second.radius
-    d = second.z - first.z
+    a, b, d = first.radius, second.radius, second.z - first.z
     scale = np.sqrt(a * b)
     total = -mu_0 * scale * mean_log(b - a, d, (first.width, first.height), (second.width, second.height))
-    for da, za, weight_a in _offsets(first, points):
-        for db, zb, weight_b in _offsets(second, others):
-            r1, r2, distance = a + da, b + db, d + zb - za
-            logarithm = 0.5 * np.log((r1 - r2) ** 2 + distance**2)
-            total += weight_a * weight_b * (mutual_loops(r1, r2, distance) + mu_0 * scale * logarithm)
+    db, zb, weight_b = _offsets(second, others)
+    db, zb = (each.reshape(len(each), *[1] * (total.ndim - b.ndim), *b.shape) for each in (db, zb))
+    for da, za, weight_a in zip(*_offsets(first, points), strict=True):
+        r1, r2, distance = a + da, b + db, d + zb - za
+        logarithm = 0.5 * np.log((r1 - r2) ** 2 + distance**2)
+        parts = mutual_loops(r1, r2, distance) + mu_0 * scale * logarithm
+        total = np.concatenate([total[None], (weight_a * weight_b * parts.T).T]).sum(axis=0)
     return total
 
 
@@ -97,14 +99,11 @@ def ring_inductance(rings: Sections, *, points: tuple[int, int] = (3, 3)) -> Arr
     return (L + L.T) / 2
 
 
-def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Array, float]]:
-    """Return Gauss points of the sections: offsets along r and z from the centres and their weight."""
+def _offsets(rings: Sections, points: tuple[int, int]) -> tuple[Array, Array, Array]:
+    """Return g Gauss points of sections (...): offsets along r and z from the centres (g, ...), and weights (g,)."""
     (gr, wr), (gz, wz) = map(gauss_rule, points)
-    return [
-        (rings.width / 2 * r, rings.height / 2 * z, float(u * v))
-        for r, u in zip(gr, wr, strict=True)
-        for z, v in zip(gz, wz, strict=True)
-    ]
+    r, z = np.repeat(gr, len(gz)), np.tile(gz, len(gr))
+    return np.multiply.outer(r, rings.width / 2), np.multiply.outer(z, rings.height / 2), np.outer(wr, wz).ravel()
 
 
 @lru_cache(maxsize=32)
@@ -147,8 +146,7 @@ def series_inductance(rings: Sections) -> float:
     first, ways = layers[0], np.array([rings.signs[level == k][0] for k in range(levels.size)])
     shapes = {np.stack([each.radius, each.width, each.height]).tobytes() for each in layers}
     shared = levels.size >= _SHARED and len(shapes) == 1 and np.array_equal(ways[level], rings.signs)
-    pairs = levels.size * first.radius.size**2 if shared else rings.radius.size**2
-    through = _through(rings, pairs)
+    through = _through(rings, (first if shared else rings).radius.size * rings.radius.size)
     if not shared:
         return float(rings.signs @ ring_inductance(rings, points=(3, through)) @ rings.signs)
     depth = levels[-1] - levels[0]
@@ -225,6 +223,5 @@ def _filaments(rings: Sections, clear: float) -> tuple[Array, Array, Array]:
         min(max(2, gauss_count(float(side.max()), clear, _APART)), most)
         for side, most in zip((rings.width, rings.height), _MOST, strict=True)
     ]
-    parts = [(rings.radius + r, rings.z + z, rings.signs * w) for r, z, w in _offsets(rings, (counts[0], counts[1]))]
-    a, z, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return a, z, weight
+    r, z, weight = _offsets(rings, (counts[0], counts[1]))
+    return (rings.radius + r).ravel(), (rings.z + z).ravel(), np.multiply.outer(weight, rings.signs).ravel()

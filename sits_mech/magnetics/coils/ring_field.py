@@ -38,7 +38,7 @@ from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.straight import Potential, track_potential
 from sits_mech.magnetics.section.kernels import gauss_count, gauss_rule
-from sits_mech.memory import GIB, VARIABLE, check_seconds, memory_limit
+from sits_mech.memory import beyond_memory, check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
@@ -86,8 +86,9 @@ def _profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
     """Return P of the module docstring, all rings in series."""
     rings = coil_sections(coil)
     rho, z = np.broadcast_arrays(rho, z)
-    total, columns = np.zeros(rho.shape), (rings.radius, rings.z, rings.width, rings.height, rings.signs)
-    for radius, middle, width, height, way in zip(*columns, strict=True):
+    total = np.zeros(rho.shape)
+    columns = zip(rings.radius, rings.z, rings.width, rings.height, rings.signs, strict=True)
+    for radius, middle, width, height, way in columns:
         beside, above = np.abs(rho - radius) - width / 2, np.abs(z - middle) - height / 2
         parts = _farther(coil, np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0)), clearance)
         seconds = _POINT * rings.radius.size * sum(math.prod(counts) * rho[some].size for counts, some in parts)
@@ -202,12 +203,8 @@ def spectrum(rings: Sections, k: Array) -> Array:
     may.
     """
     points = 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0))
-    needed, limit = 8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size, memory_limit()
-    if needed > limit:
-        raise ValueError(
-            f"coils: the {rings.radius.size} turns of a coil, times {k.size} wave numbers of its field, must fit into "
-            f"{limit / GIB:.3g} GiB (--memory, or {VARIABLE}); they take {needed / GIB:.3g} GiB"
-        )
+    if beyond := beyond_memory(8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size):
+        raise ValueError(f"coils: {rings.radius.size} turns of a coil, times {k.size} wave numbers, take {beyond}")
     nodes, weights = np.polynomial.legendre.leggauss(points)
     a = rings.radius[:, None] + rings.width[:, None] / 2 * nodes
     mean = np.einsum("rg,rgk,g->rk", a, j1(a[:, :, None] * k), weights) / 2

@@ -40,7 +40,7 @@ from sits_mech.magnetics.space.modes import packed, prepare_sheets, unpacked
 from sits_mech.magnetics.space.near import Near, prepare_near
 from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, Rung, TooLarge, star
 from sits_mech.magnetics.space.sources import Sources
-from sits_mech.memory import GIB, VARIABLE, check_seconds, latest, memory_limit
+from sits_mech.memory import GIB, beyond_memory, check_seconds, latest
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Target
 
@@ -131,12 +131,9 @@ def _fitting_family(
 
 def _check_memory(box: Box, cells: float, needed: float) -> None:
     """Refuse so many cells of a plate that take so much [bytes]."""
-    if needed > memory_limit():
+    if beyond := beyond_memory(needed):
         x, y = 2e3 / (1.0 + 1e-3) * box.half[:2]  # of `field_box`
-        raise TooLarge(
-            f"memory: {cells:.0f} cells of the plate of {x:.3g} x {y:.3g} mm take some {needed / GIB:.2g} GiB, more "
-            f"than the limit of {memory_limit() / GIB:.3g} GiB (--memory, or {VARIABLE})"
-        )
+        raise TooLarge(f"memory: {cells:.0f} cells of the plate of {x:.3g} x {y:.3g} mm take {beyond}")
 
 
 @lru_cache(maxsize=64)

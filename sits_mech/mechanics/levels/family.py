@@ -66,7 +66,7 @@ from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
 from sits_mech.mechanics.equilibrium.path import affordable, follow
-from sits_mech.memory import GIB, memory_limit
+from sits_mech.memory import beyond_memory
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Sensor
 
@@ -121,17 +121,13 @@ class Levels:
 
         Raise ValueError for one of the first two levels, without which there is no answer.
         """
-        needed, limit = memory_of_box(self.cells(level)).total, memory_limit()
-        if needed <= limit:
+        beyond = beyond_memory(memory_of_box(self.cells(level)).total)
+        if not beyond:
             return ""
-        words = f"some {needed / GIB:.2g} GiB, more than the limit of {limit / GIB:.3g} GiB"
         if level > 1:
-            return f"a finer mesh would take {words}: raise it (--memory) for a smaller error"
-        cells = " x ".join(map(str, self.cells(level)))
-        raise ValueError(
-            f"memory: a mesh of {cells} cells takes {words} (--memory): a thicker or smaller pad, or a mesh of "
-            "your own with fewer cells, would fit"
-        )
+            return f"a finer mesh would take {beyond}: raise it for a smaller error"
+        takes = f"memory: a mesh of {' x '.join(map(str, self.cells(level)))} cells takes {beyond}"
+        raise ValueError(f"{takes}: a thicker or smaller pad, or a mesh of your own with fewer cells, would fit")
 
     def limit(self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False) -> Limit:
         """Return the limit of values on the first levels, as `extrapolated`."""

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from sits_mech.analysis.histories.full_cycle import difference
 from sits_mech.quantities import POSE, WRENCH, Array
-from sits_mech.readout.loads import request_of
+from sits_mech.readout.loads import ends_of, request_of
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import load_label, signal_label
 from sits_mech.report.pictures.style import new_figure, strokes
@@ -39,7 +39,7 @@ def loop_table(data: xr.Dataset) -> Table:
 
 def loop_record(data: xr.Dataset) -> dict[str, Any]:
     """Return the loops for a program, with the request and the ends of pose and signals."""
-    ends = {name: [float(data[name].min()), float(data[name].max())] for name in (*POSE, *told(data))}
+    ends = ends_of(data, (*POSE, *told(data)))
     loops = {f"loop_{name}": [value for value, _ in _widths(data, name)] for name in told(data)}
     errors = {f"error_loop_{name}": [error for _, error in _widths(data, name)] for name in told(data)}
     notes = [data.attrs["notes"]] if data.attrs["notes"] else []
