@@ -8,6 +8,7 @@ from sits_mech.memory import (
     GIB,
     TIME,
     VARIABLE,
+    beyond_memory,
     check_seconds,
     give_back,
     input_text,
@@ -25,6 +26,12 @@ def test_limit_is_four_gib_unless_it_is_set(monkeypatch):
     assert memory_limit() == GIB / 2
     limit_memory(2.0)
     assert memory_limit() == 2 * GIB
+
+
+def test_what_is_beyond_the_limit_is_said_with_it(monkeypatch):
+    monkeypatch.setenv(VARIABLE, "1")
+    assert beyond_memory(GIB) == ""
+    assert beyond_memory(2.5 * GIB) == "some 2.5 GiB, more than the limit of 1 GiB (--memory, or SITS_MECH_MEMORY)"
 
 
 def test_what_was_used_last_is_kept_as_far_as_memory_holds(monkeypatch):

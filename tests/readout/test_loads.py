@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.quantities import Wrench
-from sits_mech.readout.loads import at_middle, fixed, points, several, varied, wrench_of
+from sits_mech.readout.loads import at_middle, ends_of, fixed, points, several, varied, wrench_of
 
 
 def made(**loads: object) -> xr.Dataset:
@@ -23,6 +23,11 @@ def test_what_varies_and_what_does_not() -> None:
     assert several(made(F_x=[0.5], F_y=[0.0, 1.0])) == ("F_y",)
     assert varied(data) == ("F_x", "F_y") and fixed(data) == {"F_z": 2.0, "M_z": 1e-3}
     assert wrench_of(list(points(data))[4]) == Wrench(1.0, 2.0, F_y=0.5, M_z=1e-3)
+
+
+def test_ends_of_loads_and_of_what_is_shown() -> None:
+    data = made(F_x=[-1.0, 0.5], F_z=[0.0, 2.0, 3.0])
+    assert ends_of(data, ("F_x", "L_v")) == {"F_x": (-1.0, 0.5), "L_v": (0.0, 5.0)}
 
 
 def test_the_middle_of_the_others() -> None:
