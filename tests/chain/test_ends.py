@@ -174,6 +174,10 @@ def test_the_models_in_plane_strain() -> None:
     names = "planar", "closed-form", "linear", "block"
     found = {name: [in_plane_strain(each, name) for each in (pad, long)] for name in names}
     assert found == {"planar": [True] * 2, "closed-form": [True] * 2, "linear": [False, True], "block": [False] * 2}
+    points = "shape=\"outline\", points=[[-4e-3, -4e-3], [4e-3, -4e-3], [0.0, 4e-3]], thickness=2e-4"
+    drawn = load_sensor("biorob2018", [f"target={{material=\"copper\", {points}}}"])
+    assert in_plane_strain(drawn, "linear") and not in_plane_strain(drawn, "block")
+    assert not in_plane_strain(pad.model_copy(update={"elastomer": None}), "linear")
 
 
 def answer(L0: float, L: np.ndarray, R: np.ndarray, unit: str, errors: tuple[float, float] = (0.0, 0.0)) -> Impedance:

@@ -114,3 +114,12 @@ def test_the_bound_holds_what_is_taken(seed: int) -> None:
     bound = idle_bound(seen(L0 - change, L0, R))
     for share in (0.0, 0.5, 1.0):
         assert idle_share(seen(L0 - share * change, L0, share * R)) <= bound < np.inf
+
+
+def test_the_bound_is_of_the_worst_of_many_poses() -> None:
+    """What metal takes at each, entry by entry; alone it is as at once."""
+    L0 = np.array([[2.0, -0.1], [-0.1, 2.0]])
+    near, far = np.array([[1.5, -0.05], [-0.05, 1.8]]), np.array([[1.9, -0.3], [-0.3, 1.95]])
+    both = seen(np.stack([near, far]), L0, np.zeros((2, 2, 2)))
+    one = seen(np.array([[1.5, -0.3], [-0.3, 1.8]]), L0, np.zeros((2, 2)))
+    assert idle_bound(both) == idle_bound(one) > idle_bound(seen(near, L0, np.zeros((2, 2))))

@@ -213,11 +213,16 @@ def test_a_long_pad_under_a_short_target_is_told_with_its_price() -> None:
 
 @pytest.mark.parametrize(
     ("prony", "mullins", "share"),
-    [("[]", None, 0.0), ('[{weight=0.2, time="1 s"}, {weight=0.1, time="9 s"}]', None, 0.3), ("[]", 2.0, 0.7281)],
+    [
+        ("[]", None, 0.0), ('[{weight=0.2, time="1 s"}, {weight=0.1, time="9 s"}]', None, 0.3),
+        ("[]", "r=2.0", 0.7281), ("[]", "r=2.0, beta=2.0", 0.3518), ("[]", 'r=2.0, beta=0.0, m="1 kPa"', 1.0),
+    ],
 )
-def test_what_rate_and_history_are_worth(prony: str, mullins: float | None, share: float) -> None:
-    """A sudden load meets 1/(1 - sum w) times the stiffness; softening leaves 1 - erf(1)/r of it: erf(1) = 0.8427."""
-    softening = "" if mullins is None else f", mullins={{r={mullins}}}"
+def test_what_rate_and_history_are_worth(prony: str, mullins: str | None, share: float) -> None:
+    """A sudden load meets 1/(1 - sum w) times the stiffness; softening leaves 1 - erf(1/beta)/r of it: erf(1) = 0.8427,
+    by default, erf(0.5) = 0.5205.
+    """
+    softening = "" if mullins is None else f", mullins={{{mullins}}}"
     law = f'law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa", prony={prony}{softening}'
     sensor = load_sensor("biorob2018", [f"elastomer.material={{{law}}}"])
     assert sensor.elastomer is not None
@@ -424,3 +429,10 @@ def test_what_errors_do_not_hold_is_summed_for_a_half_or_both() -> None:
     ]
     assert beside_errors(items) == (pytest.approx(0.3), ("d",))
     assert beside_errors(items, "mechanics") == (0.1, ()) and beside_errors(items, "magnetics") == (0.2, ("d",))
+
+
+def test_a_load_beside_others_that_shear_spares_no_place() -> None:
+    """Symmetry holds a target in its place where no load of all moves it."""
+    for loads, spared in (([PRESSED], True), ([PRESSED, SHEARED], False), ([SHEARED], False), ([], False)):
+        found = omissions(load_sensor("biorob2018"), loads, "block", None)
+        assert any(item.what.startswith("out-of-plane") for item in found) == spared
