@@ -244,9 +244,8 @@ def coil_bars(coil: Coil) -> Bars:
     """
     if coil.is_round:
         rings = coil_sections(coil)
-        x = coil.centre[0] + np.concatenate([rings.radius, -rings.radius])
-        sign = np.concatenate([rings.signs, -rings.signs])
-        return Bars(x, np.tile(rings.z, 2), sign, coil.track_width, coil.track_thickness)
+        x, signs = (np.concatenate([own, -own]) for own in (rings.radius, rings.signs))
+        return Bars(coil.centre[0] + x, np.tile(rings.z, 2), signs, coil.track_width, coil.track_thickness)
     tracks, name = coil_tracks(coil), f"coils.{coil.name}"
     cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)
     step, sign = tracks.end[cut] - tracks.start[cut], np.sign(tracks.way[cut, 1])

@@ -29,7 +29,6 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def test_factorisations_of_a_load(name: str, load: tuple[float, float], most: int, counted: list[int]) -> None:
     """From rest, three meshes and all checks: 14 of a moderate load, 44 of one beyond stretch two."""
     block_pad(load_sensor(name), 1e-2).equilibrium(Wrench(*load))
-    print("COUNT", len(counted), max(counted))
     assert 0 < len(counted) <= most and max(counted) < 10_000
 
 

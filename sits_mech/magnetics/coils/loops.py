@@ -219,9 +219,9 @@ def _across(filaments: tuple[Array, Array, Array], height: float, reach: tuple[f
 
 def _filaments(rings: Sections, clear: float) -> tuple[Array, Array, Array]:
     """Return rings as Gauss filaments, right from a distance on, and in their moment: radii, heights, weights, flat."""
-    counts = [
+    across, through = (
         min(max(2, gauss_count(float(side.max()), clear, _APART)), most)
         for side, most in zip((rings.width, rings.height), _MOST, strict=True)
-    ]
-    r, z, weight = _offsets(rings, (counts[0], counts[1]))
+    )
+    r, z, weight = _offsets(rings, (across, through))
     return (rings.radius + r).ravel(), (rings.z + z).ravel(), np.multiply.outer(weight, rings.signs).ravel()

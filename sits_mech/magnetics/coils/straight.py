@@ -55,8 +55,9 @@ def linkage(first: Tracks, second: Tracks) -> float:
     """Return the flux of 1 A in the first tracks through the second [H]; of the same ones, their self-inductance."""
     total, own = 0.0, first is second
     count = len(first.start), len(second.start)
-    pairs = count[0] * count[1] / (2 if own else 1)
-    check_seconds(_PAIR * pairs, f"coils: the inductance of {count[0]} and {count[1]} tracks")
+    check_seconds(
+        _PAIR * count[0] * count[1] / (2 if own else 1), f"coils: the inductance of {count[0]} and {count[1]} tracks"
+    )
     step = max(1, PAIRS // count[1])
     for begin in range(0, count[0], step):
         rows = np.arange(begin, min(begin + step, count[0]))

@@ -122,10 +122,8 @@ class Levels:
         Raise ValueError for one of the first two levels, without which there is no answer.
         """
         beyond = beyond_memory(memory_of_box(self.cells(level)).total)
-        if not beyond:
-            return ""
-        if level > 1:
-            return f"a finer mesh would take {beyond}: raise it for a smaller error"
+        if level > 1 or not beyond:
+            return beyond and f"a finer mesh would take {beyond}: raise it for a smaller error"
         takes = f"memory: a mesh of {' x '.join(map(str, self.cells(level)))} cells takes {beyond}"
         raise ValueError(f"{takes}: a thicker or smaller pad, or a mesh of your own with fewer cells, would fit")
 
@@ -179,7 +177,7 @@ def of_one_pad(make: Callable[Concatenate[Sensor, _Asked], Levels]) -> Callable[
             families[name] = make(sensor, *asked, **more)
         return families[name]
 
-    update_wrapper(made, make)
+    vars(update_wrapper(made, make))["cache_clear"] = of.cache_clear  # as that of `lru_cache`
     return made
 
 
