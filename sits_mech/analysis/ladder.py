@@ -19,6 +19,7 @@ import numpy as np
 from sits_mech.cases import Progress
 from sits_mech.chain.propagation import levers, unloaded
 from sits_mech.chain.simulate import Simulation, simulate
+from sits_mech.disk_cache import nothing_kept
 from sits_mech.mechanics.levels.answer import relative
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -33,6 +34,11 @@ class Asked(NamedTuple):
     tolerance: float
     estimated: float
     seconds: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether an answer is as exact as asked, by its own estimate."""
+        return self.estimated <= self.tolerance
 
 
 @dataclass(frozen=True)
@@ -63,8 +69,7 @@ def ladder(
     """
     if not wrench.components.any():
         raise SceneError("ladder: must have a load, such as fz = 1 N, whose answer is solved at every rung; none came")
-    least = 0.0999 * checked_tolerance(tolerance)
-    asked = [one for one in TOLERANCES if one > least]
+    asked = [one for one in TOLERANCES if one > 0.0999 * checked_tolerance(tolerance)]
     solved = []
     for number, one in enumerate(asked):
         if progress is not None:
@@ -72,10 +77,10 @@ def ladder(
         solved.append(_solved(sensor, wrench, one, mechanics, magnetics))
     if progress is not None:
         progress(len(asked), len(asked))
-    finest = next((found for _, found, _ in reversed(solved) if found is not None), None)
+    finest = next((found for _, found, _ in reversed(solved) if found), None)
     rows = []
     for one, (seconds, found, status) in zip(asked, solved, strict=True):
-        sizes = (math.nan,) * 4 if found is None or finest is None else _sizes(sensor, found, finest)
+        sizes = _sizes(sensor, found, finest) if found and finest else (math.nan,) * 4
         rows.append(Rung(one, seconds, *sizes, status))
     return rows
 
@@ -88,12 +93,12 @@ def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
     """
     parts, count, held = [], len(ladders), dict[float, list[float]]()
     for one in chain.from_iterable(ladders):
-        if _holds(one):
+        if one.holds:
             held.setdefault(one.tolerance, []).append(one.seconds)
     for tolerance, times in sorted(held.items(), reverse=True):
         span = _span([f"{min(times):.2g}", f"{max(times):.2g}"])
         parts.append(f"{power(tolerance)}: {span} s{_share(len(times), count)}")
-    reached = [min(one.estimated for one in row) for row in ladders if not _holds(_finest(row))]
+    reached = [min(one.estimated for one in row) for row in ladders if not _finest(row).holds]
     limits = sorted(filter(math.isfinite, reached))
     if limits:
         span = _span([power(limits[0]), power(limits[-1])])
@@ -127,20 +132,16 @@ def _span(ends: Sequence[str]) -> str:
     return ends[0] if ends[0] == ends[-1] else f"{ends[0]} to {ends[-1]}"
 
 
-def _holds(one: Asked) -> bool:
-    """Return whether an answer is as exact as asked, by its own estimate."""
-    return one.estimated <= one.tolerance
-
-
 def _finest(row: Sequence[Asked]) -> Asked:
     """Return the rung of the least tolerance."""
     return min(row, key=lambda one: one.tolerance)
 
 
+@nothing_kept()
 def _solved(
     sensor: Sensor, wrench: Wrench, tolerance: float, mechanics: str, magnetics: str
 ) -> tuple[float, Simulation | None, str]:
-    """Return processor time, answer and status of a rung, from the scene on."""
+    """Return processor time, answer and status of a rung, from the scene on, nothing from the disk."""
     forget()
     began = time.process_time()
     try:
@@ -154,9 +155,8 @@ def _sizes(sensor: Sensor, found: Simulation, finest: Simulation) -> tuple[float
     """Return estimate and difference of L over its largest change, and those of the pose over the displacement."""
     L, best, lever = found.impedance, finest.impedance.L, levers(sensor)
     change = np.max(np.abs(best - L.L0))
-    pose, end, error = (
-        one.components for one in (found.equilibrium.pose, finest.equilibrium.pose, found.equilibrium.error)
-    )
+    rests = found.equilibrium.pose, finest.equilibrium.pose, found.equilibrium.error
+    pose, end, error = (one.components for one in rests)
     moved = end - unloaded(sensor).components
     own, away = (relative(each, moved, lever) for each in (error, np.abs(pose - end)))
     return float(np.max(L.error_L) / change), float(np.max(np.abs(L.L - best)) / change), own, away
