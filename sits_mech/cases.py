@@ -30,12 +30,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Progress = Callable[[int, int], None]
+"""Progress callback: parts done, parts in all."""
 Combine = Literal["product", "zip"]
 Group = Callable[[Row], tuple[Hashable, ...]]
 Solve = Callable[[Iterable[int]], Iterator[tuple[int, Row]]]
 Choose = Callable[[Solve, Callable[[int, Row], None]], None]
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
 _FIRST, _APART = 10.0, 50.0  # seconds to the first snapshot; then as many times what it took, so that all take 2 %
+
+
+def untold(done: int, total: int) -> None:
+    """Ignore progress."""
 
 
 def sweep(
@@ -48,7 +53,7 @@ def sweep(
     folder: Path | None = None,
     key: str | Callable[[Row], str] = "",
     group: Group | None = None,
-    progress: Progress | None = None,
+    progress: Progress = untold,
     snapshot: Callable[[xr.Dataset], None] | None = None,
     choose: Choose | None = None,
 ) -> xr.Dataset:
@@ -68,16 +73,14 @@ def sweep(
                     columns.put(index, row)
                 except (TypeError, ValueError) as error:  # a number where others have a text, or an array
                     columns.put(index, {"status": FAILED, "reason": f"results must be of one kind and shape: {error}"})
-                if progress is not None:
-                    progress(next(done), len(points))
+                progress(next(done), len(points))
                 if seldom is not None:
                     seldom()
                 yield index, row
 
         if choose is not None:
             choose(solve, columns.put)
-            if progress is not None:
-                progress(len(points), len(points))
+            progress(len(points), len(points))
         else:
             deque(solve(range(len(points))), maxlen=0)
     return columns.table()

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sits_mech.analysis.limits import STRETCH, Capacity, capacity
-from sits_mech.cases import Progress
+from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
@@ -90,7 +90,7 @@ class Envelope:
 
 def envelope(
     sensor: Sensor, *, tolerance: float = TOLERANCE, mechanics: str = "auto", rays: int = RAYS,
-    progress: Progress | None = None,
+    progress: Progress = untold,
 ) -> Envelope:
     """Return the forces that a sensor bears, and what limits them.
 
@@ -133,8 +133,7 @@ def envelope(
     for plane in planes:
         for ray in search.along(plane, rays):
             found.append(ray)
-            if progress is not None:
-                progress(len(found), count)
+            progress(len(found), count)
     return Envelope(tuple(found), choice.name, search.known, tolerance)
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.cases import Progress
+from sits_mech.cases import Progress, untold
 from sits_mech.chain.propagation import levers, unloaded
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.disk_cache import nothing_kept
@@ -61,7 +61,7 @@ class Rung:
 
 def ladder(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
-    progress: Progress | None = None,
+    progress: Progress = untold,
 ) -> list[Rung]:
     """Solve a load, not zero, at every tolerance from 0.1 down to a tenth of the asked one.
 
@@ -69,18 +69,17 @@ def ladder(
     """
     if not wrench.components.any():
         raise SceneError("ladder: must have a load, such as fz = 1 N, whose answer is solved at every rung; none came")
-    asked = [one for one in TOLERANCES if one > 0.0999 * checked_tolerance(tolerance)]
+    least = 0.0999 * checked_tolerance(tolerance)
+    asked = [one for one in TOLERANCES if one > least]
     solved = []
     for number, one in enumerate(asked):
-        if progress is not None:
-            progress(number, len(asked))
+        progress(number, len(asked))
         solved.append(_solved(sensor, wrench, one, mechanics, magnetics))
-    if progress is not None:
-        progress(len(asked), len(asked))
-    finest = next((found for _, found, _ in reversed(solved) if found), None)
+    progress(len(asked), len(asked))
+    answers = [found for _, found, _ in solved if found is not None]
     rows = []
     for one, (seconds, found, status) in zip(asked, solved, strict=True):
-        sizes = _sizes(sensor, found, finest) if found and finest else (math.nan,) * 4
+        sizes = (math.nan,) * 4 if found is None else _sizes(sensor, found, answers[-1])
         rows.append(Rung(one, seconds, *sizes, status))
     return rows
 
@@ -155,8 +154,8 @@ def _sizes(sensor: Sensor, found: Simulation, finest: Simulation) -> tuple[float
     """Return estimate and difference of L over its largest change, and those of the pose over the displacement."""
     L, best, lever = found.impedance, finest.impedance.L, levers(sensor)
     change = np.max(np.abs(best - L.L0))
-    rests = found.equilibrium.pose, finest.equilibrium.pose, found.equilibrium.error
-    pose, end, error = (one.components for one in rests)
+    rest, last = found.equilibrium, finest.equilibrium
+    pose, error, end = rest.pose.components, rest.error.components, last.pose.components
     moved = end - unloaded(sensor).components
     own, away = (relative(each, moved, lever) for each in (error, np.abs(pose - end)))
     return float(np.max(L.error_L) / change), float(np.max(np.abs(L.L - best)) / change), own, away

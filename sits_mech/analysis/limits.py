@@ -31,7 +31,7 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from sits_mech.analysis.bench import table_poses
-from sits_mech.cases import Progress
+from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded
 from sits_mech.geometry.collision import clearance, room
@@ -113,7 +113,7 @@ def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
     return Limits(float(stretch[i]), known, where, float(gap[j]), float(off[j]), there, loop, left, spread)
 
 
-def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Progress | None = None) -> Limits:
+def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Progress = untold) -> Limits:
     """Return limits with the largest multiples of the table's corner loads that a pad carries."""
     request = request_of(data)
     name = request["mechanics"] if request["mechanics"] in ("block", "planar") else "block"
@@ -122,8 +122,7 @@ def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Pr
         layer, _ = mechanical_model(sensor, name, request["tolerance"], [load])
         first = layer.rough if isinstance(layer, RefinedModel) else layer
         found.append(capacity(sensor, first, load, limits.known_stretch))
-        if progress is not None:
-            progress(len(found), len(loads))
+        progress(len(found), len(loads))
     return replace(limits, capacity=tuple(found))
 
 

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 from scipy.stats import norm, qmc, sobol_indices
 
 from sits_mech.analysis.bench import sensor_calibration
-from sits_mech.cases import Progress
+from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.geometry.collision import Collision
 from sits_mech.maps.surrogate import SmoothMap, fit_map
@@ -133,7 +133,7 @@ class ForceSpread:
 
 def force_spread(
     sensor: Sensor, data: xr.Dataset, deviations: Mapping[str, float], loads: Sequence[Sequence[float]], *,
-    samples: int = 64, progress: Progress | None = None,
+    samples: int = 64, progress: Progress = untold,
 ) -> ForceSpread:
     """Return the errors of forces by tolerances at some loads.
 
@@ -159,8 +159,7 @@ def force_spread(
     for number, point in enumerate(points):
         at = dict.fromkeys(TOLERANCES, 0.0) | dict(zip(deviations, point.tolist(), strict=True))
         poses.append(_poses(sensor, at, wrenches, (request["mechanics"], request["tolerance"]), kept))
-        if progress is not None:
-            progress(number + 1, len(points))
+        progress(number + 1, len(points))
     L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
     off = L - L[:1]
     errors = np.einsum("kdn,mkn->mkd", cal.answers(asked[1:]), off[:, 1:] - off[:, :1])

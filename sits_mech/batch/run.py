@@ -20,7 +20,7 @@ from sits_mech.batch.adaptive import adaptively
 from sits_mech.batch.requests import Variant, with_quality
 from sits_mech.batch.studies.asked import Study
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
-from sits_mech.cases import Progress, attempt, grid_points, sweep
+from sits_mech.cases import Progress, attempt, grid_points, sweep, untold
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.readout.loads import point
@@ -63,7 +63,7 @@ def keys(study: Study) -> Callable[[Row], str]:
 
 
 def run_study(
-    study: Study, folder: Path, *, executor: Executor | None = None, progress: Progress | None = None
+    study: Study, folder: Path, *, executor: Executor | None = None, progress: Progress = untold
 ) -> xr.Dataset:
     """Run what a study has not yet run, keep cases in ``cases.sqlite`` of the folder, write its table ``result.nc``.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.cases import Progress
+from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import AimedLoads, aimed_loads, status_of
 from sits_mech.chain.columns import Columns, of_readings, of_rests, over_grid
 from sits_mech.chain.derivatives.gradient import SlopedModel, numbers_of
@@ -56,7 +56,7 @@ def calibrate(
     tolerance: float = 1e-2,
     mechanics: str = "auto",
     magnetics: str = "auto",
-    progress: Progress | None = None,
+    progress: Progress = untold,
     folder: Path | None = None,
     drift: bool = False,
     best: bool = True,

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.cases import Progress
+from sits_mech.cases import Progress, untold
 from sits_mech.chain.corrections import corrected
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.prices import MANY_ON_THREE
@@ -49,7 +49,7 @@ class LoadGrid:
     symmetry: Symmetry
     tolerance: float
     keep: tuple[Path | None, str] = (None, "")  # as of `settle`
-    progress: Progress | None = None
+    progress: Progress = untold
 
     @cached_property
     def loads(self) -> list[Wrench]:
@@ -96,8 +96,7 @@ def poses_on_grid(
     if part is not None:
         error = np.maximum(part.error, _UNSEEN * np.max(part.error * sizes) / sizes)
         whole = whole | _between(replace(part, error=error), whole, grid.symmetry)
-        if grid.progress is not None:
-            grid.progress(len(grid.loads), len(grid.loads))
+        grid.progress(len(grid.loads), len(grid.loads))
     return {load: whole[load] for load in grid.loads}
 
 

@@ -32,11 +32,12 @@ from functools import cache, cached_property, partial
 
 import numpy as np
 
+from sits_mech.cases import Progress, untold
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.equilibrium.body import Bonded, packed
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
-from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
+from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept, of_one_pad
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family

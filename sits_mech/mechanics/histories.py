@@ -13,24 +13,18 @@ exact at small strain; the softening of a whole pad is known of proportional loa
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from sits_mech.cases import Progress, untold
 from sits_mech.quantities import WRENCH, Array, Mask, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
 from sits_mech.silicone.history import relaxed_share, retardation
 
 _EARLY, _LATE = 0.1, 10.0  # of the shortest and longest times of a creep: before and after nothing moves
 _A_DECADE = 8  # times of a decade
-Progress = Callable[[int, int], None]
-"""Progress callback: parts done, parts in all."""
-
-
-def untold(done: int, total: int) -> None:
-    """Ignore progress."""
 
 
 @dataclass(frozen=True)

@@ -25,10 +25,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sits_mech.cases import Progress, untold
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
-from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
+from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time

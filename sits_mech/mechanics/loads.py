@@ -16,7 +16,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from sits_mech.cases import Progress, attempt
+from sits_mech.cases import Progress, attempt, untold
 from sits_mech.mechanics.levels.answer import wrench_words
 from sits_mech.mechanics.symmetry import Symmetry, symmetrised, turned
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
@@ -61,7 +61,7 @@ def settle(
     symmetry: Symmetry,
     keep: tuple[Path | None, str] = (None, ""),
     known: Mapping[Wrench, Settled] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = untold,
     begun: Mapping[Wrench, Settled] | None = None,
 ) -> dict[Wrench, Settled]:
     """Return what comes of every load, and of loads solved in place of their images.
@@ -79,8 +79,7 @@ def settle(
                 found[solved] = upright(own, symmetry, solved)
             if load != solved:
                 found[load] = _image(found[solved], solved, load, back)
-        if progress is not None:
-            progress(done, len(asked))
+        progress(done, len(asked))
     return found
 
 

@@ -33,7 +33,7 @@ from sits_mech.scene.sensor import Sensor
 
 _DOUBLES = 0.15  # l: a tenth of the target's width misses 0.56 of its change (0.19), 15 % of the thickness 0.1 (1.6)
 _LEAST = 1e-3  # of f: where a coil hardly sees the target, its logarithm tells nothing
-_PAIRED = ("coil", "coil_2")
+_COILS = ("coil", "coil_2")
 
 
 @dataclass(frozen=True)
@@ -170,8 +170,8 @@ def _table(base: Solved, sensor: Sensor, own: tuple[Array, Array], rest: tuple[A
         values, left = (part[:, first : first + n * n].reshape(-1, n, n) for part in rest)
         if name == "L":
             values[:, range(n), range(n)], left[:, range(n), range(n)] = L0 + own[0], own[1]
-        put(name, values, _PAIRED)
-        put(f"error_{name}", base.flat(base.data[f"error_{name}"]) + left, _PAIRED)
+        put(name, values, _COILS)
+        put(f"error_{name}", base.flat(base.data[f"error_{name}"]) + left, _COILS)
     weights = signal_weights(sensor)
     for name, shown in signals(L0 + own[0], L0, weights, own[1] @ np.abs(rows_of(weights)).T).known.items():
         put(name, base.flat(base.data[name]) + shown if name.startswith("error_") else np.asarray(shown))

@@ -30,7 +30,7 @@ from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.prior import Prior, inverted, root_of
 from sits_mech.analysis.built.unknowns import CELL, Known
 from sits_mech.analysis.measured import Measured
-from sits_mech.cases import Progress
+from sits_mech.cases import Progress, untold
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 
@@ -83,7 +83,7 @@ def _over(prior: Prior) -> Array:
 
 
 def produced(
-    prior: Prior, units: Mapping[str, Measured], within: Mapping[str, float], *, progress: Progress | None = None,
+    prior: Prior, units: Mapping[str, Measured], within: Mapping[str, float], *, progress: Progress = untold,
     **noises: Any,
 ) -> Production:
     """Return what readings of units tell of their production, and each unit with the help of the others.
@@ -105,8 +105,7 @@ def produced(
             except SceneError as error:
                 refused[name] = str(error)
             count += 1
-            if progress is not None:
-                progress(count, 2 * len(units))
+            progress(count, 2 * len(units))
         return found, refused
 
     first, refused = told_of(dict.fromkeys(units, prior))

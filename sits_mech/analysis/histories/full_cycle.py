@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from sits_mech.analysis.cycle import Programme, loops
 from sits_mech.analysis.histories.response import between, in_time
+from sits_mech.cases import Progress, untold
 from sits_mech.labels import labelled
-from sits_mech.mechanics.histories import LoadHistory, Progress, untold
+from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import POSE, WRENCH, Wrench
 from sits_mech.readout.loads import request_of
 from sits_mech.readout.signals import told

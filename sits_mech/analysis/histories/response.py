@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
+from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import aim_at
 from sits_mech.chain.goal import farthest
 from sits_mech.chain.models import loaded_model, mechanical_model
@@ -27,7 +28,7 @@ from sits_mech.chain.simulate import flags_over
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
-from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, TimedModel, motion_of, untold
+from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, motion_of
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, Bounded, MechanicalModel, Pose, Wrench, as_jsonable
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicone_of

@@ -52,7 +52,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache, update_wrapper
+from functools import cache, cached_property, lru_cache, wraps
 from math import prod, sqrt
 from typing import Concatenate, NamedTuple, ParamSpec
 
@@ -167,18 +167,20 @@ _Asked = ParamSpec("_Asked")
 def of_one_pad(make: Callable[Concatenate[Sensor, _Asked], Levels]) -> Callable[Concatenate[Sensor, _Asked], Levels]:
     """Keep the families of the last pad, with what its bodies remember: scenes with other coils ask for them again."""
 
-    @lru_cache(maxsize=1)
-    def of(*pad: object) -> dict[object, Levels]:
-        return {}
-
+    @wraps(make)
     def made(sensor: Sensor, /, *asked: _Asked.args, **more: _Asked.kwargs) -> Levels:
-        families, name = of(sensor.target, sensor.elastomer), (*asked, *more.items())
+        families, name = _families(sensor.target, sensor.elastomer), (make, *asked, *more.items())
         if name not in families:
             families[name] = make(sensor, *asked, **more)
         return families[name]
 
-    vars(update_wrapper(made, make))["cache_clear"] = of.cache_clear  # as that of `lru_cache`
     return made
+
+
+@lru_cache(maxsize=1)
+def _families(*pad: object) -> dict[object, Levels]:
+    """Return the families of a pad by what was asked of whom: empty, where it is not the last one."""
+    return {}
 
 
 Changed = Callable[[Sensor, int], Bonded | None]

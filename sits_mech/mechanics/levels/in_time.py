@@ -25,6 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.cases import Progress, untold
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import under
@@ -32,7 +33,7 @@ from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rou
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
-from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
+from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
 from sits_mech.quantities import POSE, WRENCH, Array, Mask, Pose, SolveFailed, SolveReport, Wrench
