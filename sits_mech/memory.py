@@ -75,6 +75,24 @@ def latest(size: Callable[[Any], float]) -> Callable[[Callable[..., _Value]], Ca
     return keeping
 
 
+def kept_by_first(most: int) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:
+    """Keep in a function's first argument, by the function's name, what it returned of it, `most` at a time."""
+
+    def keeping(function: Callable[..., _Value]) -> Callable[..., _Value]:
+        @wraps(function)
+        def asked(owner: Any, *more: Any) -> _Value:
+            found: dict[object, _Value] = vars(owner).setdefault(function.__qualname__, {})  # gone with the owner
+            if (value := found.get(more)) is None:
+                if len(found) >= most:
+                    found.clear()
+                found[more] = value = function(owner, *more)
+            return value
+
+        return asked
+
+    return keeping
+
+
 def give_back() -> None:
     """Return freed memory to the system, where the C library can: a process that stays holds on to it else."""
     with suppress(AttributeError, OSError, TypeError):

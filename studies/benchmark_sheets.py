@@ -23,7 +23,6 @@ mm, 5 MHz; L0 of all coils, and a batch of 100 poses of all six components after
 
 from __future__ import annotations
 
-import itertools
 import resource
 import time
 from collections.abc import Callable
@@ -37,7 +36,7 @@ from threadpoolctl import threadpool_limits
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import Sheets, sheets
-from sits_mech.magnetics.space.divisions import prepared
+from sits_mech.magnetics.space.divisions import prepared, prepared_near
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed
 from sits_mech.scene.sensor import Sensor, load_sensor
 
@@ -73,7 +72,6 @@ TARGETS = (
     'shape="disc", diameter="12 mm"', 'shape="rectangle", width="12 mm", length="12 mm"',
     'shape="rectangle", width="16 mm", length="16 mm"',
 )
-_RUN = itertools.count()
 USE_COLUMNS = ("use", "count", "seconds", "ms_each")
 ARRAY_COLUMNS = ("coils", "target", "L0_seconds", "prepare_seconds", "pose_ms", "estimated_L", "process_MB")
 
@@ -86,9 +84,10 @@ def disc_sensor(radius: float, thickness: float = 2e-4) -> Sensor:
 
 
 def unprepared(sensor: Sensor, tolerance: float) -> Sheets:
-    """The model of a sensor whose plate nobody has prepared."""
-    prepared.cache_clear()
-    return sheets(sensor.model_copy(update={"name": f"{sensor.name}, {next(_RUN)}"}), tolerance)
+    """The model of a sensor, when no plate is prepared any more."""
+    for plates in (prepared, prepared_near):
+        plates.cache_clear()
+    return sheets(sensor, tolerance)
 
 
 def measure(name: str, sensor: Sensor, tolerance: float, row: tuple[float, float, float, float]) -> dict[str, object]:
@@ -229,20 +228,19 @@ def uses(coarse: bool) -> list[dict[str, object]]:
     sensor, (tolerance, few) = load_sensor("biorob2018"), (1e-1, 50) if coarse else (5e-3, 1)
     rest, alone, batch = Pose(0.0, 2e-3), moved(5 if coarse else 50), moved(1000 // few)
     spectrum, array_poses = np.geomspace(1e4, 2e7, 200 // few), moved(100 // few)
-    model, swept = unprepared(sensor, tolerance), unprepared(sensor, tolerance)
-    many = unprepared(array(2 if coarse else 8, TARGETS[0]), tolerance)
+    model, many = sheets(sensor, tolerance), sheets(array(2 if coarse else 8, TARGETS[0]), tolerance)
     asked: dict[str, tuple[int, Callable[[], object]]] = {
         "one pose, cold": (1, lambda: model.impedance(rest, 5e6)),
         "poses one by one, warm": (len(alone), lambda: [model.impedance(Pose.of(p), 5e6) for p in alone]),
         "batch of poses, warm": (len(batch), lambda: model.impedance(Pose.of(batch), 5e6)),
-        "spectrum, cold": (len(spectrum), lambda: [swept.impedance(rest, float(f)) for f in spectrum]),
+        "spectrum, cold": (len(spectrum), lambda: [model.impedance(rest, float(f)) for f in spectrum]),
         f"{len(many.sensor.coils)} coils, cold": (1, lambda: many.impedance(rest, 5e6)),
         f"{len(many.sensor.coils)} coils, warm": (len(array_poses), lambda: many.impedance(Pose.of(array_poses), 5e6)),
     }
     lines: list[dict[str, object]] = []
     for use, (count, answer) in asked.items():
         if use.endswith("cold"):
-            prepared.cache_clear()
+            unprepared(sensor, tolerance)
         began = time.process_time()
         answer()
         seconds = time.process_time() - began

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from sits_mech import disk_cache
-from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
 from sits_mech.quantities import Pose
@@ -37,7 +36,6 @@ def test_an_answer_is_the_same_to_the_bit(where: Path, monkeypatch: pytest.Monke
     sensor, pose = load_sensor("biorob2018"), Pose(0.0, 2e-3, 0.02)
 
     def answer() -> Any:
-        model._divided.cache_clear()
         divisions.prepared.cache_clear()
         return sheets(sensor, 1e-1).impedance(pose, 5e6)
 

@@ -1,5 +1,7 @@
 """The limit of memory: what is set holds, what is no number is refused; no more of an input is read than may come."""
 
+import gc
+import weakref
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,7 @@ from sits_mech.memory import (
     check_seconds,
     give_back,
     input_text,
+    kept_by_first,
     latest,
     limit_memory,
     limit_seconds,
@@ -49,6 +52,29 @@ def test_what_was_used_last_is_kept_as_far_as_memory_holds(monkeypatch):
     made.cache_clear()
     made(0.5)
     assert len(asked) == 7
+
+
+def test_what_a_plate_keeps_goes_with_it():
+    """An object of its own each: what was asked of it before is known, two at a time, and nobody else holds it."""
+    asked = []
+
+    class Plate:
+        pass
+
+    @kept_by_first(2)
+    def made(plate, omega):
+        asked.append(omega)
+        return [plate, omega]
+
+    one, other = Plate(), Plate()
+    for omega in (1.0, 2.0, 1.0, 3.0, 3.0, 2.0):
+        assert made(one, omega) == [one, omega]
+    assert asked == [1.0, 2.0, 3.0, 2.0]
+    assert made(other, 2.0)[0] is other and len(asked) == 5
+    gone = weakref.ref(one)
+    del one
+    gc.collect()
+    assert gone() is None
 
 
 @pytest.mark.parametrize("text", ["much", "0", "-1", "nan"])

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 
 import numpy as np
 import xarray as xr
@@ -155,10 +156,11 @@ def force_spread(
     wrenches = [Wrench(**held | dict(zip(cal.forces, load, strict=True))) for load in asked.tolist()]
     points = design(list(deviations.values()), samples)
     request = request_of(data)
-    poses, kept = [], dict[tuple[float, float], Array]()
+    layer = cache(partial(_settled, sensor, wrenches, (request["mechanics"], request["tolerance"])))
+    poses = []
     for number, point in enumerate(points):
         at = dict.fromkeys(TOLERANCES, 0.0) | dict(zip(deviations, point.tolist(), strict=True))
-        poses.append(_poses(sensor, at, wrenches, (request["mechanics"], request["tolerance"]), kept))
+        poses.append(layer(at["thickness"], at["modulus"]) + Pose(-at["offset"], at["gap"]).components)
         progress(number + 1, len(points))
     L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
     off = L - L[:1]
@@ -188,21 +190,10 @@ def loads_inside(cal: Calibration) -> Array:
     return np.asarray(cal.low + (cal.high - cal.low) * shares)
 
 
-def _poses(
-    sensor: Sensor, at: Mapping[str, float], loads: Sequence[Wrench], model: tuple[str, float],
-    kept: dict[tuple[float, float], Array],
-) -> Array:
-    """Return the poses (k, 6) of a sensor that is off, its coils at their places; NaN where a load fails."""
-    key = (at["thickness"], at["modulus"])
-    if key not in kept:
-        kept[key] = _settled(sensor, *key, loads, model)
-    return kept[key] + Pose(-at["offset"], at["gap"]).components
-
-
 def _settled(
-    sensor: Sensor, thicker: float, stiffer: float, loads: Sequence[Wrench], model: tuple[str, float]
+    sensor: Sensor, loads: Sequence[Wrench], model: tuple[str, float], thicker: float, stiffer: float
 ) -> Array:
-    """Return the poses (k, 6) of a layer of another thickness and modulus."""
+    """Return the poses (k, 6) of a layer of another thickness and modulus; NaN where a load fails."""
     if sensor.elastomer is None:
         raise SceneError(f"{sensor.name}: elastomer: must be given; it is missing")
     layer = sensor.elastomer.model_copy(update={"thickness": sensor.elastomer.thickness + thicker})

@@ -34,7 +34,7 @@ from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.section.coils import Track, coil_potentials, free_space_inductance, section_resistances, tracks
 from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.section.mesh import Division, Fineness, divide_plane, outline_samples
-from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
@@ -187,7 +187,7 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
         missed.append((fine.basis.N, max(error_L, 0.1 * error_R) / model.tolerance))
         if fine.basis.N > _MOST_UNKNOWNS or _hopeless(missed):
             break
-        fineness = _finer(fineness, _plate_errors(found))
+        fineness = _finer(fineness, found)
     seconds = time.perf_counter() - began
     raise SolveFailed(
         f"planar-fem: the tolerance {model.tolerance:g} is not reached with {fine.basis.N} unknowns, the estimated "
@@ -205,20 +205,16 @@ def _hopeless(missed: list[tuple[int, float]]) -> bool:
     return bool(error * (now / _MOST_UNKNOWNS) ** order > _FAR)
 
 
-def _finer(fineness: tuple[Fineness, ...], errors: Array) -> tuple[Fineness, ...]:
-    """Return smaller cells for the plates that carry the error."""
-    needed = errors >= _SMALL_SHARE * errors.max()
-    return tuple(f.times(_FINER) if more else f for f, more in zip(fineness, needed, strict=True))
-
-
-def _plate_errors(found: PlanarField) -> Array:
-    """Return the estimated error that each plate and the air nearest to it carry, shape (plates,) [H/m]."""
+def _finer(fineness: tuple[Fineness, ...], found: PlanarField) -> tuple[Fineness, ...]:
+    """Return smaller cells for the plates that, with the air nearest to them, carry the estimated error."""
     errors = element_errors(found.division, found.plates, found.omega, found.coarse, found.solution)
     middle = found.division.mesh.p[:, found.division.mesh.t].mean(axis=1).T
     outlines = [outline_samples(plate) for plate in found.plates]
     distance = np.array([cKDTree(np.column_stack([o.real, o.imag])).query(middle)[0] for o in outlines])
     owner = np.where(found.division.part > 0, found.division.part - 1, np.argmin(distance, axis=0))
-    return np.bincount(owner, weights=errors, minlength=len(found.plates)).astype(float)
+    carried = np.bincount(owner, weights=errors, minlength=len(found.plates))
+    needed = carried >= _SMALL_SHARE * carried.max()
+    return tuple(f.times(_FINER) if more else f for f, more in zip(fineness, needed, strict=True))
 
 
 def _check_coils(coils: tuple[Track, ...], ground: float | None) -> None:

@@ -96,7 +96,8 @@ def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = N
     if constraint is not None:
         q = constraint * scale
         q = q / np.linalg.norm(q)
-        S = _project(S, q)
+        Sq = S @ q
+        S = S - np.outer(q, Sq) - np.outer(Sq, q) + (q @ Sq) * np.outer(q, q)
         B = B - np.outer(B @ q, q)
     tau, V = eigh(S)
     return Modes(np.maximum(tau, 0.0), B @ V, scale[:, None] * V)
@@ -169,9 +170,3 @@ def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:
     """Return Lagrange's polynomial through values at the nodes."""
     shares = (np.prod((at - np.delete(nodes, k)) / (d - np.delete(nodes, k))) for k, d in enumerate(nodes))
     return np.asarray(sum(share * value for share, value in zip(shares, values, strict=True)))
-
-
-def _project(S: Array, q: Array) -> Array:
-    """Return (1 - q q^T) S (1 - q q^T) for a unit vector q."""
-    Sq = S @ q
-    return S - np.outer(q, Sq) - np.outer(Sq, q) + (q @ Sq) * np.outer(q, q)

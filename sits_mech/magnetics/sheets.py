@@ -32,7 +32,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -272,7 +271,6 @@ def not_representable(sensor: Sensor) -> str | None:
     return overlapping(sensor)
 
 
-@lru_cache(maxsize=6)
 def _divided(
     sensor: Sensor, part: _Asked, rung: Rung, clear: tuple[float, float], frequency: tuple[float, float]
 ) -> _Divided:
@@ -286,12 +284,9 @@ def _divided(
         cores = prepared_core(plate, part.susceptibility, rung, clear[0], sources)
         note = f"ferrite, mu_r = {metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
         return _Divided(cores, 0.0, 0.0, 1.0, (note,))
-    scale, divisions = (clear[0], frequency[1], *part.lengths(sensor, clear, near)), tuple[Any, ...]()
-    rung = replace(rung, few=False)  # of errors, not of divisions
-    if near:
-        divisions = prepared_near(plate, part.outline, rung, scale, sources or clear[1], part.become)
-    else:
-        divisions = prepared(plate, part.outline, rung, scale, part.become)
+    scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
+    asked: Any = plate, part.outline, replace(rung, few=False), scale  # few are errors, not divisions
+    divisions = prepared_near(*asked, sources or clear[1], part.become) if near else prepared(*asked, part.become)
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     lost, margin = (0.0, _NEAR) if near and sources is None else (unseen(divisions[0].box), 1.0)
     return _Divided(divisions, thickness, lost, margin, _notes(thickness, divisions[-1].sheets, lost))

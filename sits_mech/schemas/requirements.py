@@ -17,7 +17,9 @@ def requirements_schema() -> Schema:
     """Return the schema of a requirement file."""
     parts = {
         "scene": {"type": "string", "description": "A scene file in the same folder, or a name of the catalogue."},
-        "loads": _loads(), "vary": _vary(), "require": _require(), "tolerance": _tolerance(), "goal": _goal(),
+        "loads": _loads(), "vary": _vary(),
+        "require": _object({key: _limit(key, KINDS[key]) for key in ASKED}, "Limits of figures, all optional."),
+        "tolerance": _tolerance(), "goal": _goal(),
     }
     return {
         "$schema": DIALECT, "title": "Requirements of sits-mech", "type": "object", "additionalProperties": False,
@@ -52,11 +54,6 @@ def _vary() -> Schema:
     values = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, bounds]}
     what = "Keys of the scene in quotes, a star for every coil: bounds or lists."
     return {"type": "object", "minProperties": 1, "additionalProperties": values, "description": what}
-
-
-def _require() -> Schema:
-    """Return the limits of the figures."""
-    return _object({key: _limit(key, KINDS[key]) for key in ASKED}, "Limits of figures, all optional.")
 
 
 def _limit(key: str, kind: Kind) -> Schema:

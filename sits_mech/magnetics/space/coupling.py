@@ -12,9 +12,10 @@ evaluated together.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -26,6 +27,7 @@ from sits_mech.magnetics.modes import Modes
 from sits_mech.magnetics.space.far import Answered, Far, answers_to
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, Nodes, side_by_side
 from sits_mech.magnetics.space.sources import Posed
+from sits_mech.memory import kept_by_first
 from sits_mech.quantities import Array, Complex, Integers
 
 _LEVELS = 100  # more than there are
@@ -43,6 +45,7 @@ class Sheeted:
     classes: tuple[Modes, ...]  # one a symmetry class, seen through its combinations
     unknowns: int  # of the discrete problem
     sheets: int  # of the discrete problem
+    asked: Counter[float] = field(default_factory=Counter)  # coils in poses, by frequency: Y costs what some of them do
 
     @property
     def resolved(self) -> Sheeted:
@@ -65,11 +68,11 @@ class Sheeted:
         All are as prepared together; frequency [Hz].
         """
         n, p, omega = len(seen.coils), len(seen.places), 2 * np.pi * frequency
-        results, asked = np.empty((len(divisions), p, n, n), dtype=complex), _asked(self, frequency)
-        asked[0] += n * p
+        results = np.empty((len(divisions), p, n, n), dtype=complex)
+        self.asked[frequency] += n * p
         for some, drive, rank, levels in _drives(self, seen):
             pairs = np.arange(len(rank))[:, None, None], rank[:, :, None], rank[:, None, :]
-            if asked[0] <= _FEW:
+            if self.asked[frequency] <= _FEW:
                 found = np.stack([_by_modes(plate, drive, omega) for plate in divisions])
             else:
                 found = _reaction(tuple(divisions), drive, levels, omega)
@@ -138,7 +141,7 @@ def _drive(
             drive[pose[some], place[some], start : start + combined.shape[1]] = found[:, rows] @ combined
 
 
-@lru_cache(maxsize=64)
+@kept_by_first(64)
 def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> _Order:
     """Return the nodes of polynomials of an order; where a class's combinations start, its coefficients, and these."""
     box, found = plate.box, []
@@ -152,17 +155,11 @@ def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> _Order:
     return box.nodes(order), found
 
 
-@lru_cache(maxsize=8)
-def _responses(plates: tuple[Sheeted, ...], omega: float) -> tuple[Array, ...]:
+@kept_by_first(8)
+def _responses(plate: Sheeted, others: tuple[Sheeted, ...], omega: float) -> tuple[Array, ...]:
     """Return the real and imaginary part of each class's Y on all d divisions, shape (r, 2, d, r)."""
-    answers = zip(*([part.admittance(omega) for part in plate.classes] for plate in plates), strict=True)
+    answers = zip(*([part.admittance(omega) for part in each.classes] for each in (plate, *others)), strict=True)
     return tuple(np.stack([np.stack([Y.real, Y.imag], axis=1) for Y in each], axis=2) for each in answers)
-
-
-@lru_cache(maxsize=1024)
-def _asked(plate: Sheeted, frequency: float) -> list[int]:
-    """Return a counter of coils in poses asked for: Y costs what some of them do, and serves all that come after."""
-    return [0]
 
 
 def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
@@ -173,12 +170,12 @@ def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
 
 def _reaction(plates: tuple[Sheeted, ...], drive: Array, levels: Integers, omega: float) -> Complex:
     """Return `_by_modes` on all d divisions in one product, (d, p, n, n), coils of high levels first."""
-    (p, n, _), d = drive.shape, len(plates)
+    (p, n, _), d, (plate, *others) = drive.shape, len(plates), plates
     total = np.zeros((p, n, 2, d, n))
     firsts = _blocks(levels)
     for first, end in zip(firsts, (*firsts[1:], n), strict=True):
         found = np.zeros((p, 2 * d * (end - first), n - first))
-        for basis, own, Y in zip(plates[0].bases, plates[0].columns, _responses(plates, omega), strict=True):
+        for basis, own, Y in zip(plate.bases, plate.columns, _responses(plate, tuple(others), omega), strict=True):
             r = basis.widths[levels[first]]
             if r > 0:
                 part = drive[:, first:, own.start : own.start + r]

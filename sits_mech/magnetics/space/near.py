@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,12 +22,13 @@ from scipy.linalg import lu_factor, lu_solve
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import beyond
+from sits_mech.magnetics.modes import DEPTHS, beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
 from sits_mech.magnetics.space.far import Answered, Far, answers_to
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, field_means, side_by_side
 from sits_mech.magnetics.space.modes import combined
 from sits_mech.magnetics.space.sources import Cells, Posed, Sources
+from sits_mech.memory import kept_by_first
 from sits_mech.quantities import Array, Complex, Integers
 
 _KEEP = 1e-4  # weaker combinations of other plates' fields are left out, a tenth of what `neighbours` leaves out
@@ -66,9 +67,12 @@ class Near:
         """Size of the discrete problem."""
         return sum(part.problem.loops.unknowns * int(part.problem.weight) for part in self.classes)
 
+    @kept_by_first(2)
     def admittance(self, omega: float) -> Blocks:
         """Return Y of the combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
-        return _admittance(self, omega)
+        return Blocks(self.seen, tuple(
+            (part.columns, beyond(partial(_seen, self, k), omega, self.highest)) for k, part in enumerate(self.classes)
+        ))
 
     def reactions(self, divisions: Sequence[Near], seen: Posed, frequency: float) -> list[Complex]:
         """Return what a plate does to the coils' impedance; as `Sheeted.reactions`."""
@@ -87,8 +91,10 @@ class Near:
 
     @property
     def size(self) -> int:
-        """Memory of its matrices [bytes]."""
-        return sum(part.L.nbytes + part.R.nbytes + part.fluxes.nbytes for part in self.classes)
+        """Memory of its matrices and of their factors that it keeps [bytes]."""
+        arrays = [array for part in self.classes for array in (part.L, part.R, part.fluxes)]
+        factors = [factor for each in vars(self).get("_factors", {}).values() for factor, _ in each]
+        return sum(array.nbytes for array in (*arrays, *factors))
 
     @property
     def seen(self) -> int:
@@ -188,14 +194,6 @@ def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Com
     return np.asarray(omega**2 * answer)
 
 
-@lru_cache(maxsize=2)
-def _admittance(plate: Near, omega: float) -> Blocks:
-    """Return Y of what a plate sees apart from coils in their poses."""
-    return Blocks(plate.seen, tuple(
-        (part.columns, beyond(partial(_seen, plate, k), omega, plate.highest)) for k, part in enumerate(plate.classes)
-    ))
-
-
 def _seen(plate: Near, k: int, omega: float) -> Complex:
     """Return Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
     part = plate.classes[k]
@@ -218,7 +216,7 @@ def _symmetric(part: _Class, Z: Complex) -> Complex:
     return _weight(part) * (Z + np.swapaxes(Z, -1, -2))
 
 
-@lru_cache(maxsize=16)
+@kept_by_first(DEPTHS.size)
 def _factors(plate: Near, omega: float) -> list[Any]:
     """Return LU factors of R + j omega L, class by class."""
     return [_factor(part, omega) for part in plate.classes]
@@ -229,7 +227,7 @@ def _factor(part: _Class, omega: float) -> Any:
     return lu_factor(part.R + 1j * omega * part.L, overwrite_a=True, check_finite=False)
 
 
-@lru_cache(maxsize=16)
+@kept_by_first(DEPTHS.size)
 def _by_others(plate: Near, omega: float) -> list[Complex]:
     """Return the currents that combinations of other plates' fields drive, class by class."""
     return [_currents(factor, part.fluxes) for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]

@@ -24,7 +24,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -36,6 +35,7 @@ from scipy.spatial.distance import cdist
 from sits_mech.magnetics.space.far import Far, Moving, Plate, responses, seen_from
 from sits_mech.magnetics.space.fields import side_by_side
 from sits_mech.magnetics.space.sources import Posed
+from sits_mech.memory import kept_by_first
 from sits_mech.quantities import Array, Complex
 
 _MOVING, _FIXED = 1e-3, 5e-3  # directions that are left out, to the strongest: tests/magnetics/space/test_far.py
@@ -87,8 +87,9 @@ def coupled_reactions(
     `target` are the divisions of what moves, if anything does, `others` at least one fixed plate, with as many.
     """
     omega, n = 2 * np.pi * frequency, len(seen.coils)
-    where = tuple((tuple(part.turns[0].ravel().tolist()), tuple(part.places[0].tolist())) for part in others)
-    fixed = _fixed(tuple(part.divisions for part in others), where, omega, n)
+    where = tuple((*part.turns[0].ravel().tolist(), *part.places[0].tolist()) for part in others)
+    plates = tuple(part.divisions for part in others)
+    fixed = _fixed(plates[0][0], plates, where, omega, n)
     if not target:
         return [Z[None] for Z, _, _ in fixed.answers]
     clearance = min(part.divisions[0].box.clearance for part in others)
@@ -108,17 +109,14 @@ def coupled_reactions(
     return results
 
 
-@lru_cache(maxsize=16)
+@kept_by_first(16)
 def _fixed(
-    plates: tuple[tuple[Plate, ...], ...], where: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...], omega: float,
-    n: int,
+    first: Plate, plates: tuple[tuple[Plate, ...], ...], where: tuple[tuple[float, ...], ...], omega: float, n: int
 ) -> _Fixed:
-    """Return fixed plates together for n coils, by their divisions, and their turns and places."""
+    """Return fixed plates together for n coils, by their divisions (the first keeps it), and their turns and places."""
     fars = [seen_from(divisions[0], divisions[0].box.clearance, omega, _FIXED, n) for divisions in plates]
-    placed = tuple(
-        _Placed.of(far, np.reshape(turn, (3, 3)), np.array(place))
-        for far, (turn, place) in zip(fars, where, strict=True)
-    )
+    places = zip(fars, np.reshape(where, (-1, 4, 3)), strict=True)
+    placed = tuple(_Placed.of(far, at[:3], at[3]) for far, at in places)
     columns = side_by_side(far.fields.shape[1] for far in fars)
     L = np.zeros((columns[-1].stop, columns[-1].stop))
     for (other, own), (one, rows) in combinations(zip(placed, columns, strict=True), 2):

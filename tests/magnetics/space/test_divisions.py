@@ -21,7 +21,7 @@ from sits_mech.magnetics.space.divisions import _family, _interfaces, field_box,
 from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
-from sits_mech.magnetics.space.near import _factors, prepare_near
+from sits_mech.magnetics.space.near import prepare_near
 from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, added, rungs_for
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import GIB, TIME, VARIABLE
@@ -130,7 +130,6 @@ def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions(thickness: str
     found = family(None, 1e-2, "in poses", sensor.target)
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 1e-3]]))
     assert found.resolved == (frequencies == 1)
-    _factors.cache_clear()
 
     def asked() -> None:
         highest = math.inf if found.resolved else found.highest / RESOLVED**2
@@ -138,7 +137,6 @@ def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions(thickness: str
         plates[0].reactions(plates, seen, 1e7)
 
     assert 1 / 1.5 < found.needed / peak(asked) < 1.5
-    _factors.cache_clear()
 
 
 def test_memory_grows_like_the_square_of_the_cells() -> None:

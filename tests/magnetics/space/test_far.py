@@ -6,6 +6,7 @@ import pytest
 from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import neighbours
+from sits_mech.magnetics.space.divisions import prepared, prepared_near
 from sits_mech.magnetics.space.far import _weights
 from sits_mech.magnetics.space.fields import Blocks
 from sits_mech.quantities import Pose
@@ -25,8 +26,8 @@ def over(*places: str) -> object:
 
 def found(sensor: object) -> tuple[np.ndarray, np.ndarray]:
     """Return Delta L and R from the beginning on."""
-    for cached in (model._divided, neighbours._fixed, neighbours.seen_from):  # type: ignore[attr-defined]
-        cached.cache_clear()
+    for plates in (prepared, prepared_near):
+        plates.cache_clear()
     answer = sheets(sensor, 1e-1).impedance(POSES, 2e6)
     return answer.L - answer.L0, answer.R
 

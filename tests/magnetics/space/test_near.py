@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from common.infinite_plate import Layer, coil_change
 
 from sits_mech.geometry.windings import coil_sections
+from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space import divisions
+from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.near import Near
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
@@ -107,3 +113,41 @@ def test_no_step_where_polynomials_begin(sensor: Sensor) -> None:
     change = np.log(-(z.L - z.L0)[:, 0, 0])
     smooth = np.polynomial.Polynomial.fit(np.log(gaps), change, 4)(np.log(gaps))
     assert np.max(np.abs(change - smooth)) < 0.5 * np.max(z.error_L[:, 0, 0] / np.abs(z.L - z.L0)[:, 0, 0])
+
+
+def test_plates_and_what_they_answer_are_gone_with_their_preparation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Counters of a thousand plates, and factors of sixteen, held plates beyond any limit of memory."""
+    plates: list[weakref.ref[object]] = []
+    for name in ("prepared", "prepared_near"):
+        make = getattr(model, name)
+        make.cache_clear()
+
+        def made(*given, make=make):  # type: ignore[no-untyped-def]
+            found = make(*given)
+            plates.extend(map(weakref.ref, found))
+            return found
+
+        monkeypatch.setattr(model, name, made)
+    below = '{name="below",shape="rectangle",width="6 mm",length="5 mm",thickness="0.2 mm",material="copper"'
+    scene = load_sensor("biorob2018", [f'conductors=[{below},centre=["1 mm","0 mm","-1.5 mm"]}}]', "target.width=6e-3"])
+    for gap in (5e-4, 2e-3):
+        sheets(scene, 1e-1).impedance(Pose(0.0, gap), 5e6)
+    gc.collect()
+    assert {type(each()) for each in plates} == {Near, Sheeted}
+    divisions.prepared.cache_clear()
+    divisions.prepared_near.cache_clear()
+    gc.collect()
+    assert {each() for each in plates} == {None}
+
+
+def test_memory_of_a_plate_has_its_factors(monkeypatch: pytest.MonkeyPatch, sensor: Sensor) -> None:
+    """Those of three frequencies at a time, which are a plate's as much as its matrices."""
+    plates, make = list[Near](), model.prepared_near
+    monkeypatch.setattr(model, "prepared_near", lambda *given: plates.extend(make(*given)) or make(*given))
+    sizes = []
+    for frequency in (5.0e6, 4.9e6, 4.8e6, 4.7e6):
+        sheets(sensor, 1e-1).impedance(Pose(0.0, 5e-4), frequency)
+        sizes.append(plates[0].size)
+    matrices = sum(part.L.nbytes + part.R.nbytes + part.fluxes.nbytes for part in plates[0].classes)
+    factors = sum(16 * part.L.size for part in plates[0].classes)
+    assert sizes == [matrices + count * factors for count in (1, 2, 3, 1)]
