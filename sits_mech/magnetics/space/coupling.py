@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 
@@ -46,11 +46,6 @@ class Sheeted:
     unknowns: int  # of the discrete problem
     sheets: int  # of the discrete problem
     asked: Counter[float] = field(default_factory=Counter)  # coils in poses, by frequency: Y costs what some of them do
-
-    @property
-    def resolved(self) -> Sheeted:
-        """The plate with its own modes at all frequencies."""
-        return replace(self, classes=tuple(replace(part, highest=np.inf) for part in self.classes))
 
     @cached_property
     def columns(self) -> list[slice]:

@@ -40,7 +40,7 @@ from sits_mech.magnetics.space.modes import packed, prepare_sheets, unpacked
 from sits_mech.magnetics.space.near import Near, prepare_near
 from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, Rung, TooLarge, star
 from sits_mech.magnetics.space.sources import Sources
-from sits_mech.memory import GIB, beyond_memory, check_seconds, latest
+from sits_mech.memory import GIB, beyond_memory, check_seconds, give_back, latest
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Target
 
@@ -93,7 +93,10 @@ def prepared(
         lambda: prepare_sheets(family.divisions, metal, family.box, highest=family.highest, depth=family.depth),
         packed, partial(unpacked, family.box),
     )
-    return tuple(plate.resolved for plate in found) if family.resolved else found
+    if not family.resolved:
+        return found
+    whole = partial(replace, highest=math.inf)
+    return tuple(replace(plate, classes=tuple(map(whole, plate.classes))) for plate in found)
 
 
 @latest(lambda plates: sum(plate.size for plate in plates))
@@ -120,6 +123,7 @@ def _fitting_family(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[_Seen, Target | None]
 ) -> _Family:
     """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
+    give_back()  # what plates before took
     seen, become = way
     family = _family(target, outline, rung, scale, seen)
     family = family if become is None else _carried_to(family, target, become)
