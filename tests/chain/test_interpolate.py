@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sits_mech.cases import untold
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import (
     INTERPOLATED,
@@ -317,8 +318,8 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
         rests(poses_on_grid(LoadGrid(sensor, layer, SPACE, DISC, 1e-2, place, tell)))
         for layer, place, tell in (
             (second, keep, lambda done, of: seen.append((done, of))),
-            (third, keep, None),
-            (Spring(), (None, ""), None),
+            (third, keep, untold),
+            (Spring(), (None, ""), untold),
         )
     )
     assert not set(first.solved) & set(second.solved) and third.solved == []
