@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from threading import RLock
@@ -14,49 +15,49 @@ from typing import Any, TypeVar
 
 from sits_mech.units import SceneError
 
-VARIABLE = "SITS_MECH_MEMORY"
-"""Environment variable of the limit, in GiB; processes that a study starts inherit it."""
 GIB = 2**30
 """Bytes of a GiB."""
-TIME = "SITS_MECH_SECONDS"
-"""Environment variable of the limit of time, in seconds of processor time; as that of memory."""
-_DEFAULT = 4.0  # GiB
-_PATIENCE = 200.0  # s
 _MIB = 2**20  # bytes of a MiB
 _Value = TypeVar("_Value")
 
 
-def memory_limit() -> float:
-    """Return the limit [bytes]; raise ValueError where the environment variable is no positive number."""
-    return _limit(VARIABLE, _DEFAULT, "GiB") * GIB
+@dataclass(frozen=True)
+class Limit:
+    """A limit of a process and of those it starts, in an environment variable; raises ValueError unless positive."""
+
+    variable: str
+    usual: float
+    unit: str
+    name: str
+
+    def get(self) -> float:
+        """Return what the environment says, or what is usual."""
+        text = os.environ.get(self.variable, str(self.usual))
+        with suppress(ValueError):
+            if (limit := float(text)) > 0.0:
+                return limit
+        raise ValueError(f"{self.variable}: must be a positive number of {self.unit}; got {text!r}")
+
+    def set(self, limit: float) -> None:
+        """Set it."""
+        if not limit > 0.0:
+            raise ValueError(f"{self.name}: must be a positive number of {self.unit}; got {limit:g}")
+        os.environ[self.variable] = repr(limit)
+
+
+MEMORY = Limit("SITS_MECH_MEMORY", 4.0, "GiB", "memory")
+SECONDS = Limit("SITS_MECH_SECONDS", 200.0, "seconds", "seconds")  # of processor time, a step
 
 
 def beyond_memory(needed: float) -> str:
     """Say what some bytes are beside the limit, "some 3 GiB, more than ..."; nothing where they fit."""
-    limit = memory_limit()
-    said = f"some {needed / GIB:.3g} GiB, more than the limit of {limit / GIB:.3g} GiB (--memory, or {VARIABLE})"
-    return said if needed > limit else ""
+    limit = MEMORY.get()
+    said = f"some {needed / GIB:.3g} GiB, more than the limit of {limit:.3g} GiB (--memory, or {MEMORY.variable})"
+    return said if needed > limit * GIB else ""
 
 
-def _limit(variable: str, usual: float, unit: str) -> float:
-    """Return what an environment variable says, or what is usual."""
-    text = os.environ.get(variable, str(usual))
-    try:
-        limit = float(text)
-    except ValueError:
-        limit = float("nan")
-    if not limit > 0.0:
-        raise ValueError(f"{variable}: must be a positive number of {unit}; got {text!r}")
-    return limit
-
-
-def limit_memory(gib: float) -> None:
-    """Set the limit of this process and those it starts [GiB]; raise ValueError where it is not positive."""
-    _set_limit(VARIABLE, gib, "memory", "GiB")
-
-
-def latest(size: Callable[[Any], float]) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:
-    """Keep what a function returned, the last used of it that the limit of memory holds by its `size` [bytes]."""
+def latest(most: int) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:
+    """Keep what a function returned, the last used of it: at most so many, and what the limit of memory holds."""
 
     def keeping(function: Callable[..., _Value]) -> Callable[..., _Value]:
         found, lock = dict[object, _Value](), RLock()
@@ -64,8 +65,9 @@ def latest(size: Callable[[Any], float]) -> Callable[[Callable[..., _Value]], Ca
         @wraps(function)
         def asked(*given: Any) -> _Value:
             with lock:
-                found[given] = value = found.pop(given) if given in found else function(*given)
-                while len(found) > 1 and sum(map(size, found.values())) > memory_limit():
+                new = given not in found
+                found[given] = value = function(*given) if new else found.pop(given)
+                while new and (len(found) > most or (len(found) > 1 and beyond_memory(held(found)))):
                     del found[next(iter(found))]
             return value
 
@@ -73,6 +75,24 @@ def latest(size: Callable[[Any], float]) -> Callable[[Callable[..., _Value]], Ca
         return asked
 
     return keeping
+
+
+def held(value: object) -> int:
+    """Return the bytes of the arrays of a value and of all that is in it, each once."""
+    import numpy as np  # that help does without
+
+    left, seen, total = [value], set[int](), 0
+    while left:
+        if id(part := left.pop()) in seen:
+            continue
+        seen.add(id(part))
+        if isinstance(part, np.ndarray):
+            total += 0 if isinstance(part.base, np.ndarray) else part.nbytes
+            left.append(part.base)
+        else:
+            within = part.values() if isinstance(part, dict) else part if isinstance(part, tuple | list) else ()
+            left.extend((*within, *getattr(part, "__dict__", {}).values()))
+    return total
 
 
 def kept_by_first(most: int) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:
@@ -99,28 +119,13 @@ def give_back() -> None:
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def limit_seconds(seconds: float) -> None:
-    """Set the limit of time of this process and those it starts [s]; raise ValueError where it is not positive."""
-    _set_limit(TIME, seconds, "seconds", "seconds")
-
-
-def _set_limit(variable: str, limit: float, what: str, unit: str) -> None:
-    """Put a limit into its environment variable, or refuse it."""
-    if not limit > 0.0:
-        raise ValueError(f"{what}: must be a positive number of {unit}; got {limit:g}")
-    os.environ[variable] = repr(limit)
-
-
-def seconds_limit() -> float:
-    """Return the limit [s of processor time]; raise ValueError where the environment variable is no such number."""
-    return _limit(TIME, _PATIENCE, "seconds")
-
-
 def check_seconds(needed: float, what: str) -> None:
     """Refuse a step `what` that needs longer than the limit [s of processor time] by SceneError, before it begins."""
-    limit = seconds_limit()
+    limit = SECONDS.get()
     if needed > limit:
-        raise SceneError(f"{what} must take at most {limit:g} s (--seconds, or {TIME}); it takes some {needed:.2g} s")
+        raise SceneError(
+            f"{what} must take at most {limit:g} s (--seconds, or {SECONDS.variable}); it takes some {needed:.2g} s"
+        )
 
 
 def input_text(path: str | Path, what: str, most: int = 64, errors: str = "strict") -> str:
@@ -141,8 +146,8 @@ def input_text(path: str | Path, what: str, most: int = 64, errors: str = "stric
 
 def peak_memory() -> float | None:
     """Return the most memory that this process has had [bytes]; None where the system does not say."""
-    try:
+    with suppress(ImportError):  # Windows
         import resource
-    except ImportError:  # Windows
-        return None
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
+    return None

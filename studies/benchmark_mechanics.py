@@ -144,7 +144,7 @@ def solver_row(model: str, cells: int) -> list[object]:
     lu_solving, other = timed(lambda: lu.solve(sides[place]))
     away = float(np.abs(found[place] - other).max() / np.abs(other).max())
     return [
-        model, cells, len(body.free), stiffness, order, factor, solving, memory.factor / 1e6, memory.total / 1e6,
+        model, cells, len(body.free), stiffness, order, factor, solving, memory.factor / 1e6, sum(memory) / 1e6,
         lu_order - lu_factor, lu_factor, lu_solving, 12e-6 * lu.nnz, away,
     ]
 

@@ -11,7 +11,7 @@ from cyclopts import App, Parameter
 
 from sits_mech.cli.console import warn
 from sits_mech.disk_cache import keep_nothing
-from sits_mech.memory import limit_memory, limit_seconds
+from sits_mech.memory import MEMORY, SECONDS
 from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, quantity_range
 from sits_mech.version import __version__
 
@@ -96,9 +96,9 @@ class Overrides:
         if self.no_cache:
             keep_nothing()
         if self.seconds is not None:
-            limit_seconds(self.seconds)
+            SECONDS.set(self.seconds)
         if self.memory is not None:
-            limit_memory(self.memory)
+            MEMORY.set(self.memory)
         return (*self.keys, *(("elastomer.weld=true",) if self.weld else ()))
 
 

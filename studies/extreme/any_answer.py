@@ -28,7 +28,7 @@ from extreme.rows import DONE, Row
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.simulate import at_rest, simulate
 from sits_mech.geometry.collision import Collision
-from sits_mech.memory import limit_seconds
+from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -55,7 +55,7 @@ def any_row(case: Case) -> Row:
 
     def in_steps() -> Row:
         """Ask it, refusing steps that take long."""
-        limit_seconds(STEP)
+        SECONDS.set(STEP)
         return asked(case)
 
     ended = asked_apart(in_steps, seconds=ANSWER, gib=MEMORY)

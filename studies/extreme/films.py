@@ -94,4 +94,4 @@ def taken(sensor: Sensor, report: SolveReport) -> float:
     """Return the memory of the level that answered [bytes]."""
     levels, _ = pad_family(sensor)
     level = next(n for n in range(len(levels)) if len(levels.maker(n).free) + 3 >= report.unknowns)
-    return float(memory_of_box(levels.cells(level)).total)
+    return float(sum(memory_of_box(levels.cells(level))))

@@ -76,7 +76,7 @@ class _Family:
     seconds: float
 
 
-@lru_cache(maxsize=12)
+@latest(12)
 def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, become: Target | None = None
 ) -> tuple[Sheeted, ...]:
@@ -99,7 +99,7 @@ def prepared(
     return tuple(replace(plate, classes=tuple(map(whole, plate.classes))) for plate in found)
 
 
-@latest(lambda plates: sum(plate.size for plate in plates))
+@latest(64)
 def prepared_near(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, beside: float | Sources = 0.0,
     become: Target | None = None,
@@ -223,6 +223,7 @@ def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int
     return outline_plan(target_outline(target, outline), grading)
 
 
+@lru_cache(maxsize=64)
 def is_near(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> bool:
     """Say whether a plate is so close to the coils that its polynomials do not carry their field."""
     return unseen(field_box(target, outline, clearance, rung)) > _UNSEEN

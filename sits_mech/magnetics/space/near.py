@@ -90,13 +90,6 @@ class Near:
         return found
 
     @property
-    def size(self) -> int:
-        """Memory of its matrices and of their factors that it keeps [bytes]."""
-        arrays = [array for part in self.classes for array in (part.L, part.R, part.fluxes)]
-        factors = [factor for each in vars(self).get("_factors", {}).values() for factor, _ in each]
-        return sum(array.nbytes for array in (*arrays, *factors))
-
-    @property
     def seen(self) -> int:
         """Combinations of other plates' fields, and coils at rest."""
         return self.sources + sum(basis.size for basis in self.bases)

@@ -35,7 +35,7 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.body import Bonded, State, remembered
 from sits_mech.mechanics.equilibrium.linearisation import Arc, Held
 from sits_mech.mechanics.equilibrium.newton import LONGEST, SETTLED, Settled, Verdict, Way, newton, rate, verdict
-from sits_mech.memory import seconds_limit
+from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array
 
 _EASY = 5  # iterations up to which the next increment grows
@@ -97,7 +97,7 @@ def affordable(body: Bonded, share: float = 0.25) -> float:
 
     A quarter, as four paths may be in vain: those of the free and of the guarded family, without and with contact.
     """
-    return share * seconds_limit() / iteration_seconds(body)
+    return share * SECONDS.get() / iteration_seconds(body)
 
 
 def iteration_seconds(body: Bonded) -> float:

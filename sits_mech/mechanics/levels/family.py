@@ -121,7 +121,7 @@ class Levels:
 
         Raise ValueError for one of the first two levels, without which there is no answer.
         """
-        beyond = beyond_memory(memory_of_box(self.cells(level)).total)
+        beyond = beyond_memory(sum(memory_of_box(self.cells(level))))
         if level > 1 or not beyond:
             return beyond and f"a finer mesh would take {beyond}: raise it for a smaller error"
         takes = f"memory: a mesh of {' x '.join(map(str, self.cells(level)))} cells takes {beyond}"
@@ -293,11 +293,6 @@ class Memory(NamedTuple):
     stiffness: int  # element stiffnesses
     factor: int
     working: int  # besides the factor while it is made
-
-    @property
-    def total(self) -> int:
-        """Sum of all."""
-        return sum(self)
 
 
 class Front(NamedTuple):

@@ -12,7 +12,7 @@ from sits_mech.geometry.tracks import coil_bars
 from sits_mech.magnetics.coils import resistance
 from sits_mech.magnetics.coils.resistance import track_conductivity, track_resistance, track_spectrum
 from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.memory import TIME
+from sits_mech.memory import SECONDS
 from sits_mech.scene.sensor import Coil, SceneError
 
 MM = 1e-3
@@ -69,7 +69,7 @@ def test_refused(wrong: list[float]) -> None:
 
 
 def test_so_many_filaments_are_refused_before_they_are_paired(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(TIME, "1e-3")
+    monkeypatch.setenv(SECONDS.variable, "1e-3")
     with pytest.raises(SceneError, match="^uneven current in a coil of .* must take at most 0.001 s"):
         track_spectrum(COIL, [1e6])
 

@@ -10,7 +10,7 @@ from scipy.constants import mu_0
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import mutual_loops, ring_mutual
 from sits_mech.magnetics.coils.ring_field import coil_potential, ring_potential, spectrum, winding_potential
-from sits_mech.memory import TIME
+from sits_mech.memory import SECONDS
 from sits_mech.scene.sensor import Coil, SceneError
 
 MM = 1e-3
@@ -166,7 +166,7 @@ def test_a_table_is_made_where_it_pays_and_what_takes_long_is_refused(monkeypatc
     np.testing.assert_array_equal(found, exact)
     table = winding_potential(coil, "rings", region, 50_000)(points.T[None])[0].T
     assert 0.0 < np.abs(table - exact).max() < 2e-6 * np.abs(exact).max()
-    monkeypatch.setenv(TIME, "1e-3")
+    monkeypatch.setenv(SECONDS.variable, "1e-3")
     with pytest.raises(SceneError, match="^coils: the field of 24 turns at 50 points must take at most 0.001 s"):
         ring_potential(coil, points, 0.1 * MM)
 

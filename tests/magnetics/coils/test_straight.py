@@ -14,7 +14,7 @@ from sits_mech.magnetics.coils.loops import free_inductances, ring_inductance
 from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import linkage, track_potential
-from sits_mech.memory import TIME
+from sits_mech.memory import SECONDS
 from sits_mech.scene.coils import Coil
 from sits_mech.units import SceneError
 
@@ -257,7 +257,7 @@ def test_long_coil_by_the_metre() -> None:
 
 def test_tracks_without_number_are_refused_before_they_are_paired(monkeypatch: pytest.MonkeyPatch) -> None:
     tracks = coil_tracks(square(4, 6.0, 0.1, 0.1), "rings")
-    monkeypatch.setenv(TIME, "1e-6")
+    monkeypatch.setenv(SECONDS.variable, "1e-6")
     with pytest.raises(SceneError, match="^coils: the inductance of 16 and 16 tracks must take at most 1e-06 s"):
         linkage(tracks, tracks)
 

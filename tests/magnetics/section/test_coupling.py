@@ -9,7 +9,7 @@ from sits_mech.magnetics.bars import LADDER, _answering, planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.section.coils import bars_of_coils
 from sits_mech.magnetics.section.coupling import coupled_reaction, filaments, samples
-from sits_mech.memory import TIME
+from sits_mech.memory import SECONDS
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, SceneError, load_sensor
 
@@ -31,7 +31,7 @@ def scene(*parts, **changes):
 def test_filaments_without_number_are_refused(monkeypatch):
     """Of bars 0.1 um from the plate, as many as the distance asks."""
     source = filaments(bars_of_coils(load_sensor("biorob2018")), 1e-7, 1e-4, None)
-    monkeypatch.setenv(TIME, "1e-6")
+    monkeypatch.setenv(SECONDS.variable, "1e-6")
     with pytest.raises(SceneError, match="^planar: the field of .* at 3 points must take at most 1e-06 s"):
         samples(source, POSE, 35e-6, np.array([0.0, 1j, 1.0]) * MM)
 

@@ -24,7 +24,7 @@ from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import prepare_near
 from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, added, rungs_for
 from sits_mech.magnetics.space.sources import Posed
-from sits_mech.memory import GIB, TIME, VARIABLE
+from sits_mech.memory import GIB, MEMORY, SECONDS
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import SceneError, load_sensor
 
@@ -151,7 +151,7 @@ def test_memory_grows_like_the_square_of_the_cells() -> None:
 
 
 def test_a_plate_that_no_division_fits_is_refused_before_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(VARIABLE, "0.01")
+    monkeypatch.setenv(MEMORY.variable, "0.01")
     model = sheets(load_sensor("biorob2018"), 1e-2, outline=read_outline(MESHES / "slotted_disc.msh"))
 
     def refused() -> None:
@@ -165,7 +165,7 @@ def test_a_plate_that_no_division_fits_is_refused_before_it_is_made(monkeypatch:
 def test_the_time_of_prisms_is_known_before_it_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tall cells of a thick disc are all near each other, two hundred times as dear as far ones."""
     target = 'target={material="copper", shape="disc", diameter="12 mm", thickness="1 m"}'
-    monkeypatch.setenv(TIME, "10")
+    monkeypatch.setenv(SECONDS.variable, "10")
     monkeypatch.setattr(divisions, "prepare_near", None)  # is not reached
     model = sheets(load_sensor("triaxial-4", [target, "frequency=1e-6"]), 0.1)
     with pytest.raises(SceneError, match=r"^sheets: the preparation of a plate of .* GiB must take at most 10 s"):

@@ -16,7 +16,7 @@ from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import prepare_near
 from sits_mech.magnetics.space.prisms import gauss_points
 from sits_mech.magnetics.space.sources import Posed, Sources
-from sits_mech.memory import TIME
+from sits_mech.memory import SECONDS
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Conductor, SceneError, Target, load_sensor
@@ -118,7 +118,7 @@ def test_straight_tracks_that_take_too_long_are_refused_before_they_are_summed(
     plate = Conductor(name="back", material="copper", shape="rectangle", centre=(0.0, -2e-3), width=2e-2, length=2e-2,
                       thickness=1e-4)  # fmt: skip
     asked = sensor.model_copy(update={"conductors": (plate,), "target": None} if backed else {})
-    monkeypatch.setenv(TIME, "6")
+    monkeypatch.setenv(SECONDS.variable, "6")
 
     def summed(*given: object) -> None:
         raise AssertionError("the field was summed")

@@ -12,7 +12,7 @@ from sits_mech.mechanics.equilibrium.increments import followed
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.memory import TIME
+from sits_mech.memory import SECONDS
 from sits_mech.quantities import PathModel, SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.units import SceneError
@@ -108,7 +108,7 @@ def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain():
 def test_a_path_with_friction_keeps_to_the_limit_of_time(monkeypatch):
     """Its increments, too; it says where it stands."""
     line = planar_layer(pad(9, 9, 3, ROUGH), 1e-2)
-    monkeypatch.setenv(TIME, "0.2")
+    monkeypatch.setenv(SECONDS.variable, "0.2")
     with pytest.raises(SolveFailed, match=r"\(--seconds\)"):
         line.equilibrium(Wrench(40.0, 900.0))
 

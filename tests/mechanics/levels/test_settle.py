@@ -8,7 +8,7 @@ from sits_mech.mechanics.equilibrium.newton import MOST
 from sits_mech.mechanics.equilibrium.path import affordable
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.levels.answer import first_look
-from sits_mech.memory import TIME
+from sits_mech.memory import SECONDS
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.units import SceneError
@@ -31,12 +31,12 @@ def test_a_load_that_is_not_carried_is_looked_at_once_on_each_family(monkeypatch
 def test_a_path_takes_its_share_of_the_limit_of_time(monkeypatch):
     """An increment more at most; where one increment takes longer than the limit it is refused before."""
     pad = block_pad(load_sensor("biorob2018-w15"), 1e-2)
-    monkeypatch.setenv(TIME, "2")
+    monkeypatch.setenv(SECONDS.variable, "2")
     most = affordable(pad.half[0].coarse)
     look = first_look(pad.half, pad.half[0], None, under(Wrench(M=0.3)))
     assert look.reason == "long" and look.state.iterations < most + MOST
     with pytest.raises(SolveFailed, match=r"\(--seconds\)"):
         pad.equilibrium(Wrench(M=0.3))
-    monkeypatch.setenv(TIME, "1")
+    monkeypatch.setenv(SECONDS.variable, "1")
     with pytest.raises(SceneError, match="a load on a mesh of 3562 unknowns must take at most 1 s"):
         pad.equilibrium(Wrench(F_z=1.0))
