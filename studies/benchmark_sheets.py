@@ -328,20 +328,20 @@ def draw(lines: list[dict[str, object]], path: Path) -> None:
 
 
 def main() -> None:
-    """Write the table and its picture."""
+    """Write each table when it is known, and its picture."""
     coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(1):
-        of_uses, of_drawn = uses(coarse), drawn(coarse)
-        of_chance, of_estimates, of_arrays, lines = by_chance(coarse), estimates(coarse), arrays(coarse), table(coarse)
-    print(write_rows(of_chance, folder / "benchmark_sheets_by_chance.csv"))
-    print(kept(of_chance))
-    draw_chances(of_chance, folder / "benchmark_sheets_by_chance.png")
-    print(write_rows(of_uses, folder / "benchmark_sheets_uses.csv"))
-    print(write_rows([*of_estimates, *of_drawn], folder / "benchmark_sheets_estimates.csv"))
-    print(f"{summary(of_estimates)}\noutlines drawn: {summary(of_drawn)}")
-    print(write_rows(of_arrays, folder / "benchmark_sheets_arrays.csv"))
-    print(write_rows(lines, folder / "benchmark_sheets.csv"))
-    draw(lines, folder / "benchmark_sheets.png")
+        print(write_rows(uses(coarse), folder / "benchmark_sheets_uses.csv"), flush=True)
+        of_chance = by_chance(coarse)
+        print(write_rows(of_chance, folder / "benchmark_sheets_by_chance.csv"), kept(of_chance), sep="\n", flush=True)
+        draw_chances(of_chance, folder / "benchmark_sheets_by_chance.png")
+        of_drawn, of_estimates = drawn(coarse), estimates(coarse)
+        print(write_rows([*of_estimates, *of_drawn], folder / "benchmark_sheets_estimates.csv"))
+        print(f"{summary(of_estimates)}\noutlines drawn: {summary(of_drawn)}", flush=True)
+        print(write_rows(arrays(coarse), folder / "benchmark_sheets_arrays.csv"), flush=True)
+        lines = table(coarse)
+        print(write_rows(lines, folder / "benchmark_sheets.csv"))
+        draw(lines, folder / "benchmark_sheets.png")
 
 
 if __name__ == "__main__":
