@@ -14,6 +14,7 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 GIB = 2**30
@@ -33,7 +34,7 @@ class Ended:
 
 
 def asked_apart(question: Callable[[], Any], *, seconds: float, gib: float) -> Ended:
-    """Return what a question returns in a child that has so many seconds of processor time and GiB of memory."""
+    """Return what a question returns in a child that has so many seconds of processor time and GiB more of memory."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
@@ -58,7 +59,8 @@ def _answer(question: Callable[[], Any], write: int, seconds: float, gib: float)
     """Answer in the child, which ends here."""
     began = time.process_time()
     resource.setrlimit(resource.RLIMIT_CPU, (int(began + seconds) + 1, int(began + seconds) + 2))
-    resource.setrlimit(resource.RLIMIT_AS, (int(gib * GIB), int(gib * GIB)))
+    own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()  # what it was born with
+    resource.setrlimit(resource.RLIMIT_AS, (own + int(gib * GIB), own + int(gib * GIB)))
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.alarm(int(_PATIENCE * seconds) + 1)
     code, text = 0, b""
