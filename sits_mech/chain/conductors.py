@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import count
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from sits_mech.scene.sensor import Conductor, Sensor
 
 _LEAST = 1e-6  # of L0: the change of inductance is taken as more than that; of what is then worth less than
 _NOTHING = 1e-2  # of the tolerance nothing more is asked
+_Shares = Callable[[Sequence[Conductor]], Array]  # of conductors together, over the change asked for
 _LOOSE = 1.0  # of the change: bounds of conductors near the coils from which on a half-space's is told
 
 
@@ -45,8 +47,7 @@ class AmongFar:
         check_clearance(self.sensor, pose)
         found = self.model.impedance(pose, frequency)
         far = [part for part in self.sensor.conductors if part not in self.solved.conductors]
-        share = remote_bounds(self.solved, far, pose, section=found.unit_L == "H/m", enough=self.enough)
-        share = share.sum(axis=1)
+        share = remote_bounds(self.solved, far, pose, section=found.unit_L == "H/m", enough=self.enough).sum(axis=1)
         if not np.all(np.isfinite(share)):
             names = ", ".join(f"conductors.{part.name}" for part in far)
             raise ValueError(f"pose: the target must stay far from {names}, left out for that; ask for a model by name")
@@ -69,28 +70,26 @@ def without_far(
     `model` makes the model of the bare sensor, `pose` is where the change of inductance is asked for to `tolerance`;
     with `section` what the plane cuts counts as endless.
     """
-    if sensor.target is None:  # there is no change but theirs
-        return sensor, (), ""
     bare = _with(sensor, ())
     worth = remote_bounds(bare, sensor.conductors, pose, section=section, enough=negligible(tolerance))
     if worth.sum(axis=1).max() <= negligible(tolerance):  # whatever the change is
-        sizes = worth.max(axis=0) / _LEAST
-        return bare, tuple(map(_omission, sensor.conductors, sizes.tolist())), ""
+        return bare, tuple(map(_omission, sensor.conductors, (worth.max(axis=0) / _LEAST).tolist())), ""
+    at_least = partial(_shares, bare, pose, np.ones(len(worth)), section)  # no change is more than L0
+    if min(_alone(at_least, sensor.conductors)) >= _LOOSE:
+        return sensor, (), _told(sensor, sensor.conductors, at_least)
     try:
         found = model(bare).impedance(pose, sensor.frequency)
     except SolveFailed:
         return sensor, (), ""
     change = np.abs(found.L - found.L0).max(axis=(-2, -1)).ravel() / np.diag(found.L0).max()
-    kept: list[Conductor] = []
+    kept, flat = list[Conductor](), found.unit_L == "H/m"
     while True:
         solved, far = _with(sensor, kept), [part for part in sensor.conductors if part not in kept]
-        shares = partial(_shares, solved, pose, change, found.unit_L == "H/m")
+        shares = partial(_shares, solved, pose, change, flat)
         left = _small_together(far, shares, tolerance)
         if len(left) == len(far):
-            left_out = tuple(_omission(part, float(size)) for part, size in zip(far, shares(far), strict=True))
-            alone = partial(_shares, bare, pose, change, found.unit_L == "H/m")
-            said = [_counted(sensor, part, float(alone([part])[0])) for part in kept]
-            return solved, left_out, "; ".join(said)
+            left_out = tuple(map(_omission, far, shares(far).tolist()))
+            return solved, left_out, _told(sensor, kept, partial(_shares, bare, pose, change, flat))
         kept += [part for part in far if part not in left]
 
 
@@ -106,12 +105,14 @@ def _shares(solved: Sensor, pose: Pose, change: Array, section: bool, far: Seque
     return np.asarray(each.max(axis=0))
 
 
-def _small_together(
-    parts: Sequence[Conductor], shares: Callable[[Sequence[Conductor]], Array], tolerance: float
-) -> list[Conductor]:
+def _alone(shares: _Shares, parts: Sequence[Conductor]) -> list[float]:
+    """Return the share of each conductor by itself."""
+    return [float(shares([part])[0]) for part in parts]
+
+
+def _small_together(parts: Sequence[Conductor], shares: _Shares, tolerance: float) -> list[Conductor]:
     """Return the conductors that together stay below a tolerance, largest effects dropped first."""
-    alone = {part.name: float(shares([part])[0]) for part in parts}
-    left = sorted((part for part in parts if alone[part.name] <= tolerance), key=lambda part: alone[part.name])
+    left = [parts[k] for size, k in sorted(zip(_alone(shares, parts), count())) if size <= tolerance]
     while left and float(shares(left).sum()) > tolerance:
         left.pop()
     return left
@@ -122,8 +123,13 @@ def _with(sensor: Sensor, parts: Sequence[Conductor]) -> Sensor:
     return sensor.model_copy(update={"conductors": tuple(parts)})
 
 
+def _told(sensor: Sensor, parts: Sequence[Conductor], shares: _Shares) -> str:
+    """Say by how much each conductor alone may change the answer, or the inductances where it is near."""
+    return "; ".join(map(partial(_counted, sensor), parts, _alone(shares, parts)))
+
+
 def _counted(sensor: Sensor, part: Conductor, size: float) -> str:
-    """Say by how much a conductor alone may change the answer, or the inductances where it is near."""
+    """Say that of one, whose share is given."""
     if size < _LOOSE:
         return f"{part.name} alone: at most {size:.2g} of the change"
     share = half_space_share(sensor.coils, part)

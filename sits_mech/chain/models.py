@@ -212,7 +212,7 @@ def _settled(
     plain = choose_magnetics(sensor.model_copy(update={"conductors": ()}), name, known, given, loaded)
     solved, left_out, counted = sensor, tuple[Omission, ...](), ""
     pose = _shown_at(sensor, given)
-    if pose is not None and sensor.substrate_radius is None:
+    if pose is not None and sensor.target is not None and sensor.substrate_radius is None:
         asked = magnetic_tolerance(plain.name, tolerance) if loaded else tolerance
         flat, made = _KINDS[plain.name] == "section", MAGNETICS[plain.name]
         solved, left_out, counted = without_far(sensor, lambda bare: made(bare, _COARSE), pose, asked, section=flat)

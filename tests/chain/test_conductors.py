@@ -267,6 +267,21 @@ def test_what_no_change_can_show_is_left_out_without_a_look(monkeypatch: pytest.
     assert asked[0].conductors == ()
 
 
+def test_what_counts_whatever_the_change_is_needs_no_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A change is L0 at most: where each alone may be as much at some pose, the bare sensor is not solved."""
+    sensor, poses = among(nut(5.0, -0.02), nut(0.0, -3.0, name="below")), Pose(np.zeros(2), np.full(2, 2e-3))
+    asked = []
+    for below, looks in ([0.1, 1.0], False), ([0.1, 0.99], True):
+
+        def bounds(solved: Sensor, far: list[Conductor], pose: Pose, *, below=below, **more: object) -> np.ndarray:
+            return np.array([{"nut": [0.2, np.inf], "below": below}[part.name] for part in far]).reshape(-1, 2).T
+
+        monkeypatch.setattr(conductors, "remote_bounds", bounds)
+        solved, left_out, said = without_far(sensor, lambda scene: asked.append(scene) or Still(), poses, 1e-2)
+        assert bool(asked) == looks and solved.conductors == sensor.conductors and left_out == ()
+        assert said == "; ".join(_counted(sensor, part, np.inf) for part in sensor.conductors)
+
+
 @pytest.mark.parametrize("unit", ["H", "H/m"])
 def test_far_ones_are_measured_by_the_change_of_the_bare_sensor(monkeypatch: pytest.MonkeyPatch, unit: str) -> None:
     """The largest entry of the change over the larger L0; a model per metre of depth has endless conductors."""
@@ -281,7 +296,7 @@ def test_far_ones_are_measured_by_the_change_of_the_bare_sensor(monkeypatch: pyt
     solved, (item,), said = without_far(sensor, lambda _: Still(unit), REST, 1e-2)
     assert solved.conductors == () and said == "" and item.size == pytest.approx(1e-4 / 0.05)
     assert item.in_error and item.reason.startswith("far away, at (200, 0, 0) mm")
-    assert sections[0] is False and set(sections[1:]) == {unit == "H/m"}
+    assert sections[:2] == [False, False] and set(sections[2:]) == {unit == "H/m"}
     found = AmongFar(Still(unit), sensor, solved, (), ()).impedance(REST, 1e6)
     assert sections[-1] == (unit == "H/m") and found.error_L[0, 0] == pytest.approx(1e-4 * 4e-6)
 

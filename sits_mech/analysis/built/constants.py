@@ -22,7 +22,6 @@ from scipy.optimize import least_squares
 
 from sits_mech.analysis.bench import code_calibration, codes_of, loads_over, sensor_front_end
 from sits_mech.analysis.built.adaptation import Adaptation
-from sits_mech.analysis.built.prior import Prior
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import Calibration
 
@@ -73,7 +72,8 @@ def constants_of(found: Adaptation, cal: Calibration | None = None) -> Constants
     cal = cal or code_calibration(prior.sensor, prior.data)
     s = float(found.values[found.names.index("modulus")]) if "modulus" in found.names else 1.0
     f = _grid(cal)
-    own = _codes(prior, prior.used(found.values), s * f)
+    front, _ = sensor_front_end(prior.sensor, prior.data)
+    own = codes_of(prior.sensor, front, prior.bench(s * f).model(prior.used(found.values)[None])[0])
     seen = np.all(np.isfinite(own), axis=1)
     f, own = f[seen], own[seen]
     first = as_computed(cal)
@@ -87,12 +87,6 @@ def _grid(cal: Calibration) -> Array:
     count = _ACROSS.get(len(cal.forces), 4)
     edge = 0.5 * (1.0 - _SHARE) * (cal.high - cal.low)
     return loads_over(np.minimum(cal.low + edge, np.maximum(cal.low, 0.0)), cal.high - edge, count)
-
-
-def _codes(prior: Prior, p: Array, forces: Array) -> Array:
-    """Return the codes of a sensor with unknowns p under forces (m, d), shape (m, n); NaN where it shows none."""
-    front, _ = sensor_front_end(prior.sensor, prior.data)
-    return codes_of(prior.sensor, front, prior.bench(forces).model(p[None])[0])
 
 
 def _lines(cal: Calibration, base: Array, f: Array, own: Array) -> tuple[Array, Array]:

@@ -123,13 +123,8 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     return fit_map(names, loads[:, [WRENCH.index(name) for name in names]], slopes.reshape(len(loads), -1))
 
 
-def moduli(
-    forces: Array, table: Table, names: Sequence[str], fitted: bool
-) -> tuple[tuple[float, float], tuple[str, str]]:
-    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why.
-
-    Where the modulus is not `fitted` one must be among them.
-    """
+def moduli(forces: Array, table: Table, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:
+    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why."""
     (least, most), (why_least, why_most) = _MODULI, ("", "")
     for k, (name, low, high) in enumerate(zip(names, *table.ends(), strict=True)):
         unit = shown_unit(name)
@@ -143,12 +138,4 @@ def moduli(
                 least, why_least = top / end, came
             if end < 0.0 and top / end < most:
                 most, why_most = top / end, came
-    if not fitted:
-        _check_one(least, most, (why_least, why_most))
     return (least, most), (why_least, why_most)
-
-
-def _check_one(least: float, most: float, why: tuple[str, str]) -> None:
-    """Refuse forces that the map holds for other moduli than the scene's alone."""
-    if not least <= 1.0 <= most:
-        raise SceneError(f"table: must reach beyond the measured forces; {why[int(least <= 1.0)]}")

@@ -7,9 +7,20 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.newton import Arc, Way, newton, rate, smallest_eigenvalue, target_stiffness
+from sits_mech.mechanics.equilibrium.newton import (
+    MOST,
+    SETTLED,
+    Arc,
+    Way,
+    newton,
+    rate,
+    smallest_eigenvalue,
+    target_stiffness,
+    unloaded,
+)
 from sits_mech.mechanics.equilibrium.path import PRECISE, Outcome, carried, follow, pursued
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.settle import carried_words
@@ -172,3 +183,15 @@ def test_a_path_of_no_length_is_lost():
     load = layer_scales(scene(15, 3)).load(Wrench(F_z=100.0))[:3]
     found = pursued(body, Way(0.0 * load, load, held), (rest(body), 0.0), 0.0, smallest=1e-2, most=np.inf)
     assert (found.reason, found.reached, found.state.iterations) == ("lost", 0.0, rest(body).iterations)
+
+
+def test_a_descent_takes_its_time_at_edges_where_steps_wander():
+    """A pad of K/mu = 0.5 sheared by half its thickness: full steps end nowhere in 16, the descent rests after 19."""
+    silicone = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=1.5e4}'
+    pad = block_pad(load_sensor("biorob2018", ["target.load_height=0", silicone]), 2e-2).half
+    body = pad[0].fine
+    goal = pad.scales.load(Wrench(F_x=1.367045645863782))[:3]
+    wandering = newton(body, unloaded(body), goal).state
+    descent = newton(body, unloaded(body), goal, falling=True).state
+    assert wandering.iterations == MOST and wandering.residual > SETTLED
+    assert MOST < descent.iterations <= 2 * MOST and descent.residual <= SETTLED and descent.min_J > 0.1
