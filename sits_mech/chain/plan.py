@@ -178,21 +178,14 @@ def _of_target(sensor: Sensor, known: tuple[str, ...], loaded: bool, coaxial: bo
 
 
 def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded: bool) -> bool:
-    """Return whether a disc stays on the one coil's axis, as far as poses are known; of loads all must be known."""
-    coil = sensor.coils[0]
-    if not _has_one_disc(sensor):
+    """Return whether a disc stays on the one round coil's axis, as far as poses are known; of loads all must be."""
+    coil, shape = sensor.coils[0], sensor.target and sensor.target.shape
+    if (len(sensor.coils), coil.is_round, sensor.substrate_radius, shape) != (1, True, None, "disc"):
         return False
     if loaded:
         upright = all(isinstance(load, Wrench) and keeps_axis(load) for load in given)
-        return bool(given) and upright and symmetry_of(sensor).mirrored and coil.centre == (0.0, 0.0)
+        return bool(given) and upright and (symmetry_of(sensor).mirrored, coil.centre) == (True, (0.0, 0.0))
     return all(isinstance(pose, Pose) and on_axis(coil, pose) for pose in given)
-
-
-def _has_one_disc(sensor: Sensor) -> bool:
-    """Return whether a scene is a disc over one round coil on a flat board."""
-    (coil, *others), target = sensor.coils, sensor.target
-    round_coil = coil.is_round and not others and sensor.substrate_radius is None
-    return round_coil and target is not None and target.shape == "disc"
 
 
 def _free_tracks(sensor: Sensor) -> str:

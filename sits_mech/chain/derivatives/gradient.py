@@ -179,7 +179,8 @@ def gradient(
 def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
     """Return numbers of a scene by name, and those that move the target; errors as `gradient`."""
     numbers = [_checked(sensor, name) for name in names]
-    return numbers, [number for number in numbers if _of_layer(number)]
+    parts = [[(scene.elastomer, scene.target) for scene in (place_of(number), number.scene)] for number in numbers]
+    return numbers, [number for number, (other, own) in zip(numbers, parts, strict=True) if other != own]
 
 
 def mirrors_of(sensor: Sensor) -> Symmetry:
@@ -201,12 +202,6 @@ def _checked(sensor: Sensor, name: str) -> Parameter:
     if name.rpartition(".")[2] in _NO_LENGTHS or name.startswith("readout."):
         raise SceneError(f"gradient: {name} has no derivative here; lengths, constants of the silicone, frequency have")
     return parameter(sensor, name)
-
-
-def _of_layer(number: Parameter) -> bool:
-    """Return whether a number belongs to the layer or its target."""
-    other = place_of(number)
-    return other.elastomer != number.scene.elastomer or other.target != number.scene.target
 
 
 def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:

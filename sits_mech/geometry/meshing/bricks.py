@@ -136,7 +136,9 @@ def ring_bricks(
     rho, z = _rings(lines), lines[2]
     outwards, through = (split, split) if base is None else (_rings(base), base[2])
     flat, quads = _square(rho, around)
-    mesh, division = _extruded(flat, quads, _rings_divided(rho, around, split, outwards), z, through)
+    core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
+    across = joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
+    mesh, division = _extruded(flat, quads, across, z, through)
     straight = MeshHex2.from_mesh(mesh)
     placed = straight.doflocs.copy()
     placed[:2] = _placed(straight.doflocs[:2], target, pad)
@@ -165,12 +167,6 @@ def _extruded(flat: Array, quads: Integers, across: Division, z: Array, base: in
     part, (low, high) = np.roll(found.part, -1, axis=1), (np.roll(ends, -1, axis=1) for ends in found[2:])
     mesh = MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(hexes))
     return mesh, Division(found.base, part, low, high)
-
-
-def _rings_divided(rho: Array, around: int, split: int, outwards: int | Array) -> Division:
-    """Return the division of the cells of `_square`."""
-    core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
-    return joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
 
 
 def _square(rho: Array, around: int) -> tuple[Array, Integers]:

@@ -146,7 +146,9 @@ def coupled_reaction(plates: tuple[SectionPlate, ...], source: Filaments, omega:
     ends = np.cumsum([0, *(rows.shape[0] for rows in own)])
     system = np.eye(ends[-1], dtype=complex)
     for k, emitter in enumerate(plates):
-        fields = _emitted(emitter, omega, finest)
+        places, currents = emitter.prepared.currents(omega, finest)  # a column for each of its coefficients
+        p = emitter.place.placed(places + 0.5j * emitter.place.thickness)
+        fields = [Filaments(p.real, p.imag, part, None) for part in (currents.real, currents.imag)]
         for i, receiver in enumerate(plates):
             if i != k:
                 real, imaginary = (_rows(receiver, part) for part in fields)
@@ -164,10 +166,3 @@ def _rows(plate: SectionPlate, source: Filaments) -> Array:
     place = plate.place
     pose = Pose(np.array([place.bottom.real]), np.array([place.bottom.imag]), np.array([place.alpha]))
     return plate.prepared.coefficients(samples(source, pose, place.thickness, plate.prepared.nodes)[0]).T
-
-
-def _emitted(plate: SectionPlate, omega: float, finest: int) -> tuple[Filaments, Filaments]:
-    """Return a plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
-    places, currents = plate.prepared.currents(omega, finest)
-    p = plate.place.placed(places + 0.5j * plate.place.thickness)
-    return Filaments(p.real, p.imag, currents.real, None), Filaments(p.real, p.imag, currents.imag, None)

@@ -103,7 +103,8 @@ class SelfContact:
         stiffness = (weight * slope / self.depth)[:, None, None] * square
         stiffness -= (weight * push)[:, None, None] * found.curvature
         values = np.zeros((len(numbers), *stiffness.shape[1:]))
-        pair = here._pair_of(met.points // p, met.faces)
+        key = np.array([len(self.skin.facets), 1])
+        pair = np.searchsorted(here._of_pairs @ key, np.stack([met.points // p, met.faces], axis=1) @ key)
         np.add.at(values, pair, stiffness)
         energy = self.depth * float((weight * phi).sum())
         return Term(energy, summed(numbers[pair], forces, size), numbers, values)
@@ -147,11 +148,6 @@ class SelfContact:
     def _of_pairs(self) -> Integers:
         """Return the pairs, none if they are found in each state."""
         return np.zeros((0, 2), dtype=np.int64) if self.pairs is None else self.pairs
-
-    def _pair_of(self, own: Integers, other: Integers) -> Integers:
-        """Return the pair of the faces of points and of facets."""
-        key = np.array([len(self.skin.facets), 1])
-        return np.asarray(np.searchsorted(self._of_pairs @ key, np.stack([own, other], axis=1) @ key))
 
 
 def _nodes(skin: Skin, u: Array) -> Array:
