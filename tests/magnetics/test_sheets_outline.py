@@ -12,7 +12,7 @@ from sits_mech.geometry.outline import Outline, outline_plan, read_outline
 from sits_mech.geometry.sheet_plan import Grading, plan_seams
 from sits_mech.geometry.tracks import Tracks
 from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.magnetics.coils.ring_field import filament_counts, ring_potential
+from sits_mech.magnetics.coils.ring_field import coil_potential, filament_counts
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.magnetics.sheets import sheets
@@ -156,7 +156,7 @@ def test_spiral_beside_rings() -> None:
     loop = np.column_stack([-4e-3 + radius * np.cos(angle), radius * np.sin(angle), np.full(angle.size, z)])
     track = Tracks(loop[:-1], loop[1:], *np.full((2, 2000), coil.track_width))
     A = track_potential(track, *map(gauss_rule, filament_counts(coil, 15e-3)))(points.T[None])[0].T
-    assert A == pytest.approx(ring_potential(coil, points, 15e-3)[:, :2], rel=1e-5, abs=1e-16)
+    assert A == pytest.approx(coil_potential(coil, points, 15e-3)[:, :2], rel=1e-5, abs=1e-16)
     L = free_inductances(sensor.coils, windings="spiral")
     assert L[0, 0] == pytest.approx(2.5076e-6, rel=1e-2)  # as rings; a spiral of so many turns is close to them
     assert L[0, 1] == pytest.approx(-47.43e-9, rel=3e-2)

@@ -6,9 +6,15 @@ cancels on the axis):
     A = (-y, x, 0) P,   P = mu0 a^2 (8 / 3 pi) R_D(0, 4 r1 r2 / (r1 + r2)^2, 1) / (r1 + r2)^3,
     r1^2 = (a + rho)^2 + (z - z_k)^2,   r2^2 = (a - rho)^2 + (z - z_k)^2.
 
-P of all the coil's rings together is a smooth function of rho and z: for many points it is tabulated once and
-interpolated (bicubic splines on a grid in asinh(rho / radius), with its mirror image, and in ln z). Above rings below
-z = 0, with the section means ``S(k) = sum <a J1(k a) exp(k z)>`` [m],
+P of all the coil's rings together is smooth over the distance from them: for many points it is tabulated once and
+interpolated (cubic splines in ln z and, with its mirror image, in s; together less than 2e-6 off). From a clearance c
+on, of windings from b to B,
+
+    s = f(rho) - f(0),   f(rho) = i / c + asinh(3 t + 9/2 t^3) / 3,   t = (rho - i) / c,   i = rho clipped to [b, B],
+
+which is linear above the windings, logarithmic far from them, and smooth to the fourth derivative between.
+
+Above rings below z = 0, with the section means ``S(k) = sum <a J1(k a) exp(k z)>`` [m],
 
     A_phi = (mu0/2) int_0^inf S(k) J1(k r) exp(-k z) dk    [V s/m per A].
 
@@ -39,15 +45,17 @@ from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.straight import Potential, track_potential
 from sits_mech.magnetics.section.kernels import gauss_count, gauss_rule
 from sits_mech.memory import beyond_memory, check_seconds
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
 _RIGHT = 3e-4  # error of a track's field by filaments, of its size: no more than plates' divisions show of L
 _STEPLESS = 1e-5  # the same where fewer filaments will do: no step shows in what is interpolated
-_STEP = 0.05  # of the table, in distances to the coil
+STEP = 0.04
+"""Step of tables, in distances to the windings."""
 _POINT = 1.9e-7  # s of processor time that a filament of a ring takes at a point
 _POSES = 30  # whose points of a plate a table may outnumber: as many cost the same without one
 _TRACK = 5e-8  # s that a straight filament does
+_BEND = math.sqrt(8.0 / 9.0)  # by which the cubic is solved: t = _BEND sinh(asinh(sinh(3 s) / _BEND) / 3)
 _PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
 _PANEL = 16  # Gauss points of a panel
 _WAVES = 0.375  # Gauss points across a ring, over its width times the largest wave number: 1.5 times the fewest
@@ -75,15 +83,8 @@ def _farther(coil: Coil, away: Array, clearance: float) -> list[tuple[tuple[int,
     return [(counts, np.isin(octave, each)) for counts, each in kinds.items()]
 
 
-def ring_potential(coil: Coil, points: Array, clearance: float) -> Array:
-    """Return A of a coil's rings at points (n, 3) [m], at least a clearance off, shape (n, 3) [V s / (A m)]."""
-    x, y = points[:, 0] - coil.centre[0], points[:, 1] - coil.centre[1]
-    profile = _profile(coil, np.hypot(x, y), points[:, 2], clearance)
-    return np.column_stack([-y * profile, x * profile, np.zeros(x.size)])
-
-
-def _profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
-    """Return P of the module docstring, all rings in series."""
+def ring_profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
+    """Return P of the module docstring, all rings in series, where points are at least a clearance off [m]."""
     rings = coil_sections(coil)
     rho, z = np.broadcast_arrays(rho, z)
     total = np.zeros(rho.shape)
@@ -103,11 +104,14 @@ def _profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
     return 8.0 * mu_0 / (3.0 * np.pi) * total
 
 
-def coil_potential(coil: Coil, points: Array, clearance: float) -> Array:
-    """Return A of a coil of any shape per ampere, round ones as rings; as `ring_potential`."""
-    if coil.is_round:
-        return ring_potential(coil, points, clearance)
-    A = _straight(coil, "rings", clearance)(points.T[None])[0]
+def coil_potential(coil: Coil, points: Array, clearance: float, windings: str = "rings") -> Array:
+    """Return A of a coil at points (n, 3) [m], at least a clearance off, shape (n, 3) [V s / (A m)]."""
+    if windings == "rings" and coil.is_round:
+        x, y = points.T[:2] - np.reshape(coil.centre, (2, 1))
+        profile = ring_profile(coil, np.hypot(x, y), points[:, 2], clearance)
+        A = np.stack([-y * profile, x * profile])
+    else:
+        A = _straight(coil, windings, clearance)(points.T[None])[0]
     return np.column_stack([*A, np.zeros(len(points))])
 
 
@@ -139,18 +143,16 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
     """
     if not winding.is_round or windings == "spiral":
         return _straight(winding, windings, region[0])
-    lowest, (radius, step, _) = region[0], _steps(winding, region[0])
-    if 2 * _PAD * (_PAD + 1.0 / step) > _POSES * points:  # nodes of the least table, whatever the poses
-        def potential(points: Array) -> Array:
-            """Return A_x and A_y at points."""
-            A = ring_potential(winding, np.swapaxes(points, 1, 2).reshape(-1, 3), lowest)
-            return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)[:, :2]
-
-        return potential
+    lowest, axis = region[0], Radial(winding, region[0])
+    least = 2 * _PAD * (_PAD + axis.steps(winding.outer_diameter / 2))  # nodes of a table, whatever the poses
+    if least > _POSES * points:
+        return lambda at: np.swapaxes(
+            coil_potential(winding, np.swapaxes(at, 1, 2).reshape(-1, 3), lowest).reshape(len(at), -1, 3), 1, 2
+        )[:, :2]
     highest, farthest = (2.0 ** math.ceil(math.log2(size)) for size in region[1:])  # few tables serve all poses
-    columns = _PAD + math.ceil(math.asinh(farthest / radius) / step)
-    rows = 2 * _PAD + math.ceil(math.log(highest / lowest) / _STEP)
-    return _table(winding, lowest, columns, rows).potential
+    columns = _PAD + math.ceil(axis.steps(farthest))
+    rows = 2 * _PAD + math.ceil(math.log(highest / lowest) / STEP)
+    return _table(axis, columns, rows).potential
 
 
 def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: int) -> None:
@@ -160,40 +162,61 @@ def check_straight(coils: Sequence[Coil], windings: str, lowest: float, points: 
     check_seconds(_TRACK * tracks * points, f"coils: the field of {tracks} straight filaments at {points} points")
 
 
+@dataclass(frozen=True)
+class Radial:
+    """Distances from a round coil's axis in steps over which its field is smooth, from a clearance on [m]."""
+
+    coil: Coil
+    clearance: float
+
+    def steps(self, rho: Array | float) -> Any:
+        """Return s of the module docstring [STEP]."""
+        return (self._from_windings(rho) - self._from_windings(0.0)) / STEP
+
+    def at(self, steps: Integers) -> Any:
+        """Return the distance from the axis after so many steps [m]."""
+        s, c = STEP * steps + self._from_windings(0.0), self.clearance
+        i = self._wound(c * s)
+        return i + c * _BEND * np.sinh(np.arcsinh(np.sinh(3.0 * (s - i / c)) / _BEND) / 3.0)
+
+    def _from_windings(self, rho: Array | float) -> Any:
+        """Return f of the module docstring."""
+        i, c = self._wound(rho), self.clearance
+        t = (rho - i) / c
+        return i / c + np.arcsinh(t * (3.0 + 4.5 * t * t)) / 3.0
+
+    def _wound(self, rho: Array | float) -> Any:
+        """Return the nearest distance from the axis that is wound."""
+        return np.clip(rho, self.coil.inner_diameter / 2, self.coil.outer_diameter / 2)
+
+
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """Spline coefficients of P, even in asinh(rho / radius) and in ln z from `_steps` on; P itself below."""
+    """Spline coefficients of P in steps of a coil's distances from the axis, and of ln z from `start` on; P below."""
 
-    winding: Coil
+    axis: Radial
     values: Array
-    lowest: float
+    start: float
 
     def potential(self, points: Array) -> Array:
         """Return A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
-        radius, step, start = _steps(self.winding, self.lowest)
-        below = z < math.exp(start + 0.5 * _PAD * _STEP)
-        u = np.arcsinh(np.hypot(x, y) * (1.0 / radius)) * (1.0 / step)
-        height = np.log(np.where(below, 1.0, z) if below.any() else z)
-        place = np.stack([u, (height - start) * (1.0 / _STEP)])
+        rho, below = np.hypot(x, y), z < math.exp(self.start + 0.5 * _PAD * STEP)
+        height = np.log(np.where(below, 1.0, z))
+        place = np.stack([self.axis.steps(rho), (height - self.start) / STEP])
         P = map_coordinates(self.values, place, order=3, mode="mirror", prefilter=False)
         if below.any():
-            P[below] = _profile(self.winding, np.hypot(x[below], y[below]), z[below], self.lowest)
+            P[below] = ring_profile(self.axis.coil, rho[below], z[below], self.axis.clearance)
         return np.stack([-y * P, x * P], axis=1)
 
 
-def _steps(winding: Coil, lowest: float) -> tuple[float, float, float]:
-    """Return radius, step in asinh(rho / radius) and start in ln z of a table for heights from `lowest` on."""
-    radius = winding.outer_diameter / 2
-    return radius, _STEP * min(1.0, lowest / radius), math.log(lowest) - _PAD * _STEP
-
-
 @lru_cache(maxsize=16)
-def _table(winding: Coil, lowest: float, columns: int, rows: int) -> _Table:
-    """Return P of a winding's rings at so many distances from the axis, and heights about `lowest` [m] and above."""
-    radius, step, start = _steps(winding, lowest)
-    rho, z = radius * np.sinh(step * np.arange(columns))[:, None], np.exp(start + _STEP * np.arange(rows))
-    return _Table(winding, spline_filter(_profile(winding, rho, z, lowest), order=3, mode="mirror"), lowest)
+def _table(axis: Radial, columns: int, rows: int) -> _Table:
+    """Return P of a coil's rings at so many distances from the axis, and heights about its clearance and above."""
+    start = math.log(axis.clearance) - _PAD * STEP
+    rho, z = axis.at(np.arange(columns))[:, None], np.exp(start + STEP * np.arange(rows))
+    P = ring_profile(axis.coil, rho, z, axis.clearance)
+    return _Table(axis, spline_filter(P, order=3, mode="mirror"), start)
 
 
 def spectrum(rings: Sections, k: Array) -> Array:

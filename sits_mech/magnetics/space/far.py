@@ -84,13 +84,12 @@ def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: 
     points, r = box.points(), Y.size
     K = 1.0 / cdist(_around(box, clearance), points)
     strength_of, weak_of = _weights(Y, coils)
-    Q, strength, count = np.zeros((r, 0)), np.ones(1), 0
-    while strength[-1] > lost * strength[0] and count < r:
-        count = min(max(2 * count, _SKETCH), r)
-        field = K.T @ np.random.default_rng(0).normal(size=(len(K), 3 * count))
-        Q, strength = np.linalg.svd(
-            _weighted(strength_of, seen(plate, field.reshape(len(points), 3, count), r)), full_matrices=False
-        )[:2]
+    Q, strength, known, rng = np.zeros((r, 0)), np.ones(1), np.zeros((r, 0)), np.random.default_rng(0)
+    while strength[-1] > lost * strength[0] and (count := known.shape[1]) < r:
+        more = min(max(count, _SKETCH), r - count)
+        field = (K.T @ rng.normal(size=(len(K), 3 * more))).reshape(len(points), 3, more)
+        known = np.hstack([known, _weighted(strength_of, seen(plate, field, r))])
+        Q, strength = np.linalg.svd(known, full_matrices=False)[:2]
     Q = Q[:, strength > lost * strength[0]]
     if coils:
         found = Y @ np.eye(r, coils, coils - r)

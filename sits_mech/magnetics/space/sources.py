@@ -16,19 +16,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potential
+from sits_mech.magnetics.coils.ring_field import Radial, coil_potential, ring_profile, winding_potential
 from sits_mech.magnetics.space.fields import Box, chebyshev, chebyshev_points, to_coefficients
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
-_STEP = 0.05  # of the profile's nodes in asinh(rho / radius), over the distance to the radius
+_END = 4  # steps of a profile beyond its points, where its spline is not moved by its end
 _MOST = 5  # Gauss points along an axis
 _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 _LEVEL = 1e-9  # heights nearer than this are one [m]
@@ -161,25 +162,27 @@ def _count(sides: Array, away: Array | float) -> Integers:
 
 def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
     """Return A of a coil about z at points, shape (m, 3)."""
+    if windings != "rings" or not coil.is_round:
+        return coil_potential(coil, points, distance, windings)
+    axis, rho = Radial(coil, distance), np.hypot(points[:, 0], points[:, 1])
+    heights, level = np.unique(np.round(points[:, 2] / _LEVEL), return_inverse=True)
+    farthest = 2.0 ** math.ceil(math.log2(max(rho.max(), coil.outer_diameter / 2)))  # one profile serves many
+    profiles = _profiles(axis, tuple((heights * _LEVEL).tolist()), math.ceil(axis.steps(farthest)))
+    steps, P = axis.steps(rho), np.empty(len(points))
+    for k, profile in enumerate(profiles):
+        some = level == k
+        P[some] = profile(steps[some])
+    return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
+
+
+@lru_cache(maxsize=16)
+def _profiles(axis: Radial, heights: tuple[float, ...], steps: int) -> list[Any]:
+    """Return P of a coil's rings on some heights [m], as splines over so many steps from its axis."""
     from scipy.interpolate import CubicSpline
 
-    if windings != "rings" or not coil.is_round:
-        found = winding_potential(coil, windings, (distance, 0.0, 0.0), 0)(points.T[None])[0].T
-        return np.pad(found, ((0, 0), (0, 3 - found.shape[1])))
-    rho, radius = np.hypot(points[:, 0], points[:, 1]), coil.outer_diameter / 2
-    u = np.arcsinh(rho / radius)
-    step = _STEP * min(1.0, distance / radius)
-    low, high = float(u.min()) - 4 * step, float(u.max()) + 4 * step
-    nodes = np.linspace(low, high, math.ceil((high - low) / step))
-    at = radius * np.sinh(np.maximum(np.abs(nodes), 1e-9))  # P is even
-    heights, level = np.unique(np.round(points[:, 2] / _LEVEL), return_inverse=True)
-    along = np.stack(np.broadcast_arrays(at, 0.0, heights[:, None] * _LEVEL), axis=-1).reshape(-1, 3)
-    values = ring_potential(coil, along, distance)[:, 1].reshape(len(heights), -1) / at
-    P = np.empty(len(points))
-    for k, row in enumerate(values):
-        some = level == k
-        P[some] = CubicSpline(nodes, row)(u[some])
-    return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
+    nodes = np.arange(-_END, steps + _END + 1)  # P is even
+    values = ring_profile(axis.coil, axis.at(np.abs(nodes)), np.array(heights)[:, None], axis.clearance)
+    return [CubicSpline(nodes, row) for row in values]
 
 
 def reach(coils: Sequence[Coil], middle: tuple[float, float]) -> float:

@@ -9,7 +9,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import mutual_loops, ring_mutual
-from sits_mech.magnetics.coils.ring_field import coil_potential, ring_potential, spectrum, winding_potential
+from sits_mech.magnetics.coils.ring_field import STEP, Radial, coil_potential, spectrum, winding_potential
 from sits_mech.memory import SECONDS
 from sits_mech.scene.sensor import Coil, SceneError
 
@@ -150,10 +150,10 @@ def test_filaments_are_fewer_where_points_are_farther_and_alike_for_a_point() ->
                 track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6)
     across, up = np.meshgrid(np.linspace(0.0, 6.0, 25), [0.05, 0.11, 0.4, 1.7])
     points = np.column_stack([across.ravel(), 0.0 * across.ravel(), up.ravel()]) * MM
-    found, near = ring_potential(coil, points, 0.05 * MM), ring_potential(coil, points, 0.02 * MM)
+    found, near = coil_potential(coil, points, 0.05 * MM), coil_potential(coil, points, 0.02 * MM)
     assert np.abs(found - near).max() < 1e-4 * np.abs(near).max()
     for k in (0, 30, 60, 99):
-        np.testing.assert_array_equal(ring_potential(coil, points[k : k + 1], 0.05 * MM)[0], found[k])
+        np.testing.assert_array_equal(coil_potential(coil, points[k : k + 1], 0.05 * MM)[0], found[k])
 
 
 def test_a_table_is_made_where_it_pays_and_what_takes_long_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -161,14 +161,28 @@ def test_a_table_is_made_where_it_pays_and_what_takes_long_is_refused(monkeypatc
     coil = Coil(name="C", centre=(0.0, 0.0), layers=2, turns=12, inner_diameter=2.2 * MM, track_width=0.1 * MM,
                 track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6)
     points = np.column_stack([np.linspace(0.0, 5.0, 50), np.zeros(50), np.linspace(0.1, 0.3, 50)]) * MM
-    region, exact = (0.1 * MM, 0.3 * MM, 6 * MM), ring_potential(coil, points, 0.1 * MM)[:, :2]
+    region, exact = (0.1 * MM, 0.3 * MM, 6 * MM), coil_potential(coil, points, 0.1 * MM)[:, :2]
     found = winding_potential(coil, "rings", region, 1000)(points.T[None])[0].T
     np.testing.assert_array_equal(found, exact)
     table = winding_potential(coil, "rings", region, 50_000)(points.T[None])[0].T
     assert 0.0 < np.abs(table - exact).max() < 2e-6 * np.abs(exact).max()
     monkeypatch.setenv(SECONDS.variable, "1e-3")
     with pytest.raises(SceneError, match="^coils: the field of 24 turns at 50 points must take at most 0.001 s"):
-        ring_potential(coil, points, 0.1 * MM)
+        coil_potential(coil, points, 0.1 * MM)
+
+
+@pytest.mark.parametrize("clearance", [0.07, 0.35, 3.0])
+def test_steps_are_few_and_go_with_the_distance_from_the_windings(clearance: float) -> None:
+    """A coil 7.8 to 11 mm wide, out to 0.1 m: even steps over it, growing ones beside it; 11,900 by asinh(rho / R)."""
+    track = {"layers": 1, "track_width": 0.09 * MM, "track_gap": 0.01 * MM, "track_thickness": 35e-6}
+    axis = Radial(Coil(name="C", centre=(0.0, 0.0), turns=32, inner_diameter=15.6 * MM, **track), clearance * MM)
+    count = int(axis.steps(0.1))
+    at = axis.at(np.arange(count + 1))
+    np.testing.assert_allclose(axis.steps(at), np.arange(count + 1), atol=1e-9 * count)
+    away = np.maximum(np.maximum(7.8 * MM - at, at - 11.0 * MM), 0.0)
+    steps = np.diff(at) / np.hypot(clearance * MM, (away[1:] + away[:-1]) / 2)
+    assert at[0] == pytest.approx(0.0, abs=1e-12) and count < 3.2 * MM / (STEP * clearance * MM) + 14.0 / STEP
+    assert 0.8 * STEP < steps.min() and steps.max() < 1.1 * STEP
 
 
 def test_the_spectrum_of_a_wide_ring_is_that_of_its_strips() -> None:

@@ -12,7 +12,7 @@ from sits_mech.geometry.tracks import Tracks, coil_tracks
 from sits_mech.geometry.windings import coil_sections, turn_radii
 from sits_mech.magnetics.coils.loops import free_inductances, ring_inductance
 from sits_mech.magnetics.coils.resistance import track_resistance
-from sits_mech.magnetics.coils.ring_field import ring_potential
+from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.coils.straight import linkage, track_potential
 from sits_mech.memory import SECONDS
 from sits_mech.scene.coils import Coil
@@ -227,7 +227,7 @@ def test_coils_of_unlike_shapes() -> None:
     step = tracks.end - tracks.start
     flux = 0.0
     for node, weight in zip(nodes, weights, strict=True):
-        A = ring_potential(ring, tracks.start + (1 + node) / 2 * step, 1 * MM)
+        A = coil_potential(ring, tracks.start + (1 + node) / 2 * step, 1 * MM)
         flux += weight / 2 * float((A * step).sum())
     L = free_inductances((ring, other,))
     assert L[0, 1] == L[1, 0] == pytest.approx(flux, rel=1e-3)

@@ -5,9 +5,9 @@ import pytest
 
 from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space import neighbours
+from sits_mech.magnetics.space import far, neighbours
 from sits_mech.magnetics.space.divisions import prepared, prepared_near
-from sits_mech.magnetics.space.far import _weights
+from sits_mech.magnetics.space.far import _weights, seen_from
 from sits_mech.magnetics.space.fields import Blocks
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
@@ -56,6 +56,18 @@ def test_a_target_seen_cell_by_cell_is_that_of_polynomials(monkeypatch: pytest.M
     np.testing.assert_allclose(near[0], L, rtol=0, atol=1e-3 * np.abs(L).max())
     np.testing.assert_allclose(near[1], R, rtol=0, atol=5e-3 * np.abs(R).max())
     assert np.abs(near[0] - L).max() > 0.0
+
+
+def test_random_currents_are_added_to_those_that_were_too_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plate is asked about as many fields as it has combinations at most; about half as many more anew each time."""
+    columns, made, whole, parts = list[int](), list[object](), far.seen, neighbours.seen_from
+    monkeypatch.setattr(far, "seen", lambda plate, field, r: columns.append(field.shape[2]) or whole(plate, field, r))
+    monkeypatch.setattr(neighbours, "seen_from", lambda plate, *more: made.append(plate) or parts(plate, *more))
+    found(over('"0 mm","0 mm","-1.2 mm"'))
+    columns.clear()
+    plate = made[0]
+    reduced = seen_from(plate, plate.box.clearance, 1e7, 1e-9)
+    assert len(columns) > 1 and sum(columns) == plate.seen and reduced.fields.shape[0] == plate.seen
 
 
 def test_weights_do_not_hang_on_what_spans_a_class() -> None:

@@ -7,7 +7,7 @@ from common.infinite_plate import Layer, coil_change
 from sits_mech.geometry.collision import as_plate
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.loops import mutual_loops
-from sits_mech.magnetics.coils.ring_field import ring_potential
+from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.far import seen
@@ -117,7 +117,7 @@ def test_polynomials_and_coils_are_one_field() -> None:
     """Combinations of a coil's potential answer like the coil itself; and all is symmetric."""
     centred = COIL.model_copy(update={"centre": (1 * MM, 0.5 * MM)})
     (core,) = prepare_core([AXES], 99.0 + 0j, BOX, Sources((centred,), "rings", (0.0, 0.0, 3 * MM), 3 * MM))
-    A = ring_potential(centred, core.box.points() + (0.0, 0.0, 3 * MM - BOX.half[2]), 3 * MM)
+    A = coil_potential(centred, core.box.points() + (0.0, 0.0, 3 * MM - BOX.half[2]), 3 * MM)
     a = seen(core, A[..., None], len(core.response))[:, 0]
     own = core.response[-1, -1]
     assert a @ core.response @ a == pytest.approx(own, rel=2e-4)

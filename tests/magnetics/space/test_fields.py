@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potential
+from sits_mech.magnetics.coils.ring_field import coil_potential, winding_potential
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.quantities import Impedance, Pose
@@ -44,7 +44,7 @@ def test_tabulated_potential_is_that_of_the_rings() -> None:
     rng = np.random.default_rng(0)
     points = rng.uniform([-20 * MM, -20 * MM, 1.1 * MM], [20 * MM, 20 * MM, 3.9 * MM], (400, 3))
     points[:3] = [0.0, 0.0, 1.1 * MM], [28 * MM, 0.0, 1.1 * MM], [1e-9, 0.0, 3.9 * MM]
-    exact = ring_potential(coil, points, 1.1 * MM)
+    exact = coil_potential(coil, points, 1.1 * MM)
     found = winding_potential(coil, "rings", (1.1 * MM, 3.9 * MM, 29 * MM), 999)(points.T[None])[0]
     np.testing.assert_allclose(found, exact[:, :2].T, rtol=0, atol=1e-6 * np.abs(exact).max())
     narrower = winding_potential(coil, "rings", (1.1 * MM, 2.5 * MM, 29 * MM), 999)(points.T[None])[0]
@@ -67,7 +67,7 @@ def test_needed_polynomials_carry_the_field(x: float, y: float) -> None:
     T = [np.cos(np.arccos(inside[:, k, None]) * np.arange(n)) for k, n in enumerate(order)]
     found = np.einsum("aijk,pi,pj,pk->pa", c, *T)
     points = (inside * BOX.half + (0.0, 0.0, BOX.half[2])) @ turn[0].T + place
-    exact = ring_potential(coil, points, 1.5 * MM) @ turn[0]
+    exact = coil_potential(coil, points, 1.5 * MM) @ turn[0]
     assert np.abs(found - exact).max() < 10 * np.exp(-BOX.digits) * np.abs(exact).max()
     assert x == 0.0 or np.prod(order) < np.prod(BOX.order) / 2
 

@@ -1,15 +1,18 @@
 """What plates at rest see of the coils: against the coils' potential summed at every point, and rings of two discs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from common.ring_discs import joint_reaction
 
 from sits_mech.geometry.sheet_plan import Grading, rectangle_plan
 from sits_mech.geometry.tracks import coil_tracks
-from sits_mech.magnetics.coils.ring_field import filament_counts, ring_potential
+from sits_mech.magnetics.coils.ring_field import coil_potential, filament_counts, ring_profile
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space import sources
 from sits_mech.magnetics.space.classes import stacked
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.modes import prepare_sheets
@@ -36,8 +39,19 @@ def test_potential_is_that_of_all_rings():
     points[0] = COILS[0].centre[0] - 1 * MM, -0.5 * MM, 0.0
     found = BEHIND.potential(points)
     for k, coil in enumerate(COILS):
-        exact = ring_potential(coil, points + BEHIND.place, BEHIND.distance)
+        exact = coil_potential(coil, points + BEHIND.place, BEHIND.distance)
         np.testing.assert_allclose(found[..., k], exact, rtol=0, atol=1e-6 * np.abs(exact).max())
+
+
+def test_equal_coils_share_one_profile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nine of them, and all Gauss points of a division that are as high: one an octave of distances, not 18."""
+    coil, asked = COILS[0], list[int]()
+    coils = tuple(coil.model_copy(update={"centre": (x * MM, y * MM)}) for x in (-9, 0, 9) for y in (-9, 0, 9))
+    monkeypatch.setattr(sources, "ring_profile", lambda *given: asked.append(1) or ring_profile(*given))
+    plates = replace(BEHIND, coils=coils, distance=0.61 * MM)
+    for points in ([[1.0, 2.0, 0.0], [-4.0, 0.3, 0.05]], [[0.3, 0.1, 0.05], [1.0, 7.0, 0.0]]):
+        plates.potential(np.array(points) * MM)
+    assert len(asked) <= 4
 
 
 def test_potential_of_the_spirals_is_that_of_their_paths():
@@ -67,7 +81,7 @@ def test_means_over_cells_and_their_images():
     for k, g in enumerate(PLAN.group):
         for s, sign in enumerate((1.0, -1.0)):
             moved = np.concatenate([points[..., :2] @ g.T, sign * points[..., 2:]], axis=-1)
-            A = ring_potential(COILS[1], moved.reshape(-1, 3) + BEHIND.place, BEHIND.distance).reshape(moved.shape)
+            A = coil_potential(COILS[1], moved.reshape(-1, 3) + BEHIND.place, BEHIND.distance).reshape(moved.shape)
             exact = np.einsum("nqa,nq->na", A, weights)
             np.testing.assert_allclose(found[k, s, ..., 1], exact, rtol=0, atol=1e-3 * np.abs(exact).max())
 
