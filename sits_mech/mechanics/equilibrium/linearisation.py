@@ -184,13 +184,16 @@ def stepped(
 ) -> tuple[State, float, Gradient] | None:
     """Return the state after the longest admissible part of Newton's step, that part, and the gradient there.
 
-    Points stay well above inversion. If `falling`, the potential satisfies Armijo's condition (L. Armijo, Pacific J.
-    Math. 16 (1966) 1), unless the step climbs (indefinite tangent) or moves held places. Under friction the slope at
-    the end counts instead, as the tangent changes within a hair of slip.
+    Points stay well above inversion. If `falling`, unless held places move, a step that climbs is turned round, and the
+    potential satisfies Armijo's condition (L. Armijo, Pacific J. Math. 16 (1966) 1). Under friction the slope at the
+    end counts instead, as the tangent changes within a hair of slip.
     """
-    (linear, p_full), (dx, dq, forces, further), part = _increments(body, here, factor, way), way, 1.0
-    slope = float(dx @ found.free + dq @ found.target)
-    measured = falling and slope < 0.0 and not np.any(dq[held]) and further == 0.0 and np.isfinite(found.energy)
+    slope = float(way.free @ found.free + way.q @ found.target)
+    loose = not np.any(way.q[held])
+    measured = falling and loose and way.part == 0.0 and np.isfinite(found.energy)
+    if measured and slope > 0.0:
+        way, slope = Step._make(-part for part in way), -slope
+    (linear, p_full), (_, dq, forces, _), part = _increments(body, here, factor, way), way, 1.0
     rounding = _ROUNDING * (float(body.mesh.inside.weights.sum()) + abs(found.energy))
     while part > _SHORTEST:
         u, q = here.u + part * linear, moved(here.q, part * dq)
@@ -202,7 +205,7 @@ def stepped(
             there = replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known)
             after = gradient(body, there)
             if body.slips:
-                shorter = _overshot((found, after), way, held)
+                shorter = _overshot(slope, after, way) if loose else 1.0
                 if shorter == 1.0:
                     return there, part, after
                 part *= shorter
@@ -214,12 +217,9 @@ def stepped(
     return None
 
 
-def _overshot(ends: tuple[Gradient, Gradient], way: Step, held: Held) -> float:
-    """Return the part of a step that the potential admits; 1 where it falls, or where held places move."""
-    dx, dq = way.free, way.q
-    if np.any(dq[held]):
-        return 1.0
-    before, after = (float(dx @ found.free + dq @ found.target) for found in ends)
+def _overshot(before: float, found: Gradient, way: Step) -> float:
+    """Return the part of a step that the potential admits, by its slope before it; 1 where it falls."""
+    after = float(way.free @ found.free + way.q @ found.target)
     if before >= 0.0 or after <= -_STEEP * before:
         return 1.0
     return min(max(before / (before - after), _LEAST_STEP), _SHORTEN)

@@ -46,7 +46,7 @@ from sits_mech.quantities import Array
 SETTLED = 1e-9
 """Residual, over the load's size or the share of K below which rounding would rule, of a state at rest."""
 MOST = 16
-"""Iterations after which an increment is given up; twice as many of a descent, which took 6 to 19 (studies/extreme)."""
+"""Iterations after which an increment is given up; twice as many of a descent, which took 12 to 25 (test_limit.py)."""
 LONGEST = 1.5
 """Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 

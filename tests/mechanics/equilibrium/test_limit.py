@@ -185,13 +185,17 @@ def test_a_path_of_no_length_is_lost():
     assert (found.reason, found.reached, found.state.iterations) == ("lost", 0.0, rest(body).iterations)
 
 
-def test_a_descent_takes_its_time_at_edges_where_steps_wander():
-    """A pad of K/mu = 0.5 sheared by half its thickness: full steps end nowhere in 16, the descent rests after 19."""
+@pytest.mark.parametrize("F_x", [1.3, 1.367045645863782, 1.4, 1.8, 2.0])
+def test_a_descent_rests_at_edges_where_steps_wander(F_x: float) -> None:
+    """A pad of K/mu = 0.5 sheared by half its thickness and more: full steps end nowhere, the descent after 12 to 25.
+
+    Steps by themselves climb there now and then; with those, loads from 1.4 N on failed or not by chance.
+    """
     silicone = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=1.5e4}'
     pad = block_pad(load_sensor("biorob2018", ["target.load_height=0", silicone]), 2e-2).half
     body = pad[0].fine
-    goal = pad.scales.load(Wrench(F_x=1.367045645863782))[:3]
+    goal = pad.scales.load(Wrench(F_x=F_x))[:3]
     wandering = newton(body, unloaded(body), goal).state
     descent = newton(body, unloaded(body), goal, falling=True).state
-    assert wandering.iterations == MOST and wandering.residual > SETTLED
-    assert MOST < descent.iterations <= 2 * MOST and descent.residual <= SETTLED and descent.min_J > 0.1
+    assert wandering.residual > SETTLED
+    assert descent.iterations < 2 * MOST and descent.residual <= SETTLED and descent.min_J > 0.05
