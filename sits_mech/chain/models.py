@@ -78,7 +78,7 @@ def plan(
     sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
-    solved, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
+    solved, by_field = _chosen(sensor, magnetics, tolerance, loads, bool(loads))
     seen = _seen(sensor, by_layer, (solved, by_field.name), loads, asked)
     return Plan.of(sensor, loads, asked, by_layer, by_field, _rest(solved, by_field.name), seen)
 
@@ -173,7 +173,7 @@ def magnetic_model(
     ('planar', [0.99, 0.93])
     """
     sensor = at_temperature(sensor)
-    return _built(sensor, _settled(sensor, name, checked_tolerance(tolerance), poses, False), tolerance, ends=True)
+    return _built(sensor, _chosen(sensor, name, checked_tolerance(tolerance), poses, False), tolerance, ends=True)
 
 
 def loaded_model(
@@ -184,7 +184,7 @@ def loaded_model(
     What a section leaves out is told beside the errors of loads, once for all of them: it would cost more than they do.
     """
     sensor = at_temperature(sensor)
-    solved, choice = _settled(sensor, name, checked_tolerance(tolerance), loads, True)
+    solved, choice = _chosen(sensor, name, checked_tolerance(tolerance), loads, True)
     return _built(sensor, (solved, choice), magnetic_tolerance(choice.name, tolerance))
 
 
@@ -202,7 +202,7 @@ def _built(
     return model, choice
 
 
-def _settled(
+def _chosen(
     sensor: Sensor, name: str, tolerance: float, given: Sequence[Wrench] | Sequence[Pose], loaded: bool
 ) -> tuple[Sensor, Choice]:
     """Return what is solved of a scene, and by which model; without a name, far conductors are left out."""

@@ -1,4 +1,4 @@
-"""Propagate errors of poses to impedances and signals.
+"""Turn poses into impedances and signals, with the errors of the poses in theirs.
 
 The error of the component k of a pose has signed parts m_jk that neighbouring loads share, up to one factor each, and
 an own part a_k = e_k - sum_j |m_jk|. With the magnetic model's error, of which b is shared with its sign, and the

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.quantities import Pose, Wrench
+from sits_mech.readout.converter import CONVERTERS
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.sensor import SceneError, Sensor, sensor_from
 
@@ -107,7 +108,7 @@ def _scene(dice: Dice) -> Table:
     if dice.chance(0.06):
         table["substrate_radius"] = dice.length(0.5, 100.0)
     table["readout"] = {
-        "converter": dice.one_of("LDC1614", "LDC1612", "LDC1101", "none"),
+        "converter": dice.one_of(*CONVERTERS, "none"),
         "parallel_capacitance": dice.log(1e-11, 1e-8, (1e-15, 1.0)),
         "idle_coil": dice.one_of("shorted", "open"),
     }

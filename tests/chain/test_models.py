@@ -9,7 +9,7 @@ from sits_mech.chain import models
 from sits_mech.chain.conductors import AmongFar
 from sits_mech.chain.ends import InSection
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.models import _built, _changed, _rest, _seen, _settled, _shown_at, loaded_model, magnetic_model
+from sits_mech.chain.models import _built, _changed, _chosen, _rest, _seen, _shown_at, loaded_model, magnetic_model
 from sits_mech.chain.omissions import Omission
 from sits_mech.chain.plan import Choice
 from sits_mech.chain.prices import Look
@@ -115,13 +115,13 @@ def test_poses_are_of_given_ones_loads_of_a_tolerance_of_their_own(coils: list[C
 def test_far_metal_is_measured_where_the_target_is_known_to_be(coils: list[Coils]) -> None:
     """On flat boards, without a name, by a model of one per cent; a curved one has all of it solved."""
     scene = load_sensor("biorob2018", [PLATE])
-    solved, choice = _settled(scene, "auto", 1e-4, [REST], False)
+    solved, choice = _chosen(scene, "auto", 1e-4, [REST], False)
     assert solved.conductors == () and choice.name == "planar" and len(choice.left_out) == 1 and choice.notes == ()
     assert all(each.tolerance == 1e-2 and each.sensor.conductors == () for each in coils)
-    assert _settled(scene, "planar", 1e-4, [REST], False)[0] is scene
+    assert _chosen(scene, "planar", 1e-4, [REST], False)[0] is scene
     for changes in ({"substrate_radius": 0.02}, {"elastomer": None}):
         other = scene.model_copy(update=changes)
-        assert _settled(other, "auto", 1e-4, (), False)[0] is other
+        assert _chosen(other, "auto", 1e-4, (), False)[0] is other
 
 
 def test_the_change_asked_for_is_at_known_poses_or_at_rest() -> None:

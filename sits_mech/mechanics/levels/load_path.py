@@ -1,4 +1,4 @@
-"""Bring a layer with friction to rest at the end of its load path, followed on each level by itself.
+"""Decide whether the path to a load matters; with friction, follow it on each level by itself.
 
 Friction depends on the path (faces/contact.py): from rest, through the loads passed, to the last one, straight from
 each to the next. No state is taken from another load or a coarser mesh, and no chord closes a gap: every level of a
