@@ -56,7 +56,7 @@ from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("sheets", "H")
-_MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each coil's error, in theirs, of R and L
+_OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: studies/extremes.py
 _NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
@@ -302,16 +302,16 @@ def _told(
     left = (_BETWEEN if among else 1.0) * left.real + 1j * max(plate.margin for plate in plates) * left.imag
     lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if among else (1.0, 1.0)) + forced
     R, X = (
-        _shared(part(left), share) + missed * largest(part(value))
-        for part, share, missed in zip((np.real, np.imag), _MUTUAL, lost, strict=True)
+        _shared(part(left)) + missed * largest(part(value))
+        for part, missed in zip((np.real, np.imag), lost, strict=True)
     )
     return left, R + 1j * X, float(lost.max())
 
 
-def _shared(error: Array, share: tuple[float, float]) -> Array:
+def _shared(error: Array) -> Array:
     """Return errors of matrices' entries, those of two coils with a share of both coils' own."""
     own = np.sqrt(np.diagonal(error, axis1=-2, axis2=-1))
-    mutual = share[0] * error + share[1] * own[..., None] * own[..., None, :]
+    mutual = error + _OF_EACH * own[..., None] * own[..., None, :]
     return np.where(np.eye(error.shape[-1], dtype=bool), error, mutual)
 
 

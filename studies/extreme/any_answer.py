@@ -39,7 +39,7 @@ ANSWER, STEP, MEMORY = 10.0, 3.0, 4.0  # seconds for an answer, and for a step o
 QUICK = 0.5  # seconds up to which a second answer is asked
 FINER = 0.2  # of the tolerance
 ROUNDING = 1e-9
-COUNT, FEW = 500, (0, 4, 7, 26, 54)  # the few of coarse runs: two that are refused, two that a finer answer judges
+COUNT, FEW = 500, (0, 4, 7, 26, 54, 270, 490)  # the few of coarse runs: two are refused, four judged by a finer answer
 _NAMED = re.compile(r"[\w.\-' ]+: ")
 Found = tuple[Equilibrium | None, Impedance | None]
 

@@ -1,10 +1,9 @@
 """Field of a coil: its vector potential at points in space, of rings or of straight tracks, and its wave numbers.
 
-Ring of radius a at height z_k, 1 A, at distance rho from its axis (M of coaxial loops, `loops`, over 2 pi rho; nothing
-cancels on the axis):
+Ring of radius a at height z_k, 1 A, at distance rho from its axis, with M of coaxial loops (`loops`; nothing cancels on
+the axis):
 
-    A = (-y, x, 0) P,   P = mu0 a^2 (8 / 3 pi) R_D(0, 4 r1 r2 / (r1 + r2)^2, 1) / (r1 + r2)^3,
-    r1^2 = (a + rho)^2 + (z - z_k)^2,   r2^2 = (a - rho)^2 + (z - z_k)^2.
+    A = (-y, x, 0) P,   P = M(a, rho, z - z_k) / (2 pi rho^2).
 
 P of all the coil's rings together is smooth over the distance from them: for many points it is tabulated once and
 interpolated (cubic splines in ln z and, with its mirror image, in s; together less than 2e-6 off). From a clearance c
@@ -22,7 +21,7 @@ Rectangles, free tracks and true spirals are summed track by track (`straight`).
 points of its width and its thickness, as many as its distance asks (`gauss_count`). Units: V s / (A m). The return lead
 is left out.
 
-Sources: Carlson, Numer. Algorithms 10 (1995) 13; Dodd and Deeds, J. Appl. Phys. 39 (1968) 2829.
+Source: Dodd and Deeds, J. Appl. Phys. 39 (1968) 2829.
 """
 
 from __future__ import annotations
@@ -36,12 +35,12 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from scipy.constants import mu_0
 from scipy.ndimage import map_coordinates, spline_filter
-from scipy.special import elliprd, j1
+from scipy.special import j1
 
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections
+from sits_mech.magnetics.coils.loops import reduced_mutual
 from sits_mech.magnetics.coils.straight import Potential, track_potential
 from sits_mech.magnetics.section.kernels import gauss_count, gauss_rule
 from sits_mech.memory import beyond_memory, check_seconds
@@ -50,9 +49,8 @@ from sits_mech.scene.sensor import Coil
 
 _RIGHT = 3e-4  # error of a track's field by filaments, of its size: no more than plates' divisions show of L
 _STEPLESS = 1e-5  # the same where fewer filaments will do: no step shows in what is interpolated
-STEP = 0.04
-"""Step of tables, in distances to the windings."""
-_POINT = 1.9e-7  # s of processor time that a filament of a ring takes at a point
+_STEP = 0.04  # of tables, in distances to the windings
+_POINT = 9e-8  # s of processor time that a filament of a ring takes at a point
 _POSES = 30  # whose points of a plate a table may outnumber: as many cost the same without one
 _TRACK = 5e-8  # s that a straight filament does
 _BEND = math.sqrt(8.0 / 9.0)  # by which the cubic is solved: t = _BEND sinh(asinh(sinh(3 s) / _BEND) / 3)
@@ -97,11 +95,8 @@ def ring_profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
         for counts, some in parts:
             for (out, share), (up, part) in product(*(zip(*gauss_rule(count), strict=True) for count in counts)):
                 a, away = radius + width / 2 * out, z[some] - middle - height / 2 * up
-                far, near = np.hypot(a + rho[some], away), np.hypot(a - rho[some], away)
-                both = far + near
-                own = elliprd(0.0, 4.0 * far * near / both**2, 1.0)
-                total[some] += way * share * part * a * a / both**3 * own
-    return 8.0 * mu_0 / (3.0 * np.pi) * total
+                total[some] += way * share * part * a * a / (2 * np.pi) * reduced_mutual(a, rho[some], away)
+    return total
 
 
 def coil_potential(coil: Coil, points: Array, clearance: float, windings: str = "rings") -> Array:
@@ -151,7 +146,7 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
         )[:, :2]
     highest, farthest = (2.0 ** math.ceil(math.log2(size)) for size in region[1:])  # few tables serve all poses
     columns = _PAD + math.ceil(axis.steps(farthest))
-    rows = 2 * _PAD + math.ceil(math.log(highest / lowest) / STEP)
+    rows = 2 * _PAD + math.ceil(math.log(highest / lowest) / _STEP)
     return _table(axis, columns, rows).potential
 
 
@@ -170,12 +165,12 @@ class Radial:
     clearance: float
 
     def steps(self, rho: Array | float) -> Any:
-        """Return s of the module docstring [STEP]."""
-        return (self._from_windings(rho) - self._from_windings(0.0)) / STEP
+        """Return s of the module docstring [_STEP]."""
+        return (self._from_windings(rho) - self._from_windings(0.0)) / _STEP
 
     def at(self, steps: Integers) -> Any:
         """Return the distance from the axis after so many steps [m]."""
-        s, c = STEP * steps + self._from_windings(0.0), self.clearance
+        s, c = _STEP * steps + self._from_windings(0.0), self.clearance
         i = self._wound(c * s)
         return i + c * _BEND * np.sinh(np.arcsinh(np.sinh(3.0 * (s - i / c)) / _BEND) / 3.0)
 
@@ -201,9 +196,9 @@ class _Table:
     def potential(self, points: Array) -> Array:
         """Return A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
-        rho, below = np.hypot(x, y), z < math.exp(self.start + 0.5 * _PAD * STEP)
+        rho, below = np.hypot(x, y), z < math.exp(self.start + 0.5 * _PAD * _STEP)
         height = np.log(np.where(below, 1.0, z))
-        place = np.stack([self.axis.steps(rho), (height - self.start) / STEP])
+        place = np.stack([self.axis.steps(rho), (height - self.start) / _STEP])
         P = map_coordinates(self.values, place, order=3, mode="mirror", prefilter=False)
         if below.any():
             P[below] = ring_profile(self.axis.coil, rho[below], z[below], self.axis.clearance)
@@ -213,8 +208,8 @@ class _Table:
 @lru_cache(maxsize=16)
 def _table(axis: Radial, columns: int, rows: int) -> _Table:
     """Return P of a coil's rings at so many distances from the axis, and heights about its clearance and above."""
-    start = math.log(axis.clearance) - _PAD * STEP
-    rho, z = axis.at(np.arange(columns))[:, None], np.exp(start + STEP * np.arange(rows))
+    start = math.log(axis.clearance) - _PAD * _STEP
+    rho, z = axis.at(np.arange(columns))[:, None], np.exp(start + _STEP * np.arange(rows))
     P = ring_profile(axis.coil, rho, z, axis.clearance)
     return _Table(axis, spline_filter(P, order=3, mode="mirror"), start)
 

@@ -73,8 +73,10 @@ def divide_plane(
     for k, plate in enumerate(plates):
         others = [outline_samples(other) for i, other in enumerate(plates) if i != k]
         grids.append(_grid(plate, np.concatenate([bars, *others]), float(skin_depths[k]), fineness[k]))
+    half, (nodes, weights) = np.pi / around, np.polynomial.legendre.leggauss(8)  # mean ln r is the circle's
     turn = 2 * np.pi * (np.arange(around) + 0.5) / around
-    circle = centre + _vertex_radius(radius, around) * np.exp(1j * turn)
+    corner = float(radius * np.exp(weights / 2 @ np.log(np.cos(half * nodes)) - np.log(np.cos(half))))
+    circle = centre + corner * np.exp(1j * turn)
     holes = [_rim(grid) for grid in grids]
     air = fill_between(_pairs(circle), [_pairs(grid[rim]) for grid, rim in zip(grids, holes, strict=True)])
     return _joined(grids, holes, air, (centre, radius, around))
@@ -93,13 +95,6 @@ def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None
         )
     radius = min(5.0 * reach, float(np.sqrt(reach * ground)))
     return 0j, radius, min(600, int(around * max(1.0, radius / (radius - reach) / 1.25)))
-
-
-def _vertex_radius(radius: float, around: int) -> float:
-    """Return the radius of a polygon's corners at which its mean ln r is that of the circle."""
-    half = np.pi / around
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    return float(radius * np.exp(weights / 2 @ np.log(np.cos(half * nodes)) - np.log(np.cos(half))))
 
 
 def outline_samples(plate: Plate) -> Complex:

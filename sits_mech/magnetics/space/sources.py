@@ -29,10 +29,9 @@ from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
-_END = 4  # steps of a profile beyond its points, where its spline is not moved by its end
+_NODES = 64  # of a profile, or a multiple: one serves many places
 _MOST = 5  # Gauss points along an axis
 _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
-_LEVEL = 1e-9  # heights nearer than this are one [m]
 
 
 @dataclass(frozen=True)
@@ -164,25 +163,24 @@ def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
     """Return A of a coil about z at points, shape (m, 3)."""
     if windings != "rings" or not coil.is_round:
         return coil_potential(coil, points, distance, windings)
-    axis, rho = Radial(coil, distance), np.hypot(points[:, 0], points[:, 1])
-    heights, level = np.unique(np.round(points[:, 2] / _LEVEL), return_inverse=True)
-    farthest = 2.0 ** math.ceil(math.log2(max(rho.max(), coil.outer_diameter / 2)))  # one profile serves many
-    profiles = _profiles(axis, tuple((heights * _LEVEL).tolist()), math.ceil(axis.steps(farthest)))
-    steps, P = axis.steps(rho), np.empty(len(points))
-    for k, profile in enumerate(profiles):
+    axis, P = Radial(coil, distance), np.empty(len(points))
+    steps = axis.steps(np.hypot(points[:, 0], points[:, 1]))
+    heights, level = np.unique(points[:, 2], return_inverse=True)
+    nodes = _NODES * math.ceil(steps.max() / _NODES + 0.1)
+    for k, profile in enumerate(_profiles(axis, tuple(heights.tolist()), nodes)):
         some = level == k
         P[some] = profile(steps[some])
     return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
 
 
 @lru_cache(maxsize=16)
-def _profiles(axis: Radial, heights: tuple[float, ...], steps: int) -> list[Any]:
-    """Return P of a coil's rings on some heights [m], as splines over so many steps from its axis."""
+def _profiles(axis: Radial, heights: tuple[float, ...], nodes: int) -> list[Any]:
+    """Return P of a coil's rings on some heights [m], as splines over so many nodes from its axis on."""
     from scipy.interpolate import CubicSpline
 
-    nodes = np.arange(-_END, steps + _END + 1)  # P is even
-    values = ring_profile(axis.coil, axis.at(np.abs(nodes)), np.array(heights)[:, None], axis.clearance)
-    return [CubicSpline(nodes, row) for row in values]
+    at = np.arange(nodes)
+    values = ring_profile(axis.coil, axis.at(at), np.array(heights)[:, None], axis.clearance)
+    return [CubicSpline(at, row) for row in values]
 
 
 def reach(coils: Sequence[Coil], middle: tuple[float, float]) -> float:

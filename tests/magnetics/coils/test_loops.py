@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.constants import mu_0
-from scipy.special import ellipe, ellipk
+from scipy.special import ellipe, ellipk, elliprd
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils import loops
@@ -13,6 +13,7 @@ from sits_mech.magnetics.coils.loops import (
     free_inductances,
     mutual_loops,
     mutual_side_by_side,
+    reduced_mutual,
     ring_inductance,
     ring_mutual,
     series_inductance,
@@ -85,6 +86,15 @@ def test_coaxial_loops_equal_first_form_with_complete_elliptic_integrals():
     k = np.sqrt(m)
     expected = mu_0 * np.sqrt(a * b) * ((2 / k - k) * ellipk(m) - 2 / k * ellipe(m))
     np.testing.assert_allclose(mutual_loops(a, b, d), expected, rtol=1e-12)
+
+
+def test_nothing_cancels_in_any_regime():
+    """By Carlson's R_D = 3 (K - E) / k^2: from loops that all but touch to a point on the axis, a million radii off."""
+    b, d = (part.ravel() for part in np.meshgrid([0.0, 1e-9, 0.2, 1.0 - 1e-6, 1.0, 7.0], np.geomspace(1e-8, 1e6, 99)))
+    far, near = np.hypot(1.0 + b, d), np.hypot(1.0 - b, d)
+    exact = 16.0 / 3.0 * mu_0 / (far + near) ** 3 * elliprd(0.0, 4.0 * far * near / (far + near) ** 2, 1.0)
+    np.testing.assert_allclose(reduced_mutual(np.ones(b.size), b, d), exact, rtol=1e-13)
+    assert np.isinf(mutual_loops(1.0, 1.0, 0.0)) and mutual_loops(1.0, 0.0, 0.0) == 0.0
 
 
 def test_far_loops_are_dipoles_without_loss_of_digits():
