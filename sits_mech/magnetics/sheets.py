@@ -301,10 +301,7 @@ def _told(
     """
     left = (_BETWEEN if among else 1.0) * left.real + 1j * max(plate.margin for plate in plates) * left.imag
     lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if among else (1.0, 1.0)) + forced
-    R, X = (
-        _shared(part(left)) + missed * largest(part(value))
-        for part, missed in zip((np.real, np.imag), lost, strict=True)
-    )
+    R, X = _shared(left.real) + lost[0] * largest(value.real), _shared(left.imag) + lost[1] * largest(value.imag)
     return left, R + 1j * X, float(lost.max())
 
 

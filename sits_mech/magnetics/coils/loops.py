@@ -48,7 +48,7 @@ _PAIR = 5e-6  # s of processor time that a pair of rings takes, by 3 points thro
 _TALL = 24.0  # such points over thickness by radius: 4e-7 of a ring as tall as its radius, where 3 leave 4e-4
 _APART = 1e-6  # error of filaments that stand for rings side by side, of their own field
 _MOST = 12, 4  # of them along a width and a height: of rings 2 mm wide, 0.1 mm over others, 1e-4 of M off
-_POWERS = np.pi / 4 * np.cumprod([1.0, *((n * n - 0.25) / (n * n + n) for n in range(1, 11))])
+_POWERS = np.pi / 4 * np.cumprod([1.0, *(np.arange(1, 11) ** 2 - 0.25) / np.arange(1, 11) / np.arange(2, 12)])
 _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another winding: rounding
 
 

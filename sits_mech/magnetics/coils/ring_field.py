@@ -95,7 +95,7 @@ def ring_profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
         for counts, some in parts:
             for (out, share), (up, part) in product(*(zip(*gauss_rule(count), strict=True) for count in counts)):
                 a, away = radius + width / 2 * out, z[some] - middle - height / 2 * up
-                total[some] += way * share * part * a * a / (2 * np.pi) * reduced_mutual(a, rho[some], away)
+                total[some] += way * share * part * a * a / math.tau * reduced_mutual(a, rho[some], away)
     return total
 
 
