@@ -173,7 +173,7 @@ def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
     return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=8)
 def _profiles(axis: Radial, heights: tuple[float, ...], nodes: int) -> list[Any]:
     """Return P of a coil's rings on some heights [m], as splines over so many nodes from its axis on."""
     from scipy.interpolate import CubicSpline
