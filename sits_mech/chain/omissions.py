@@ -218,18 +218,13 @@ def _magnetic(sensor: Sensor, model: str, shown: Answered | None, auto: bool) ->
 
 def _of_section(sensor: Sensor, shown: Answered | None, auto: bool) -> Omission:
     """Return the ends that a section leaves out of coils and plates."""
-    reason = f"coils and plates are taken as endless along y{_as_strip(sensor)}: ask for sheets"
+    disc = sensor.target is not None and sensor.target.shape == "disc"
+    spiral = any(coil.is_round and coil.winding == "spiral" for coil in sensor.coils)
+    also = ", a disc as a strip of its diameter" * disc + ", spirals as straight tracks" * spiral
+    reason = f"coils and plates are taken as endless along y{also}: ask for sheets"
     ends = None if shown is None else ends_of_plates(sensor, shown.found, shown.pose)
     size, known = (math.nan, False) if ends is None else (ends.size, auto)
     return Omission("ends along y", reason, size, in_error=known)
-
-
-def _as_strip(sensor: Sensor) -> str:
-    """Say what a section makes of a disc and of spirals, whose size the ends have."""
-    disc = sensor.target is not None and sensor.target.shape == "disc"
-    spiral = any(coil.is_round and coil.winding == "spiral" for coil in sensor.coils)
-    said = ("a disc as a strip of its diameter" if disc else "", "spirals as straight tracks" if spiral else "")
-    return "".join(f", {each}" for each in said if each)
 
 
 def _idle(sensor: Sensor, shown: Answered | None) -> list[Omission]:
