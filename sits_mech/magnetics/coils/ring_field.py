@@ -210,8 +210,7 @@ def _table(axis: Radial, columns: int, rows: int) -> _Table:
     """Return P of a coil's rings at so many distances from the axis, and heights about its clearance and above."""
     start = math.log(axis.clearance) - _PAD * _STEP
     rho, z = axis.at(np.arange(columns))[:, None], np.exp(start + _STEP * np.arange(rows))
-    P = ring_profile(axis.coil, rho, z, axis.clearance)
-    return _Table(axis, spline_filter(P, order=3, mode="mirror"), start)
+    return _Table(axis, spline_filter(ring_profile(axis.coil, rho, z, axis.clearance), order=3, mode="mirror"), start)
 
 
 def spectrum(rings: Sections, k: Array) -> Array:

@@ -16,8 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import Radial, coil_potential, ring_profile, winding_potential
 from sits_mech.magnetics.space.fields import Box, chebyshev, chebyshev_points, to_coefficients
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
+from sits_mech.memory import latest
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
@@ -161,26 +161,25 @@ def _count(sides: Array, away: Array | float) -> Integers:
 
 def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
     """Return A of a coil about z at points, shape (m, 3)."""
+    from scipy.interpolate import CubicSpline
+
     if windings != "rings" or not coil.is_round:
         return coil_potential(coil, points, distance, windings)
     axis, P = Radial(coil, distance), np.empty(len(points))
     steps = axis.steps(np.hypot(points[:, 0], points[:, 1]))
     heights, level = np.unique(points[:, 2], return_inverse=True)
-    nodes = _NODES * math.ceil(steps.max() / _NODES + 0.1)
-    for k, profile in enumerate(_profiles(axis, tuple(heights.tolist()), nodes)):
-        some = level == k
-        P[some] = profile(steps[some])
+    beside, last = int(axis.steps(coil.outer_diameter / 2)), _NODES * math.ceil(steps.max() / _NODES + 0.1)
+    nodes, values = _profiles(axis, tuple(heights.tolist()), beside if steps.min() > beside else 0, last)
+    for k, row in enumerate(values):
+        P[level == k] = CubicSpline(nodes, row)(steps[level == k])
     return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
 
 
-@lru_cache(maxsize=8)
-def _profiles(axis: Radial, heights: tuple[float, ...], nodes: int) -> list[Any]:
-    """Return P of a coil's rings on some heights [m], as splines over so many nodes from its axis on."""
-    from scipy.interpolate import CubicSpline
-
-    at = np.arange(nodes)
-    values = ring_profile(axis.coil, axis.at(at), np.array(heights)[:, None], axis.clearance)
-    return [CubicSpline(at, row) for row in values]
+@latest(16)
+def _profiles(axis: Radial, heights: tuple[float, ...], first: int, last: int) -> tuple[Integers, Array]:
+    """Return steps from a coil's axis, and P of its rings there on some heights [m], (heights, steps)."""
+    nodes = np.arange(first, last)
+    return nodes, ring_profile(axis.coil, axis.at(nodes), np.array(heights)[:, None], axis.clearance)
 
 
 def reach(coils: Sequence[Coil], middle: tuple[float, float]) -> float:

@@ -18,7 +18,8 @@ the path. With S, the stiffness that is left when all but q is eliminated, a ste
     dt = 0    or, where t is found,    normal . dq = what is left of the way to a plane across the path (`Arc`),
 
 so that turning points of the load are nothing special. A step that would turn a quadrature point inside out is
-shortened, and one along which the potential does not fall as its slope promises.
+shortened. In a descent one that climbs is turned round, and shortened where the potential does not fall as its slope
+promises.
 
 Source: R. de Borst et al., Non-linear Finite Element Analysis of Solids and Structures (2012), chapter 4, for mixed
 control; E. Riks, Int. J. Solids Struct. 15 (1979) 529, for the plane across the path.

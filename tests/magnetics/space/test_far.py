@@ -66,8 +66,8 @@ def test_random_currents_are_added_to_those_that_were_too_few(monkeypatch: pytes
     found(over('"0 mm","0 mm","-1.2 mm"'))
     columns.clear()
     plate = made[0]
-    reduced = seen_from(plate, plate.box.clearance, 1e7, 1e-9)
-    assert len(columns) > 1 and sum(columns) == plate.seen and reduced.fields.shape[0] == plate.seen
+    seen_from(plate, plate.box.clearance, 1e7, 1e-9)
+    assert len(columns) > 1 and sum(columns) == plate.seen
 
 
 def test_weights_do_not_hang_on_what_spans_a_class() -> None:
