@@ -10,6 +10,7 @@ from sits_mech.silicone.homogeneous import (
     engineering_stress,
     principal_stretches,
     shear_band_stiffness,
+    shear_secant,
     tangent,
 )
 from sits_mech.silicone.kinematics import in_plane
@@ -80,6 +81,19 @@ def test_planar_stress_is_that_of_the_layers_law(law: str) -> None:
     P = silicone.shear_modulus * isochoric_stress(silicone)(in_plane(F))[1]
     found = engineering_stress(law, LAWS[law], stretch - 1.0, "planar")
     assert found == pytest.approx(P[:, 0] - P[:, 3] / stretch**2, rel=1e-12, abs=1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_shear_stress_is_the_slope_of_the_energy_by_the_strain(law: str) -> None:
+    """In simple shear, over the strain; of the laws linear in both invariants the modulus at any strain."""
+    modulus = {"neo-hookean": 30e3, "mooney-rivlin": 2.0 * (10e3 + 4e3)}.get(law)
+    for strain in (0.05, 0.7, 1.6):
+        stretch = (np.array([-1e-5, 1e-5]) + strain) / 2
+        stretch = stretch + np.hypot(stretch, 1.0)
+        low, high = energy(law, LAWS[law], np.stack([stretch, np.ones(2), 1.0 / stretch], axis=1))
+        found = shear_secant(law, LAWS[law], strain)
+        assert found == pytest.approx((high - low) / 2e-5 / strain, rel=1e-6)
+        assert modulus is None or found == pytest.approx(modulus, rel=1e-12)
 
 
 def test_unknown_names_are_refused() -> None:
