@@ -24,7 +24,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 54_196, "core lines": 29_884, "tokens": 466_398, "named numbers": 561, "branching functions": 44,
+    "lines": 54_193, "core lines": 29_881, "tokens": 466_392, "named numbers": 561, "branching functions": 44,
     "long signatures": 37, "skipped formats": 0, "large files": 3, "entered in space": 87, "entered in the plane": 72,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

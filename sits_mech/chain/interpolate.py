@@ -85,7 +85,10 @@ def poses_on_grid(
         loads = [Wrench(**dict(zip(grid.axes, point, strict=True))) for point in points]
         asked.extend(loads)
         found.update(solved(asked, known=found))
-        return np.array([_known_pose(found[load]) for load in loads])
+        rests, unknown = [found[load].rest for load in loads], np.full(len(POSE), np.nan)
+        return np.array([
+            rest.pose.components if rest and np.isfinite(rest.report.estimated_error) else unknown for rest in rests
+        ])
 
     sizes, aim = levers(grid.sensor), goal_of(begun.values()) if begun else None
     weighed = None if aim is None else aim.weights / _SIGNALS
@@ -98,12 +101,6 @@ def poses_on_grid(
         whole = whole | _between(replace(part, error=error), whole, grid.symmetry)
         grid.progress(len(grid.loads), len(grid.loads))
     return {load: whole[load] for load in grid.loads}
-
-
-def _known_pose(settled: Settled) -> Array:
-    """Return a pose of which an error is known, shape (6,), else NaN."""
-    rest = settled.rest
-    return rest.pose.components if rest and np.isfinite(rest.report.estimated_error) else np.full(len(POSE), np.nan)
 
 
 def _finer(

@@ -52,7 +52,7 @@ _STEPLESS = 1e-5  # the same where fewer filaments will do: no step shows in wha
 _STEP = 0.04  # of tables, in distances to the windings
 _POINT = 9e-8  # s of processor time that a filament of a ring takes at a point
 _POSES = 30  # whose points of a plate a table may outnumber: as many cost the same without one
-_TRACK = 5e-8  # s that a straight filament does
+_TRACK = 5e-8  # s that a straight filament does, or a wave across a ring
 _BEND = math.sqrt(8.0 / 9.0)  # by which the cubic is solved: t = _BEND sinh(asinh(sinh(3 s) / _BEND) / 3)
 _PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
 _PANEL = 16  # Gauss points of a panel
@@ -219,16 +219,16 @@ def spectrum(rings: Sections, k: Array) -> Array:
     Gauss points across a ring are as many as its waves ask. ValueError where it would take more memory than the process
     may.
     """
-    points = 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0))
-    if beyond := beyond_memory(8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size):
-        raise ValueError(f"coils: {rings.radius.size} turns of a coil, times {k.size} wave numbers, take {beyond}")
+    points, n = 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0)), rings.radius.size
+    if beyond := beyond_memory(8.0 * (2 * points + _ARRAYS) * n * k.size):
+        raise ValueError(f"coils: {n} turns of a coil, times {k.size} wave numbers, take {beyond}")
+    check_seconds(_TRACK * points * n * k.size, f"coils: {k.size} wave numbers of {n} turns")
     nodes, weights = np.polynomial.legendre.leggauss(points)
     a = rings.radius[:, None] + rings.width[:, None] / 2 * nodes
     mean = np.einsum("rg,rgk,g->rk", a, j1(a[:, :, None] * k), weights) / 2
-    thick = k * rings.height[:, None]
+    thick = np.maximum(k * rings.height[:, None], 1e-12)
     top = (rings.z + rings.height / 2)[:, None]
-    fall = np.where(thick > 0.0, -np.expm1(-thick) / np.where(thick > 0.0, thick, 1.0), 1.0)
-    return np.asarray(rings.signs @ (mean * fall * np.exp(k * top)))
+    return np.asarray(rings.signs @ (mean * -np.expm1(-thick) / thick * np.exp(k * top)))
 
 
 def wave_numbers(largest: float, length: float) -> tuple[Array, Array]:

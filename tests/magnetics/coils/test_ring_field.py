@@ -185,6 +185,14 @@ def test_steps_are_few_and_go_with_the_distance_from_the_windings(clearance: flo
     assert 0.8 * _STEP < steps.min() and steps.max() < 1.1 * _STEP
 
 
+def test_wave_numbers_that_take_long_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before they are made: 120 000 of them took 9 s, of a scene that was refused afterwards."""
+    rings = Sections(np.full(11, 5e-3), np.zeros(11), np.full(11, 2e-3), np.full(11, 35e-6))
+    monkeypatch.setenv(SECONDS.variable, "0.01")
+    with pytest.raises(SceneError, match="^coils: 20000 wave numbers of 11 turns must take at most 0.01 s"):
+        spectrum(rings, np.linspace(1.0, 1e4, 20_000))
+
+
 def test_the_spectrum_of_a_wide_ring_is_that_of_its_strips() -> None:
     """A ring 4 mm wide at wave numbers of up to ten waves across it."""
     radii, k = 4 * MM + 0.1 * MM * (np.arange(40) + 0.5), np.linspace(1.0, 2e4, 200)
@@ -192,6 +200,8 @@ def test_the_spectrum_of_a_wide_ring_is_that_of_its_strips() -> None:
         Sections(radius, 0.0 * radius - 35e-6, np.full(radius.size, width), np.full(radius.size, 35e-6))
         for radius, width in ((np.array([6 * MM]), 4 * MM), (radii, 0.1 * MM))
     )
+    flat = Sections(wide.radius, wide.z, wide.width, 0.0 * wide.height)
+    np.testing.assert_allclose(spectrum(flat, k)[:3] / spectrum(wide, k)[:3], 1.0, rtol=1e-5)  # a foil is a ring
     exact = spectrum(strips, k) / 40
     assert np.abs(spectrum(wide, k) - exact).max() < 1e-6 * np.abs(exact).max()
 
