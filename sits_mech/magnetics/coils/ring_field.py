@@ -217,7 +217,7 @@ def spectrum(rings: Sections, k: Array) -> Array:
     """Return S(k), shape (n,) [m]: section means of ``a J1(k a) exp(k z)``, summed over rings of 1 A below z = 0.
 
     Gauss points across a ring are as many as its waves ask. ValueError where it would take more memory than the process
-    may.
+    may, SceneError where it would take longer than a step may.
     """
     points, n = 4 + int(_WAVES * k.max(initial=0.0) * rings.width.max(initial=0.0)), rings.radius.size
     if beyond := beyond_memory(8.0 * (2 * points + _ARRAYS) * n * k.size):

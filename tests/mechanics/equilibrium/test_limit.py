@@ -185,8 +185,10 @@ def test_a_path_of_no_length_is_lost():
     assert (found.reason, found.reached, found.state.iterations) == ("lost", 0.0, rest(body).iterations)
 
 
-@pytest.mark.parametrize("F_x", [1.3, 1.367045645863782, 1.4, 1.8, 2.0])
-def test_a_descent_rests_at_edges_where_steps_wander(F_x: float) -> None:
+@pytest.mark.parametrize(
+    ("F_x", "least"), [(1.3, 0.1), (1.367045645863782, 0.1), (1.4, 0.1), (1.8, 0.1), (2.0, 0.08)]
+)
+def test_a_descent_rests_at_edges_where_steps_wander(F_x: float, least: float) -> None:
     """A pad of K/mu = 0.5 sheared by half its thickness and more: full steps end nowhere, the descent after 12 to 25.
 
     Steps by themselves climb there now and then; with those, loads from 1.4 N on failed or not by chance.
@@ -197,5 +199,5 @@ def test_a_descent_rests_at_edges_where_steps_wander(F_x: float) -> None:
     goal = pad.scales.load(Wrench(F_x=F_x))[:3]
     wandering = newton(body, unloaded(body), goal).state
     descent = newton(body, unloaded(body), goal, falling=True).state
-    assert wandering.residual > SETTLED
-    assert descent.iterations < 2 * MOST and descent.residual <= SETTLED and descent.min_J > 0.05
+    assert wandering.residual > SETTLED and (wandering.iterations == MOST or F_x in (1.4, 2.0))  # these grow, and end
+    assert descent.iterations < 2 * MOST and descent.residual <= SETTLED and descent.min_J > least
