@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from sits_mech.batch.sweep import sweep
     from sits_mech.chain.calibrate import calibrate
     from sits_mech.chain.derivatives.gradient import gradient
-    from sits_mech.chain.models import magnetic_model, mechanical_model, plan
+    from sits_mech.chain.models import magnetic_model, mechanical_model
+    from sits_mech.chain.plan import plan
     from sits_mech.chain.simulate import simulate
     from sits_mech.magnetics.slopes import slopes
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
@@ -39,7 +40,8 @@ _HOMES = {
     "chain.calibrate": ("calibrate",),
     "chain.derivatives.gradient": ("gradient",),
     "synthesis.run": ("design",),
-    "chain.models": ("magnetic_model", "mechanical_model", "plan"),
+    "chain.models": ("magnetic_model", "mechanical_model"),
+    "chain.plan": ("plan",),
     "chain.simulate": ("simulate",),
     "magnetics.slopes": ("slopes",),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),

@@ -51,9 +51,14 @@ SECONDS = Limit("SITS_MECH_SECONDS", 200.0, "seconds", "seconds")  # of processo
 
 def beyond_memory(needed: float) -> str:
     """Say what some bytes are beside the limit, "some 3 GiB, more than ..."; nothing where they fit."""
-    limit = MEMORY.get()
-    said = f"some {needed / GIB:.3g} GiB, more than the limit of {limit:.3g} GiB (--memory, or {MEMORY.variable})"
-    return said if needed > limit * GIB else ""
+    limit = MEMORY.get() * GIB
+    return memory_words(needed, limit) if needed > limit else ""
+
+
+def memory_words(needed: float, limit: float) -> str:
+    """Say what some bytes are beside a limit that they exceed."""
+    of = f"the limit of {limit / GIB:.3g} GiB (--memory, or {MEMORY.variable})"
+    return f"some {needed / GIB:.3g} GiB, more than {of}"
 
 
 def latest(most: int) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:

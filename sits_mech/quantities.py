@@ -9,14 +9,17 @@ impedance is ``R + j omega L`` and an inductance is flux linkage per ampere.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
 from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sits_mech.notes import Note, Omission, packed, packed_omissions, unpacked, unpacked_omissions
 from sits_mech.status import FAILED, NOT_CARRIED
 
 Array = NDArray[np.float64]
@@ -205,8 +208,10 @@ class SolveReport:
         Wall time of this solve.
     status : str
         "converged", or a short name of what stopped the solve.
-    notes, left_out : tuple of str
-        Plain sentences: regime used, warnings, reasons; what the scene did not need, with the reason.
+    notes : tuple of Note
+        Regime used, warnings, reasons, as kinds with numbers; `report.notes.sentence` words them.
+    left_out : tuple of Omission
+        What counts of what the answer leaves out; ``estimated_error`` holds it, but for what has no size.
     min_J : float or None
         Smallest volume ratio in the deformed layer; None where no layer was solved.
     stretch, error_stretch : float or None
@@ -220,11 +225,30 @@ class SolveReport:
     estimated_error: float
     seconds: float
     status: str = "converged"
-    notes: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
+    left_out: tuple[Omission, ...] = ()
     min_J: float | None = None
     stretch: float | None = None
     error_stretch: float | None = None
+
+
+class Ended(StrEnum):
+    """Statuses of reports on what was followed and ended before its goal."""
+
+    PATH = "load path ended"
+    HISTORY = "history ended"
+
+
+def kept_report(report: SolveReport) -> str:
+    """Return a report as one text for a file, which `report_of` reads."""
+    texts = {"notes": packed(report.notes), "left_out": packed_omissions(report.left_out)}
+    return json.dumps(as_jsonable(asdict(report) | texts))
+
+
+def report_of(text: str) -> SolveReport:
+    """Return the report of a text that `kept_report` wrote."""
+    row = json.loads(text)
+    return SolveReport(**row | {"notes": unpacked(row["notes"]), "left_out": unpacked_omissions(row["left_out"])})
 
 
 @dataclass(frozen=True)
@@ -344,7 +368,7 @@ class SolveFailed(Exception):
     @property
     def status(self) -> str:
         """What it is to a script, a word of status.py."""
-        return NOT_CARRIED if self.report.status in ("load path ended", "history ended") else FAILED
+        return NOT_CARRIED if self.report.status in tuple(Ended) else FAILED
 
 
 def shown_unit(name: str) -> str:
@@ -404,8 +428,8 @@ class _Leaving(Protocol):
     def out_of_plane(self) -> tuple[str, ...]: ...
 
 
-def refuse_out_of_plane(model: str, given: _Leaving, other: str) -> None:
-    """Raise ValueError for components that leave the plane y = 0 of a `model`; `other` is the model that can."""
+def refuse_out_of_plane(model: str, given: _Leaving) -> None:
+    """Raise ValueError for components that leave the plane y = 0 of a `model`."""
     if given.out_of_plane:
         kind, names = ("pose" if isinstance(given, Pose) else "wrench"), ", ".join(given.out_of_plane)
-        raise ValueError(f"{kind}: {names} must be zero for the model {model}, which is plane: ask for {other}")
+        raise ValueError(f"{kind}: {names} must be zero for the model {model}, which is plane")

@@ -2,7 +2,8 @@
 
     ok               within the tolerance and the silicone's data
     interpolated     the same, by a smooth map between loads, or cases of a sweep, that were solved
-    above tolerance  an answer whose estimated error is larger than what was asked for, or not known
+    above tolerance  an answer whose estimated error is larger than what was asked for
+    not bounded      an answer whose model leaves something out that has no size; `left_out` lists it
     beyond data      an answer; the layer is stretched further than the data behind its silicone's constants, or may be
     not carried      no answer: the layer could not be followed to the load
     failed           no answer, for the reason beside it
@@ -15,30 +16,31 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-WORDS = ("ok", "interpolated", "above tolerance", "beyond data", "not carried", "failed")
+WORDS = ("ok", "interpolated", "above tolerance", "not bounded", "beyond data", "not carried", "failed")
 """From best to worst."""
-ANSWERED = WORDS[:4]
+ANSWERED = WORDS[:5]
 """Of rows that hold an answer."""
 FINER = 0.1
 """Of what the last mesh changed of the stretch, what the next one changed: at most, of 9 loads of the catalogue."""
 UNFINISHED = "unfinished"
 """Of cases that a table of a run that goes on, or was stopped, has no row of yet: neither an answer nor a failure."""
-OK, INTERPOLATED, ABOVE, BEYOND, NOT_CARRIED, FAILED = WORDS
+OK, INTERPOLATED, ABOVE, NOT_BOUNDED, BEYOND, NOT_CARRIED, FAILED = WORDS
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
 EXIT_DOUBTFUL, EXIT_NO_ANSWER = 4, 3  # exit codes of the command line
 
 
 def flags_of(
     error: float, tolerance: float, stretch: float | None = None, known: float = float("nan"), *,
-    changed: float | None = None, interpolated: bool = False,
+    changed: float | None = None, interpolated: bool = False, bounded: bool = True,
 ) -> tuple[str, ...]:
     """Return the flags of an answer, worst first; an unknown error (NaN) is above any tolerance.
 
     `stretch` is the layer's, None or NaN where unknown; `FINER` of what the last mesh `changed` is added to it.
-    `known` is the stretch that the silicone's data reach, NaN where unknown.
+    `known` is the stretch that the silicone's data reach, NaN where unknown; `bounded` tells whether all that the
+    model leaves out has a size.
     """
     beyond = stretch is not None and stretch + FINER * (changed or 0.0) > known
-    holds = {BEYOND: beyond, ABOVE: not error <= tolerance, INTERPOLATED: interpolated}
+    holds = {BEYOND: beyond, NOT_BOUNDED: not bounded, ABOVE: not error <= tolerance, INTERPOLATED: interpolated}
     return tuple(word for word, true in holds.items() if true) or (OK,)
 
 

@@ -42,14 +42,21 @@ def test_the_worst_word_is_the_status() -> None:
 
 def test_what_holds_of_any_row_holds_of_all() -> None:
     """Ok alone is ok; beside others it says nothing."""
-    assert joined(["ok", "beyond data; above tolerance", "interpolated"]) == ANSWERED[:0:-1]
+    assert joined(["ok", "beyond data; above tolerance", "not bounded", "interpolated"]) == ANSWERED[:0:-1]
     assert joined(["ok", "ok"]) == joined([]) == ("ok",)
+
+
+def test_what_has_no_size_is_not_bounded() -> None:
+    """Beside any error; data that end are worse."""
+    assert flags_of(0.1, 0.2, bounded=False) == ("not bounded",)
+    assert flags_of(0.3, 0.2, bounded=False) == ("not bounded", "above tolerance")
+    assert flags_of(0.3, 0.2, 2.1, 2.0, bounded=False)[:2] == ("beyond data", "not bounded")
 
 
 def test_exit_codes_are_those_of_the_worst_row() -> None:
     """Answers that need a look have a code of their own, which a user may accept; what is missing is never accepted."""
-    assert [exit_code([word]) for word in WORDS] == [0, 0, 4, 4, 3, 3]
-    assert [exit_code([word], accept=True) for word in WORDS] == [0, 0, 0, 0, 3, 3]
+    assert [exit_code([word]) for word in WORDS] == [0, 0, 4, 4, 4, 3, 3]
+    assert [exit_code([word], accept=True) for word in WORDS] == [0, 0, 0, 0, 0, 3, 3]
     assert exit_code(["ok", "beyond data", "ok"]) == 4 and exit_code([*ANSWERED, "not carried"]) == 3
     assert exit_code([]) == 0
 

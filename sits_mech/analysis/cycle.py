@@ -25,10 +25,11 @@ from sits_mech.chain.aimed import aim_at
 from sits_mech.chain.goal import farthest
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.propagation import Reading, poses_of, read_poses
-from sits_mech.chain.simulate import flags_over
+from sits_mech.chain.simulate import flags_over, with_omissions
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.labels import labelled
 from sits_mech.mechanics.symmetry import symmetrised, symmetry_of
+from sits_mech.notes import Note, NoteKind, packed, packed_omissions
 from sits_mech.quantities import POSE, Array, Bounded, Pose, Wrench
 from sits_mech.readout.signals import told
 from sits_mech.scene.elastomer import pad_volume
@@ -77,7 +78,8 @@ def load_cycle(
     height = 0.0 if sensor.target is None else sensor.target.load_height
     curve = elastic_curve(layer, peak, height=height, points=points)
     symmetry = symmetry_of(sensor)
-    curve = replace(curve, found=tuple(symmetrised(item, symmetry, item.wrench) for item in curve.found))
+    found = [symmetrised(item, symmetry, item.wrench) for item in curve.found]
+    curve = replace(curve, found=tuple(with_omissions(sensor, found, by_layer.name)))
     for item in curve.found:
         check_clearance(sensor, item.pose)
     poses = _poses(curve)
@@ -90,28 +92,29 @@ def load_cycle(
     pose, error = (np.stack([columns[f"{kind}{name}"][1] for name in POSE], axis=-1) for kind in ("", "error_"))
     stretch = np.interp(elastic, curve.share, np.array([each.report.stretch for each in curve.found], dtype=float))
 
-    marks = marked(joined(flags_over(sensor, goal, Bounded.of(pose, error), stretch, tolerance)["flags"]))
+    left_out = (*curve.found[-1].report.left_out, *reading.impedance.report.left_out)
+    marks = marked(joined(flags_over(sensor, goal, Bounded.of(pose, error), stretch, tolerance, left_out)["flags"]))
     names = sensor.coil_names
     data = xr.Dataset(columns, coords={"time": programme.time, "coil": names, "coil_2": names})
     data["L0"] = (("coil", "coil_2"), reading.impedance.L0)
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     data = data.assign_attrs(
-        **provenance(sensor), notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
+        **provenance(sensor), notes=packed(_notes(sensor)), left_out=packed_omissions(left_out),
+        request=json.dumps(request),
         frequency=sensor.frequency, unit_L=reading.impedance.unit_L, **marks,
         **{key: item for name in told(data) for key, item in loops(data, name).items()},
     )
     return labelled(data)
 
 
-def _notes(sensor: Sensor) -> tuple[str, ...]:
-    """Explain why there is no loop, where the silicone can show none, and that friction is left out."""
+def _notes(sensor: Sensor) -> tuple[Note, ...]:
+    """Note why there is no loop, where the silicone can show none, and that friction is left out."""
     silicone = silicone_of(sensor)
     rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
-    slips = ("elastomer.friction: every load comes straight from rest; what slips there and back is not in the loop",)
+    slips = (Note(NoteKind.SLIP_LEFT_OUT),)
     if silicone is None or silicone.has_history:
         return slips * rough
-    elastic = "the silicone has neither prony nor mullins, so it is elastic; widths other than zero are rounding"
-    return (f"no loop: {elastic}", *slips * rough)
+    return (Note(NoteKind.NO_LOOP), *slips * rough)
 
 
 def _check(programme: Programme) -> None:

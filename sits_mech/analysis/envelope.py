@@ -21,11 +21,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sits_mech.analysis.limits import STRETCH, Capacity, capacity
+from sits_mech.analysis.limits import Capacity, capacity
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor, known_stretch
 from sits_mech.status import FINER
@@ -55,15 +56,15 @@ class Ray:
         The largest that is borne; infinite where no limit was met [N].
     error : float
         Of its size, relative; nan where it is not known.
-    limit : str
-        What comes next.
+    limit : Note
+        What comes next; `report.notes.sentence` words it.
     """
 
     plane: tuple[str, str]
     angle: float
     force: Wrench
     error: float
-    limit: str
+    limit: Note
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,7 @@ class _Search:
             return rough
         if solved not in self.finer:
             alone = solved == Wrench(F_z=abs(solved.F_z))
-            guess = rough.multiple * (_ADDED[not alone] if rough.reason.startswith(STRETCH) else 1.0)
+            guess = rough.multiple * (_ADDED[not alone] if rough.reason.kind is NoteKind.LIMIT_DATA else 1.0)
             found = capacity(
                 self.sensor, self.deeper, _times(guess, solved), self.known,
                 tolerance=self.tolerance, within=_WITHIN[1],
@@ -210,7 +211,7 @@ def _error(end: Capacity) -> float:
     """Return the relative error of where three meshes end."""
     if end.rest is None:  # a path that ended, near its largest load or not
         return end.error / end.multiple if end.multiple > 0.0 else math.nan
-    if not end.reason.startswith(STRETCH):
+    if end.reason.kind is not NoteKind.LIMIT_DATA:
         return _WITHIN[1]
     report = end.rest.report
     changed = (report.error_stretch or 0.0) / ((report.stretch or 2.0) - 1.0)

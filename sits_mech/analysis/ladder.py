@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import chain
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -47,11 +46,11 @@ class Rung:
 
     tolerance: float  # asked
     seconds: float  # processor time, from the scene on
-    estimated: float  # largest estimated error of L, over the largest change of L
-    difference: float  # of L from the finest rung, over the same
-    estimated_pose: float  # over the displacement, angles at the target's end
-    difference_pose: float  # over the same
-    status: str  # "converged", or why there is no answer
+    estimated: float = math.nan  # largest estimated error of L, over the largest change of L
+    difference: float = math.nan  # of L from the finest rung, over the same
+    estimated_pose: float = math.nan  # over the displacement, angles at the target's end
+    difference_pose: float = math.nan  # over the same
+    status: str = "converged"  # or why there is no answer
 
     @property
     def asked(self) -> Asked:
@@ -61,55 +60,27 @@ class Rung:
 
 def ladder(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
-    progress: Progress = untold,
+    progress: Progress = untold, each: Callable[[Rung, int], None] = lambda *_: None,
 ) -> list[Rung]:
     """Solve a load, not zero, at every tolerance from 0.1 down to a tenth of the asked one.
 
-    Raises SceneError when there is no load, or a model cannot hold the scene.
+    `each` is called with a rung when it is solved, without differences from the finest, and how many follow. Raises
+    SceneError when there is no load, or a model cannot hold the scene.
     """
     if not wrench.components.any():
         raise SceneError("ladder: must have a load, such as fz = 1 N, whose answer is solved at every rung; none came")
     least = 0.0999 * checked_tolerance(tolerance)
     asked = [one for one in TOLERANCES if one > least]
-    solved = []
-    for number, one in enumerate(asked):
-        progress(number, len(asked))
-        solved.append(_solved(sensor, wrench, one, mechanics, magnetics))
+    rungs, answers = list[Rung](), list[Simulation | None]()
+    for number, one in enumerate(asked, 1):
+        progress(number - 1, len(asked))
+        seconds, found, status = _solved(sensor, wrench, one, mechanics, magnetics)
+        rungs.append(_compared(sensor, Rung(one, seconds, status=status), found, found))
+        answers.append(found)
+        each(rungs[-1], len(asked) - number)
     progress(len(asked), len(asked))
-    answers = [found for _, found, _ in solved if found is not None]
-    rows = []
-    for one, (seconds, found, status) in zip(asked, solved, strict=True):
-        sizes = (math.nan,) * 4 if found is None else _sizes(sensor, found, answers[-1])
-        rows.append(Rung(one, seconds, *sizes, status))
-    return rows
-
-
-def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
-    """Summarize ladders: "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 1e-3 cannot be reached".
-
-    A tolerance counts where the answer's own estimate is within it; where only some of several ladders reach it, how
-    many do is said. What cannot be reached is what is below the least estimate of a ladder whose finest rung misses.
-    """
-    parts, count, held = [], len(ladders), dict[float, list[float]]()
-    for one in chain.from_iterable(ladders):
-        if one.holds:
-            held.setdefault(one.tolerance, []).append(one.seconds)
-    for tolerance, times in sorted(held.items(), reverse=True):
-        span = _span([f"{min(times):.2g}", f"{max(times):.2g}"])
-        parts.append(f"{power(tolerance)}: {span} s{_share(len(times), count)}")
-    reached = [min(one.estimated for one in row) for row in ladders if not _finest(row).holds]
-    limits = sorted(filter(math.isfinite, reached))
-    if limits:
-        span = _span([power(limits[0]), power(limits[-1])])
-        parts.append(f"errors below {span} cannot be reached{_share(len(reached), count)}")
-    elif not reached:
-        parts.append(f"errors below {power(_finest(ladders[0]).tolerance)} were not requested")
-    return f"ask {'; '.join(parts)}" if parts else "no tolerance of the ladder can be reached"
-
-
-def _share(some: int, count: int) -> str:
-    """Say how many of several ladders it is, empty for all."""
-    return f" ({some} of {count})" if some < count else ""
+    finest = next((found for found in reversed(answers) if found is not None), None)
+    return [_compared(sensor, rung, found, finest) for rung, found in zip(rungs, answers, strict=True)]
 
 
 def forget() -> None:
@@ -119,21 +90,6 @@ def forget() -> None:
             for item in list(vars(module).values()):
                 if hasattr(item, "cache_clear"):
                     item.cache_clear()
-
-
-def power(value: float) -> str:
-    """Format a tolerance as it is asked: 3e-3."""
-    return f"{value:.0e}".replace("e-0", "e-")
-
-
-def _span(ends: Sequence[str]) -> str:
-    """Format the ends of a range, once where they are the same."""
-    return ends[0] if ends[0] == ends[-1] else f"{ends[0]} to {ends[-1]}"
-
-
-def _finest(row: Sequence[Asked]) -> Asked:
-    """Return the rung of the least tolerance."""
-    return min(row, key=lambda one: one.tolerance)
 
 
 @nothing_kept()
@@ -150,12 +106,16 @@ def _solved(
     return time.process_time() - began, found, "converged"
 
 
-def _sizes(sensor: Sensor, found: Simulation, finest: Simulation) -> tuple[float, float, float, float]:
-    """Return estimate and difference of L over its largest change, and those of the pose over the displacement."""
+def _compared(sensor: Sensor, rung: Rung, found: Simulation | None, finest: Simulation | None) -> Rung:
+    """Return a rung with its estimates, and differences from the finest answer; as it is without an answer."""
+    if found is None or finest is None:
+        return rung
     L, best, lever = found.impedance, finest.impedance.L, levers(sensor)
     change = np.max(np.abs(best - L.L0))
-    rest, last = found.equilibrium, finest.equilibrium
-    pose, error, end = rest.pose.components, rest.error.components, last.pose.components
-    moved = end - unloaded(sensor).components
-    own, away = (relative(each, moved, lever) for each in (error, np.abs(pose - end)))
-    return float(np.max(L.error_L) / change), float(np.max(np.abs(L.L - best)) / change), own, away
+    end = finest.equilibrium.pose.components
+    error, away = found.equilibrium.error.components, np.abs(found.equilibrium.pose.components - end)
+    own, off = (relative(each, end - unloaded(sensor).components, lever) for each in (error, away))
+    return replace(
+        rung, estimated=float(np.max(L.error_L) / change), difference=float(np.max(np.abs(L.L - best)) / change),
+        estimated_pose=own, difference_pose=off,
+    )

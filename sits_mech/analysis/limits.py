@@ -35,9 +35,10 @@ from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded
 from sits_mech.geometry.collision import clearance, room
-from sits_mech.mechanics.equilibrium.newton import REASONS
+from sits_mech.mechanics.equilibrium.newton import PathEnd
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import ends_of, fixed, load_words, request_of, varied
 from sits_mech.scene.sensor import Sensor, known_stretch, silicone_of
@@ -50,15 +51,8 @@ AFTER = 1.0
 _WITHIN = 0.005  # of a capacity: how well it is located
 _NEAR = 5.0  # times that: a straight step this short is not solved; stretch, as load^0.85, bends by less than a fifth
 _MOST = 64.0  # multiple of a load up to which a limit is looked for
-_SHORT = {
-    "buckled": "buckling",
-    "sideways": "buckling sideways",
-    "turned": "limit load",
-    "inverted": "folding: the mesh turns inside out at a corner",
-}
-STRETCH = "stretch beyond"
-"""How the reason begins of a capacity that ends with the silicone's data."""
-_FOLDED = "pass through one another"
+_LIMITS = (PathEnd.BUCKLED, PathEnd.SIDEWAYS, PathEnd.TURNED, PathEnd.INVERTED)
+"""Ends of a load path at a limit of the pad; others may be the solver's."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +62,7 @@ class Capacity:
     load: Wrench  # a corner of the table [N, N m]
     multiple: float  # infinite where no limit was met up to 64 times the load
     error: float  # of the multiple; nan where not known
-    reason: str  # the limit that is met
+    reason: Note  # the limit that is met
     rest: Equilibrium | None = field(default=None, repr=False, compare=False)
 
 
@@ -156,7 +150,7 @@ def capacity(
             return search.at(ahead)
         low, high = (tried, high) if margin > 0.0 else (low, tried)
         if low >= _MOST:
-            return Capacity(load, np.inf, np.nan, f"no limit was met up to {_MOST:g} times")
+            return Capacity(load, np.inf, np.nan, Note.of(NoteKind.NO_LIMIT, most=_MOST))
         if high <= 1.0 / _MOST:
             return replace(search.at(high), multiple=0.0)
         if not low < ahead < high:
@@ -206,30 +200,32 @@ class _Search:
     def at(self, multiple: float) -> Capacity:
         """Return the capacity at a multiple, from the nearest that was solved."""
         there = self.found[min(self.found, key=lambda m: abs(m - multiple))]
-        return Capacity(self.load, multiple, np.nan, min(self._margins(there))[1], there)
+        return Capacity(self.load, multiple, np.nan, min(self._margins(there), key=lambda each: each[0])[1], there)
 
-    def _margins(self, there: Equilibrium) -> list[tuple[float, str]]:
-        """Return each margin with its name."""
+    def _margins(self, there: Equilibrium) -> list[tuple[float, Note]]:
+        """Return each margin with its limit."""
         coils = float(room(self.sensor, there.pose)) / float(room(self.sensor, unloaded(self.sensor)))
-        found = [(coils, "coil contact" if not self.sensor.conductors else "contact with the coils or a fixed plate")]
+        found = [(coils, Note.of(NoteKind.LIMIT_COILS, plates=bool(self.sensor.conductors)))]
         if there.report.stretch is not None and np.isfinite(self.known):
             left = (self.known - there.report.stretch) / (self.known - 1.0)
-            found.append((left, f"{STRETCH} {self.known:.3g}, the end of the silicone's data"))
+            found.append((left, Note.of(NoteKind.LIMIT_DATA, stretch=self.known)))
         if there.report.estimated_error > self.tolerance:
-            found.append((-1.0, f"error of the pose beyond {self.tolerance:g} of the displacement"))
-        if any(_FOLDED in note for note in there.report.notes):
-            found.append((-1.0, "folding: free faces pass through one another"))
+            found.append((-1.0, Note.of(NoteKind.LIMIT_ERROR, tolerance=self.tolerance)))
+        if any(note.kind is NoteKind.FACES_CROSS for note in there.report.notes):
+            found.append((-1.0, Note(NoteKind.LIMIT_FOLD)))
         return found
 
 
 def _ended(failed: SolveFailed, load: Wrench, reached: float) -> Capacity:
     """Return the capacity of a load path that ended: its largest load, or how far it was followed."""
-    why = next((key for key, words in REASONS.items() if any(words in note for note in failed.report.notes)), "")
+    ends = (str(note.known["end"]) for note in failed.report.notes if note.kind is NoteKind.PATH_END)
+    end = PathEnd(next(ends, ""))
+    limit = Note.of(NoteKind.LIMIT_LOAD, end=end)
     if failed.carried is None:
-        return Capacity(load, reached, np.nan, _SHORT.get(why, "no equilibrium found beyond: it may carry more"))
+        return Capacity(load, reached, np.nan, limit if end in _LIMITS else Note(NoteKind.LIMIT_LOST))
     most, off = failed.carried
     error = float(np.linalg.norm(off.components) / np.linalg.norm(load.components))
-    return Capacity(load, _share(most, load), error, _SHORT.get(why, "limit load"))
+    return Capacity(load, _share(most, load), error, limit)
 
 
 def _share(part: Wrench, load: Wrench) -> float:

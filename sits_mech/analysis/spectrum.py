@@ -15,10 +15,10 @@ Both L are those of even current in the tracks; what skin and proximity effect t
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +27,8 @@ from sits_mech.analysis.terminals import own_capacitance, tank_frequency, termin
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.resistance import TrackSpectrum, track_spectrum
-from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
+from sits_mech.notes import Note, Omission, OmissionKind
+from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, kept_report
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature
 
@@ -129,8 +130,8 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         for name in _AT_TERMINALS:
             data[name] = (pair[:2], np.array([getattr(item, name.removeprefix("terminal_")) for item in seen]))
         data["shift"] = (pair[:2], tracks[1].T)
-    report = replace(_joined(each, hertz), left_out=(*each[0].report.left_out, *missing))
-    return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=json.dumps(as_jsonable(asdict(report))))
+    report = replace(_joined(each, hertz), left_out=(*_largest(each), *map(_stated, missing)))
+    return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=kept_report(report))
 
 
 def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> Terminals:
@@ -168,9 +169,9 @@ def _track(coil: Coil, hertz: tuple[float, ...]) -> TrackSpectrum:
 
 def _joined(found: Sequence[Impedance], hertz: Array) -> SolveReport:
     """Join the reports of all solves: the worst of each; notes of the lowest and the highest frequency."""
-    notes, reports = list[str](), [each.report for each in found]
+    notes, reports = list[Note](), [each.report for each in found]
     for k in sorted({0, len(reports) - 1}):
-        notes += [f"at {hertz[k]:.4g} Hz: {note}" for note in reports[k].notes]
+        notes += [note.with_numbers(at_frequency=float(hertz[k])) for note in reports[k].notes]
     return SolveReport(
         reports[0].model,
         max(report.unknowns for report in reports),
@@ -180,3 +181,18 @@ def _joined(found: Sequence[Impedance], hertz: Array) -> SolveReport:
         sum(report.seconds for report in reports),
         notes=tuple(notes),
     )
+
+
+def _largest(found: Sequence[Impedance]) -> tuple[Omission, ...]:
+    """Return what is left out at any frequency, each where it has no size or the largest."""
+    worst = dict[OmissionKind, Omission]()
+    for item in chain.from_iterable(each.report.left_out for each in found):
+        before = worst.get(item.kind)
+        if before is None or not item.size <= before.size:
+            worst[item.kind] = item
+    return tuple(worst.values())
+
+
+def _stated(text: str) -> Omission:
+    """Return what terminals are without: no error of what the coils show."""
+    return Omission(OmissionKind.STATED, counts=False, numbers=(("text", text),))

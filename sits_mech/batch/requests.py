@@ -19,9 +19,9 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.analysis.limits import limits_of
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
-from sits_mech.chain.plan import choose_mechanics
+from sits_mech.chain.models import MAGNETICS, MECHANICS, choose_mechanics, magnetic_model, mechanical_model
 from sits_mech.chain.simulate import at_rest, rest_flags, simulate
+from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
     POSE,
@@ -107,8 +107,9 @@ def _pose(variant: Variant, asked: Row) -> Row:
     """Return the pose of the target at rest as a row."""
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
     wrench = _wrench(asked)
-    chosen = choose_mechanics(sensor, model, tuple(MECHANICS), [wrench], tolerance)
-    found = at_rest(sensor, _mechanical(variant, chosen.name, tolerance), wrench)
+    chosen = choose_mechanics(sensor, model, [wrench], tolerance)
+    numerics = tolerance if chosen.by_name else chosen.tolerance
+    found = at_rest(sensor, _mechanical(variant, chosen.name, numerics), wrench)
     return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 
 
@@ -118,7 +119,8 @@ def _inductance(variant: Variant, asked: Row) -> Row:
     tolerance = asked.get("tolerance", 1e-3)
     field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), tolerance, [pose])
     found = field.impedance(pose, asked.get("frequency", variant.sensor.frequency))
-    return _shown(found) | marked(flags_of(found.report.estimated_error, tolerance))
+    bounded = not any(item.unbounded for item in found.report.left_out)
+    return _shown(found) | marked(flags_of(found.report.estimated_error, tolerance, bounded=bounded))
 
 
 def _simulate(variant: Variant, asked: Row) -> Row:
@@ -185,7 +187,8 @@ def _rest(found: Equilibrium) -> Row:
     row |= {f"error_{name}": getattr(found.error, name) for name in POSE}
     report = found.report
     row |= {"min_J": np.nan if report.min_J is None else report.min_J, "error_mechanics": report.estimated_error}
-    return row | {"mechanics": report.model, "notes_mechanics": "; ".join(report.notes)}
+    words = {"notes_mechanics": packed(report.notes), "left_out_mechanics": packed_omissions(report.left_out)}
+    return row | {"mechanics": report.model} | words
 
 
 def _shown(found: Impedance) -> Row:
@@ -194,7 +197,8 @@ def _shown(found: Impedance) -> Row:
     row: Row = {name: (pair, getattr(found, name)) for name in ("L", "R", "L0", "error_L", "error_R")}
     row |= {"relative": (one, np.diagonal(found.L) / np.diagonal(found.L0)), "R_dc": (one, found.R_dc)}
     row |= {"unit_L": found.unit_L, "error_magnetics": report.estimated_error}
-    return row | {"magnetics": report.model, "notes_magnetics": "; ".join(report.notes)}
+    words = {"notes_magnetics": packed(report.notes), "left_out_magnetics": packed_omissions(report.left_out)}
+    return row | {"magnetics": report.model} | words
 
 
 _CHAIN = {"mechanics": tuple(MECHANICS), "magnetics": tuple(MAGNETICS)}

@@ -29,7 +29,7 @@ def table_row(data: xr.Dataset) -> Row:
         for name, item in data.data_vars.items()
     }
     failed, size = int((~answered(data)).sum()), data["status"].size
-    row |= {"failed_loads": failed, "unit_L": data.attrs["unit_L"]}
+    row |= {"failed_loads": failed, "unit_L": data.attrs["unit_L"], "left_out": data.attrs.get("left_out", "")}
     row |= marked(word for text in data["flags"].to_numpy().ravel() for word in text.split("; "))
     row |= {"reason": f"{failed} of {size} loads"} if failed else {}
     return row | {"attributes": json.dumps(dict(data.attrs), default=float)}

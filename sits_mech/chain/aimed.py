@@ -19,12 +19,13 @@ import numpy as np
 
 from sits_mech.chain.goal import HALF, Goal, goal_at
 from sits_mech.chain.interpolate import LoadGrid, poses_on_grid, solved_likely, worst
-from sits_mech.chain.models import loaded_model
-from sits_mech.chain.prices import Look, cost, expected, magnetic_tolerance
+from sits_mech.chain.models import MAGNETICS, loaded_model
+from sits_mech.chain.prices import Look, expected
 from sits_mech.chain.propagation import poses_of
+from sits_mech.description import Question
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.mechanics.levels.answer import wrench_words
 from sits_mech.mechanics.levels.load_path import depends_on_path
+from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle
 from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -66,7 +67,9 @@ class Aim:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
         off = self.goal.mechanics(poses_of([first]))
         seen = expected(first.report, off, self.left, solved)
-        seconds = seen.seconds + cost("magnetics", self.name, magnetic_tolerance(self.name, self.asked), loads)
+        model = MAGNETICS[self.name]
+        question = Question(model.share * self.asked, (first.wrench,) * loads)
+        seconds = seen.seconds + model.cost(question).seconds
         return seen._replace(error=seen.error + self.goal.magnetics, seconds=seconds)
 
     def refuse_beyond(self, planned: Look, where: str) -> None:

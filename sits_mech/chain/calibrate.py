@@ -19,16 +19,17 @@ from sits_mech.chain.derivatives.gradient import SlopedModel, numbers_of
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.interpolate import INTERPOLATED, LoadGrid, checked_values, loads_of
+from sits_mech.chain.interpolate import LoadGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.omissions import Answered, beside_errors, omissions
-from sits_mech.chain.plan import Choice, leaving
 from sits_mech.chain.propagation import poses_of, read_poses
+from sits_mech.chain.simulate import with_omissions
+from sits_mech.description import sized
 from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes
 from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Pose, Wrench
+from sits_mech.notes import NoteKind, packed, packed_omissions
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
@@ -86,12 +87,13 @@ def calibrate(
     Returns
     -------
     Dataset, dims (F_x, F_z) and what else is a sequence, in the order of `WRENCH`
-        Pose, impedance, signals, each with ``error_``; ``status`` and ``flags`` (status.py), ``reason``, ``notes``,
-        ``seconds``, ``min_J`` and ``stretch`` as of `SolveReport`, NaN where not known, the latter straight from solved
-        load to solved load. Of the pose d_y, alpha_x and alpha_z only where a load leaves the plane. A load that fails
-        has NaN and says why. Attributes hold scene, hash, request, version, ``unit_L``, and in ``notes`` what
-        conductors change of the model; ``planned`` seconds of processor time and error over the full scale as the
-        largest load's first meshes show them, and the error that was ``reached``.
+        Pose, impedance, signals, each with ``error_``; ``status`` and ``flags`` (status.py), ``reason``, ``notes``
+        (kinds and numbers as JSON, which `notes.unpacked` reads), ``seconds``, ``min_J`` and ``stretch`` as of
+        `SolveReport`, NaN where not known, the latter straight from solved load to solved load. Of the pose d_y,
+        alpha_x and alpha_z only where a load leaves the plane. A load that fails has NaN and says why. Attributes hold
+        scene, hash, request, version, ``unit_L``, and in ``left_out`` what counts of what the models leave out, with
+        sizes, as JSON; ``planned`` seconds of processor time and error over the full scale as the largest load's first
+        meshes show them, and the error that was ``reached``.
 
     Raises
     ------
@@ -104,7 +106,7 @@ def calibrate(
     >>> models = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
     >>> data = sm.calibrate(sm.load_sensor("biorob2018"), F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
     >>> dict(data["L_v_percent"].sizes), data["status"].values.ravel()[0]
-    ({'F_x': 3, 'F_z': 3}, 'ok')
+    ({'F_x': 3, 'F_z': 3}, 'above tolerance')
     """
     given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
     axes = {name: checked_values(name, values) for name, values in given.items()}
@@ -125,12 +127,12 @@ def calibrate(
     found = aimed_loads(asked, magnetics, best=best)
     by_name = found.field, by_field.name, found.asked
     slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if drift else None
-    return tabulated(sensor, found, request, (grid, fixed), by_field, slopes=slopes)
+    return tabulated(sensor, found, request, (grid, fixed), slopes=slopes)
 
 
 def tabulated(
     sensor: Sensor, found: AimedLoads, request: Mapping[str, Any], axes: tuple[Axes, Mapping[str, float]],
-    by_field: Choice, *, slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None = None,
+    *, slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None = None,
     direct: Array | None = None,
 ) -> xr.Dataset:
     """Return the table of loads that have come to rest, as `calibrate` does.
@@ -142,47 +144,51 @@ def tabulated(
 
     grid, fixed = axes
     loads = loads_of({name: grid.get(name, [fixed.get(name, 0.0)]) for name in WRENCH})
-    columns, read, shown = _read(sensor, found, grid, loads, request["tolerance"], slopes, direct)
+    columns, read, shown = _read(sensor, found, grid, loads, request, slopes, direct)
     coils = sensor.coil_names
     coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if slopes else {})
     data = xr.Dataset(columns, coords)
     data["L0"] = (("coil", "coil_2"), shown.L0)
-    said = (*by_field.notes, *(f"left out: {item.text}" for item in by_field.left_out))
-    said += _beside(sensor, (request["mechanics"], request["magnetics"]), read, shown)
+    left_out = (*(read[0].report.left_out if read else ()), *shown.report.left_out)
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
     attributes |= {"unit_L": shown.unit_L, "request": json.dumps(request), "magnetics_tolerance": found.asked}
-    attributes |= {"notes": "; ".join(said)} | _promised(found)
+    attributes |= {"notes": "", "left_out": packed_omissions(left_out)} | _promised(found)
     return labelled(data.assign_attrs(**provenance(sensor), **attributes))
 
 
 def _read(
-    sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], tolerance: float,
+    sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], request: Mapping[str, Any],
     slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, direct: Array | None,
 ) -> tuple[Columns, list[Equilibrium], Impedance]:
     """Return the columns of all loads, and the rests and impedances of those with a reading."""
     settled = [found.settled[load] for load in loads]
     status = [status_of(sensor, one) for one in settled]
-    good, rests = [word == OK for word, _ in status], [one.rest for one in settled]
+    good = [word == OK for word, _ in status]
+    known = iter(with_omissions(sensor, [one.rest for one in settled if one.rest], request["mechanics"]))
+    settled = [replace(one, rest=next(known)) if one.rest else one for one in settled]
+    rests = [one.rest for one in settled]
     read = [rest for rest, fine in zip(rests, good, strict=True) if rest and fine]
     poses = poses_of(read)
     reading = read_poses(sensor, found.field, poses, direct=direct)
     shown = reading.impedance
     share = shown.report.seconds / max(len(read), 1)
     seconds = {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}
-    own = over_grid(grid, np.ones(len(loads)), _words(sensor, found, settled, status, tolerance) | seconds)
+    words = _words(sensor, found, settled, status, (request["tolerance"], shown))
+    own = over_grid(grid, np.ones(len(loads)), words | seconds)
     of_read = of_readings(sensor, reading, poses) | ({} if slopes is None else slopes(shown, read))
     of_read |= {"error_magnetics": ((), np.full(len(read), shown.report.estimated_error))}
-    carried = of_rests(list(filter(None, rests)), leaves=bool(leaving(loads)))
+    carried = of_rests(list(filter(None, rests)), leaves=any(load.out_of_plane for load in loads))
     columns = over_grid(grid, [rest is not None for rest in rests], carried) | over_grid(grid, good, of_read) | own
     order = ("status", "reason", *carried, "notes", "seconds", *of_read, "flags")
     return {name: columns[name] for name in order}, read, shown
 
 
 def _words(
-    sensor: Sensor, found: AimedLoads, settled: Sequence[Settled], status: Sequence[tuple[str, str]], tolerance: float
+    sensor: Sensor, found: AimedLoads, settled: Sequence[Settled], status: Sequence[tuple[str, str]],
+    asked: tuple[float, Impedance],
 ) -> Columns:
     """Return status, notes, flags and reason of all loads."""
-    marks = [_marks(sensor, found.goal, one, word, tolerance) for one, (word, _) in zip(settled, status, strict=True)]
+    marks = [_marks(sensor, found.goal, one, word, asked) for one, (word, _) in zip(settled, status, strict=True)]
     own: Columns = {name: ((), [mark[name] for mark in marks]) for name in ("status", "notes", "flags")}
     return own | {"reason": ((), [why for _, why in status])}
 
@@ -194,30 +200,23 @@ def _promised(found: AimedLoads) -> dict[str, Any]:
     return {"planned": [found.planned.seconds, found.planned.error], "reached": found.reached}
 
 
-def _beside(sensor: Sensor, names: tuple[str, str], read: Sequence[Equilibrium], found: Impedance) -> tuple[str, ...]:
-    """Name what sections leave out beside the errors, at the pose whose inductances change most."""
-    if not read:
-        return ()
-    most = np.argmax(np.abs(found.L - found.L0).max(axis=(1, 2)), keepdims=True)
-    own = {name: getattr(found, name)[most] for name in ("L", "R", "error_L", "error_R")}
-    shown = Answered(Pose.of(poses_of(read).value[most]), replace(found, **own, shared_L=None))
-    size, unknown = beside_errors(omissions(sensor, (), *names, shown))
-    parts = [f"what sections neglect, {size:.2g} of the largest change, is not in the errors"] if size > 0.0 else []
-    return (*parts, *(f"{name}: not estimated, not in the errors" for name in unknown))
-
-
-def _marks(sensor: Sensor, goal: Goal | None, settled: Settled, status: str, tolerance: float) -> dict[str, str]:
+def _marks(
+    sensor: Sensor, goal: Goal | None, settled: Settled, status: str, asked: tuple[float, Impedance]
+) -> dict[str, str]:
     """Return status, flags and notes of a load from its errors over the signals' full scale."""
     rest = settled.rest
-    notes = "" if rest is None else "; ".join(rest.report.notes)
+    notes = () if rest is None else rest.report.notes
     if rest is None or status != OK:
-        return marked([status]) | {"notes": notes}
-    error = 0.0 if goal is None else goal.of(poses_of([rest]))
+        return marked([status]) | {"notes": packed(notes)}
+    tolerance, left_out = asked[0], asked[1].report.left_out
+    error = 0.0 if goal is None else goal.of(poses_of([rest])) + sized(left_out)
     stretch = np.nan if rest.report.stretch is None else rest.report.stretch
     if sensor.elastomer is not None and np.isfinite(stretch):
         notes = renewed_notes(notes, sensor.elastomer.silicone, stretch)
-    flags = flags_of(error, tolerance, stretch, known_stretch(sensor), interpolated=INTERPOLATED in notes)
-    return {"notes": notes} | marked(flags)
+    bounded = not any(item.unbounded for item in (*rest.report.left_out, *left_out))
+    between = any(note.kind is NoteKind.INTERPOLATED for note in notes)
+    flags = flags_of(error, tolerance, stretch, known_stretch(sensor), interpolated=between, bounded=bounded)
+    return {"notes": packed(notes)} | marked(flags)
 
 
 def _by_temperature(sensor: Sensor, name: str, layer: MechanicalModel) -> tuple[list[Parameter], list[Parameter]]:

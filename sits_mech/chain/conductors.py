@@ -14,18 +14,20 @@ from itertools import count
 
 import numpy as np
 
-from sits_mech.chain.omissions import Omission
+from sits_mech.description import added
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.magnetics.coils.far_field import half_space_share
+from sits_mech.magnetics.axis_fem import AxisymmetricFem
+from sits_mech.magnetics.pose_slopes import within
 from sits_mech.magnetics.remote import remote_bounds
 from sits_mech.magnetics.rings import Axisymmetric
+from sits_mech.notes import Omission, OmissionKind
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Conductor, Sensor
 
 _LEAST = 1e-6  # of L0: the change of inductance is taken as more than that; of what is then worth less than
 _NOTHING = 1e-2  # of the tolerance nothing more is asked
 _Shares = Callable[[Sequence[Conductor]], Array]  # of conductors together, over the change asked for
-_LOOSE = 1.0  # of the change: bounds of conductors near the coils from which on a half-space's is told
+_WHOLE = 1.0  # of the change: conductors that count whatever the target changes
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,7 @@ class AmongFar:
     model: MagneticModel  # of `solved`
     sensor: Sensor  # the whole scene
     solved: Sensor
-    left_out: tuple[str, ...]  # for the report
-    notes: tuple[str, ...]
+    section: bool = False  # whether what the plane y = 0 cuts counts as endless
     enough: float = 0.0  # of L0: bounds below this are not refined
 
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
@@ -47,49 +48,47 @@ class AmongFar:
         check_clearance(self.sensor, pose)
         found = self.model.impedance(pose, frequency)
         far = [part for part in self.sensor.conductors if part not in self.solved.conductors]
-        share = remote_bounds(self.solved, far, pose, section=found.unit_L == "H/m", enough=self.enough).sum(axis=1)
+        each = remote_bounds(self.solved, far, pose, section=self.section, enough=self.enough)
+        share = each.sum(axis=1)
         if not np.all(np.isfinite(share)):
             names = ", ".join(f"conductors.{part.name}" for part in far)
             raise ValueError(f"pose: the target must stay far from {names}, left out for that; ask for a model by name")
-        bound = float(np.diag(found.L0).max()) * share.reshape(pose.components.shape[:-1])[..., None, None]
-        change = np.abs(found.L - found.L0).max(axis=(-2, -1), keepdims=True)
-        relative = float(np.max(bound / np.where(change > 0.0, change, np.inf), initial=0.0))
-        report = replace(
-            found.report, estimated_error=found.report.estimated_error + relative,
-            left_out=(*found.report.left_out, *self.left_out), notes=(*found.report.notes, *self.notes),
-        )
+        free, shape = float(np.diag(found.L0).max()), pose.components.shape[:-1]
+        bound = free * share.reshape(shape)[..., None, None]
+        change = np.abs(found.L - found.L0).max(axis=(-2, -1)).reshape(-1, 1)
+        sizes = np.max(free * each / np.where(change > 0.0, change, np.inf), axis=0, initial=0.0)
         error_R = found.error_R + 2.0 * np.pi * frequency * bound
+        report = added(found.report, tuple(map(_omission, far, sizes.tolist())))
         return replace(found, error_L=found.error_L + bound, error_R=error_R, report=report)
 
 
 def without_far(
     sensor: Sensor, model: Callable[[Sensor], MagneticModel], pose: Pose, tolerance: float, *, section: bool = False
-) -> tuple[Sensor, tuple[Omission, ...], str]:
-    """Return the scene with the conductors that matter, the omissions of the others, and notes on those that matter.
+) -> tuple[Sensor, tuple[Omission, ...]]:
+    """Return the scene with the conductors that matter, and the omissions of the others.
 
     `model` makes the model of the bare sensor, `pose` is where the change of inductance is asked for to `tolerance`;
-    with `section` what the plane cuts counts as endless.
+    with `section` what the plane cuts counts as endless. What is left out together takes half of the tolerance at most.
     """
-    bare = _with(sensor, ())
+    bare, spared = _with(sensor, ()), 0.5 * tolerance
     worth = remote_bounds(bare, sensor.conductors, pose, section=section, enough=negligible(tolerance))
     if worth.sum(axis=1).max() <= negligible(tolerance):  # whatever the change is
-        return bare, tuple(map(_omission, sensor.conductors, (worth.max(axis=0) / _LEAST).tolist())), ""
+        return bare, tuple(map(_omission, sensor.conductors, (worth.max(axis=0) / _LEAST).tolist()))
     at_least = partial(_shares, bare, pose, np.ones(len(worth)), section)  # no change is more than L0
-    if min(_alone(at_least, sensor.conductors)) >= _LOOSE:
-        return sensor, (), _told(sensor, sensor.conductors, at_least)
+    if min(_alone(at_least, sensor.conductors)) >= _WHOLE:
+        return sensor, ()
     try:
         found = model(bare).impedance(pose, sensor.frequency)
     except SolveFailed:
-        return sensor, (), ""
+        return sensor, ()
     change = np.abs(found.L - found.L0).max(axis=(-2, -1)).ravel() / np.diag(found.L0).max()
-    kept, flat = list[Conductor](), found.unit_L == "H/m"
+    kept = list[Conductor]()
     while True:
         solved, far = _with(sensor, kept), [part for part in sensor.conductors if part not in kept]
-        shares = partial(_shares, solved, pose, change, flat)
-        left = _small_together(far, shares, tolerance)
+        shares = partial(_shares, solved, pose, change, section)
+        left = _small_together(far, shares, spared)
         if len(left) == len(far):
-            left_out = tuple(map(_omission, far, shares(far).tolist()))
-            return solved, left_out, _told(sensor, kept, partial(_shares, bare, pose, change, flat))
+            return solved, tuple(map(_omission, far, shares(far).tolist()))
         kept += [part for part in far if part not in left]
 
 
@@ -123,26 +122,12 @@ def _with(sensor: Sensor, parts: Sequence[Conductor]) -> Sensor:
     return sensor.model_copy(update={"conductors": tuple(parts)})
 
 
-def _told(sensor: Sensor, parts: Sequence[Conductor], shares: _Shares) -> str:
-    """Say by how much each conductor alone may change the answer, or the inductances where it is near."""
-    return "; ".join(map(partial(_counted, sensor), parts, _alone(shares, parts)))
-
-
-def _counted(sensor: Sensor, part: Conductor, size: float) -> str:
-    """Say that of one, whose share is given."""
-    if size < _LOOSE:
-        return f"{part.name} alone: at most {size:.2g} of the change"
-    share = half_space_share(sensor.coils, part)
-    return f"{part.name} alone: " + (f"at most {share:.2g} of L0" if share < 1.0 else "any part of L0, so near it is")
-
-
 def _omission(part: Conductor, size: float) -> Omission:
     """Return the omission of a far conductor."""
-    place = ", ".join(f"{1e3 * value:.4g}" for value in part.centre)
-    reason = f"far away, at ({place}) mm; its bound is in the error"
-    return Omission(f"conductors.{part.name}", reason, size, in_error=True)
+    place = zip("xyz", part.centre, strict=True)
+    return Omission(OmissionKind.FAR, size, bound=True, numbers=(("name", part.name), *place))
 
 
 def is_coaxial(field: MagneticModel) -> bool:
     """Return whether the model keeps a disc on its coil's axis: shifts and tilts change nothing there."""
-    return isinstance(getattr(field, "model", field), Axisymmetric)
+    return isinstance(within(field), Axisymmetric | AxisymmetricFem)

@@ -21,7 +21,7 @@ import numpy as np
 
 from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.propagation import diagonals, own_inductances, signal_weights, unloaded
-from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.magnetics.pose_slopes import pose_slopes, within
 from sits_mech.quantities import POSE, Array, Bounded, MagneticModel, Pose, SolveFailed
 from sits_mech.readout.signals import rows_of
 from sits_mech.scene.sensor import Sensor
@@ -52,12 +52,12 @@ class Goal:
 def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:
     """Return the goal of a request; None where no signal changes over its poses.
 
-    `poses` are those asked for, or some of the farthest, clear of the coils. Raises SolveFailed when the coils cannot
-    be solved there.
+    `poses` are those asked for, or some of the farthest, clear of the coils; what the model leaves out is not in it.
+    Raises SolveFailed when the coils cannot be solved there.
     """
     if sensor.elastomer is None:
         return None
-    at_rest = unloaded(sensor)
+    at_rest, field = unloaded(sensor), within(field)
     farthest = max(poses, key=lambda pose: np.hypot(np.hypot(pose.d_h, pose.d_y), pose.d_v - at_rest.d_v))
     some = Pose.of(np.array([pose.components for pose in (farthest, at_rest, *poses)]))
     names = ("d_v",) if is_coaxial(field) else POSE if some.out_of_plane else POSE[:3]

@@ -27,6 +27,7 @@ from sits_mech.chain.propagation import levers, poses_of, unloaded
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle, settled_again, upright
 from sits_mech.mechanics.symmetry import Symmetry
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.units import shown
@@ -36,7 +37,6 @@ _SIGNALS = 0.5  # of that, what the map is given of the signals; chosen: w15 rea
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 _SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
 _FEW = 3  # loads that are solved on all meshes each: one more than are compared
-INTERPOLATED = "pose between solved loads, by a smooth map through them"
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def poses_on_grid(
     """Return what comes of every load of a grid, solved or interpolated.
 
     The tolerance is of the poses, or of the goal that `after` returns for solved loads and that finer meshes are taken
-    for; `begun` holds loads solved before on the first meshes. Interpolated rests have the note `INTERPOLATED`, no
+    for; `begun` holds loads solved before on the first meshes. Interpolated rests have a note of that kind, no
     state, no seconds.
     """
     goal_of = (lambda _: None) if after is None else after
@@ -197,7 +197,7 @@ def _between(part: SolvedPart, settled: Mapping[Wrench, Settled], symmetry: Symm
     plane = np.arange(end) < 3
     sizes = np.where(plane | np.array([load.out_of_plane != () for load in loads])[:, None], sizes, 0.0)
     most = max(rest.report.estimated_error for rest in solved)
-    report = SolveReport("interpolated", 0, 0, 0.0, most, 0.0, notes=(INTERPOLATED,))
+    report = SolveReport("interpolated", 0, 0, 0.0, most, 0.0, notes=(Note(NoteKind.INTERPOLATED),))
     return {
         load: upright(Settled(Equilibrium(
             load, Pose.of(place[:end]), Pose.of(size), np.zeros(0),

@@ -1,132 +1,240 @@
-"""Make the models of both halves of the chain by name, and the plan of a request."""
+"""Choose the models of both halves of the chain: ask all descriptions, take the cheapest that is exact enough.
+
+A model's error is that of its numerics and of all that it leaves out of the question (description.py). Of the models
+that hold a scene the cheapest by counts is taken whose error is within the tolerance, the numerics having what the
+omissions leave of it; where there is none, the one with the least error, and the answer's status says so. Fixed
+conductors that a bound shows to be too far away to matter are left out first (conductors.py). A section that was not
+asked for by name answers in henry: its change of inductance relative to the coils' own inductances in space.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
-from importlib import import_module
-from typing import Any
+import math
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
-from sits_mech.chain.ends import ROUGH, InSection
-from sits_mech.chain.goal import HALF, Goal, goal_of
-from sits_mech.chain.omissions import Answered, Omission, strain_bound
-from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
-from sits_mech.chain.prices import Look, look, magnetic_tolerance
-from sits_mech.chain.propagation import poses_of, unloaded
-from sits_mech.chain.request import Plan
-from sits_mech.quantities import POSE, WRENCH, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
+from sits_mech.chain.propagation import unloaded
+from sits_mech.description import Cost, Description, Question, Refusal, total
+from sits_mech.magnetics.models import MODELS as MAGNETIC
+from sits_mech.mechanics.models import MODELS as MECHANICAL
+from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.notes import Omission
+from sits_mech.plugins import plugged
+from sits_mech.quantities import POSE, WRENCH, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.scene.materials import check_model
 from sits_mech.scene.plausible import check_loads
 from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
-from sits_mech.units import checked_tolerance
+from sits_mech.units import SceneError, checked_tolerance
 
 
-def _made(factory: str, sensor: Sensor, tolerance: float) -> Any:
-    """Return the model from a factory below `sits_mech`, imported when first asked for."""
-    room, _, name = factory.rpartition(".")
-    return getattr(import_module(f"sits_mech.{room}"), name)(sensor, tolerance)
+def _registered(own: Iterable[Description], half: str) -> dict[str, Description]:
+    """Return descriptions by name: ours, and those of other packages, of which one that fails to load is passed by."""
+    found = {model.name: model for model in own}
+    for each in plugged(half):
+        try:
+            found.setdefault(each.name, each.load())
+        except Exception as error:  # whatever a module of others raises
+            warnings.warn(f"{half} {each.name}: {each.value} cannot be loaded: {error}", stacklevel=2)
+    return found
 
 
-MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {
-    "planar": partial(_made, "mechanics.layer.planar_layer"),
-    "linear": partial(_made, "mechanics.linear.small_strain"),
-    "block": partial(_made, "mechanics.block.block_pad"),
-    "closed-form": partial(_made, "mechanics.closed_form.strip_layer"),
-}
-"""The mechanical models by name; each factory takes a sensor and a tolerance."""
-MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {
-    "planar": partial(_made, "magnetics.bars.planar_bars"),
-    "planar-fem": partial(_made, "magnetics.field.planar_fem"),
-    "axisymmetric": partial(_made, "magnetics.rings.axisymmetric"),
-    "sheets": partial(_made, "magnetics.sheets.sheets"),
-}
-"""The magnetic models by name; each factory takes a sensor and a tolerance."""
-_KINDS = {"planar": "section", "planar-fem": "section", "axisymmetric": "space", "sheets": "space"}
+MECHANICS: Mapping[str, Description] = _registered(MECHANICAL, "mechanics")
+"""The mechanical models by name, each with its description; calling one makes the model of a scene to a tolerance."""
+MAGNETICS: Mapping[str, Description] = _registered(MAGNETIC, "magnetics")
+"""The magnetic models alike."""
 _COARSE = 1e-2  # relative error of the change that conductors are compared with
 
 
-def plan(
-    sensor: Sensor, loads: Sequence[Wrench] = (), *, tolerance: float = 1e-2, mechanics: str = "auto",
-    magnetics: str = "auto",
-) -> Plan:
-    """Return what a request takes, what it leaves out, and what to expect of it.
+_SIDEWAYS = [WRENCH.index(name) for name in ("F_x", "M", "F_y", "M_x")]  # what takes a target off its axis
 
-    Parameters
+
+class Why(StrEnum):
+    """Why a model was taken."""
+
+    NAMED = "named"  # asked for by name
+    ONLY = "only"  # no other holds the scene
+    WITHIN = "within"  # the cheapest within the tolerance
+    LEAST = "least"  # none is within: the least error
+
+
+class Candidate(NamedTuple):
+    """A model, and what it would be for a question."""
+
+    model: Description
+    refusal: Refusal | None  # why it does not hold
+    tolerance: float = math.nan  # asked of its numerics
+    error: float = math.nan  # with all that it leaves out; NaN where something has no size
+    left_out: tuple[Omission, ...] = ()
+    cost: Cost | None = None
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """The error, infinite without a size, and the operations."""
+        error = math.inf if math.isnan(self.error) else self.error
+        return error, math.inf if self.cost is None else self.cost.operations
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A model that was taken.
+
+    Attributes
     ----------
-    sensor : Sensor
-        The scene.
-    loads : sequence of Wrench
-        Those asked for; none where poses are given.
-    tolerance, mechanics, magnetics
-        As for `simulate`.
-
-    Raises
-    ------
-    SceneError
-        When a model is unknown or cannot hold the scene.
-
-    Examples
-    --------
-    >>> found = sm.plan(sm.load_sensor("biorob2018"), [sm.Wrench(F_z=1.0)])
-    >>> found.mechanics.name, found.magnetics.name
-    ('block', 'sheets')
+    name : str
+        As on the command line.
+    why : Why
+    candidates : tuple of Candidate
+        All models, the cheapest first; those that do not hold the scene last.
+    left_out : tuple of Omission
+        What counts of what it leaves out, far conductors among them, as estimated beforehand.
+    tolerance : float
+        Asked of its numerics.
     """
-    sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
-    check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
-    by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
-    solved, by_field = _chosen(sensor, magnetics, tolerance, loads, bool(loads))
-    seen = _seen(sensor, by_layer, (solved, by_field.name), loads, asked)
-    return Plan.of(sensor, loads, asked, by_layer, by_field, _rest(solved, by_field.name), seen)
+
+    name: str
+    why: Why = Why.NAMED
+    candidates: tuple[Candidate, ...] = ()
+    left_out: tuple[Omission, ...] = ()
+    tolerance: float = math.nan
+
+    @property
+    def by_name(self) -> bool:
+        """Whether it was asked for by name."""
+        return self.why == Why.NAMED
 
 
-def _seen(
-    sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
-) -> Look | None:
-    """Return what the first meshes show of one load at finite strain, for the signals of a coarse model."""
-    if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == np.inf:
-        return None
-
-    goals = list[Goal]()
-
-    def measure(found: Equilibrium) -> float:
-        """Return the error over the signals' full scale; of the pose, where no coil can be solved."""
-        solved, name = coils
-        try:
-            goal = goal_of(solved, MAGNETICS[name](solved, ROUGH), [found.pose])
-        except (SolveFailed, ValueError):
-            goal = None
-        if goal is None:
-            return found.report.estimated_error
-        goals.append(goal)
-        return goal.mechanics(poses_of([found]))
-
-    seen = look(MECHANICS[choice.name](sensor, tolerance), loads[0], tolerance, measure)
-    if seen is None or not goals:
-        return seen
-    finer = magnetic_tolerance(coils[1], tolerance) / ROUGH
-    return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
+def candidates(
+    known: Mapping[str, Description], sensor: Sensor, question: Question, *, loaded: bool = False
+) -> tuple[Candidate, ...]:
+    """Return what each model would be for a question: the cheapest first, those that do not hold the scene last."""
+    found = []
+    for model in known.values():
+        if (refusal := model.holds(sensor, question)) is not None:
+            found.append(Candidate(model, refusal))
+            continue
+        left_out = model.leaves_out(sensor, question)
+        left = total(left_out)
+        share = model.share if loaded else 1.0
+        spared = question.tolerance - left
+        asked = share * (spared if spared >= model.least else question.tolerance)
+        cost = model.cost(replace(question, tolerance=asked))
+        found.append(Candidate(model, None, asked, model.reached(asked) + left, left_out, cost))
+    return tuple(sorted(found, key=lambda each: each.rank[1]))
 
 
-def _rest(sensor: Sensor, name: str) -> Answered | None:
-    """Return a coarse answer of the coils with the target at rest, for sizes that need it; None if there is none."""
-    pose, shorted = _shown_at(sensor, ()), len(sensor.coils) > 1 and sensor.readout.idle_coil == "shorted"
-    needed = shorted or sensor.target is not None and (_KINDS[name] == "section" or sensor.coils[0].winding == "spiral")
-    if pose is None or not needed or (name == "sheets" and sensor.conductors):  # seconds among other metal
-        return None
-    try:
-        return Answered(pose, MAGNETICS[name](sensor, ROUGH).impedance(pose, sensor.frequency), answered=False)
-    except (SolveFailed, ValueError):
-        return None
+def chosen(
+    half: str, known: Mapping[str, Description], sensor: Sensor, question: Question, name: str = "auto", *,
+    loaded: bool = False,
+) -> Choice:
+    """Return the model of a name, or with "auto" the cheapest of those that are exact enough.
+
+    Raises SceneError where the model is unknown or does not hold the scene, with those that do.
+    """
+    check_model(half, name, ("auto", *known))
+    every = candidates(known, sensor, question, loaded=loaded)
+    held = [each for each in every if each.refusal is None]
+    if name != "auto":
+        return _taken(_named(half, sensor, name, every), Why.NAMED, every)
+    if not held:
+        reasons = "; ".join(f"{each.model.name}: {each.refusal}" for each in every)
+        raise SceneError(f"{sensor.name}: {half} must have a model that holds the scene; got none: {reasons}")
+    most = question.tolerance * (1.0 + 1e-9)  # sums of what is asked and what is left out round
+    within = next((each for each in held if each.error <= most), None)
+    best = within or min(held, key=lambda each: each.rank)
+    why = Why.ONLY if len(held) == 1 else Why.LEAST if within is None else Why.WITHIN
+    return _taken(best, why, every)
+
+
+def _named(half: str, sensor: Sensor, name: str, every: Sequence[Candidate]) -> Candidate:
+    """Return the model of a name, or refuse it with those that hold the scene."""
+    own = next(each for each in every if each.model.name == name)
+    if own.refusal is not None:
+        held = " or ".join(each.model.name for each in every if each.refusal is None)
+        raise SceneError(f"{sensor.name}: {half} {name}: {own.refusal}; {held or 'no other model'} would")
+    return own
+
+
+def _taken(own: Candidate, why: Why, every: tuple[Candidate, ...]) -> Choice:
+    """Return the choice of a candidate."""
+    counted = tuple(item for item in own.left_out if item.counts and item.size != 0.0)
+    return Choice(own.model.name, why, every, counted, own.tolerance)
+
+
+def choose_mechanics(
+    sensor: Sensor, name: str = "auto", loads: Sequence[Wrench] = (), tolerance: float = 1e-2
+) -> Choice:
+    """Return the mechanical model for a scene with target and elastomer; SceneError where there is none."""
+    for part in ("target", "elastomer"):
+        if getattr(sensor, part) is None:
+            raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
+    return chosen("mechanics", MECHANICS, sensor, Question(tolerance, tuple(loads)), name)
+
+
+def magnetic_question(
+    sensor: Sensor, tolerance: float, given: Sequence[Wrench] | Sequence[Pose] = (), *, loaded: bool = False
+) -> Question:
+    """Return what the coils are asked: at poses that are given, or where loads bring the target."""
+    loads = tuple(each for each in given if isinstance(each, Wrench))
+    moves = _moves(sensor, loads) if loaded else None
+    return Question(tolerance, loads, _known_pose(given), moves=moves)
+
+
+def _moves(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
+    """Return the components of the pose that loads may change; all in the plane where nothing is known of them."""
+    beside = any(load.out_of_plane for load in loads)
+    sideways = any(load.components[_SIDEWAYS].any() for load in loads)
+    if loads and not sideways and symmetry_of(sensor).mirrored:
+        return ("d_v", "alpha_z") if beside else ("d_v",)
+    return POSE if beside else POSE[:3]
+
+
+def _known_pose(given: Sequence[Wrench] | Sequence[Pose]) -> Pose | None:
+    """Return given poses as one; None without."""
+    poses = [pose.components.reshape(-1, len(POSE)) for pose in given if isinstance(pose, Pose)]
+    return Pose.of(np.concatenate(poses)) if poses else None
+
+
+def choose_magnetics(
+    sensor: Sensor, name: str = "auto", given: Sequence[Wrench] | Sequence[Pose] = (), tolerance: float = 1e-3, *,
+    loaded: bool = False,
+) -> tuple[Sensor, Choice]:
+    """Return what is solved of a scene, and by which magnetic model.
+
+    `given` are poses, or loads where poses come of them (`loaded`). Without a name far conductors are left out.
+    """
+    question = magnetic_question(sensor, tolerance, given, loaded=loaded)
+    ask = partial_choice(question, name, loaded)
+    if name != "auto" or not sensor.conductors:
+        return sensor, ask(sensor)
+    pose = question.pose if question.pose is not None else None if sensor.elastomer is None else unloaded(sensor)
+    if pose is None or sensor.target is None or sensor.substrate_radius is not None:
+        return sensor, ask(sensor)
+    bare = ask(sensor.model_copy(update={"conductors": ()}))
+    model = MAGNETICS[bare.name]
+    asked = model.share * tolerance if loaded else tolerance
+    solved, far = without_far(
+        sensor, lambda alone: model(alone, _COARSE), pose, asked, section=model.per_metre
+    )
+    choice = ask(solved)
+    return solved, replace(choice, left_out=(*choice.left_out, *far))
+
+
+def partial_choice(question: Question, name: str, loaded: bool) -> Callable[[Sensor], Choice]:
+    """Return the choice of a magnetic model as a function of the scene."""
+    return lambda sensor: chosen("magnetics", MAGNETICS, sensor, question, name, loaded=loaded)
 
 
 def mechanical_model(
     sensor: Sensor, name: str = "auto", tolerance: float = 1e-2, loads: Sequence[Wrench] = ()
 ) -> tuple[MechanicalModel, Choice]:
-    """Return the mechanical model of a name with the reason for it.
+    """Return the mechanical model of a name with the reason for it; its errors are those of its numerics.
 
     Parameters
     ----------
@@ -153,8 +261,8 @@ def mechanical_model(
     """
     sensor = at_temperature(sensor)
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
-    choice = choose_mechanics(sensor, name, tuple(MECHANICS), loads, tolerance)
-    return MECHANICS[choice.name](sensor, checked_tolerance(tolerance)), choice
+    choice = choose_mechanics(sensor, name, loads, checked_tolerance(tolerance))
+    return MECHANICS[choice.name](sensor, tolerance if choice.by_name else choice.tolerance), choice
 
 
 def magnetic_model(
@@ -163,7 +271,7 @@ def magnetic_model(
     """Return the magnetic model of a name of `MAGNETICS` or "auto" with the reason; as `mechanical_model`.
 
     Known `poses` tell whether they leave the plane or an axis, and which conductors are too far to matter there;
-    otherwise that is asked of the target at rest. The errors of a section that was not asked for by name hold its ends.
+    otherwise that is asked of the target at rest. The errors of its answers hold what the model leaves out.
 
     Examples
     --------
@@ -173,65 +281,34 @@ def magnetic_model(
     ('planar', [0.99, 0.93])
     """
     sensor = at_temperature(sensor)
-    return _built(sensor, _chosen(sensor, name, checked_tolerance(tolerance), poses, False), tolerance, ends=True)
+    solved, choice = choose_magnetics(sensor, name, poses, checked_tolerance(tolerance))
+    return _built(sensor, solved, choice, tolerance if choice.by_name else choice.tolerance), choice
 
 
 def loaded_model(
     sensor: Sensor, name: str = "auto", tolerance: float = 1e-2, loads: Sequence[Wrench] = ()
 ) -> tuple[MagneticModel, Choice]:
-    """Return the magnetic model for poses under loads, with the reason; as `mechanical_model`.
-
-    What a section leaves out is told beside the errors of loads, once for all of them: it would cost more than they do.
-    """
+    """Return the magnetic model for poses under loads, with the reason; as `magnetic_model`."""
     sensor = at_temperature(sensor)
-    solved, choice = _chosen(sensor, name, checked_tolerance(tolerance), loads, True)
-    return _built(sensor, (solved, choice), magnetic_tolerance(choice.name, tolerance))
+    solved, choice = choose_magnetics(sensor, name, loads, checked_tolerance(tolerance), loaded=True)
+    asked = MAGNETICS[choice.name].share * tolerance if choice.by_name else choice.tolerance
+    return _built(sensor, solved, choice, asked), choice
 
 
-def _built(
-    sensor: Sensor, settled: tuple[Sensor, Choice], tolerance: float, *, ends: bool = False
-) -> tuple[MagneticModel, Choice]:
-    """Return the model of a choice for the solved part of a scene, with the choice; its errors may hold the ends."""
-    solved, choice = settled
-    model = MAGNETICS[choice.name](solved, tolerance)
-    if ends and _KINDS[choice.name] == "section" and not choice.by_name and sensor.target is not None:
-        model = InSection(model, solved)
-    if choice.left_out or choice.notes:
-        left_out = tuple(item.text for item in choice.left_out)
-        model = AmongFar(model, sensor, solved, left_out, choice.notes, negligible(tolerance))
-    return model, choice
+def _built(sensor: Sensor, solved: Sensor, choice: Choice, tolerance: float) -> MagneticModel:
+    """Return the model of a choice for the solved part of a scene; its errors hold what counts of its omissions."""
+    description = MAGNETICS[choice.name]
+    model: MagneticModel = description(solved, tolerance)
+    if description.per_metre and not choice.by_name and _has_henry(solved):
+        model = replace(model, absolute=True)  # type: ignore[type-var]
+    far = tuple(part for part in sensor.conductors if part not in solved.conductors)
+    if len(choice.left_out) > len(far):
+        from sits_mech.magnetics.ends import Whole  # the coarse answers in space that sizes are taken from
+
+        model = Whole(model, solved, description)
+    return AmongFar(model, sensor, solved, description.per_metre, negligible(tolerance)) if far else model
 
 
-def _chosen(
-    sensor: Sensor, name: str, tolerance: float, given: Sequence[Wrench] | Sequence[Pose], loaded: bool
-) -> tuple[Sensor, Choice]:
-    """Return what is solved of a scene, and by which model; without a name, far conductors are left out."""
-    known = tuple(MAGNETICS)
-    if name != "auto" or not sensor.conductors:
-        return sensor, choose_magnetics(sensor, name, known, given, loaded)
-    plain = choose_magnetics(sensor.model_copy(update={"conductors": ()}), name, known, given, loaded)
-    solved, left_out, counted = sensor, tuple[Omission, ...](), ""
-    pose = _shown_at(sensor, given)
-    if pose is not None and sensor.target is not None and sensor.substrate_radius is None:
-        asked = magnetic_tolerance(plain.name, tolerance) if loaded else tolerance
-        flat, made = _KINDS[plain.name] == "section", MAGNETICS[plain.name]
-        solved, left_out, counted = without_far(sensor, lambda bare: made(bare, _COARSE), pose, asked, section=flat)
-    choice = choose_magnetics(solved, name, known, given, loaded)
-    choice = replace(choice, reason=f"{choice.reason} ({counted})") if counted else choice
-    notes = () if choice.name == plain.name else (_changed(plain, choice),)
-    return solved, replace(choice, notes=notes, left_out=left_out)
-
-
-def _shown_at(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose]) -> Pose | None:
-    """Return where the change of inductance is asked for: known poses, or the target at rest; None if neither is."""
-    poses = [pose.components.reshape(-1, len(POSE)) for pose in given if isinstance(pose, Pose)]
-    if poses:
-        return Pose.of(np.concatenate(poses))
-    return None if sensor.elastomer is None else unloaded(sensor)
-
-
-def _changed(plain: Choice, choice: Choice) -> str:
-    """Say that conductors change the model from the one the bare sensor takes."""
-    kinds = [_KINDS[each.name] for each in (choice, plain)]
-    kind = f"{kinds[0]} instead of {kinds[1]}: " if kinds[0] != kinds[1] else ""
-    return f"{kind}{choice.name} instead of {plain.name}, which the sensor takes without conductors; {choice.reason}"
+def _has_henry(sensor: Sensor) -> bool:
+    """Return whether coils have inductances in henry: flat ones over isolated plates."""
+    return sensor.substrate_radius is None and (sensor.target is None or sensor.target.net_current == "zero")

@@ -1,215 +1,289 @@
-"""Choose the cheapest models that can hold a scene, with the reasons; what a request does not need is left out."""
+"""Plan a request: its models and why they are taken, what they leave out, the error, what smaller ones would take."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
-from sits_mech.chain.omissions import Omission, keeps_axis, strain_bound
-from sits_mech.geometry.tracks import section_refusal
-from sits_mech.magnetics.rings import on_axis
-from sits_mech.magnetics.sheets import not_representable as sheets_refuse
-from sits_mech.mechanics.closed_form import LONG, finite_strain_model
+from sits_mech.chain.goal import HALF, Goal, goal_of
+from sits_mech.chain.interpolate import solved_likely
+from sits_mech.chain.models import (
+    MAGNETICS,
+    MECHANICS,
+    Choice,
+    choose_magnetics,
+    choose_mechanics,
+    magnetic_question,
+)
+from sits_mech.chain.prices import Look, look
+from sits_mech.chain.propagation import poses_of, unloaded
+from sits_mech.description import Description, Question, sized
+from sits_mech.magnetics.ends import ROUGH
+from sits_mech.mechanics.models import strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import Pose, Wrench
-from sits_mech.scene.materials import check_model
-from sits_mech.scene.sensor import Sensor, Target
-from sits_mech.units import SceneError
+from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative
+from sits_mech.quantities import WRENCH, Equilibrium, Impedance, Pose, SolveFailed, Wrench
+from sits_mech.scene.plausible import check_loads
+from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.thermal import at_temperature
+from sits_mech.silicone.material import implausible
+from sits_mech.units import checked_tolerance
+
+_HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
+_AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
+_OUTLINE = 15.0  # seconds more for each fixed plate of any outline: no symmetry shares its cells
 
 
 @dataclass(frozen=True)
-class Choice:
-    """A model and the reason for it."""
+class Step:
+    """A half of the chain on a rung of its model's ladder."""
 
-    name: str  # as on the command line
-    reason: str  # one sentence
-    notes: tuple[str, ...] = ()  # where conductors change the model from the bare sensor's
-    left_out: tuple[Omission, ...] = ()  # conductors that are too far to matter
-    by_name: bool = False  # asked for by name: errors of a section do not hold what it leaves out
-
-
-_SPACE = ("block", "three dimensions", ": the pad is too short for plane strain")
-_PLANE = (
-    "planar", "plane strain", ", the force spread over the elastomer's length; "
-    "a pad or a target shorter than that is softer: compare with block",
-)
-_ASKED = "asked for"
-_LEAVES = "no other model has out-of-plane displacements, and one model answers all loads of a request"
+    half: str  # "mechanics" or "magnetics"
+    model: str
+    tolerance: float  # asked, relative
+    error: float  # the same, but not below what the finest rung reaches
+    seconds: float  # processor time to expect
+    whole: float = math.nan  # error of the request with it
 
 
-def leaving(given: Sequence[Wrench] | Sequence[Pose]) -> tuple[str, ...]:
-    """Return the names of the components of loads or poses that leave the plane y = 0."""
-    return tuple(sorted({name for each in given for name in each.out_of_plane}))
+@dataclass(frozen=True)
+class Plan:
+    """What a request takes, what it leaves out, and what to expect of it.
 
-
-def choose_mechanics(
-    sensor: Sensor, asked: str, known: tuple[str, ...], loads: Sequence[Wrench] = (), tolerance: float = 1e-2
-) -> Choice:
-    """Return the mechanical model for a scene with target and elastomer; "auto" chooses from `known`.
-
-    Raises SceneError when the model is unknown or the scene has no layer.
+    Attributes
+    ----------
+    mechanics : Choice or None
+        None where no load is asked for.
+    magnetics : Choice
+        The other half.
+    steps : tuple of Step
+        What is solved: a rung of each half's ladder, as the tolerance picks it.
+    finer : tuple of Step
+        What smaller errors would take: each half on its next rungs, or by another model.
+    left_out : tuple of Omission
+        With sizes, of both halves.
+    error : float
+        Error to expect, over the signals' full scale: the pose's, as its first meshes show it under one load, else its
+        tolerance; the magnetics' and the omissions'; of each half no less than its finest rung reaches.
+    unbounded : tuple of Omission
+        What is left out and in no error, because its size is not known.
+    seconds : float
+        Processor time to expect on the machine that the ladders were measured on; within a factor of some three.
+    notes : tuple of Note
+        What speaks against the request: loads that may be too large, constants that no silicone has.
     """
-    check_model("mechanics", asked, ("auto", *known))
-    beside, own, rough = ", ".join(leaving(loads)), _of_its_own(sensor), _is_rough(sensor)
-    _check_mechanics(sensor, asked, beside)
-    if asked != "auto":
-        return Choice(asked, _ASKED, by_name=True)
-    if beside:
-        return Choice("block", f"{beside}: {_LEAVES}")
-    if own:
-        return Choice("block", f"no plane section represents {own}")
-    model, where, reason = _SPACE if "block" in known and _is_finite(sensor) else _PLANE
-    bound = strain_bound(sensor, loads) if loads and "linear" in known and not rough else tolerance
-    if bound < tolerance:
-        return Choice("linear", f"small strain in {where}: the error of one constant compliance is below {bound:.1g}")
-    return Choice(model, f"finite strain in {where}{reason}")
+
+    mechanics: Choice | None
+    magnetics: Choice
+    steps: tuple[Step, ...]
+    finer: tuple[Step, ...]
+    left_out: tuple[Omission, ...]
+    error: float
+    unbounded: tuple[Omission, ...]
+    seconds: float
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def rungs(self) -> tuple[str, ...]:
+        """The rung of each half's ladder that the tolerance picks."""
+        return tuple(f"{step.model} at {step.tolerance:.1g}" for step in self.steps)
 
 
-def _check_mechanics(sensor: Sensor, asked: str, beside: str) -> None:
-    """Refuse a scene without a layer, and a model that does not hold its loads beside the plane, friction or pad."""
-    for part in ("target", "elastomer"):
-        if getattr(sensor, part) is None:
-            raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
-    own, flat = _of_its_own(sensor), asked not in ("auto", "block")
-    if beside and flat:
-        raise SceneError(f"model (mechanics) must be auto or block for {beside}; got {asked}")
-    if _is_rough(sensor) and asked in ("linear", "closed-form"):
-        raise SceneError(f"model (mechanics) must be auto, block or planar with elastomer.friction; got {asked}")
-    if own and flat:
-        raise SceneError(f"{sensor.name}: model (mechanics) must be block for {own}; got {asked}")
+def plan(
+    sensor: Sensor, loads: Sequence[Wrench] = (), *, tolerance: float = 1e-2, mechanics: str = "auto",
+    magnetics: str = "auto",
+) -> Plan:
+    """Return what a request takes, what it leaves out, and what to expect of it.
 
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene.
+    loads : sequence of Wrench
+        Those asked for; none where poses are given.
+    tolerance, mechanics, magnetics
+        As for `simulate`.
 
-def _is_rough(sensor: Sensor) -> bool:
-    """Return whether the pad has friction."""
-    return sensor.elastomer is not None and sensor.elastomer.friction > 0.0
+    Raises
+    ------
+    SceneError
+        When a model is unknown or cannot hold the scene.
 
-
-def _of_its_own(sensor: Sensor) -> str:
-    """Name a layer that the 3D model alone holds; empty for others."""
-    elastomer = sensor.elastomer
-    if elastomer is None or (elastomer.mesh is None and elastomer.kind != "pillars"):
-        return ""
-    return "pillars" if elastomer.mesh is None else "an elastomer.mesh"
-
-
-def _is_finite(sensor: Sensor) -> bool:
-    """Return whether the 3D model holds a pad and the planar one does not."""
-    target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or target.shape == "outline":
-        return False
-    return finite_strain_model(sensor.elastomer) == "block"
-
-
-def _in_space(sensor: Sensor, target: Target) -> bool:
-    """Return whether loads move a plate that its section does not stand for."""
-    short = target.extent[1] < LONG * target.extent[0] and target.net_current == "zero"
-    return short and _is_finite(sensor)
-
-
-def _is_free(target: Target | None) -> bool:
-    """Return whether the net current of a target is free."""
-    return target is not None and target.net_current == "free"
-
-
-def choose_magnetics(
-    sensor: Sensor, asked: str, known: tuple[str, ...], given: Sequence[Wrench] | Sequence[Pose] = (),
-    loaded: bool = False,
-) -> Choice:
-    """Return the cheapest magnetic model for a scene, all of whose conductors matter.
-
-    Components that leave the plane are solved in space. Poses that come of loads on a finite pad (`loaded`) are solved
-    in space like the pad; poses that are given, in section where the scene has one: their change of inductance is quick
-    to see and relative. Conductors are solved in space, as are fixed rectangles of ferrite; other permeable parts in
-    section: no other model has them. Raises SceneError when the model is unknown, or none can hold the scene.
+    Examples
+    --------
+    >>> found = sm.plan(sm.load_sensor("biorob2018"), [sm.Wrench(F_z=1.0)])
+    >>> found.mechanics.name, found.magnetics.name
+    ('block', 'sheets')
     """
-    check_model("magnetics", asked, ("auto", *known))
-    coaxial, permeable = _is_coaxial(sensor, given, loaded), _permeable(sensor)
-    about = ("M_z", "alpha_z") if coaxial else ()
-    beside = tuple(name for name in leaving(given) if name not in about)
-    if beside and asked not in ("auto", "sheets"):
-        raise SceneError(f"model (magnetics) must be auto or sheets for {', '.join(beside)}; got {asked}")
-    if asked != "auto":
-        return Choice(asked, _ASKED, by_name=True)
-    if permeable:
-        return _of_permeable(sensor, permeable, known, beside)
-    if beside:
-        return Choice("sheets", f"{', '.join(beside)}: {_LEAVES}")
-    if sensor.substrate_radius is not None:
-        return Choice("planar-fem", "coils on a curved substrate")
-    if sensor.conductors:
-        return _beside_conductors(sensor)
-    return _of_target(sensor, known, loaded, coaxial)
+    sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
+    check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
+    layer = choose_mechanics(sensor, mechanics, loads, asked) if loads else None
+    solved, field = choose_magnetics(sensor, magnetics, loads, asked, loaded=bool(loads))
+    seen = _seen(sensor, layer, (solved, field.name), loads, asked)
+    pairs = list(_halves(sensor, solved, (layer, field), loads, seen))
+    steps = tuple(step for step, _ in pairs)
+    left_out = (*omissions(sensor, (layer, field), loads, at_rest=True), *_between(loads, layer, asked))
+    error = sum(step.error for step in steps) + sized(left_out)
+    notes = (*(() if seen is None else seen.notes), *_notes(sensor, loads, seen))
+    return Plan(
+        layer, field, steps, _better((layer, field), pairs, left_out, error), left_out, error,
+        tuple(item for item in left_out if item.unbounded), sum(step.seconds for step in steps), notes,
+    )
 
 
-def _of_permeable(
-    sensor: Sensor, permeable: tuple[str, ...], known: tuple[str, ...], beside: tuple[str, ...]
-) -> Choice:
-    """Return the model of permeable parts."""
-    if "sheets" in known and not _is_free(sensor.target) and sheets_refuse(sensor) is None:
-        return Choice("sheets", f"{', '.join(permeable)}: ferrite that does not conduct, magnetised in space")
-    _check_in_section(sensor, permeable, beside)
-    return Choice("planar-fem", f"{', '.join(permeable)}: permeable, the air around is meshed")
+def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
+    """Return the loads of a request that are solved; the others lie between."""
+    return solved_likely(loads) if loads else loads
 
 
-def _beside_conductors(sensor: Sensor) -> Choice:
-    """Return the model of fixed conductors beside a target."""
-    names = ", ".join(f"conductors.{part.name}" for part in sensor.conductors)
-    if _is_free(sensor.target):
-        return Choice("planar-fem", f"{names} beside a target with free net current")
-    return Choice("sheets", f"{names} can be near enough to matter")
+def _halves(
+    sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench], seen: Look | None
+) -> Iterator[tuple[Step, list[Step]]]:
+    """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
+    layer, field = chosen
+    if layer is not None:
+        first = _solved(loads)
+        count = len(symmetry_of(sensor).without_images(first))
+        step, finer = _rungs("mechanics", MECHANICS[layer.name], layer.tolerance, count)
+        yield _as_seen(step, seen), finer if seen is None else []
+    plates = solved.conductors if field.name == "sheets" else ()
+    count = max(len(loads), 1)
+    more = bool(plates) * _AMONG * count + sum(part.shape == "outline" for part in plates) * _OUTLINE
+    step, finer = _rungs("magnetics", MAGNETICS[field.name], field.tolerance, count, more)
+    yield _as_seen(step, seen), finer
 
 
-def _of_target(sensor: Sensor, known: tuple[str, ...], loaded: bool, coaxial: bool) -> Choice:
-    """Return the model of coils on a flat board and, at most, a target: on an axis or of a section where these hold."""
-    target = sensor.target
-    if coaxial:
-        return Choice("axisymmetric", "one coil under a disc on its axis")
-    if section_refusal(sensor.coils) is not None:
-        return Choice("sheets", "coils off the plane y = 0, or not perpendicular to it, have no planar model")
-    if free_tracks := _free_tracks(sensor):
-        return Choice("sheets", f"{free_tracks}: free tracks, which no plane section represents")
-    if target is None:
-        return Choice("planar", "no target: free space alone")
-    if target.shape != "rectangle":
-        return Choice("sheets", "neither a plane section nor an axisymmetric model represents the target at every pose")
-    if loaded and "sheets" in known and _in_space(sensor, target):
-        return Choice("sheets", "three-dimensional like the pad: the plate is too short along y for a plane section")
-    return Choice("planar", "no permeable parts: no mesh of the air")
+def _rungs(half: str, model: Description, own: float, count: int, more: float = 0.0) -> tuple[Step, list[Step]]:
+    """Return a half on the rung of a tolerance, and on the next two."""
+
+    def step(at: float) -> Step:
+        question = Question(at, loads=(Wrench(),) * count)
+        return Step(half, model.name, at, model.reached(at), model.cost(question).seconds + more)
+
+    finer = [max(rung.tolerance, model.least) for rung in model.rungs]
+    return step(own), [step(at) for at in list(dict.fromkeys(at for at in finer if at < own))[:2]]
 
 
-def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded: bool) -> bool:
-    """Return whether a disc stays on the one round coil's axis, as far as poses are known; of loads all must be."""
-    coil, shape = sensor.coils[0], sensor.target and sensor.target.shape
-    if (len(sensor.coils), coil.is_round, sensor.substrate_radius, shape) != (1, True, None, "disc"):
-        return False
-    if loaded:
-        upright = all(isinstance(load, Wrench) and keeps_axis(load) for load in given)
-        return bool(given) and upright and (symmetry_of(sensor).mirrored, coil.centre) == (True, (0.0, 0.0))
-    return all(isinstance(pose, Pose) and on_axis(coil, pose) for pose in given)
-
-
-def _free_tracks(sensor: Sensor) -> str:
-    """Name the coils of free tracks; empty where there are none."""
-    return ", ".join(f"coils.{coil.name}" for coil in sensor.coils if coil.shape == "path")
-
-
-def _permeable(sensor: Sensor) -> tuple[str, ...]:
-    """Return the names of the permeable parts."""
-    parts = [(f"conductors.{part.name}", part.metal) for part in sensor.conductors]
-    parts += [] if sensor.target is None else [("target", sensor.target.metal)]
-    return tuple(name for name, metal in parts if metal.relative_permeability != 1.0)
-
-
-def _check_in_section(sensor: Sensor, permeable: tuple[str, ...], beside: tuple[str, ...]) -> None:
-    """Refuse permeable parts where planar-fem, the only model of them, does not apply."""
-    hindered = [f"{', '.join(beside)} not zero"] if beside else []
-    hindered += ["coils off it or not perpendicular to it"] if section_refusal(sensor.coils) is not None else []
-    hindered += [f"free tracks of {free_tracks}"] if (free_tracks := _free_tracks(sensor)) else []
-    plates = [("a target", sensor.target), *((f"conductors.{part.name}", part) for part in sensor.conductors)]
-    hindered += [f"an outline for {name}" for name, plate in plates if plate is not None and plate.shape == "outline"]
-    if hindered:
-        names = ", ".join(permeable)
-        raise SceneError(
-            f"{names}: permeable parts that matter are modelled by planar-fem only, in the section y = 0; got "
-            f"{' and '.join(hindered)}"
+def _better(
+    chosen: tuple[Choice | None, Choice], pairs: Sequence[tuple[Step, list[Step]]], left_out: Sequence[Omission],
+    error: float,
+) -> tuple[Step, ...]:
+    """Return other models and finer rungs of the ones taken by which the error would be smaller, with that error."""
+    found = list[Step]()
+    for own, finer in pairs:
+        choice = next(each for each in chosen if each is not None and each.name == own.model)
+        rest = error - own.error - sized(item for item in left_out if item.half == own.half)
+        found += (
+            Step(own.half, each.model.name, each.tolerance, each.error, each.cost.seconds, rest + each.error)
+            for each in choice.candidates if each.cost is not None and each.model.name != own.model
         )
+        found += (replace(step, whole=error - own.error + step.error) for step in finer)
+    return tuple(step for step in found if step.whole < error)
+
+
+def _between(loads: Sequence[Wrench], layer: Choice | None, tolerance: float) -> tuple[Omission, ...]:
+    """Return the loads between solved ones."""
+    first = _solved(loads)
+    if layer is None or len(first) == len(loads):
+        return ()
+    numbers = (("solved", len(first)), ("all", len(loads)))
+    return (Omission(OmissionKind.BETWEEN, tolerance, held=True, numbers=numbers),)
+
+
+def omissions(
+    sensor: Sensor, chosen: tuple[Choice | None, Choice | None], loads: Sequence[Wrench] = (),
+    answer: tuple[Pose, Impedance] | None = None, *, at_rest: bool = False,
+) -> tuple[Omission, ...]:
+    """Return all that a request leaves out, what it spares without an error as well.
+
+    `chosen` are the models of both halves, None of one that is not asked for; `answer` is what the coils show at a
+    pose; without it they are solved coarsely `at_rest`, or sizes are those estimated beforehand.
+    """
+    layer, field = chosen
+    found = [Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT)] if layer is None else []
+    if layer is not None:
+        question = Question(loads=tuple(loads), closely=True)
+        found += MECHANICS[layer.name].leaves_out(sensor, question)
+    if field is None:
+        return tuple(found)
+    question = magnetic_question(sensor, field.tolerance, loads, loaded=bool(loads))
+    if answer is not None:
+        question = replace(question, pose=answer[0], answer=answer, closely=True)
+    elif at_rest:
+        question = _at_rest(sensor, question, field)
+    found += MAGNETICS[field.name].leaves_out(sensor, question)
+    return (*found, *(item for item in field.left_out if item.kind == OmissionKind.FAR))
+
+
+def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
+    """Return a question with a coarse answer of the coils with the target at rest, for sizes that need one."""
+    shorted = len(sensor.coils) > 1 and sensor.readout.idle_coil == "shorted"
+    if sensor.elastomer is None or not (shorted or any(item.size != 0.0 for item in field.left_out)):
+        return question
+    if field.name == "sheets" and sensor.conductors:  # seconds among other metal
+        return question
+    try:
+        rest = unloaded(sensor)
+        found = MAGNETICS[field.name](sensor, ROUGH).impedance(rest, sensor.frequency)
+    except (SolveFailed, ValueError):
+        return question
+    return replace(question, answer=(rest, found))
+
+
+def _seen(
+    sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
+) -> Look | None:
+    """Return what the first meshes show of one load at finite strain, for the signals of a coarse model."""
+    if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
+        return None
+
+    goals = list[Goal]()
+
+    def measure(found: Equilibrium) -> float:
+        """Return the error over the signals' full scale; of the pose, where no coil can be solved."""
+        solved, name = coils
+        try:
+            goal = goal_of(solved, MAGNETICS[name](solved, ROUGH), [found.pose])
+        except (SolveFailed, ValueError):
+            goal = None
+        if goal is None:
+            return found.report.estimated_error
+        goals.append(goal)
+        return goal.mechanics(poses_of([found]))
+
+    seen = look(MECHANICS[choice.name](sensor, tolerance), loads[0], tolerance, measure)
+    if seen is None or not goals:
+        return seen
+    finer = MAGNETICS[coils[1]].share * tolerance / ROUGH
+    return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
+
+
+def _as_seen(step: Step, seen: Look | None) -> Step:
+    """Return a step as the load's first meshes show it."""
+    if seen is None:
+        return step
+    if step.half == "mechanics":
+        return replace(step, error=seen.error, seconds=seen.seconds)
+    return step if seen.magnetics is None else replace(step, error=seen.magnetics)
+
+
+def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | None) -> tuple[Note, ...]:
+    """Return what speaks against a request, beside what was seen of it."""
+    bound = strain_bound(sensor, loads)
+    found = list[Note]()
+    if sensor.elastomer is not None:
+        found += _overhang(sensor)
+        found += (Note.of(NoteKind.STATED, text=text) for text in implausible(sensor.elastomer.silicone))
+    if seen is None and loads and _HELD < bound < math.inf:
+        found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
+    return tuple(found)
+
+
+def _overhang(sensor: Sensor) -> tuple[Note, ...]:
+    """Return how a target is treated where it is wider than its elastomer."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None:
+        return ()
+    over = 0.5 * max(own - pad for own, pad in zip(target.extent, elastomer.extent, strict=True))
+    return (Note.of(NoteKind.OVERHANG, over=over),) if over > 1e-9 * elastomer.thickness else ()

@@ -16,15 +16,17 @@ import numpy as np
 
 from sits_mech.chain.aimed import Promise, aim_at
 from sits_mech.chain.goal import Goal, goal_at
-from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.models import MECHANICS, loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
-from sits_mech.chain.propagation import poses_of, read_poses, signals_at
+from sits_mech.chain.propagation import poses_of, read_poses, signals_at, unloaded
+from sits_mech.description import Question, added, by_component, sized
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
-from sits_mech.mechanics.levels.answer import wrench_words
 from sits_mech.mechanics.levels.load_path import depends_on_path
+from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
+from sits_mech.notes import Omission, Relative
 from sits_mech.quantities import (
     WRENCH,
     Array,
@@ -34,6 +36,7 @@ from sits_mech.quantities import (
     MagneticModel,
     MechanicalModel,
     PathModel,
+    Pose,
     SolveFailed,
     Wrench,
 )
@@ -121,40 +124,87 @@ def simulate(
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
     if via:
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
-        return _flagged(sensor, field, simulated(sensor, field, _passed(sensor, layer, [*via, wrench])), tolerance)
+        return _flagged(sensor, field, simulated(sensor, field, at_rest(sensor, layer, wrench, via)), tolerance)
     found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), best=best)
-    shown = simulated(sensor, found.field, _shown(sensor, found.found, wrench, found.back))
+    (rest,) = with_omissions(sensor, [_shown(sensor, found.found, wrench, found.back)])
+    shown = simulated(sensor, found.field, rest)
     if found.planned is not None:
         shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
-    return _flagged(sensor, found.field, shown, tolerance)
+    return _flagged(sensor, found.field, shown, tolerance, found.goal)
 
 
-def _flagged(sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance: float) -> Simulation:
-    """Flag an answer by the tolerance of its signals and by the silicone's data."""
-    rest, error = shown.equilibrium, 0.0
-    if shown.promise is not None:
-        error = shown.promise.error
-    elif (goal := goal_at(sensor, field, [rest.pose])) is not None:
-        error = goal.of(poses_of([rest]))
-    return replace(shown, flags=rest_flags(sensor, rest, tolerance, error))
+def _flagged(
+    sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance: float, goal: Goal | None = None
+) -> Simulation:
+    """Flag an answer by the tolerance of its signals, with all that is left out, and by the silicone's data."""
+    rest = shown.equilibrium
+    goal = goal or goal_at(sensor, field, [rest.pose])
+    left_out = shown.impedance.report.left_out
+    error = 0.0 if goal is None else goal.of(poses_of([rest])) + sized(left_out)
+    return replace(shown, flags=rest_flags(sensor, rest, tolerance, error, left_out))
 
 
 def flags_over(
-    sensor: Sensor, goal: Goal | None, poses: Bounded, stretch: Array, tolerance: float
+    sensor: Sensor, goal: Goal | None, poses: Bounded, stretch: Array, tolerance: float,
+    left_out: Sequence[Omission] = (),
 ) -> dict[str, list[str]]:
-    """Return status and flags over time, as `marked`, from poses (p, 6) and stretches (p,)."""
-    known, count = known_stretch(sensor), len(stretch)
-    errors = [0.0 if goal is None else goal.of(poses[k]) for k in range(count)]
+    """Return status and flags over time, as `marked`, from poses (p, 6) and stretches (p,).
+
+    `left_out` is what both halves leave out; errors of poses hold what the mechanics do.
+    """
+    known, count, bounded = known_stretch(sensor), len(stretch), not any(item.unbounded for item in left_out)
+    more = sized(item for item in left_out if item.relative_to == Relative.CHANGE)
+    errors = [0.0 if goal is None else goal.of(poses[k]) + more for k in range(count)]
     pairs = zip(errors, stretch.tolist(), strict=True)
-    each = [marked(flags_of(own, tolerance, most, known)) for own, most in pairs]
+    each = [marked(flags_of(own, tolerance, most, known, bounded=bounded)) for own, most in pairs]
     return {name: [row[name] for row in each] for name in ("status", "flags")}
 
 
-def rest_flags(sensor: Sensor, found: Equilibrium, tolerance: float, error: float | None = None) -> tuple[str, ...]:
-    """Return flags of a rest by an error, its pose's by default, and by the silicone's data, as `flags_of`."""
+def rest_flags(
+    sensor: Sensor, found: Equilibrium, tolerance: float, error: float | None = None,
+    left_out: Sequence[Omission] = (),
+) -> tuple[str, ...]:
+    """Return flags of a rest by an error, its pose's by default, and by the silicone's data, as `flags_of`.
+
+    `left_out` is what the coils' model leaves out besides.
+    """
     report = found.report
     error = report.estimated_error if error is None else error
-    return flags_of(error, tolerance, report.stretch, known_stretch(sensor), changed=report.error_stretch)
+    return flags_of(
+        error, tolerance, report.stretch, known_stretch(sensor), changed=report.error_stretch,
+        bounded=not any(item.unbounded for item in (*report.left_out, *left_out)),
+    )
+
+
+def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "") -> list[Equilibrium]:
+    """Return rests whose errors hold what the mechanical model leaves out, a part that all of them share.
+
+    The model is that of a `name`, or of the first rest's report.
+    """
+    counted = counted_omissions(sensor, name or rests[0].report.model, [rest.wrench for rest in rests]) if rests else ()
+    return [_with(sensor, rest, counted) for rest in rests] if counted else list(rests)
+
+
+def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
+    """Return what a mechanical model leaves out of loads and counts; nothing of a model without a description."""
+    model = MECHANICS.get(name)
+    every = () if model is None else model.leaves_out(sensor, Question(loads=tuple(loads), closely=True))
+    return tuple(item for item in every if item.counts and item.size != 0.0)
+
+
+def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:
+    """Return what omissions are worth of poses (..., 6), with signs; shape (m, ..., 6) [m, rad]."""
+    moved = pose - unloaded(sensor).components
+    sizes = [by_component(item, moved) for item in left_out if not item.held and not item.unbounded]
+    return np.array(sizes).reshape(-1, *pose.shape)
+
+
+def _with(sensor: Sensor, rest: Equilibrium, left_out: tuple[Omission, ...]) -> Equilibrium:
+    """Return a rest whose error holds omissions."""
+    parts = omitted_parts(sensor, left_out, rest.pose.components)
+    error = Pose.of(rest.error.components + np.abs(parts).sum(axis=0))
+    shared = np.concatenate([rest.shared, parts])
+    return replace(rest, error=error, shared=shared, report=added(rest.report, left_out))
 
 
 class AimedRest(NamedTuple):
@@ -165,7 +215,8 @@ class AimedRest(NamedTuple):
     field: MagneticModel  # as fine as the signals need
     asked: float  # tolerance of `field`
     planned: Look | None = None  # from the first meshes; None where nothing was planned
-    reached: float = float("nan")  # error over the signals' full scale
+    reached: float = float("nan")  # error of the numerics over the signals' full scale
+    goal: Goal | None = None
 
 
 def aimed_rest(
@@ -193,7 +244,7 @@ def aimed_rest(
     found, _ = image_at_rest(symmetry, finer, wrench, start)
     rest = _shown(sensor, found, wrench, back)
     error = aim.goal.of(poses_of([rest]))
-    return AimedRest(found, back, aim.field, aim.asked, planned, error)
+    return AimedRest(found, back, aim.field, aim.asked, planned, error, aim.goal)
 
 
 def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = ()) -> Equilibrium:
@@ -204,9 +255,11 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequenc
     layer with friction. Raises SceneError where these make no difference to the layer, SolveFailed without equilibrium.
     """
     if via:
-        return _passed(sensor, layer, [*via, wrench])
-    found, back = image_at_rest(symmetry_of(sensor), layer, wrench)
-    return _shown(sensor, found, wrench, back)
+        found = _passed(sensor, layer, [*via, wrench])
+    else:
+        image, back = image_at_rest(symmetry_of(sensor), layer, wrench)
+        found = _shown(sensor, image, wrench, back)
+    return with_omissions(sensor, [found])[0]
 
 
 def _shown(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> Equilibrium:

@@ -97,8 +97,7 @@ def calibrate(
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
             show(part)
         show(summary_table(data))
-    flat = ["values per metre of depth neglect the ends along y, above all for shear; --magnetics sheets has them"]
-    warn(*said, *(flat if data.attrs["unit_L"] == "H/m" else []), *missing)
+    warn(*said, *missing)
     warn(f"written to {folder}")
     if "planned" in data.attrs:
         warn(kept_promise(data.attrs["planned"], (took, data.attrs["reached"])))
@@ -209,7 +208,7 @@ def _ran(study: Study, folder: Path, executor: Executor | None) -> xr.Dataset:
     """Run a study, print the table of its cases and what is to know about them, and return it."""
     from sits_mech.batch.adaptive import refined
     from sits_mech.batch.run import cases_aside, run_study
-    from sits_mech.report.tables.cases import case_failures, case_table
+    from sits_mech.report.tables.cases import case_failures, case_remarks, case_table
     from sits_mech.store import STORE
 
     with progress_bar("cases") as progress:
@@ -220,7 +219,7 @@ def _ran(study: Study, folder: Path, executor: Executor | None) -> xr.Dataset:
     others += " (latin: other samples for each number; sobol keeps them)" if study.combined == "latin" else ""
     chosen = [refined(data, study.adaptive)] if study.adaptive else []
     notes = [*_left_out(study), *chosen, *([others] if aside else [])]
-    warn(*case_failures(data), *notes, f"written to {folder}")
+    warn(*case_remarks(data), *case_failures(data), *notes, f"written to {folder}")
     return data
 
 

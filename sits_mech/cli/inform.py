@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, deliver, progress_bar, show, warn
+from sits_mech.cli.console import answer, deliver, show, warn
 from sits_mech.cli.options import (
     Json,
     Load,
@@ -88,15 +88,15 @@ def explain(
     check_asked(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.ladder import ladder as solved
-    from sits_mech.chain.models import plan
+    from sits_mech.chain.plan import plan
+    from sits_mech.report.ladder import rung_line
     from sits_mech.report.tables.plan import ladder_record, ladder_tables, plan_record, plan_tables
 
     found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
     record, tables = plan_record(sensor, found), plan_tables(sensor, found)
     rungs = []
     if ladder:
-        with progress_bar("rungs") as progress:
-            rungs = solved(sensor, wrench, **asdict(models), progress=progress)
+        rungs = solved(sensor, wrench, **asdict(models), each=lambda rung, left: warn(rung_line(rung, left)))
         record |= ladder_record(rungs)
         tables += ladder_tables(rungs)
     answer(record, tables, as_json)

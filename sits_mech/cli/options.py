@@ -12,6 +12,7 @@ from cyclopts import App, Parameter
 from sits_mech.cli.console import warn
 from sits_mech.disk_cache import keep_nothing
 from sits_mech.memory import MEMORY, SECONDS
+from sits_mech.plugins import plugged
 from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, quantity_range
 from sits_mech.version import __version__
 
@@ -44,8 +45,9 @@ Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One freque
 Tolerance = Annotated[float, Parameter(help="Requested relative error.")]
 Best = Annotated[bool, flag("Take the smallest error within reach where the tolerance is not.")]
 Accept = Annotated[bool, flag("Exit code 0 also for answers above the tolerance or beyond the data.")]
-MECHANICS = ("auto", "planar", "linear", "block", "closed-form")
-MAGNETICS = ("auto", "planar", "planar-fem", "axisymmetric", "sheets")
+_OTHERS = {half: tuple(entry.name for entry in plugged(half)) for half in ("mechanics", "magnetics")}
+MECHANICS = ("auto", "closed-form", "linear", "planar", "block", *_OTHERS["mechanics"])
+MAGNETICS = ("auto", "axisymmetric", "planar", "sheets", "axisymmetric-fem", "planar-fem", *_OTHERS["magnetics"])
 # where one physics is meant, --model says the same
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=", ".join(MECHANICS))]
 Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=", ".join(MAGNETICS))]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -58,7 +57,7 @@ def pose(
     check_asked(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
     from sits_mech.chain.models import mechanical_model
-    from sits_mech.chain.omissions import omissions
+    from sits_mech.chain.plan import omissions
     from sits_mech.chain.simulate import at_rest, rest_flags
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record, status_record
@@ -70,7 +69,7 @@ def pose(
         found = at_rest(sensor, layer, loads[-1], via)
     except SolveFailed as error:
         return not_converged(error, as_json)
-    unsolved = omissions(sensor, loads, choice.name, None)
+    unsolved = omissions(sensor, (choice, None), loads)
     flags = rest_flags(sensor, found, tolerance)
     tables = [equilibrium_table(found, flags=flags), *left_out_tables(unsolved)]
     answer(equilibrium_record(found, unsolved) | status_record(flags), tables, as_json)
@@ -87,7 +86,7 @@ def inductance(
 
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
-    from sits_mech.quantities import Pose, SolveFailed
+    from sits_mech.quantities import Pose, SolveFailed, report_of
 
     sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
@@ -96,7 +95,7 @@ def inductance(
 
     from sits_mech.analysis.spectrum import at_terminals, spectrum
     from sits_mech.chain.models import magnetic_model
-    from sits_mech.chain.omissions import Answered, omissions
+    from sits_mech.chain.plan import omissions
     from sits_mech.report.records import impedance_record, spectrum_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
@@ -108,14 +107,15 @@ def inductance(
         found = solver.impedance(pose, min(hertz))
     except SolveFailed as error:
         return not_converged(error, as_json)
-    unsolved = omissions(slowest, (), None, choice.name, Answered(pose, found), not choice.by_name)
+    unsolved = omissions(slowest, (None, choice), (), (pose, found))
+    bounded = not any(item.unbounded for item in found.report.left_out)
     beside = left_out_tables(unsolved)
     if data is not None:
-        flags = flags_of(json.loads(data.attrs["report"])["estimated_error"], tolerance)
+        flags = flags_of(report_of(data.attrs["report"]).estimated_error, tolerance, bounded=bounded)
         record = spectrum_record(pose, data, unsolved) | status_record(flags)
         answer(record, [spectrum_table(data), *beside], as_json)
         return ended(flags[:1], accept)
-    flags = flags_of(found.report.estimated_error, tolerance)
+    flags = flags_of(found.report.estimated_error, tolerance, bounded=bounded)
     seen, missing = at_terminals(sensor, found)
     names = sensor.coil_names
     tables = [impedance_table(names, found, flags), *beside, terminal_table(names, seen, missing)]
@@ -152,7 +152,8 @@ def simulate(
     if picture is not None:
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
 
-    from sits_mech.chain.omissions import Answered, omissions
+    from sits_mech.chain.models import Choice
+    from sits_mech.chain.plan import omissions
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import simulation_record
@@ -163,8 +164,8 @@ def simulate(
         found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json, True)
-    shown, names = found.impedance, (found.equilibrium.report.model, found.impedance.report.model)
-    unsolved = omissions(sensor, [*via, wrench], *names, Answered(found.equilibrium.pose, shown))
+    names = Choice(found.equilibrium.report.model), Choice(found.impedance.report.model)
+    unsolved = omissions(sensor, names, [*via, wrench], (found.equilibrium.pose, found.impedance))
     tables = [
         equilibrium_table(found.equilibrium),
         impedance_table(sensor.coil_names, found.impedance),

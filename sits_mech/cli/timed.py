@@ -35,9 +35,8 @@ def in_time(
     from sits_mech.analysis.histories.read import read_history
     from sits_mech.analysis.histories.response import in_time as followed
     from sits_mech.analysis.histories.scan import checked_count, with_codes
-    from sits_mech.chain.omissions import omissions
+    from sits_mech.notes import unpacked_omissions
     from sits_mech.quantities import SolveFailed
-    from sits_mech.readout.loads import request_of
     from sits_mech.report.folder import prepare_folder
     from sits_mech.report.history import history_record, history_table, write_history
     from sits_mech.report.tables.plan import left_out_tables
@@ -49,8 +48,7 @@ def in_time(
             data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=count)
     except SolveFailed as error:
         return not_converged(error, as_json, True)
-    names = request_of(data)
-    unsolved = [item for item in omissions(sensor, loads.loads, names["mechanics"], names["magnetics"]) if item.asked]
+    unsolved = unpacked_omissions(data.attrs["left_out"])
     answer(history_record(data, unsolved), [history_table(data), *left_out_tables(unsolved)], as_json)
     if folder is not None:
         warn(*write_history(sensor, data, folder))

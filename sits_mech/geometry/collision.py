@@ -21,7 +21,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from sits_mech.description import Refusal
 from sits_mech.geometry.outline import Outline, target_outline
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, Array, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.apart import from_windings
@@ -112,17 +114,14 @@ def _reach(plate: Target | Conductor) -> float:
     return math.hypot(*plate.extent, plate.thickness)
 
 
-def ground_notes(sensor: Sensor, pose: Pose) -> tuple[str, ...]:
-    """Say that a pose has the target's rim below the ground that the layer stands on: a wide target, tilted."""
+def ground_notes(sensor: Sensor, pose: Pose) -> tuple[Note, ...]:
+    """Note that a pose has the target's rim below the ground that the layer stands on: a wide target, tilted."""
     if sensor.elastomer is None or sensor.target is None:
         return ()
     gap = float(clearance(sensor, pose)) - sensor.elastomer.standoff
     if gap > -_TOUCH * max(sensor.target.extent):
         return ()
-    return (
-        f"the target's rim is {-1e3 * gap:.3g} mm below the ground that the layer stands on: it would lie on the "
-        "substrate there, which is not solved: the error is the whole displacement",
-    )
+    return (Note.of(NoteKind.BELOW_GROUND, depth=-gap),)
 
 
 def _words(pose: Pose, index: int) -> str:
@@ -236,7 +235,7 @@ class PlacedPlate:
     other one, but what its polynomials carry easily; of the target `CLEARANCE`.
     """
 
-    title: str  # what to put before a note on it; empty for the target
+    title: str  # the part of the scene that it is; empty for the target
     plate: Target
     outline: Outline | None  # instead of the scene's
     turns: Array  # (p, 3, 3) rotations
@@ -282,7 +281,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         anchor = min(beside, max(windings, _EASY * min(part.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         place = solid.places - (0.0, 0.0, part.thickness / 2)
-        found = f"{solid.name}: ", as_plate(part), None, solid.turns, place
+        found = solid.name, as_plate(part), None, solid.turns, place
         parts.append(PlacedPlate(*found, gap, anchor, part.centre, windings, part.metal.susceptibility))
     return parts
 
@@ -297,8 +296,8 @@ def as_plate(part: Conductor) -> Target:
     )
 
 
-def overlapping(sensor: Sensor) -> str | None:
-    """Say in one line which fixed plate touches a coil or another plate; None if none does.
+def overlapping(sensor: Sensor) -> Refusal | None:
+    """Return which fixed plate touches a coil or another plate; None if none does.
 
     An outline may lie around a coil, in its plane, but not around another plate.
     """
@@ -306,10 +305,8 @@ def overlapping(sensor: Sensor) -> str | None:
     for k, plate in enumerate(plates):
         for other in (*(() if sensor.conductors[k].shape == "outline" else coils), *plates[:k]):
             if separation(plate, other).min() <= 0.0:
-                return (
-                    f"{plate.name}, {other.name}: model 'sheets' needs parts whose boxes (sides along the part's "
-                    "axes) do not touch, got boxes that do; move one, or 'planar-fem' if the sections are apart"
-                )
+                must = "have boxes, sides along the part's axes, that do not touch for sheets: move one"
+                return Refusal(f"{plate.name}, {other.name}", must, "boxes that do")
     return None
 
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.description import Refusal
 from sits_mech.quantities import Complex, Pose
-from sits_mech.scene.sensor import Conductor, Sensor
+from sits_mech.scene.sensor import Conductor, Sensor, Target
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,12 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
     return tuple(plates)
 
 
+def metal_parts(sensor: Sensor) -> list[tuple[str, Target | Conductor]]:
+    """Return target and fixed parts by their keys."""
+    target = [] if sensor.target is None else [("target", sensor.target)]
+    return [*target, *((f"conductors.{part.name}", part) for part in sensor.conductors)]
+
+
 def cut_width(part: Conductor) -> float:
     """Return the width of a fixed plate, of an outline's box, where y = 0 cuts it; 0 where it does not [m]."""
     offset = abs(part.centre[1])
@@ -69,20 +76,17 @@ def cut_width(part: Conductor) -> float:
     return width if offset <= length / 2 else 0.0
 
 
-def outline_refusal(sensor: Sensor) -> str | None:
-    """Say which plate of any outline has no section that stands for it; None if there is none."""
-    named = [] if sensor.target is None else [("target", sensor.target.shape)]
-    named += [(f"conductors.{part.name}", part.shape) for part in sensor.conductors]
-    for name, shape in named:
-        if shape == "outline":
-            return f"{name}.shape: the planar models have rectangular sections; model 'sheets' takes an outline"
+def outline_refusal(sensor: Sensor) -> Refusal | None:
+    """Return which plate of any outline has no section that stands for it; None if there is none."""
+    for name, part in metal_parts(sensor):
+        if part.shape == "outline":
+            return Refusal(f"{name}.shape", "be a rectangle or a disc for a section", "an outline")
     return None
 
 
 def not_cut(sensor: Sensor) -> list[str]:
-    """Say which plates the section misses."""
-    missed = [part.name for part in sensor.conductors if cut_width(part) == 0.0]
-    return [f"conductors.{name}: the section y = 0 of a planar model does not cut it" for name in missed]
+    """Return the names of the fixed plates that the section misses."""
+    return [part.name for part in sensor.conductors if cut_width(part) == 0.0]
 
 
 def return_radius(sensor: Sensor) -> float | None:

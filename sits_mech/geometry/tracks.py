@@ -22,8 +22,10 @@ from itertools import pairwise, product
 import numpy as np
 from scipy.constants import c
 
+from sits_mech.description import Refusal
 from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_path, turn_radii
 from sits_mech.memory import beyond_memory
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
@@ -208,32 +210,41 @@ def _turning(places: Array) -> Array:
     return np.array([angle.sum(), (away * angle).sum(), (away**2 * angle).sum()])
 
 
-def path_notes(coils: Sequence[Coil]) -> tuple[str, ...]:
-    """Say how long what the free tracks of coils are without is: vias, and the way back between their ends."""
+def path_notes(coils: Sequence[Coil]) -> tuple[Note, ...]:
+    """Note how long what the free tracks of coils are without is: vias, and the way back between their ends."""
     found = []
     for coil in coils:
         if coil.shape == "path":
             ends = [(np.array(line[0]), np.array(line[-1])) for line in coil.path]
             vias = sum(float(np.linalg.norm(b[0] - a[1])) for a, b in pairwise(ends))
             back = float(np.linalg.norm(ends[0][0] - ends[-1][1]))
-            found.append(
-                f"{coil.name}: free tracks, without {1e3 * vias:.3g} mm of vias and {1e3 * back:.3g} mm of way back"
-            )
+            found.append(Note.of(NoteKind.FREE_TRACKS, coil=coil.name, vias=vias, back=back))
     return tuple(found)
 
 
-def section_refusal(coils: Sequence[Coil]) -> str | None:
-    """Say which coil has no section at y = 0 that stands for it, or one too large to hold; None if all have one."""
+def section_refusal(coils: Sequence[Coil]) -> Refusal | None:
+    """Return which coil has no section at y = 0 that stands for it, or one too large to hold; None if all have one."""
     for coil in coils:
-        bars = 2 * coil.layers * coil.turns
+        name, bars = f"coils.{coil.name}", 2 * coil.layers * coil.turns
         if beyond := beyond_memory(8.0 * _ARRAYS * bars**2):
-            return f"coils.{coil.name}: {bars} bars in the section y = 0, by pairs, take {beyond}; take 'sheets'"
+            return Refusal(name, "have pairs of bars in the section y = 0 that memory holds", f"{bars} bars, {beyond}")
         if coil.shape != "path" and coil.centre[1] != 0.0:
-            return "coils.centre: the planar models need every coil on y = 0; model 'sheets' takes any place"
-        try:
-            coil_bars(coil)
-        except ValueError as error:
-            return str(error)
+            return Refusal(f"{name}.centre", "be on y = 0 for a section", f"y = {coil.centre[1]:g} m")
+        if not coil.is_round and (refusal := _not_across(coil)):
+            return refusal
+    return None
+
+
+def _not_across(coil: Coil) -> Refusal | None:
+    """Return why tracks have no section at y = 0 that stands for them."""
+    tracks, name = coil_tracks(coil), f"coils.{coil.name}"
+    cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)
+    step, sign = tracks.end[cut] - tracks.start[cut], np.sign(tracks.way[cut, 1])
+    if not cut.any() or sign.sum() != 0.0:
+        got = f"{int((sign > 0).sum())} and {int((sign < 0).sum())}"
+        return Refusal(name, "have tracks that cross the section y = 0 as often there as back", got)
+    if np.any(np.abs(step[:, 0]) > _STRAIGHT * np.abs(step[:, 1])) or np.ptp(tracks.width[cut]) > 0.0:
+        return Refusal(name, "have tracks of one width that cross the section y = 0 at right angles", "others")
     return None
 
 
@@ -246,19 +257,11 @@ def coil_bars(coil: Coil) -> Bars:
         rings = coil_sections(coil)
         x, signs = (np.concatenate([own, -own]) for own in (rings.radius, rings.signs))
         return Bars(coil.centre[0] + x, np.tile(rings.z, 2), signs, coil.track_width, coil.track_thickness)
-    tracks, name = coil_tracks(coil), f"coils.{coil.name}"
+    if refusal := _not_across(coil):
+        raise ValueError(str(refusal))
+    tracks = coil_tracks(coil)
     cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)
     step, sign = tracks.end[cut] - tracks.start[cut], np.sign(tracks.way[cut, 1])
-    if not cut.any() or sign.sum() != 0.0:
-        raise ValueError(
-            f"{name}: the planar models need tracks that cross the section y = 0 as often there as back; got "
-            f"{int((sign > 0).sum())} and {int((sign < 0).sum())}; model 'sheets' takes any"
-        )
-    if np.any(np.abs(step[:, 0]) > _STRAIGHT * np.abs(step[:, 1])) or np.ptp(tracks.width[cut]) > 0.0:
-        raise ValueError(
-            f"{name}: the planar models need tracks of one width that cross the section y = 0 at right angles; model "
-            "'sheets' takes any"
-        )
     x = tracks.start[cut, 0] - tracks.start[cut, 1] * step[:, 0] / step[:, 1]
     return Bars(x, tracks.start[cut, 2], sign, float(tracks.width[cut][0]), coil.track_thickness)
 

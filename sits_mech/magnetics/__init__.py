@@ -1,1 +1,1 @@
-"""From the pose to the inductances: bars (planar), field (planar-fem), rings (axisymmetric), sheets (in space)."""
+"""From the pose to the inductances: bars (planar), field (planar-fem), rings and axis_fem (axisymmetric), sheets."""

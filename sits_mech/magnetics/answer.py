@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -32,6 +32,7 @@ from numpy.typing import ArrayLike
 
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
+from sits_mech.notes import Note
 from sits_mech.quantities import (
     POSE,
     Array,
@@ -130,7 +131,11 @@ class Kind:
 
     name: str  # as on the command line
     unit_L: str  # "H", or "H/m" per metre of depth
-    beyond: str | None = None  # the model for poses that leave the plane y = 0; None where this one takes them
+    plane: bool = False  # whether poses must stay in the plane y = 0
+
+    def of(self, absolute: bool) -> Kind:
+        """Return the kind whose answers are per metre, or those of whole coils."""
+        return replace(self, unit_L="H") if absolute else self
 
 
 @dataclass(frozen=True)
@@ -143,8 +148,7 @@ class Reaction:
     unknowns: int = 0  # size of the discrete problem
     solves: int = 0  # linear solves it took
     residual: float = 0.0  # of these, relative
-    notes: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     shared: Complex | None = None  # (m, p, n, n) signed parts of the error, common to poses up to a factor
 
 
@@ -155,8 +159,8 @@ def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> Non
     positive or beyond the coils' (`check_frequency`), or the pose leaves the plane y = 0 and the model cannot.
     """
     check_frequency(sensor.coils, frequency)
-    if kind.beyond is not None:
-        refuse_out_of_plane(kind.name, pose, kind.beyond)
+    if kind.plane:
+        refuse_out_of_plane(kind.name, pose)
     check_clearance(sensor, pose)
 
 
@@ -178,13 +182,13 @@ def answer(
         found = _finite(kind, react, Pose.of(rows), frequency)
     else:
         none = np.zeros((len(rows), n, n), dtype=complex)
-        found = Reaction(none, none, left_out=("eddy currents: the scene has no target",) * empty)
+        found = Reaction(none, none)
     change, error = (np.broadcast_to(Z, (len(rows), n, n)).reshape(shape) for Z in (found.change, found.error))
     omega = 2 * np.pi * frequency
     L0, R_dc = map(np.asarray, alone())
     report = SolveReport(
         kind.name, found.unknowns, found.solves, found.residual, found.relative, time.perf_counter() - began,
-        notes=found.notes, left_out=found.left_out,
+        notes=found.notes,
     )
     values = (L0 + change.imag / omega, change.real.copy(), L0, R_dc, error.imag / omega, error.real.copy())
     shared = None

@@ -29,16 +29,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.constants import mu_0
 
+from sits_mech.description import Refusal
 from sits_mech.geometry.collision import CLEARANCE, smooth_height
-from sits_mech.geometry.plates import Plate, distance, outline_refusal, return_radius, section_plates
+from sits_mech.geometry.plates import Plate, distance, metal_parts, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import coil_bars, section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving, sizes
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, free_space_inductance, section_resistances
+from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, coils_alone, depth, free_space_inductance
 from sits_mech.magnetics.section.coupling import (
     Filaments,
     SectionPlate,
@@ -48,6 +50,7 @@ from sits_mech.magnetics.section.coupling import (
     samples,
 )
 from sits_mech.magnetics.section.plate import Lengths, PreparedPlate, Resolution, prepare_plate
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
@@ -61,7 +64,7 @@ LADDER = (
     (1e-4, Resolution(skin=0.08, growth=1.22, along=0.09, near=0.22, terms=13.0)),
     (1e-5, Resolution(skin=0.06, growth=1.18, along=0.045, near=0.12, terms=16.0)),
 )
-_KIND = Kind("planar", "H/m", beyond="sheets")
+_KIND = Kind("planar", "H/m", plane=True)
 _RIPPLE = 4.0  # cells that resolve the ripple of single tracks, over those that resolve the gap
 _SAFETY = np.array([0.3, 0.15])  # estimated errors of R, L over the difference of the check with cells twice as large
 
@@ -72,14 +75,13 @@ class PlanarBars:
 
     sensor: Sensor
     tolerance: float  # asked relative error of the change of L; of R ten times that
+    absolute: bool = False  # whether changes are those of whole coils [H, ohm], relative to their inductances
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
-        return answer(
-            _KIND, self.sensor, pose, frequency,
-            lambda: (free_space_inductance(self.sensor), section_resistances(self.sensor.coils)), self._reaction,
-        )
+        kind, alone = _KIND.of(self.absolute), partial(coils_alone, self.sensor, self.absolute)
+        return answer(kind, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the plates' reaction, blended over the preparations that serve each pose."""
@@ -97,29 +99,32 @@ class PlanarBars:
         errors = _SAFETY[:, None] * errors + math.exp(-resolution.terms)
         error = errors[0][:, None, None] * largest(change.real) + 1j * (errors[1][:, None, None] * largest(change.imag))
         missed = errors[1].max() > self.tolerance
-        notes = ("the estimated error exceeds the tolerance; 'planar-fem' can do better",) if missed else ()
-        return Reaction(change, error, float(errors[1].max()), cells, 1, notes=notes)
+        off = {"error": float(errors[1].max()), "tolerance": self.tolerance}
+        notes = (Note.of(NoteKind.TOLERANCE_MISSED, **off),) if missed else ()
+        scale = depth(self.sensor, self.absolute)
+        return Reaction(scale * change, error * scale, float(errors[1].max()), cells, 1, notes=notes)
 
 
 def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
     """Return the planar integral model of a sensor, to a relative error of the change of L; SceneError if none."""
     refusal = not_representable(sensor)
     if refusal:
-        raise SceneError(refusal)
+        raise SceneError(str(refusal))
     return PlanarBars(sensor, checked_tolerance(tolerance))
 
 
-def not_representable(sensor: Sensor) -> str | None:
-    """Say in one line why the planar integral model cannot hold this scene; None if it can."""
+def not_representable(sensor: Sensor) -> Refusal | None:
+    """Return why the planar integral model cannot hold this scene; None if it can."""
     if refusal := section_refusal(sensor.coils):
         return refusal
     if sensor.substrate_radius is not None:
-        return "substrate_radius: the planar integral model takes flat coils only; model 'planar-fem' takes curved ones"
+        return Refusal("substrate_radius", "be left out for planar, of flat coils", f"{sensor.substrate_radius:g} m")
     if sensor.conductors and return_radius(sensor) is not None:
-        return "conductors: the planar integral model needs isolated plates beside them; model 'planar-fem' takes both"
-    parts = (*(() if sensor.target is None else (sensor.target,)), *sensor.conductors)
-    if any(part.metal.relative_permeability != 1.0 for part in parts):
-        return "relative_permeability: the planar integral model needs 1; model 'planar-fem' takes others"
+        return Refusal("conductors", "be left out for planar where net_current is free", f"{len(sensor.conductors)}")
+    for name, part in metal_parts(sensor):
+        if part.metal.relative_permeability != 1.0:
+            mu = part.metal.relative_permeability
+            return Refusal(f"{name}.relative_permeability", "be 1 for planar", f"{mu:g}")
     return outline_refusal(sensor)
 
 
@@ -131,7 +136,7 @@ def _check_bounds(delta_L: Array, R: Array, L0: Array, bars: int) -> None:
         return
     raise SolveFailed(
         "planar: the skin is too thin for the plate's size to be resolved, the answer is not that of a passive plate; "
-        "ask for a larger tolerance, or for 'planar-fem'",
+        "ask for a larger tolerance",
         SolveReport("planar", bars, 1, 0.0, 1.0, 0.0, "not resolved"),
     )
 

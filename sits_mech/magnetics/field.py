@@ -23,15 +23,17 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sits_mech.geometry.plates import Plate, not_cut, outline_refusal, return_radius, section_plates
+from sits_mech.description import Refusal
+from sits_mech.geometry.plates import Plate, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.section.coils import Track, coil_potentials, free_space_inductance, section_resistances, tracks
+from sits_mech.magnetics.section.coils import Track, coil_potentials, coils_alone, depth, tracks
 from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.section.mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
@@ -39,7 +41,7 @@ from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
 
-_KIND = Kind("planar-fem", "H/m", beyond="sheets")
+_KIND = Kind("planar-fem", "H/m", plane=True)
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
 _DEFAULT = Fineness(skin=0.7, edge=0.5, growth=0.6, near=0.6, share=0.12, around=40)
 _MOST_UNKNOWNS = 300_000  # of a division: with more, the tolerance is refused
@@ -109,6 +111,7 @@ class PlanarFem:
 
     sensor: Sensor
     tolerance: float  # asked relative error of the change of L; of R ten times that
+    absolute: bool = False  # whether changes are those of whole coils [H, ohm], relative to their inductances
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
@@ -117,10 +120,8 @@ class PlanarFem:
         Raises as `check_asked`, ValueError if the mesh generator is missing, SolveFailed if the tolerance is not
         reached.
         """
-        return answer(
-            _KIND, self.sensor, pose, frequency,
-            lambda: (free_space_inductance(self.sensor), section_resistances(self.sensor.coils)), self._reaction,
-        )
+        kind, alone = _KIND.of(self.absolute), partial(coils_alone, self.sensor, self.absolute)
+        return answer(kind, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the plates' reaction, every pose on a mesh of its own."""
@@ -135,8 +136,9 @@ class PlanarFem:
             error[k] = error_R + 1j * omega * error_L
             worst, residual = max(worst, found.relative_errors()[0]), max(residual, found.solution.residual)
             unknowns, solves = max(unknowns, found.solution.basis.N), solves + found.solves
-        change = 1j * omega * (flux + np.swapaxes(flux, 1, 2)) / 2
-        return Reaction(change, error, worst, unknowns, solves, residual, left_out=tuple(not_cut(self.sensor)))
+        scale = depth(self.sensor, self.absolute)
+        change = 1j * omega * scale * (flux + np.swapaxes(flux, 1, 2)) / 2
+        return Reaction(change, np.asarray(error * scale), worst, unknowns, solves, residual)
 
     @one_thread
     def field(self, pose: Pose, frequency: float) -> PlanarField | None:
@@ -155,15 +157,18 @@ def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
 
     SceneError if this model cannot represent the scene, ValueError if the tolerance is not between 1e-7 and 1.
     """
-    if refusal := section_refusal(sensor.coils) or outline_refusal(sensor):
-        raise SceneError(refusal)
+    if refusal := not_representable(sensor):
+        raise SceneError(str(refusal))
+    return PlanarFem(sensor, checked_tolerance(tolerance, 1e-7))
+
+
+def not_representable(sensor: Sensor) -> Refusal | None:
+    """Return why planar finite elements cannot hold this scene; None if they can."""
     for part in sensor.conductors:
         if part.loss_tangent > 0.0:
-            raise SceneError(
-                f"conductors.{part.name}.loss_tangent: planar-fem takes permeable parts without losses, got "
-                f"{part.loss_tangent:g}; model 'sheets' takes it"
-            )
-    return PlanarFem(sensor, checked_tolerance(tolerance, 1e-7))
+            must = "be 0 for planar-fem, of permeable parts without losses"
+            return Refusal(f"conductors.{part.name}.loss_tangent", must, f"{part.loss_tangent:g}")
+    return section_refusal(sensor.coils) or outline_refusal(sensor)
 
 
 def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> PlanarField:

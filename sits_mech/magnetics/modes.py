@@ -38,6 +38,7 @@ from scipy.constants import mu_0
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from sits_mech.quantities import Array, Complex
+from sits_mech.scene.sensor import Sensor
 
 RESOLVED = 1.5
 """Skin depth that is resolved well, over the one that elements are made for."""
@@ -170,3 +171,12 @@ def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:
     """Return Lagrange's polynomial through values at the nodes."""
     shares = (np.prod((at - np.delete(nodes, k)) / (d - np.delete(nodes, k))) for k, d in enumerate(nodes))
     return np.asarray(sum(share * value for share, value in zip(shares, values, strict=True)))
+
+
+def skin_depths(sensor: Sensor) -> float:
+    """Return the target's thickness in skin depths at the scene's frequency; 0 without a target."""
+    target = sensor.target
+    if target is None:
+        return 0.0
+    conductivity = target.metal.conductivity * target.metal.relative_permeability
+    return target.thickness / skin_depth(sensor.frequency, conductivity)

@@ -35,8 +35,9 @@ def pose_slopes(
     """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad]."""
     stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
-    near = (coarse or model).impedance(Pose.of(places), frequency)
-    found = near if coarse is None else model.impedance(Pose.of(places[:1]), frequency)
+    bare = coarse or within(model)
+    near = bare.impedance(Pose.of(places), frequency)
+    found = near if bare is model else model.impedance(Pose.of(places[:1]), frequency)
     by_pose = []
     for values, whole, free in ((near.L, found.L[0], found.L0), (near.R, found.R[0], 0.0)):
         slope = _slopes(values, stencil, steps)
@@ -71,13 +72,13 @@ def _slopes(values: Array, stencil: Stencil, steps: Array) -> Array:
 
 def solver_of(model: Any) -> Any:
     """Return what answers for a scene: the model itself, or the one that it adds errors to."""
-    model = _within(model)
+    model = within(model)
     if not hasattr(model, "sensor"):
         raise ValueError(f"lengths: need a model that can be made for another scene, got {type(model).__name__}")
     return model
 
 
-def _within(model: Any) -> Any:
+def within(model: Any) -> Any:
     """Return the model that another adds errors to; itself, if it adds none."""
     while hasattr(model, "model"):
         model = model.model
@@ -86,7 +87,7 @@ def _within(model: Any) -> Any:
 
 def _coarse(model: Any) -> Sheets | None:
     """Return the model by a plate's coarsest division; None of one that has no other."""
-    model = _within(model)
+    model = within(model)
     if not isinstance(model, Sheets) or model.single:
         return None
     found = model.beside(model.sensor, single=True)

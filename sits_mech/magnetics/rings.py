@@ -7,8 +7,8 @@ ladder of gaps and frequencies whose steps are blended (`answer`). On each it is
 extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to the tolerance, or their
 steps fall so fast that what is left does, over all gaps and frequencies that it serves: not those asked for alone.
 
-Range: non-magnetic disc, coaxial and parallel to the one coil; any frequency and thickness. The coil's tracks carry
-uniform current. Neglected: displacement current.
+Range: non-magnetic disc, coaxial and parallel to the one coil, no other metal (with that, or magnetic: `axis_fem`); any
+frequency and thickness. The coil's tracks carry uniform current. Neglected: displacement current.
 """
 
 from __future__ import annotations
@@ -20,20 +20,22 @@ from itertools import pairwise
 
 import numpy as np
 
+from sits_mech.description import Refusal
 from sits_mech.geometry.collision import CLEARANCE
 from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, served, serving, sizes
+from sits_mech.magnetics.axis.coaxial import check_coaxial, not_coaxial
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.modes import skin_depth
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
-from sits_mech.scene.sensor import Coil, Sensor
+from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
 
-_KIND = Kind("axisymmetric", "H")  # what leaves the axis `_check_coaxial` refuses
+_KIND = Kind("axisymmetric", "H")  # what leaves the axis `check_coaxial` refuses
 _MOST = 4200  # rings in half the disc: half a minute and a gigabyte
-_APART = 1e-9  # off the axis by less than this is coaxial [m]
 _RATIO, _FIRST_RATIO = (0.15, 0.5), 0.3  # of successive steps of the limits: 1/16 for smooth, more at rims
 _THROUGH = 0.05  # of the step before: a smaller one passes through zero
 _ALONE = 0.5  # of what the extrapolation of two divisions adds; true errors are 0.02 to 1 of it, as a rule 0.15
@@ -62,11 +64,11 @@ class Axisymmetric:
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the disc's reaction on the coil."""
-        _check_coaxial(self.sensor.coils[0], pose)
+        check_coaxial(self.sensor, pose)
         change, error, rings, levels = self._change(np.asarray(pose.d_v), frequency)
         worst = float((error.imag / np.abs(change.imag)).max())
-        note = f"disc as {rings} rings, extrapolated from {levels} levels of division"
-        notes = (note, "spiral windings taken as rings") if self.sensor.coils[0].winding == "spiral" else (note,)
+        spiral = (Note(NoteKind.SPIRALS_AS_RINGS),) * (self.sensor.coils[0].winding == "spiral")
+        notes = (Note.of(NoteKind.RINGS, rings=rings, levels=levels), *spiral)
         return Reaction(change[:, None, None], error[:, None, None], worst, rings, levels, notes=notes)
 
     def _change(self, d_v: Array, frequency: float) -> tuple[Complex, Complex, int, int]:
@@ -90,64 +92,27 @@ class Axisymmetric:
         report = SolveReport("axisymmetric", rings, len(discs), 0.0, reached, 0.0, "too many rings")
         return SolveFailed(
             f"axisymmetric: tolerance {self.tolerance:g} asks for more than the {2 * _MOST} rings that fit; reached "
-            f"{reached:.1e} with {rings}; ask for a larger tolerance, or for 'sheets'",
+            f"{reached:.1e} with {rings}; ask for a larger tolerance",
             report,
         )
 
 
 def axisymmetric(sensor: Sensor, tolerance: float = 1e-3) -> Axisymmetric:
-    """Return the axisymmetric model of one coil and a disc, or of any coils with parallel axes without target.
-
-    SceneError names the model for a scene that is not axisymmetric.
-    """
-    reason = _reason_against(sensor)
-    if reason:
-        raise SceneError(f"axisymmetric: {reason}")
+    """Return the axisymmetric model of one coil and a disc, or of round coils without target; SceneError for others."""
+    if refusal := not_representable(sensor):
+        raise SceneError(str(refusal))
     return Axisymmetric(sensor, checked_tolerance(tolerance))
 
 
-def _reason_against(sensor: Sensor) -> str:
-    """Say why a scene is not axisymmetric, and which model takes it; empty when it is."""
-    if sensor.substrate_radius is not None:
-        return "the coils must lie in a plane, the scene has a substrate_radius; use 'planar-fem'"
-    if sensor.conductors:
-        return f"must have no other conductors, the scene has {len(sensor.conductors)}; use 'planar-fem' or 'sheets'"
+def not_representable(sensor: Sensor) -> Refusal | None:
+    """Return why rings do not stand for a scene; None where they do, or it has coils alone."""
     target = sensor.target
-    if target is None:
-        return ""
-    if target.metal.relative_permeability != 1.0:
-        return f"the target must not be magnetic, it has {target.metal.relative_permeability:g}; use 'planar-fem'"
-    if len(sensor.coils) != 1:
-        return f"must have one coil over a coaxial disc, the scene has {len(sensor.coils)} coils; use 'sheets'"
-    if not sensor.coils[0].is_round:
-        return f"the coil must be round, {sensor.coils[0].name} is of shape '{sensor.coils[0].shape}'; use 'sheets'"
-    if target.shape != "disc":
-        return f"the target must be a disc, it is of shape '{target.shape}'; use 'sheets'"
-    return ""
-
-
-def on_axis(coil: Coil, pose: Pose) -> bool:
-    """Tell whether poses leave a disc on a coil's axis, turned about it at most."""
-    tilted = np.any(pose.rotation[..., :2] != 0.0)
-    return not tilted and bool(np.all(_off_axis(coil, pose) <= _APART))
-
-
-def _off_axis(coil: Coil, pose: Pose) -> Array:
-    """Return the distance of the disc's middle from the coil's axis [m]."""
-    return np.asarray(np.linalg.norm(pose.centre[..., :2] - coil.centre, axis=-1))
-
-
-def _check_coaxial(coil: Coil, pose: Pose) -> None:
-    """Refuse poses off the coil's axis."""
-    if on_axis(coil, pose):
-        return
-    off, tilt = float(_off_axis(coil, pose).max()), float(np.degrees(np.abs(pose.rotation[..., :2]).max()))
-    if off > _APART:
-        raise ValueError(
-            f"pose: the disc must be on the axis of coil {coil.name} for 'axisymmetric', it is {off * 1e3:.4g} mm off; "
-            "use 'sheets'"
-        )
-    raise ValueError(f"pose: alpha and alpha_x must be 0 for 'axisymmetric', got {tilt:.4g} deg; use 'sheets'")
+    if sensor.conductors:
+        return Refusal("conductors", "be left out for axisymmetric", f"{len(sensor.conductors)}")
+    if target is not None and target.metal.relative_permeability != 1.0:
+        got = f"{target.metal.relative_permeability:g}"
+        return Refusal("target.relative_permeability", "be 1 for axisymmetric", got)
+    return not_coaxial(sensor, "axisymmetric")
 
 
 def _problem(sensor: Sensor, gaps: tuple[float, float], top: float) -> DiscProblem:

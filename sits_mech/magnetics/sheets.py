@@ -36,8 +36,10 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.description import Refusal
 from sits_mech.geometry.collision import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.outline import Outline
+from sits_mech.geometry.plates import metal_parts
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
@@ -49,6 +51,7 @@ from sits_mech.magnetics.space.ferrite import prepared_core
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
 from sits_mech.magnetics.space.sources import Posed, Sources, reach
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, Target
@@ -92,7 +95,7 @@ class _Divided:
     thickness: float
     unseen: float
     margin: float  # of the error of L, over what divisions tell
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,7 @@ class _Change:
     error: Complex  # (p, n, n) its error, real and imaginary part apart [ohm]
     shared: Complex  # (2, p, n, n) signed parts that poses share: extrapolation's step, polynomials' miss
     unknowns: int
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def with_share(self, other: _Change, some: Integers, share: Array) -> _Change:
         """Return it with what others find for some of the poses, of which these have a share."""
@@ -177,14 +180,13 @@ class Sheets:
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
         return _Asked(part.plate, part.outline, part.susceptibility, seen, None)
 
-    def _winding_notes(self) -> tuple[str, ...]:
-        """Say how far spiral windings are from rings, and what free tracks are without."""
+    def _winding_notes(self) -> tuple[Note, ...]:
+        """Note how far spiral windings are from rings, and what free tracks are without."""
         if self.windings == "rings":
             return path_notes(self.sensor.coils)
         spiral, rings = (np.diag(free_inductances(self.sensor.coils, kind)) for kind in (self.windings, "rings"))
         step = float(np.max(np.abs(spiral / rings - 1.0)))
-        spirals = f"spiral windings: L0 differs from that of rings by up to {step:.2%}"
-        return (spirals, *path_notes(self.sensor.coils))
+        return (Note.of(NoteKind.SPIRALS, share=step), *path_notes(self.sensor.coils))
 
     def _change(self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]) -> _Change:
         """Return the plates' change, each prepared for a clearance, at a frequency, prepared up to another."""
@@ -198,7 +200,9 @@ class Sheets:
         metals = [part.plate for part in parts if part.susceptibility == 0.0]
         halves = (plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
         plates, rung, large = fitting(self.tolerance, asked, max(halves, default=math.inf), divided)
-        notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
+        notes = [*large]
+        for part, each in zip(parts, plates, strict=True):
+            notes += [note.with_numbers(part=part.title) if part.title else note for note in each.notes]
         seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places)
         if sensor.conductors:
             values = self._together(parts, plates, seen, frequency[0])
@@ -238,7 +242,7 @@ def sheets(
     """
     refusal = not_representable(sensor)
     if refusal:
-        raise SceneError(refusal)
+        raise SceneError(str(refusal))
     if windings is None:
         windings = next((coil.winding for coil in sensor.coils if coil.is_round), "rings")
     if windings not in ("rings", "spiral"):
@@ -248,26 +252,21 @@ def sheets(
     return Sheets(sensor, checked_tolerance(tolerance), windings, outline)
 
 
-def not_representable(sensor: Sensor) -> str | None:
-    """Say in one line why this model cannot hold this scene; None if it can."""
+def not_representable(sensor: Sensor) -> Refusal | None:
+    """Return why this model cannot hold this scene; None if it can."""
     if sensor.substrate_radius is not None:
-        return "substrate_radius: model 'sheets' takes flat coils only; model 'planar-fem' takes curved ones"
-    for part in sensor.conductors:
-        metal = part.metal
+        return Refusal("substrate_radius", "be left out for sheets, of flat coils", f"{sensor.substrate_radius:g} m")
+    for name, part in metal_parts(sensor):
+        metal, key = part.metal, f"{name}.relative_permeability"
         if metal.relative_permeability == 1.0:
             continue
+        if name == "target":
+            return Refusal(key, "be 1 for sheets", f"{metal.relative_permeability:g}")
         if skin_depth(_HIGHEST, metal.conductivity, metal.relative_permeability) < _DEEP * part.thickness:
-            return (
-                f"conductors.{part.name}: model 'sheets' takes permeable plates that do not conduct, ferrite; got "
-                f"mu_r = {metal.relative_permeability:g} with {metal.conductivity:g} S/m; use 'planar-fem'"
-            )
+            got = f"{metal.relative_permeability:g} with {metal.conductivity:g} S/m"
+            return Refusal(key, "be 1 for sheets where a part conducts", got)
         if part.shape != "rectangle":
-            return (
-                f"conductors.{part.name}.shape: model 'sheets' takes ferrite as rectangles, got a {part.shape}; use "
-                "'planar-fem'"
-            )
-    if sensor.target is not None and sensor.target.metal.relative_permeability != 1.0:
-        return "target.relative_permeability: model 'sheets' needs 1; model 'planar-fem' takes permeable parts"
+            return Refusal(f"{name}.shape", "be rectangle for sheets where a part is of ferrite", part.shape)
     return overlapping(sensor)
 
 
@@ -282,7 +281,7 @@ def _divided(
     near = sources is not None or is_near(plate, part.outline, clear[0], rung)
     if sources is not None and part.susceptibility != 0.0:
         cores = prepared_core(plate, part.susceptibility, rung, clear[0], sources)
-        note = f"ferrite, mu_r = {metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
+        note = Note.of(NoteKind.FERRITE, permeability=metal.relative_permeability, boxes=cores[0].sheets)
         return _Divided(cores, 0.0, 0.0, 1.0, (note,))
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
     asked: Any = plate, part.outline, replace(rung, few=False), scale  # few are errors, not divisions
@@ -312,9 +311,7 @@ def _shared(error: Array) -> Array:
     return np.where(np.eye(error.shape[-1], dtype=bool), error, mutual)
 
 
-def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[str, ...]:
-    """Say which skin regime holds, what carries it, and whether the gap is too small for the division."""
-    regime = "thin" if ratio < 1.0 else "thick" if ratio > 3.0 else "intermediate"
-    used = f"{regime} skin regime: thickness is {ratio:.3g} skin depths; {sheets_used} sheets joined at the rim"
-    small = f"the gap is small for so wide a plate: {unseen:.1%} of the coils' field is not resolved"
-    return (used,) if unseen < 1e-3 else (used, small)
+def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[Note, ...]:
+    """Note how thick a plate is, what carries it, and whether the gap is too small for the division."""
+    used = Note.of(NoteKind.SKIN, depths=float(ratio), sheets=int(sheets_used))
+    return (used,) if unseen < 1e-3 else (used, Note.of(NoteKind.GAP_SMALL, share=float(unseen)))

@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.geometry.collision import room
+from sits_mech.magnetics.axis_fem import AxisymmetricFem
 from sits_mech.magnetics.pose_slopes import STEP, pose_slopes, solver_of
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.sheets import Sheets
@@ -201,7 +202,7 @@ def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Arra
         elif length.changes(solved, *_PLATES):
             plates[k] = length
         elif length.changes(solved, "coils"):
-            (plates if isinstance(asked.model, Axisymmetric) else coils)[k] = length
+            (plates if isinstance(asked.model, Axisymmetric | AxisymmetricFem) else coils)[k] = length
     if not coils and not plates:
         return list(found)
     centre = asked.answer(solved)

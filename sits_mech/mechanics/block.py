@@ -47,6 +47,7 @@ from sits_mech.mechanics.levels.settle import ended, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
@@ -114,8 +115,10 @@ class BlockPad(Controlled):
         report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
         if solved.part == 1.0:
             missed = self.goal is None and report.estimated_error > self.tolerance
-            notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
-            return replace(found, report=replace(report, notes=(*report.notes, *notes)))
+            if missed:
+                off = {"error": report.estimated_error, "tolerance": self.tolerance}
+                report = replace(report, notes=(*report.notes, Note.of(NoteKind.TOLERANCE_MISSED, **off)))
+            return replace(found, report=report)
         raise ended(control, solved._replace(found=replace(found, report=report)), "pad")
 
     @one_thread

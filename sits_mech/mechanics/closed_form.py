@@ -62,6 +62,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sits_mech.description import Refusal
 from sits_mech.quantities import (
     Equilibrium,
     Pose,
@@ -79,7 +80,9 @@ from sits_mech.units import SLACK
 
 _EDGES = (0.2308, 0.28)  # thicknesses by which free edges shorten an incompressible strip in shear; times mu/K, more
 LONG = 10.0
-"""Least length over width of a pad, or of a target, for a planar model."""
+"""Least length over width of a pad that small strain takes in plane strain."""
+HAIR = 1e3
+"""Times as high as thin: what stands beyond is a hair, whose faces' triangles all overlap."""
 _MISSED = (1e-3, 3.2e-2, 6e-2)  # relative error of k_x, k_z, k_a
 _LEAST = 1.0  # shape factor w/(2 t)
 _FLUSH = 1e-6  # difference of the widths, relative
@@ -188,7 +191,7 @@ class Strip:
         """
         began = time.perf_counter()
         refuse_infinite(wrench)
-        refuse_out_of_plane("closed-form", wrench, "block")
+        refuse_out_of_plane("closed-form", wrench)
         target, elastomer = self.target, self.elastomer
         t, half = elastomer.thickness, 0.5 * target.extent[0]
         k_x, k_z, k_a = self.stiffness
@@ -209,8 +212,7 @@ class Strip:
         report = SolveReport("closed-form", 0, 0, 0.0, worst, time.perf_counter() - began)
         if not worst < 1.0:
             report = replace(report, status="strains too large")
-            other = finite_strain_model(elastomer)
-            raise SolveFailed(f"wrench: strains are too large for a formula, got {wrench}: ask for {other}", report)
+            raise SolveFailed(f"wrench: strains are too large for a formula, got {wrench}", report)
         pose = Pose(d_h, elastomer.standoff + t - sink, alpha)
         return Equilibrium(wrench, pose, Pose(*(error / [1.0, 1.0, half]).tolist()), np.zeros(0), report)
 
@@ -223,15 +225,9 @@ def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None:
         raise SceneError(f"{sensor.name}: target and elastomer must be given for a force to move the target")
+    if refusal := flush_refusal(target, elastomer):
+        raise SceneError(f"{sensor.name}: {refusal}")
     (w, length), t = elastomer.extent, elastomer.thickness
-    if elastomer.mesh is not None or elastomer.kind != "box" or target.shape != "rectangle":
-        raise SceneError(f"{sensor.name}: closed-form must have a box under a rectangle; take linear, planar or block")
-    if w - target.extent[0] > _FLUSH * w:
-        got = f"a layer {w:g} m wide under a target {target.extent[0]:g} m wide"
-        raise SceneError(f"{sensor.name}: closed-form must have a target that covers the layer along x; got {got}")
-    if w < 2.0 * _LEAST * t:
-        got = f"{w:g} m wide and {t:g} m thick"
-        raise SceneError(f"{sensor.name}: closed-form must have a layer twice as wide as thick; got {got}")
     mu, K, S = elastomer.silicone.shear_modulus, elastomer.silicone.bulk_modulus, w / (2.0 * t)
     M = K + 4.0 / 3.0 * mu
     E_c, E_b, column = compression_modulus(mu, M, S), tilt_modulus(mu, M, S), 4.0 * mu * (K + mu / 3.0) / M
@@ -239,3 +235,18 @@ def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
     k_a = (E_b + column * (1.0 - E_b / M)) * w**3 * length / (12.0 * t)
     rise = 3.0 * (elastomer.free_stretch - 1.0) * pressure / E_1 * t
     return Strip(target, elastomer, (shear_stiffness(mu, w, t) * length, E_1 * w * length / t, k_a), rise)
+
+
+def flush_refusal(target: Target, elastomer: Elastomer) -> Refusal | None:
+    """Return why no strip by formula stands for a layer; None where one does."""
+    w, t = elastomer.extent[0], elastomer.thickness
+    if elastomer.mesh is not None or elastomer.kind != "box" or target.shape != "rectangle":
+        got = f"a {elastomer.kind} under a {target.shape}"
+        return Refusal("elastomer", "be a box under a rectangle for closed-form", got)
+    if w - target.extent[0] > _FLUSH * w:
+        got = f"a layer {w:g} m wide under a target {target.extent[0]:g} m wide"
+        return Refusal("target.width", "cover the layer along x for closed-form", got)
+    if w < 2.0 * _LEAST * t:
+        got = f"{w:g} m wide and {t:g} m thick"
+        return Refusal("elastomer.width", "be at least twice the thickness for closed-form", got)
+    return None

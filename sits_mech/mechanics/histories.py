@@ -19,6 +19,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from sits_mech.cases import Progress, untold
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import WRENCH, Array, Mask, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
 from sits_mech.silicone.history import relaxed_share, retardation
@@ -115,7 +116,7 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     last = found[-1].report
     report = SolveReport(
         last.model, last.unknowns, sum(iterations), last.residual, max(errors), clock.perf_counter() - began,
-        notes=(*last.notes, "rate: relaxation of the pad as a whole, component by component"),
+        notes=(*last.notes, Note(NoteKind.AS_A_WHOLE)),
     )
     return Motion(history.time, given, history.wrench, pose, error, np.array(stretch, dtype=float), report)
 

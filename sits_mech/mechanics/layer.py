@@ -37,6 +37,7 @@ from sits_mech.mechanics.levels.load_path import arrived
 from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
@@ -72,7 +73,7 @@ class PlanarLayer(Controlled):
         """
         began, controls = time.perf_counter(), (*via, control)
         for each in controls:
-            refuse_out_of_plane("planar", each, "block")
+            refuse_out_of_plane("planar", each)
         solved = arrived(self.line, start, controls)
         report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
         if solved.part < 1.0:
@@ -81,15 +82,15 @@ class PlanarLayer(Controlled):
         if self.edges is not None:
             notes += edge_notes(self.edges, load, self.line.scales.thickness)
         if self.line.goal is None and report.estimated_error > self.tolerance:
-            missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
-            notes = (*notes, missed)
+            off = {"error": report.estimated_error, "tolerance": self.tolerance}
+            notes = (*notes, Note.of(NoteKind.TOLERANCE_MISSED, **off))
         return replace(solved.found, report=replace(report, notes=notes))
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
         for wrench in history.loads:
-            refuse_out_of_plane("planar", wrench, "block")
+            refuse_out_of_plane("planar", wrench)
         began = time.perf_counter()
         found = motion_in_time(self.line, history, tell)
         report = replace(found.report, model="planar", seconds=time.perf_counter() - began)

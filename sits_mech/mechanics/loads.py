@@ -17,8 +17,9 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from sits_mech.cases import Progress, attempt, untold
-from sits_mech.mechanics.levels.answer import wrench_words
+from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.symmetry import Symmetry, symmetrised, turned
+from sits_mech.notes import packed, unpacked
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, scene_hash
 from sits_mech.status import OK
@@ -146,7 +147,7 @@ def _settled(
 
 def _row(found: Equilibrium) -> Row:
     """Return what is kept of an equilibrium."""
-    report = {name: getattr(found.report, name) for name in _KEPT_OF_REPORT}
+    report = {name: getattr(found.report, name) for name in _KEPT_OF_REPORT} | {"notes": packed(found.report.notes)}
     numbers = {"pose": found.pose.components, "error": found.error.components}
     return report | numbers | {name: getattr(found, name) for name in ("state", "shared", "slopes")}
 
@@ -157,7 +158,7 @@ def _read(load: Wrench, row: Row) -> Settled:
         return Settled(None, row["seconds"], row["status"], row["reason"])
     pose, error = (Pose.of(np.asarray(row[name], dtype=float)) for name in ("pose", "error"))
     shared, slopes = (np.asarray(row[name], dtype=float).reshape(-1, len(POSE)) for name in ("shared", "slopes"))
-    report: dict[str, Any] = {name: row[name] for name in _KEPT_OF_REPORT} | {"notes": tuple(row["notes"])}
+    report: dict[str, Any] = {name: row[name] for name in _KEPT_OF_REPORT} | {"notes": unpacked(row["notes"])}
     own, state = SolveReport(residual=0.0, seconds=0.0, **report), np.asarray(row["state"], dtype=float)
     return Settled(Equilibrium(load, pose, error, state, own, shared, slopes=slopes), row["seconds"])
 

@@ -11,7 +11,9 @@ from rich.table import Table
 from scipy.interpolate import CubicSpline
 
 from sits_mech.analysis.envelope import Envelope, Ray
+from sits_mech.notes import Note
 from sits_mech.quantities import Wrench, shown_unit
+from sits_mech.report.notes import sentence
 from sits_mech.report.pictures.curves import load_label
 from sits_mech.report.pictures.style import MARKS, new_figure
 from sits_mech.report.tables.solves import key_table, with_error
@@ -29,7 +31,7 @@ def envelope_record(found: Envelope) -> dict[str, Any]:
             "angle": ray.angle,
             "force": {name: getattr(ray.force, name) for name in ray.plane},
             "error": ray.error * size_of(ray.force),
-            "limit": ray.limit,
+            "limit": sentence(ray.limit),
         }
         for ray in found.rays
     ]
@@ -43,11 +45,11 @@ def envelope_table(found: Envelope) -> Table:
         forces = {name: value for name, value in vars(ray.force).items() if value}
         sizes = {name: with_error(v, v * ray.error) if math.isfinite(v) else f"{v}" for name, v in forces.items()}
         words = (f"{name} = {size} {shown_unit(name)}" for name, size in sizes.items())
-        rows.append((", ".join(words) or "no force", ray.limit))
+        rows.append((", ".join(words) or "no force", sentence(ray.limit)))
     return key_table("forces within all limits, and the limit that comes next", rows)
 
 
-def _draw_plane(axes: Axes, own: Sequence[Ray], limits: Sequence[str]) -> None:
+def _draw_plane(axes: Axes, own: Sequence[Ray], limits: Sequence[Note]) -> None:
     """Draw the rays of a plane of forces, in a colour for each limit, and the curve through their ends."""
     plane, around = own[0].plane, [*(ray.angle for ray in own), own[0].angle + 2.0 * math.pi]
     ends = np.array([[float(getattr(ray.force, each)) for each in plane] for ray in own])
@@ -57,7 +59,7 @@ def _draw_plane(axes: Axes, own: Sequence[Ray], limits: Sequence[str]) -> None:
         here = [n for n, ray in enumerate(own) if ray.limit == limit]
         for n in here:
             axes.plot(*np.outer([1.0 - own[n].error, 1.0 + own[n].error], ends[n]).T, color=f"C{k}", lw=0.8)
-        axes.plot(*ends[here].T, f"C{k}{MARKS[k % len(MARKS)]}", label=limit)
+        axes.plot(*ends[here].T, f"C{k}{MARKS[k % len(MARKS)]}", label=sentence(limit))
     axes.plot(0.0, 0.0, "k+")
     axes.set(xlabel=load_label(plane[0]), ylabel=f"{load_label(plane[1])}, positive: pressing")
 

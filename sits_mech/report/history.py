@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from textwrap import fill
@@ -13,10 +13,12 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
-from sits_mech.chain.omissions import Omission
-from sits_mech.quantities import POSE, WRENCH, shown_unit
+from sits_mech.notes import Omission
+from sits_mech.quantities import POSE, WRENCH, report_of, shown_unit
 from sits_mech.readout.loads import request_of
 from sits_mech.readout.signals import told
+from sits_mech.report.left_out import entry
+from sits_mech.report.notes import joined_words, kept_sentences, sentences
 from sits_mech.report.pictures.curves import signal_label
 from sits_mech.report.pictures.style import new_figure, save_figure, strokes
 from sits_mech.report.records import status_record
@@ -60,13 +62,15 @@ def history_table(data: xr.Dataset) -> Table:
         cells = (f"{float(here[name]):.4g}" for name in loads)
         found.add_row(f"{float(here['time']):.6g}", *cells, *values, here["flags"].item())
     left = "" if step < 2 else f"one row of {step}, {len(rows)} in all; "
-    found.caption = f"{left}{data.attrs['notes']}" or None
+    found.caption = f"{left}{joined_words(data.attrs['notes'])}" or None
     return found
 
 
 def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[str, Any]:
     """Return a history for a program: lists over the history's own times, SI, with the request and the report."""
     own = data.isel(time=np.flatnonzero(data["given"].to_numpy()))
+    kept = report_of(data.attrs["report"])
+    report = asdict(kept) | {"notes": sentences(kept.notes)}
     coils = np.diagonal(own["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=1, axis2=2)
     return status_record(joined(data["flags"].to_numpy())) | {
         "request": request_of(data),
@@ -78,8 +82,8 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
         "L": coils,
         "unit_L": data.attrs["unit_L"],
         **({name: data[name].to_numpy() for name in _CODES if name in data}),
-        "notes": [data.attrs["notes"]] if data.attrs["notes"] else [],
-        "report": json.loads(data.attrs["report"]) | {"left_out": [item.text for item in left_out]},
+        "notes": kept_sentences(data.attrs["notes"]),
+        "report": report | {"left_out": [*map(entry, left_out)]},
     }
 
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.chain.omissions import Omission, beside_errors
 from sits_mech.chain.simulate import Simulation
-from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
+from sits_mech.description import sized
+from sits_mech.notes import Omission
+from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable, report_of
+from sits_mech.report.left_out import entry
+from sits_mech.report.notes import sentences
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,12 +29,15 @@ def report_record(
 ) -> Record:
     """Return how a number came about; ``min_J`` and ``stretch`` only where a layer was solved.
 
-    ``left_out_error`` is relative as ``estimated_error`` is, which does not contain it; `more` are further sentences.
+    ``left_out_error`` is the part of ``estimated_error`` that what is left out has, ``not_estimated`` names what has no
+    size; `more` are further sentences.
     """
-    texts = [item.text for item in left_out if half in (None, item.half)]
-    size, unknown = beside_errors(left_out, half)
-    found = asdict(report) | {"left_out": list(dict.fromkeys((*report.left_out, *texts, *more)))}
-    found |= {"left_out_error": size, "not_estimated": list(unknown)}
+    others = (item for item in left_out if half in (None, item.half))
+    every = {(item.kind, item.known.get("name")): item for item in (*others, *report.left_out)}
+    listed = [*map(entry, every.values()), *({"what": "terminals", "reason": text} for text in more)]
+    found = asdict(replace(report, left_out=())) | {"notes": sentences(report.notes), "left_out": listed}
+    found |= {"left_out_error": sized(report.left_out)}
+    found |= {"not_estimated": [str(item.kind) for item in report.left_out if item.unbounded]}
     return {name: item for name, item in found.items() if item is not None}
 
 
@@ -83,7 +89,7 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission]) 
         outer = ("shift", "apparent_L", "apparent_R", "apparent_Q", "tank_frequency")
         keys = inner | {name: name for name in (*outer, "own_capacitance", "self_resonance")}
         found["terminals"] = _terminals({key: data[name].to_numpy() for key, name in keys.items()})
-    return found | {"report": report_record(SolveReport(**json.loads(data.attrs["report"])), left_out)}
+    return found | {"report": report_record(report_of(data.attrs["report"]), left_out)}
 
 
 def _terminals(seen: Mapping[str, Array]) -> Record:

@@ -73,6 +73,10 @@ def check_model(kind: str, asked: str, known: Sequence[str]) -> None:
 def unknown(name: object, known: Iterable[str]) -> str:
     """Return the words for a name that is not among `known`: the list, and what was probably meant."""
     known = list(known)
+    return f"must be one of {', '.join(known)}; got {meant(name, known)}"
+
+
+def meant(name: object, known: Sequence[str]) -> str:
+    """Return a name that is not among `known` as it is shown, and what was probably meant."""
     near = difflib.get_close_matches(str(name).lower(), known, n=1) if isinstance(name, str) else []
-    hint = f' (did you mean "{near[0]}"?)' if near else ""
-    return f"must be one of {', '.join(known)}; got {shown(name)}{hint}"
+    return shown(name) + (f' (did you mean "{near[0]}"?)' if near else "")

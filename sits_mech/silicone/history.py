@@ -35,6 +35,7 @@ Neglected: inertia, dependence of G on strain, softening point by point, permane
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -147,6 +148,15 @@ def loop_width(silicone: Silicone, period: float = 1.0) -> float:
 def left_share(silicone: Silicone, after: float) -> float:
     """Return the share of displacement left `after` [s] release of a long-held load, 1 - C; nan without ``prony``."""
     return float(1.0 - creep(silicone, np.array(after))) if silicone.prony else float("nan")
+
+
+def history_share(silicone: Silicone) -> float:
+    """Return the relative change of displacement under a sudden load, or below a larger load of the past [-]."""
+    quick = sum(weight for weight, _ in silicone.prony)
+    mullins = silicone.mullins
+    deepest = 0.0 if mullins is None else math.erf(1.0 / mullins.beta) if mullins.beta else 1.0
+    left = 1.0 if mullins is None else 1.0 - deepest / mullins.r
+    return max(quick, 1.0 / left - 1.0)
 
 
 def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, points: int = 17) -> ElasticCurve:

@@ -219,7 +219,7 @@ def _constants(law: Law, table: Mapping[str, Any]) -> Constants:
 def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
     """Return source, fitted range, residual and spread, if a table has them."""
     found: dict[str, Any] = {key: quantity(table[key], unit, key) for key, unit in _NUMBERS.items() if key in table}
-    source = table.get("source", "the scene")
+    source = table.get("source", Silicone.source)
     if not isinstance(source, str) or not source.isprintable():
         raise SceneError(f"source must be a printable text; got {shown(source)}")
     if found.get("rms", 0.0) < 0.0:
@@ -243,7 +243,7 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
         table["prony"] = [{"weight": weight, "time": time} for weight, time in silicone.prony]
     if silicone.mullins is not None:
         table["mullins"] = vars(silicone.mullins).copy()
-    if silicone.source != "the scene":
+    if silicone.source != Silicone.source:
         table["source"] = silicone.source
     extras = {key: getattr(silicone, key) for key in (*_RANGES, *_NUMBERS)}
     table |= {key: item for key, item in extras.items() if item is not None}

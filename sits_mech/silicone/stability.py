@@ -24,12 +24,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import MODES, principal_stretches, shear_band_stiffness, tangent
 from sits_mech.silicone.laws import known_law
 from sits_mech.silicone.material import Silicone
 
-_REACHED = "this solve reached"  # how a note says of which stretch it is
+_OF_STRETCH = NoteKind.LAW_END, NoteKind.DATA_END  # kinds of notes that hang on the stretch reached
 _STEPS = 400  # stretches that are tried, from 1 to the end
 
 
@@ -80,7 +81,7 @@ def _first(
     return Stability(False, found[0][2], found[0][1], tuple((name, limit) for _, name, limit in found))
 
 
-def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
+def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[Note, ...]:
     """Return notes on a law in a solve that reached a principal stretch, or reciprocal, of `largest_stretch`.
 
     Uniaxial and planar states of principal stretches within 1/largest_stretch..largest_stretch are examined (biaxial
@@ -91,28 +92,37 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
         raise ValueError(f"largest_stretch: must be finite and at least 1; got {largest_stretch:g}")
     name = silicone.name or f"the {silicone.law} law"
     ends, tests = (1.0 / largest_stretch, largest_stretch), ("planar", "uniaxial")
-    notes = []
+    notes = list[Note]()
     found = stability(silicone, ends, tests), ellipticity(silicone, ends, tests)
     failed = [each for each in found if each.first_unstable is not None]
     if first := min(failed, key=lambda each: round(abs(np.log(each.first_unstable or 1.0)), 6), default=None):
-        notes.append(
-            f"{name} {known_law(silicone.law).limit} from stretch {first.first_unstable:.4g} on in {first.mode}, "
-            f"{_REACHED} {largest_stretch:.4g}"
-        )
+        stretch, mode = first.first_unstable or 1.0, first.mode or ""
+        law = {"silicone": name, "law": silicone.law, "mode": mode}
+        notes.append(Note.of(NoteKind.LAW_END, **law, stretch=stretch, reached=largest_stretch))
     if largest_stretch > silicone.known_stretch:
         notes.append(
-            f"the data of {name} end at stretch {silicone.known_stretch:.4g}, "
-            f"{_REACHED} {largest_stretch:.4g}"
+            Note.of(NoteKind.DATA_END, silicone=name, stretch=silicone.known_stretch, reached=largest_stretch)
         )
     return tuple(notes)
 
 
-def renewed_notes(notes: str, silicone: Silicone, largest_stretch: float) -> str:
-    """Replace what `layer_notes` said in notes, joined by "; ", by those of another stretch."""
-    if _REACHED not in notes and not largest_stretch > silicone.known_stretch:
-        return notes
-    kept = [note for note in notes.split("; ") if note and _REACHED not in note]
-    return "; ".join([*kept, *layer_notes(silicone, largest_stretch)])
+def layer_words(note: Note) -> str:
+    """Say a note of `layer_notes`, for the message of a load path that ended and for reports."""
+    known = note.known
+    end = f"stretch {known['stretch']:.4g}"
+    if note.kind is NoteKind.DATA_END:
+        begin = f"the data of {known['silicone']} end at {end}"
+    else:
+        begin = f"{known['silicone']} {known_law(str(known['law'])).limit} from {end} on in {known['mode']}"
+    return f"{begin}, this solve reached {known['reached']:.4g}"
+
+
+def renewed_notes(notes: Sequence[Note], silicone: Silicone, largest_stretch: float) -> tuple[Note, ...]:
+    """Replace notes of `layer_notes` by those of another stretch."""
+    kept = tuple(note for note in notes if note.kind not in _OF_STRETCH)
+    if len(kept) == len(notes) and not largest_stretch > silicone.known_stretch:
+        return tuple(notes)
+    return (*kept, *layer_notes(silicone, largest_stretch))
 
 
 def _bands(silicone: Silicone, mode: str, stretch: Array) -> Array:

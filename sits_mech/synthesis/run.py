@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.chain.omissions import strain_bound
+from sits_mech.mechanics.models import strain_bound
 from sits_mech.quantities import Array, Wrench
 from sits_mech.scene.sensor import SceneError
 from sits_mech.synthesis.answer import (

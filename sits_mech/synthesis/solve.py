@@ -31,12 +31,11 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.analysis.limits import corners
 from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 from sits_mech.chain.derivatives.temperature import CHAINED, read_slopes
-from sits_mech.chain.models import MECHANICS, mechanical_model
-from sits_mech.chain.omissions import strain_bound
-from sits_mech.chain.plan import choose_mechanics
+from sits_mech.chain.models import choose_mechanics, mechanical_model
 from sits_mech.chain.simulate import at_rest
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.loads import RefinedModel
+from sits_mech.mechanics.models import strain_bound
 from sits_mech.quantities import Array, SolveFailed, Wrench
 from sits_mech.readout.loads import answered
 from sits_mech.readout.quality import quality
@@ -232,8 +231,8 @@ class Solver:
             with suppress(SceneError):
                 corner = space.sensor(Design(choice, ends))
                 known = corners(corner, ranges)
-                names.add(choose_mechanics(corner, "auto", tuple(MECHANICS), known, self.tolerance).name)
-        return "auto" if names <= {"linear"} else choose_mechanics(sensor, "auto", tuple(MECHANICS)).name
+                names.add(choose_mechanics(corner, "auto", known, self.tolerance).name)
+        return "auto" if names <= {"linear"} else choose_mechanics(sensor).name
 
     def converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, float]:
         """Return the noise of each inductance, and readings a second, by the longest conversion that is fast enough."""

@@ -16,8 +16,10 @@ from sits_mech.analysis.limits import Capacity, capacity
 from sits_mech.cli.main import run
 from sits_mech.cli.options import LoadGrid
 from sits_mech.mechanics.layer import planar_layer
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.report.envelope import envelope_figure, envelope_record, envelope_table
+from sits_mech.report.notes import sentence
 from sits_mech.scene.sensor import load_sensor
 
 Capture = pytest.CaptureFixture[str]
@@ -35,7 +37,7 @@ def test_axes_of_an_envelope_are_capacities(capsys: Capture, tmp_path: Path) -> 
     right, up, left, down = (ray["force"] for ray in found["rays"])
     for force in (right, up, down):
         end = capacity(sensor, layer.rough, Wrench(**force), 2.0)
-        assert end.multiple == pytest.approx(1.0, abs=0.05) and end.reason == found["rays"][0]["limit"]
+        assert end.multiple == pytest.approx(1.0, abs=0.05) and sentence(end.reason) == found["rays"][0]["limit"]
     assert left["F_x"] == pytest.approx(-right["F_x"]) and up["F_x"] == 0.0 and up["F_z"] > 0.0 > down["F_z"]
     assert found["known_stretch"] == 2.0 and found["model"] == "planar"
 
@@ -44,7 +46,8 @@ def test_axes_of_an_envelope_are_capacities(capsys: Capture, tmp_path: Path) -> 
 def test_an_error_beyond_the_tolerance_is_a_limit() -> None:
     """No force is borne to a tolerance that two meshes do not reach."""
     found = envelope(load_sensor("biorob2018"), mechanics="planar", rays=4, tolerance=1e-5)
-    assert all("error of the pose beyond 1e-05" in ray.limit and not ray.force.components.any() for ray in found.rays)
+    off = Note.of(NoteKind.LIMIT_ERROR, tolerance=1e-5)
+    assert all(ray.limit == off and not ray.force.components.any() for ray in found.rays)
 
 
 def test_rays_are_quarters() -> None:
@@ -56,17 +59,20 @@ def test_rays_are_quarters() -> None:
 def test_record_table_and_picture_of_two_planes() -> None:
     """A force without a limit is null in JSON, and in no picture; limits of other kinds are other marks."""
     ends = (Wrench(F_x=1.0), Wrench(F_z=3.0), Wrench(F_x=-1.0), Wrench(F_z=-math.inf))
-    rays = [Ray(("F_x", "F_z"), 0.5 * np.pi * k, force, 0.05, f"limit {k % 2}") for k, force in enumerate(ends)]
+    limits = Note.of(NoteKind.LIMIT_DATA, stretch=2.0), Note.of(NoteKind.LIMIT_COILS, plates=False)
+    rays = [Ray(("F_x", "F_z"), 0.5 * np.pi * k, force, 0.05, limits[k % 2]) for k, force in enumerate(ends)]
     turned = [replace(ray, plane=("F_y", "F_z"), force=Wrench(F_y=ray.force.F_x, F_z=ray.force.F_z)) for ray in rays]
     found = Envelope((*rays, *turned), "block", 2.0, 0.05)
     record = envelope_record(found)
     assert record["rays"][1] == {
         "plane": ["F_x", "F_z"], "angle": 0.5 * np.pi, "force": {"F_x": 0.0, "F_z": 3.0},
-        "error": pytest.approx(0.15), "limit": "limit 1",
+        "error": pytest.approx(0.15), "limit": "coil contact",
     }
     said = list(envelope_table(found).columns[0].cells)
     assert said[:4] == ["F_x = 1.000 +- 0.050 N", "F_z = 3.00 +- 0.15 N", "F_x = -1.000 +- 0.050 N", "F_z = -inf N"]
     assert len(said) == 8
+    words = list(envelope_table(found).columns[1].cells)
+    assert words[:2] == ["stretch beyond 2, the end of the silicone's data", "coil contact"]
     axes = envelope_figure(found, "a sensor").axes
     assert [each.get_xlabel() for each in axes] == ["shear force $F_x$ [N]", "shear force $F_y$ [N]"]
 
@@ -85,7 +91,8 @@ def test_default_ranges_are_borne() -> None:
 
 def test_a_pad_without_any_limit_bears_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     """No limit up to many times the load: the multiple is infinite, the share is one."""
-    monkeypatch.setattr("sits_mech.analysis.envelope.capacity", lambda *_, **__: Capacity(Wrench(), math.inf, 0.0, ""))
+    none = Capacity(Wrench(), math.inf, 0.0, Note.of(NoteKind.NO_LIMIT, most=64.0))
+    monkeypatch.setattr("sits_mech.analysis.envelope.capacity", lambda *_, **__: none)
     assert borne_share(load_sensor("biorob2018"), Wrench(F_z=4.0), "planar") == 1.0
 
 

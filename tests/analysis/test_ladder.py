@@ -1,4 +1,4 @@
-"""A load solved to finer tolerances: what each rung says, what it costs, the sentence that they come to."""
+"""A load solved to finer tolerances: what each rung says, and what it costs."""
 
 import math
 from pathlib import Path
@@ -7,35 +7,26 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis import ladder as module
-from sits_mech.analysis.ladder import Asked, forget, ladder, sentence
-from sits_mech.chain.simulate import simulate
+from sits_mech.analysis.ladder import Rung, forget, ladder
+from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.disk_cache import VARIABLE, folder
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element import assembly
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.quantities import Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.units import SceneError
 
 SECTION = {"mechanics": "planar", "magnetics": "planar"}
-
-
-@pytest.mark.parametrize(
-    ("rows", "said"),
-    [
-        ([[(1e-2, 8e-3, 0.3), (3e-3, 2e-3, 1.1), (1e-3, 1.4e-3, 4.0)]],
-         "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 1e-3 cannot be reached"),
-        ([[(1e-2, 8e-3, 0.3), (3e-3, 2e-3, 1.1)]],
-         "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 3e-3 were not requested"),
-        ([[(1e-2, 8e-3, 0.3), (3e-3, 4e-3, 1.1)], [(1e-2, 1e-3, 0.5), (3e-3, 1e-3, 0.6)]],
-         "ask 1e-2: 0.3 to 0.5 s; 3e-3: 0.6 s (1 of 2); errors below 4e-3 cannot be reached (1 of 2)"),
-        ([[(1e-2, math.inf, 0.3)]], "no tolerance of the ladder can be reached"),
-    ],
+_REPORT = SolveReport("any", 1, 1, 0.0, 0.0, 0.0)
+SHOWN = Simulation(
+    Equilibrium(Wrench(F_z=0.1), Pose(0.0, 1.9e-3), Pose(0.0, 1e-6), np.zeros(0), _REPORT),
+    Impedance(
+        5e6, 0.9 * np.eye(2), np.eye(2), np.eye(2), np.ones(2), 1e-3 * np.eye(2), 1e-3 * np.eye(2), "H", _REPORT
+    ), None,  # type: ignore[arg-type]
 )
-def test_the_sentence_counts_what_an_estimate_holds(rows: list[list[tuple[float, float, float]]], said: str) -> None:
-    """Seconds of what is as exact as asked by its own word; the least estimate of a ladder whose finest rung misses."""
-    assert sentence([[Asked(*one) for one in row] for row in rows]) == said
+"""An answer whose signals nobody asks for."""
 
 
 @pytest.mark.slow
@@ -118,3 +109,22 @@ def test_what_the_disk_keeps_is_no_start(monkeypatch: pytest.MonkeyPatch, tmp_pa
     monkeypatch.setattr(module, "simulate", solved)
     ladder(load_sensor("biorob2018"), Wrench(0.2, 1.0), tolerance=3e-2)
     assert seen == [(None, 1e-1), (None, 3e-2), (None, 1e-2), (None, 3e-3)] and folder() == tmp_path
+
+
+def test_every_rung_is_told_when_it_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With how many follow, and before there is a finest one to differ from; no answer is none to differ from."""
+    told = list[tuple[float, str, bool, int]]()
+
+    def told_of(one: Rung, left: int) -> None:
+        told.append((one.tolerance, one.status.partition(":")[0], math.isnan(one.estimated), left))
+
+    def sometimes(*args: object, tolerance: float, **options: object) -> object:
+        if tolerance == 3e-3:
+            raise SolveFailed("not carried", SolveReport("planar", 1, 1, 0.0, 1.0, 0.0))
+        return SHOWN
+
+    monkeypatch.setattr(module, "simulate", sometimes)
+    found = ladder(load_sensor("biorob2018"), Wrench(0.0, 0.1), tolerance=3e-2, each=told_of)
+    assert told == [(1e-1, "converged", False, 3), (3e-2, "converged", False, 2), (1e-2, "converged", False, 1),
+                    (3e-3, "SolveFailed", True, 0)]
+    assert [one.difference for one in found[:3]] == [0.0] * 3 and math.isnan(found[-1].difference)

@@ -12,8 +12,9 @@ import xarray as xr
 
 from sits_mech.analysis.limits import AFTER, Capacity, capacity, corners, limits_of
 from sits_mech.cli.main import run
-from sits_mech.mechanics.equilibrium.newton import REASONS
+from sits_mech.mechanics.equilibrium.newton import PathEnd
 from sits_mech.mechanics.layer import planar_layer
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import Sensor, known_stretch, load_sensor
@@ -30,9 +31,9 @@ class Spring:
     sink: float = 0.0
     pull: float = 0.0
     most: float = np.inf
-    reason: str = "turned"
+    reason: PathEnd = PathEnd.TURNED
     error: float | None = 0.01
-    note: str = ""
+    note: Note | None = None
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         m = wrench.F_z / LOAD.F_z
@@ -42,7 +43,8 @@ class Spring:
         if m > self.most:
             last = self.equilibrium(_times(0.999 * self.most))
             carried = None if self.error is None else (_times(self.most), _times(self.error))
-            raise SolveFailed("ended", replace(report, notes=(REASONS[self.reason],)), last, carried=carried)
+            notes = (Note.of(NoteKind.PATH_END, end=self.reason),)
+            raise SolveFailed("ended", replace(report, notes=notes), last, carried=carried)
         return Equilibrium(wrench, Pose(0.0, 2 * MM - self.sink * m), Pose(0.0, 0.0), np.zeros(1), report)
 
 
@@ -59,21 +61,25 @@ def carried(layer: Spring, known: float = 2.0) -> Capacity:
 def test_a_stretch_beyond_the_data_ends_it(pull: float) -> None:
     """1 + pull m = 2, whether below the table's load or far beyond it."""
     found = carried(Spring(pull=pull))
-    assert found.multiple == pytest.approx(1.0 / pull, rel=0.02) and "stretch beyond 2" in found.reason
-    assert carried(Spring(pull=pull), np.nan).multiple == np.inf  # nothing is known of the data
+    assert found.multiple == pytest.approx(1.0 / pull, rel=0.02)
+    assert found.reason == Note.of(NoteKind.LIMIT_DATA, stretch=2.0)
+    none = carried(Spring(pull=pull), np.nan)  # nothing is known of the data
+    assert none.multiple == np.inf and none.reason == Note.of(NoteKind.NO_LIMIT, most=64.0)
 
 
 def test_contact_with_the_coils_ends_it() -> None:
     """2 mm over the coils, 0.3 mm a load; whichever limit comes first."""
     found = carried(Spring(sink=0.3 * MM, pull=0.1))
-    assert found.multiple == pytest.approx(2.0 / 0.3, rel=0.01) and found.reason == "coil contact"
-    assert "stretch" in carried(Spring(sink=0.3 * MM, pull=0.2)).reason
+    assert found.multiple == pytest.approx(2.0 / 0.3, rel=0.01)
+    assert found.reason == Note.of(NoteKind.LIMIT_COILS, plates=False)
+    assert carried(Spring(sink=0.3 * MM, pull=0.2)).reason.kind is NoteKind.LIMIT_DATA
 
 
-@pytest.mark.parametrize(("most", "reason", "words"), [(5.3, "turned", "limit load"), (0.4, "buckled", "buckling")])
-def test_a_limit_is_told_with_its_error_and_by_its_kind(most: float, reason: str, words: str) -> None:
+@pytest.mark.parametrize(("most", "reason"), [(5.3, PathEnd.TURNED), (0.4, PathEnd.BUCKLED)])
+def test_a_limit_is_told_with_its_error_and_by_its_kind(most: float, reason: PathEnd) -> None:
     found = carried(Spring(pull=0.01, most=most, reason=reason))
-    assert (found.multiple, found.error) == pytest.approx((most, 0.01)) and found.reason == words
+    assert (found.multiple, found.error) == pytest.approx((most, 0.01))
+    assert found.reason == Note.of(NoteKind.LIMIT_LOAD, end=reason)
     alone = carried(Spring(most=most, reason=reason, error=None))
     assert alone.multiple == pytest.approx(0.999 * most) and np.isnan(alone.error)
 
@@ -81,14 +87,15 @@ def test_a_limit_is_told_with_its_error_and_by_its_kind(most: float, reason: str
 def test_a_stretch_that_comes_before_a_limit_is_the_first() -> None:
     """The path that was followed to 1.9 is beyond the data from 1.6 on."""
     found = carried(Spring(pull=1.0 / 1.6, most=1.9))
-    assert found.multiple == pytest.approx(1.6, rel=0.01) and "stretch" in found.reason and np.isnan(found.error)
+    assert found.multiple == pytest.approx(1.6, rel=0.01) and np.isnan(found.error)
+    assert found.reason.kind is NoteKind.LIMIT_DATA
 
 
 def test_a_lost_path_is_no_limit_and_a_fold_is_one() -> None:
-    lost = carried(Spring(most=3.0, reason="lost", error=None))
-    assert lost.multiple == pytest.approx(2.997) and "may carry more" in lost.reason
-    fold = carried(Spring(note="free faces pass through one another: that contact is not in this answer"))
-    assert fold.reason.startswith("folding") and fold.multiple == pytest.approx(1.0, rel=0.02)
+    lost = carried(Spring(most=3.0, reason=PathEnd.LOST, error=None))
+    assert lost.multiple == pytest.approx(2.997) and lost.reason == Note(NoteKind.LIMIT_LOST)
+    fold = carried(Spring(note=Note(NoteKind.FACES_CROSS)))
+    assert fold.reason == Note(NoteKind.LIMIT_FOLD) and fold.multiple == pytest.approx(1.0, rel=0.02)
 
 
 def test_a_column_carries_its_buckling_load() -> None:
@@ -105,7 +112,7 @@ def test_a_column_carries_its_buckling_load() -> None:
     layer, parts = planar_layer(sensor, 2e-2), (0.3, 3.0)
     found = [capacity(sensor, layer, Wrench(F_z=part), np.nan) for part in parts]
     loads, off = (np.multiply(parts, [getattr(each, name) for each in found]) for name in ("multiple", "error"))
-    assert all(each.reason == "buckling" for each in found)
+    assert all(each.reason == Note.of(NoteKind.LIMIT_LOAD, end=PathEnd.BUCKLED) for each in found)
     assert np.ptp(loads) < 0.005 * true and np.all(np.abs(loads - true) < 1.5 * off) and np.all(off < 0.2 * true)
 
 

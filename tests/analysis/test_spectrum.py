@@ -7,6 +7,7 @@ import pytest
 
 from sits_mech.analysis.spectrum import at_terminals, spectrum
 from sits_mech.chain.models import magnetic_model
+from sits_mech.notes import OmissionKind, unpacked_omissions
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.units import frequency_range, quantity
@@ -35,7 +36,10 @@ def test_each_frequency_is_what_the_model_says() -> None:
     assert R[1] / R[0] == pytest.approx(100.0, rel=1e-4)
     np.testing.assert_allclose(data["L"][0], data["L0"], rtol=1e-6)
     report = json.loads(data.attrs["report"])
-    assert report["status"] == "converged" and any("per metre" in text for text in report["left_out"])
+    assert report["status"] == "converged"
+    ends, stated = unpacked_omissions(report["left_out"])
+    assert ends.kind == OmissionKind.PLATE_ENDS and ends.size > 0.1
+    assert "per metre" in str(stated.known["text"]) and not stated.counts
 
 
 def test_terminals_of_two_coils_alone(free: Sensor) -> None:

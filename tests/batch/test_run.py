@@ -24,6 +24,7 @@ from sits_mech.cases import Columns
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.cli.main import run
+from sits_mech.notes import OmissionKind, unpacked_omissions
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.readout.loads import point
 from sits_mech.readout.quality import quality
@@ -90,7 +91,7 @@ def test_a_case_may_be_a_grid_of_any_components(tmp_path: Path, monkeypatch: pyt
 
     def calibrated(sensor: object, **words: object) -> xr.Dataset:
         asked.append(words)
-        found = xr.Dataset({"L_v_percent": (("F_z", "F_y"), np.zeros((2, 3)))}, attrs={"unit_L": "H"})
+        found = xr.Dataset({"L_v_percent": (("F_z", "F_y"), np.zeros((2, 3)))}, attrs={"unit_L": "H", "left_out": "[]"})
         status = np.full((2, 3), "ok", dtype=object)
         return found.assign(status=(("F_z", "F_y"), status), flags=(("F_z", "F_y"), status))
 
@@ -144,8 +145,8 @@ REFUSED = {
     HEAD + '[vary]\ndv = ["1 mm"]\n"target.widht" = [1]\n': "target.widht",
     HEAD + '[vary]\ndv = ["1 mm"]\ntolerance = [0.01, -1]\n': "tolerance must lie between 0 and 1; got -1",
     HEAD + '[vary]\ndv = ["1 mm"]\ntolerance = ["1 %"]\n': "tolerance must be a plain number",
-    HEAD + '[vary]\ndv = ["1 mm"]\nmodel = ["planar", "plnar"]\n': "model must be one of auto, planar, .*plnar",
-    HEAD + '[vary]\ndv = ["1 mm"]\n[fixed]\nmodel = "linear"\n': "model must be one of auto, planar, .*linear",
+    HEAD + '[vary]\ndv = ["1 mm"]\nmodel = ["planar", "plnar"]\n': "model must be one of auto, axisymm.*plnar",
+    HEAD + '[vary]\ndv = ["1 mm"]\n[fixed]\nmodel = "linear"\n': "model must be one of auto, axisymm.*linear",
     HEAD + '[vary]\ndv = ["1 mm"]\n"target.material" = ["copper", "coper"]\n': "coper.*did you mean",
     HEAD + '[vary]\ndv = ["1 mm"]\n"target.width" = ["8 mm", "2 N"]\n': "target.width = .*must be a length",
     HEAD + '[vary]\ndv = ["1 mm"]\n"coils.C9.turns" = [9]\n': "C9",
@@ -184,15 +185,20 @@ def test_what_is_no_study(
 
 def test_folders_and_clusters_that_are_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The folder of another study is left alone; more values of the same one are welcome; no scheduler, no run."""
-    path, out = written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n' + COARSE), str(tmp_path / "out")
+    path, out = written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n' + PLANAR), str(tmp_path / "out")
     assert [run(["sweep", str(path), "-o", out, *more]) for more in ([], ["--accept"])] == [4, 0]
-    written(tmp_path, HEAD + '[vary]\ndv = ["2 mm", "3 mm"]\n' + COARSE)
+    written(tmp_path, HEAD + '[vary]\ndv = ["2 mm", "3 mm"]\n' + PLANAR)
     assert run(["sweep", str(path), "-o", out, "--accept"]) == 0
     assert read_table(tmp_path / "out" / "result.nc").sizes["dv"] == 2
     shown = capsys.readouterr()
     assert all(heading in shown.out for heading in ("dv [m]", "L [H/m]", "R [ohm/m]"))
     assert "not in this table" not in shown.err
-    written(tmp_path, HEAD + '[vary]\ndv = ["0.003 m"]\n' + COARSE)
+    assert "left out: 2 of 2 cases, at most: ends along y: " in shown.out + shown.err
+    kept = read_table(tmp_path / "out" / "result.nc")["left_out_magnetics"]
+    for k in range(2):
+        (item,) = unpacked_omissions(str(kept[k].item()))
+        assert item.kind == OmissionKind.PLATE_ENDS and item.size > 0.1
+    written(tmp_path, HEAD + '[vary]\ndv = ["0.003 m"]\n' + PLANAR)
     assert run(["sweep", str(path), "-o", out, "--accept"]) == 0
     assert "not in this table: 1 finished case(s) of other values" in capsys.readouterr().err
     written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n[fixed]\ntolerance = 0.1\n')
@@ -308,7 +314,7 @@ def test_a_sweep_is_opened_while_it_runs(tmp_path: Path, monkeypatch: pytest.Mon
                 run_study(study, out)
 
     run_study(study, out, progress=look)
-    assert seen == [(["ok", "unfinished"], [False, True])]
+    assert seen == [(["above tolerance", "unfinished"], [False, True])]
     with open_sweep(out) as data:
         assert "unfinished" not in data["status"]
     with pytest.raises(SceneError, match="must be a table of this package"):
@@ -355,7 +361,7 @@ def as_calibrated(sensor: Sensor) -> xr.Dataset:
     columns |= {name: (loads, np.ones((2, 2))) for name in signals}
     columns["L"] = ((*loads, "coil", "coil_2"), np.full((2, 2, count, count), float(count)))
     request = json.dumps({name: [0.0, 1.0] for name in loads})
-    return xr.Dataset(columns, attrs={**provenance(sensor), "request": request, "unit_L": "H"})
+    return xr.Dataset(columns, attrs={**provenance(sensor), "request": request, "unit_L": "H", "left_out": "[]"})
 
 
 def test_calibrations_of_other_coils_are_cases_beside_each_other() -> None:

@@ -8,9 +8,10 @@ import pytest
 from sits_mech.chain.aimed import Promise, aim_at, aimed_loads, clear, status_of
 from sits_mech.chain.goal import HALF
 from sits_mech.chain.interpolate import LoadGrid
-from sits_mech.chain.models import loaded_model
-from sits_mech.chain.prices import Look, cost, expected, magnetic_tolerance
+from sits_mech.chain.models import MAGNETICS, loaded_model
+from sits_mech.chain.prices import Look, expected
 from sits_mech.chain.propagation import poses_of
+from sits_mech.description import Question
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled
@@ -46,7 +47,7 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
     assert own * 0.2 <= one.error - aim.goal.magnetics <= own * 0.25 < many.error and 2.0 * one.seconds < many.seconds
     mechanical = [expected(report, own, aim.left, count).seconds for count in (1, 12)]
     assert [one.seconds, many.seconds] == [
-        seconds + cost("magnetics", "planar", magnetic_tolerance("planar", aim.asked), loads)
+        seconds + MAGNETICS["planar"].cost(Question(0.1 * aim.asked, (LOAD,) * loads)).seconds
         for seconds, loads in zip(mechanical, (1, 81), strict=True)
     ]
     assert Promise(one, 2.0, 0.01).record == {

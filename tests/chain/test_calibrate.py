@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,17 +10,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.chain import models
+from sits_mech.chain import aimed, models
+from sits_mech.chain import simulate as simulating
 from sits_mech.chain.aimed import AimedLoads
-from sits_mech.chain.calibrate import _beside, _marks, _promised, calibrate
+from sits_mech.chain.calibrate import _marks, _promised, calibrate
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.interpolate import INTERPOLATED, checked_values, loads_of
+from sits_mech.chain.interpolate import checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.omissions import Omission
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
+from sits_mech.description import Description, Rung
 from sits_mech.mechanics.loads import Settled
+from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative, packed, unpacked, unpacked_omissions
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
 from sits_mech.report.tables.loads import figures
@@ -56,11 +58,23 @@ class Linear:
         return Impedance(frequency, L, np.zeros_like(L), 2.0 * np.eye(2), np.ones(2), error, error, "H", report)
 
 
+def described(name: str, model: object, left_out: tuple[Omission, ...] = ()) -> Description:
+    """A model that holds every scene."""
+    return Description(name, lambda *_: model, lambda *_: None, lambda *_: left_out, (Rung(0.0, 1, 1, 0.0, 0.0),), 0.0)
+
+
+def put(monkeypatch: pytest.MonkeyPatch, mechanics: Description, magnetics: Description) -> None:
+    """Put models in place of all others."""
+    for module in (models, simulating):
+        monkeypatch.setattr(module, "MECHANICS", {mechanics.name: mechanics})
+    for module in (models, aimed):
+        monkeypatch.setattr(module, "MAGNETICS", {magnetics.name: magnetics})
+
+
 @pytest.fixture
 def fakes(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Put the models by hand behind the names."""
-    monkeypatch.setattr(models, "MECHANICS", dict.fromkeys(("planar", "block"), lambda *_: Springs()))
-    monkeypatch.setattr(models, "MAGNETICS", dict.fromkeys(("planar", "sheets"), lambda *_: Linear()))
+    put(monkeypatch, described("springs", Springs()), described("straight", Linear()))
     yield
 
 
@@ -141,9 +155,9 @@ def test_a_table_in_the_plane_knows_nothing_beside_it(sensor: Sensor) -> None:
 
 def test_what_cannot_leave_the_plane_is_refused_by_name(sensor: Sensor) -> None:
     """The model that can is named; values that are none likewise, with their unit."""
-    with pytest.raises(SceneError, match="must be auto or block for F_y, M_z; got planar"):
+    with pytest.raises(SceneError, match="mechanics planar: F_y, M_z must be zero for planar, .*; block would$"):
         calibrate(sensor, F_x=[0.0], F_z=[1.0], F_y=[0.0, 0.1], M_z=1e-3, mechanics="planar")
-    with pytest.raises(SceneError, match="must be auto or sheets for F_y; got planar"):
+    with pytest.raises(SceneError, match="magnetics planar: F_y must be zero for planar, .*; sheets would$"):
         calibrate(sensor, F_x=[0.0], F_z=[1.0], F_y=0.1, magnetics="planar")
     with pytest.raises(SceneError, match=r"M_x must be one or more different finite moments \[N m\]"):
         calibrate(sensor, F_x=[0.0], F_z=[1.0], M_x=[1e-3, 1e-3])
@@ -194,8 +208,8 @@ def test_few_loads_stand_for_a_real_grid() -> None:
     """Loads amid 4 x 4 x 4 solved on the whole pad: the table of sparse and turned ones is within both errors."""
     sensor, shear, normal = load_sensor("triaxial-4"), [-0.5, -0.2, 0.2, 0.5], [0.0, 0.6, 1.3, 2.0]
     data = calibrate(sensor, F_x=shear, F_y=shear, F_z=normal, tolerance=1e-2)
-    between = np.char.find(data["notes"].to_numpy().astype(str), INTERPOLATED) >= 0
-    assert np.count_nonzero(between) > 10
+    between = [text for text in data["notes"].to_numpy().ravel() if Note(NoteKind.INTERPOLATED) in unpacked(text)]
+    assert len(between) > 10
     loads = loads_of({"F_x": shear[2:], "F_z": normal[1:3], "F_y": shear[2:]})
     layer, field = (choose(sensor, "auto", 1e-2, loads)[0] for choose in (mechanical_model, loaded_model))
     found = [layer.equilibrium(load) for load in loads]
@@ -222,7 +236,12 @@ def test_figures_are_within_their_errors_at_a_tenth_of_the_tolerance() -> None:
         assert ends[name][1] < 0.2 * abs(ends[name][0])  # the errors of all loads in full would be 0.2 to 0.7 of them
 
 
-def rest_of(error: float = 1e-6, stretch: float | None = 1.2, notes: tuple[str, ...] = ("a", "b")) -> Settled:
+NOTHING = Linear().impedance(Pose(0.0, 0.0), 1e6)
+NOTES = tuple(Note.of(NoteKind.STATED, text=text) for text in "ab")
+BETWEEN = (Note(NoteKind.INTERPOLATED),)
+
+
+def rest_of(error: float = 1e-6, stretch: float | None = 1.2, notes: tuple[Note, ...] = NOTES) -> Settled:
     """A rest whose d_v has an error [m]."""
     report = SolveReport("springs", 6, 1, 0.0, 1e-3, 0.0, min_J=0.9, stretch=stretch, notes=notes)
     return Settled(Equilibrium(Wrench(), Pose.of(REST), Pose(0.0, error), np.zeros(0), report))
@@ -233,42 +252,51 @@ def test_a_load_is_marked_by_its_error_its_stretch_and_how_it_was_found(sensor: 
     goal = Goal(np.array([[0.0, 1e4, 0.0, 0.0, 0.0, 0.0]]), 0.0)
     known = sensor.elastomer.silicone.known_stretch
     for settled, own, flags, notes in (
-        (rest_of(), goal, "ok", "a; b"), (rest_of(3e-6), goal, "above tolerance", "a; b"),
-        (rest_of(3e-6), None, "ok", "a; b"), (rest_of(stretch=None), goal, "ok", "a; b"),
-        (rest_of(notes=(INTERPOLATED,)), goal, "interpolated", INTERPOLATED),
+        (rest_of(), goal, "ok", NOTES), (rest_of(3e-6), goal, "above tolerance", NOTES),
+        (rest_of(3e-6), None, "ok", NOTES), (rest_of(stretch=None), goal, "ok", NOTES),
+        (rest_of(notes=BETWEEN), goal, "interpolated", BETWEEN),
     ):
-        found = _marks(sensor, own, settled, "ok", 2e-2)
-        assert (found["status"], found["flags"], found["notes"]) == (flags, flags, notes)
-    far = _marks(sensor, goal, rest_of(stretch=1.5 * known), "ok", 2e-2)
-    assert far["status"] == "beyond data" and "end at stretch" in far["notes"]
-    failed = _marks(sensor, goal, Settled(None, status="failed"), "failed", 2e-2)
+        found = _marks(sensor, own, settled, "ok", (2e-2, NOTHING))
+        assert (found["status"], found["flags"], unpacked(found["notes"])) == (flags, flags, notes)
+    far = _marks(sensor, goal, rest_of(stretch=1.5 * known), "ok", (2e-2, NOTHING))
+    assert far["status"] == "beyond data"
+    ended = unpacked(far["notes"])[-1]
+    assert ended.kind is NoteKind.DATA_END and ended.known["reached"] == 1.5 * known
+    failed = _marks(sensor, goal, Settled(None, status="failed"), "failed", (2e-2, NOTHING))
     assert failed == {"status": "failed", "flags": "failed", "notes": ""}
-    assert _marks(sensor, goal, rest_of(), "failed", 2e-2) == {"status": "failed", "flags": "failed", "notes": "a; b"}
+    kept = _marks(sensor, goal, rest_of(), "failed", (2e-2, NOTHING))
+    assert kept == {"status": "failed", "flags": "failed", "notes": packed(NOTES)}
 
 
-def test_what_is_beside_the_errors_is_told_where_inductances_change_most(
-    sensor: Sensor, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("size", "rest_size", "flags"), [
+    (5e-3, 0.0, "ok"), (2e-2, 0.0, "above tolerance"), (np.nan, 0.0, "not bounded"), (0.0, np.nan, "not bounded"),
+    (5.0, np.nan, "not bounded; above tolerance"),
+])
+def test_a_load_is_marked_by_what_both_halves_leave_out(
+    sensor: Sensor, size: float, rest_size: float, flags: str
 ) -> None:
-    asked, sizes = [], list[tuple[Omission, ...]]()
+    """Of the coils' model it adds to the error; of the other's its pose holds it already."""
+    goal = Goal(np.array([[0.0, 1e4, 0.0, 0.0, 0.0, 0.0]]), 0.0)  # 0.01 of the pose's error
+    ends = Omission(OmissionKind.PLATE_ENDS, size)
+    shown = replace(NOTHING, report=replace(NOTHING.report, left_out=(ends,)))
+    settled = rest_of()
+    assert settled.rest is not None
+    pad = Omission(OmissionKind.PAD_ENDS, rest_size, Relative.DISPLACEMENT)
+    report = replace(settled.rest.report, left_out=(pad,))
+    found = _marks(sensor, goal, Settled(replace(settled.rest, report=report)), "ok", (2e-2, shown))
+    assert found["flags"] == flags and found["status"] == flags.partition(";")[0]
 
-    def told(scene: Sensor, loads: tuple[()], mechanics: str, magnetics: str, shown: Any) -> tuple[Omission, ...]:
-        one = shown.found.L
-        asked.append((mechanics, magnetics, shown.pose.components.tolist(), one.shape, one[0, 0, 0]))
-        return sizes[-1]
 
-    monkeypatch.setattr("sits_mech.chain.calibrate.omissions", told)
-    rests = [Equilibrium(Wrench(), Pose(0.0, d_v), Pose(0.0, 0.0), np.zeros(0), rest_of().rest.report)
-             for d_v in (-2e-3, -9e-3, -5e-3)]
-    found = Linear().impedance(Pose(np.zeros(3), np.array([-2e-3, -9e-3, -5e-3])), 1e6)
-    for items, said in (
-        ((Omission("ends", "", 0.123), Omission("other", "", 0.1, in_error=True)),
-         ("what sections neglect, 0.12 of the largest change, is not in the errors",)),
-        ((Omission("ends", "", np.nan), Omission("none", "")), ("ends: not estimated, not in the errors",)), ((), ()),
-    ):
-        sizes.append(items)
-        assert _beside(sensor, ("linear", "planar"), rests, found) == said
-    assert asked[0] == ("linear", "planar", [[0.0, -9e-3, 0.0, 0.0, 0.0, 0.0]], (1, 2, 2), pytest.approx(0.1))
-    assert _beside(sensor, ("linear", "planar"), [], found) == () and len(asked) == 3
+def test_a_table_keeps_what_its_models_leave_out(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the mechanics in the errors of every pose, by its displacement, which differences of loads do not have."""
+    half = Omission(OmissionKind.PAD_ENDS, 0.5, Relative.DISPLACEMENT)
+    put(monkeypatch, described("springs", Springs(), (half,)), described("straight", Linear()))
+    data = calibrate(sensor, F_x=[-0.1, 0.0, 0.1], F_z=[0.0, 1.0])
+    assert unpacked_omissions(data.attrs["left_out"]) == (half,)
+    moved = data["d_v"] - 2e-3
+    np.testing.assert_allclose(data["error_d_v"], 0.501 * abs(moved), rtol=1e-9)
+    assert set(data["status"].sel(F_z=1.0).to_numpy()) == {"above tolerance"}
+    assert data.attrs["notes"] == ""
 
 
 def test_what_was_planned_is_told_where_it_was() -> None:

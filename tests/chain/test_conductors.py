@@ -1,7 +1,7 @@
-"""Conductors near the sensor: far ones are left out by a bound, near ones solved, and no model changes in silence."""
+"""Conductors near the sensor: far ones are left out by a bound, near ones solved, and in the errors."""
 
 import json
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +10,14 @@ import pytest
 from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.chain import conductors
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.conductors import AmongFar, _counted, _shares, _small_together, negligible, without_far
-from sits_mech.chain.models import loaded_model, magnetic_model, plan
+from sits_mech.chain.conductors import AmongFar, _shares, _small_together, negligible, without_far
+from sits_mech.chain.models import Why, choose_magnetics, loaded_model, magnetic_model
+from sits_mech.chain.plan import plan
 from sits_mech.chain.simulate import simulate
+from sits_mech.magnetics.bars import planar_bars
+from sits_mech.notes import Omission, OmissionKind, unpacked_omissions
 from sits_mech.quantities import Impedance, Pose, SolveReport, Wrench
+from sits_mech.report.left_out import line
 from sits_mech.report.tables.loads import remarks
 from sits_mech.scene.sensor import Conductor, SceneError, Sensor, load_sensor
 
@@ -42,6 +46,11 @@ def steel(x: float, z: float) -> Conductor:
     return nut(x, z).model_copy(update=metal)
 
 
+def far_of(items: Sequence[Omission]) -> list[Omission]:
+    """Conductors among what is left out."""
+    return [item for item in items if item.kind == OmissionKind.FAR]
+
+
 def among(*parts: Conductor, sensor: Sensor = SENSOR) -> Sensor:
     """The published sensor with plates around."""
     return sensor.model_copy(update={"conductors": parts})
@@ -49,17 +58,17 @@ def among(*parts: Conductor, sensor: Sensor = SENSOR) -> Sensor:
 
 def test_a_nut_half_a_metre_away_is_left_out_by_name() -> None:
     """The bare sensor's numbers to the last digit, the bound in the error and in the plan, no other model."""
-    bare, far = (magnetic_model(sensor, poses=[REST]) for sensor in (SENSOR, among(nut(500.0, -500.0))))
-    assert (bare[1].name, bare[1].reason) == (far[1].name, far[1].reason) and far[1].notes == ()
+    bare, far = (magnetic_model(sensor, "auto", 0.1, [REST]) for sensor in (SENSOR, among(nut(500.0, -500.0))))
+    assert (bare[1].name, bare[1].why) == (far[1].name, far[1].why) and far_of(bare[1].left_out) == []
     one, two = (model.impedance(REST, 5e6) for model, _ in (bare, far))
     np.testing.assert_array_equal(one.L, two.L)
     assert np.all(two.error_L > one.error_L) and np.all(two.error_L < 1.001 * one.error_L)
-    (line,) = (line for line in two.report.left_out if line.startswith("conductors.nut: far away"))
-    assert "at most" in line
-    made = plan(among(nut(500.0, -500.0)), [LOAD])
-    assert (made.magnetics.name, made.notes) == (plan(SENSOR, [LOAD]).magnetics.name, ())
-    (item,) = (item for item in made.left_out if item.what == "conductors.nut")
-    assert 0.0 < item.size < 1e-6 and item.half == "magnetics" and made.error > plan(SENSOR, [LOAD]).error - 1e-12
+    (item,) = far_of(two.report.left_out)
+    assert item.known["name"] == "nut" and item.bound and "nut is far away, at (500, 0, -500) mm (at most" in line(item)
+    made, other = (plan(scene, [LOAD], tolerance=0.1) for scene in (among(nut(500.0, -500.0)), SENSOR))
+    assert (made.magnetics.name, made.notes) == (other.magnetics.name, ())
+    (item,) = far_of(made.left_out)
+    assert 0.0 < item.size < 1e-6 and item.half == "magnetics" and item.counts and made.error > other.error - 1e-12
 
 
 @pytest.mark.slow
@@ -76,56 +85,55 @@ def test_the_chain_with_a_nut_far_away_and_close_by() -> None:
 def test_what_is_left_out_is_worth_less_than_its_bound() -> None:
     """The same nut by the same model, asked for; and its bound is below what was asked."""
     sensor = among(nut(30.0, -3.0))
-    left, choice = magnetic_model(sensor, "auto", 1e-2, [REST])
-    assert choice.name == "planar" and 0.0 < choice.left_out[0].size < 1e-2
-    solved = magnetic_model(sensor, "planar", 1e-2)[0].impedance(REST, 5e6)
-    found, bare = (model.impedance(REST, 5e6) for model in (left, magnetic_model(SENSOR, "planar", 1e-2)[0]))
+    alone, (item,) = without_far(sensor, lambda scene: planar_bars(scene, 1e-2), REST, 1e-2, section=True)
+    assert alone.conductors == () and 0.0 < item.size < 5e-3
+    solved, bare = (planar_bars(scene, 1e-2).impedance(REST, 5e6) for scene in (sensor, SENSOR))
+    found = AmongFar(planar_bars(alone, 1e-2), sensor, alone, True).impedance(REST, 5e6)
     missed = np.abs(solved.L - found.L).max()
-    assert missed < choice.left_out[0].size * np.abs(bare.L - bare.L0).max()
+    assert missed < item.size * np.abs(bare.L - bare.L0).max()
     assert missed < (found.error_L - bare.error_L).max()
     assert np.all(found.error_R > bare.error_R)
 
 
 @pytest.mark.slow
-def test_a_near_nut_is_solved_in_space_and_said() -> None:
-    """Where the bare sensor is answered in section, the answer says that it is not."""
-    _, choice = magnetic_model(among(nut(0.0, -3.0)), poses=[REST])
-    assert choice.name == "sheets" and choice.left_out == ()
-    assert choice.notes[0].startswith("space instead of section: sheets instead of planar")
-    assert "conductors.nut" in choice.notes[0]
-    _, loaded = loaded_model(among(nut(0.0, -3.0)), loads=[LOAD])
-    assert loaded.name == "sheets" and loaded.notes == ()  # as the bare sensor's
+def test_a_near_nut_is_solved_in_space() -> None:
+    """By a pose or a load, and nothing of it is left out."""
+    for _, choice in (
+        magnetic_model(among(nut(0.0, -3.0)), tolerance=1e-2, poses=[REST]),
+        loaded_model(among(nut(0.0, -3.0)), loads=[LOAD]),
+    ):
+        assert choice.name == "sheets" and choice.left_out == ()
 
 
-@pytest.mark.slow
-def test_steel_is_left_out_where_it_is_far_and_said_where_it_is_near() -> None:
-    """No other model than the planar one has it: from space to section is said in plan, answer and table."""
+def test_steel_is_left_out_where_it_is_far_and_solved_where_it_is_near() -> None:
+    """No other model than the planar one has it: what that leaves out has no size, so the answer is not bounded."""
     near, far = among(steel(0.0, -3.0)), among(steel(60.0, -3.0))
-    assert plan(far, [LOAD]).magnetics.name == "sheets" and plan(far, [LOAD]).notes == ()
-    made = plan(near, [LOAD])
-    assert made.magnetics.name == "planar-fem"
-    assert made.notes[0].startswith("section instead of space: planar-fem instead of sheets")
-    found = magnetic_model(near, "auto", 1e-2, [REST])[0].impedance(REST, 5e6)
-    assert found.report.model == "planar-fem" and "planar-fem instead of planar" in found.report.notes[-1]
-    with pytest.raises(SceneError, match="conductors.nut: permeable parts that matter .* got F_y not zero"):
-        plan(near, [Wrench(0.0, 1.0, F_y=0.1)])
+    solved, choice = choose_magnetics(far, "auto", [REST], 1e-2)
+    assert choice.name == "sheets" and solved.conductors == () and len(far_of(choice.left_out)) == 1
+    solved, choice = choose_magnetics(near, "auto", [REST], 1e-2)
+    assert choice.name == "planar-fem" and choice.why == Why.ONLY and solved is near
+    assert [item.kind for item in choice.left_out if item.unbounded] == [OmissionKind.PLATE_ENDS]
+    with pytest.raises(SceneError, match="must have a model that holds the scene; got none: .*F_y must be zero"):
+        choose_magnetics(near, "auto", [Wrench(0.0, 1.0, F_y=0.1)], loaded=True)
 
 
 @pytest.mark.slow
-def test_a_calibration_says_what_conductors_change() -> None:
-    """As the first of its remarks, from its attributes."""
+def test_a_calibration_says_what_is_left_out_of_conductors() -> None:
+    """Among its remarks, from its attributes; the bound of the far one is in every error."""
     long = load_sensor("biorob2018", ['elastomer.length="400 mm"'])
     asked = {"F_x": [0.0], "F_z": [0.5], "mechanics": "linear", "tolerance": 0.1}
     data = calibrate(among(steel(0.0, -3.0), nut(300.0, 0.0, name="far"), sensor=long), **asked)
     assert json.loads(data.attrs["request"])["magnetics"] == "planar-fem"
-    assert "planar-fem instead of" in remarks(data)[0] and "conductors.far: far away" in remarks(data)[0]
-    assert not any("conductors" in line for line in remarks(calibrate(long, **asked)))
+    (item,) = far_of(unpacked_omissions(data.attrs["left_out"]))
+    assert item.known["name"] == "far" and line(item) in "\n".join(remarks(data))
+    assert str(data["status"][0, 0].item()) == "not bounded"
+    assert far_of(unpacked_omissions(calibrate(long, **asked).attrs["left_out"])) == []
 
 
 def test_only_those_that_matter_are_solved() -> None:
     """One near, one far."""
     model, choice = magnetic_model(among(nut(0.0, -3.0), nut(500.0, 0.0, name="far")), "auto", 1e-2, [REST])
-    assert [item.what for item in choice.left_out] == ["conductors.far"] and choice.name == "sheets"
+    assert [item.known["name"] for item in choice.left_out] == ["far"] and choice.name == "sheets"
     assert 0.0 < choice.left_out[0].size < 1e-4
     assert magnetic_model(among(nut(0.0, -3.0), nut(500.0, 0.0, name="far")), "sheets")[1].left_out == ()
 
@@ -146,14 +154,15 @@ def test_without_a_change_to_compare_with_all_are_solved() -> None:
     far = nut(500.0, 0.0)
     for changes in ({"target": None, "elastomer": None}, {"elastomer": None}):
         sensor = among(far).model_copy(update=changes)
-        assert magnetic_model(sensor)[1].left_out == () and magnetic_model(sensor)[1].name == "sheets"
+        choice = magnetic_model(sensor, tolerance=0.1)[1]
+        assert choice.left_out == () and choice.name == "sheets"
     high = Pose(0.0, 0.2)
-    assert magnetic_model(among(nut(20.0, 0.0), sensor=SENSOR), poses=[high])[1].left_out == ()
+    assert magnetic_model(among(nut(20.0, 0.0), sensor=SENSOR), "auto", 0.1, [high])[1].left_out == ()
 
 
 def test_a_target_that_comes_near_to_what_was_left_out() -> None:
     """Beyond the poses that were known nothing bounds the nut: refused, by name."""
-    model, choice = magnetic_model(among(nut(60.0, 4.0)), "auto", 1e-2, [REST])
+    model, choice = magnetic_model(among(nut(60.0, 4.0)), "auto", 0.1, [REST])
     assert choice.left_out != ()
     with pytest.raises(ValueError, match=r"must stay far from conductors\.nut, left out for that"):
         model.impedance(Pose(53 * MM, 4 * MM), 5e6)
@@ -199,16 +208,12 @@ def test_a_turned_disc_is_the_same_disc() -> None:
     assert json.loads(data.attrs["request"])["magnetics"] == "axisymmetric"
 
 
-def test_the_plan_says_how_much_what_counts_may_change() -> None:
-    """A ground plane below the coils by the half-space that it is in, a screw beside them by its own bound."""
-    ground = nut(0.0, -1.5).model_copy(update={"name": "ground", "width": 16e-3, "length": 16e-3})
-    reason = plan(among(ground, nut(14.0, -1.5))).magnetics.reason
-    assert re.search(r"ground alone: at most 0\.\d+ of L0; nut alone: at most 0\.\d+ of the change\)$", reason)
-
-
 def test_a_change_of_nothing_has_no_share_that_is_small() -> None:
     """A target too far to change anything: what is beside counts, and no division by zero is told of."""
     assert np.all(np.isinf(_shares(SENSOR, REST, np.zeros(1), False, [nut(500.0, 0.0)])))
+
+
+AIR = Omission(OmissionKind.AIR)
 
 
 @dataclass(frozen=True)
@@ -218,7 +223,7 @@ class Coils:
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         L0, none = np.diag([2e-6, 1e-6]), np.zeros((2, 2, 2))
         L = L0 - np.array([0.2e-6, 0.02e-6])[:, None, None] * np.diag([1.0, 0.0])
-        report = SolveReport("coils", 0, 0, 0.0, 1e-3, 0.0, left_out=("air",))
+        report = SolveReport("coils", 0, 0, 0.0, 1e-3, 0.0, left_out=(AIR,))
         return Impedance(frequency, L, none, L0, np.zeros(2), none + 1e-9, none + 1e-3, "H", report)
 
 
@@ -227,13 +232,15 @@ def test_bounds_of_far_conductors_are_added_to_the_errors(monkeypatch: pytest.Mo
     sensor = SENSOR.model_copy(update={"conductors": (nut(200.0, 0.0), nut(0.0, 200.0, name="other"))})
     shares = np.array([[1e-4, 2e-4], [1e-4, 1e-4]])
     monkeypatch.setattr(conductors, "remote_bounds", lambda *_, **__: shares)
-    model = AmongFar(Coils(), sensor, SENSOR, ("nut", "other"), ("far",))
+    model = AmongFar(Coils(), sensor, SENSOR)
     found = model.impedance(Pose.of([[0.0, 2 * MM, 0.0, 0.0, 0.0, 0.0], [0.0, 3 * MM, 0.0, 0.0, 0.0, 0.0]]), 1e6)
     bound = 2e-6 * np.array([3e-4, 2e-4])
     np.testing.assert_allclose(found.error_L[:, 0, 1], 1e-9 + bound)
     np.testing.assert_allclose(found.error_R[:, 1, 1], 1e-3 + 2.0 * np.pi * 1e6 * bound)
-    assert found.report.estimated_error == pytest.approx(1e-3 + bound[1] / 0.02e-6)
-    assert found.report.left_out == ("air", "nut", "other") and found.report.notes == ("far",)
+    assert found.report.estimated_error == pytest.approx(1e-3 + 2e-2)
+    assert found.report.left_out[0] == AIR and found.report.notes == ()
+    sizes = {item.known["name"]: item.size for item in far_of(found.report.left_out)}
+    assert sizes == {"nut": pytest.approx(1e-4 * 2e-6 / 0.02e-6), "other": pytest.approx(1e-4 * 2e-6 / 0.02e-6)}
     monkeypatch.setattr(conductors, "remote_bounds", lambda *_, **__: np.full((2, 2), np.inf))
     with pytest.raises(ValueError, match="must stay far from conductors.nut, conductors.other"):
         model.impedance(Pose.of(np.array([[0.0, 2 * MM, 0.0, 0.0, 0.0, 0.0]] * 2)), 1e6)
@@ -243,13 +250,11 @@ def test_bounds_of_far_conductors_are_added_to_the_errors(monkeypatch: pytest.Mo
 class Still:
     """Two unlike coils of which a target takes 5 % of the larger L0."""
 
-    unit: str = "H"
-
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         L0 = np.diag([4e-6, 2e-6])
         L = np.broadcast_to(L0 - [[2e-7, 1e-7], [1e-7, 0.0]], (*np.shape(pose.d_v), 2, 2))
         report = SolveReport("still", 0, 0, 0.0, 0.0, 0.0)
-        return Impedance(frequency, L, 0.0 * L, L0, np.ones(2), 0.0 * L, 0.0 * L, self.unit, report)
+        return Impedance(frequency, L, 0.0 * L, L0, np.ones(2), 0.0 * L, 0.0 * L, "H", report)
 
 
 def test_what_no_change_can_show_is_left_out_without_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -260,7 +265,7 @@ def test_what_no_change_can_show_is_left_out_without_a_look(monkeypatch: pytest.
     for bounds, looks in (([[1e-11, 2e-11], [3e-11, 1e-11]], False), ([[1e-11, 0.0], [6e-11, 5e-11]], True)):
         monkeypatch.setattr(conductors, "remote_bounds", lambda *_, bounds=bounds, **more: np.array(bounds))
         monkeypatch.setattr(conductors, "_shares", lambda *_: np.zeros(2))
-        solved, left_out, _ = without_far(sensor, lambda scene: asked.append(scene) or Still(), poses, 1e-2)
+        solved, left_out = without_far(sensor, lambda scene: asked.append(scene) or Still(), poses, 1e-2)
         assert bool(asked) == looks and solved.conductors == ()
         if not looks:
             assert [item.size for item in left_out] == [pytest.approx(3e-5), pytest.approx(2e-5)]
@@ -277,14 +282,15 @@ def test_what_counts_whatever_the_change_is_needs_no_look(monkeypatch: pytest.Mo
             return np.array([{"nut": [0.2, np.inf], "below": below}[part.name] for part in far]).reshape(-1, 2).T
 
         monkeypatch.setattr(conductors, "remote_bounds", bounds)
-        solved, left_out, said = without_far(sensor, lambda scene: asked.append(scene) or Still(), poses, 1e-2)
+        solved, left_out = without_far(sensor, lambda scene: asked.append(scene) or Still(), poses, 1e-2)
         assert bool(asked) == looks and solved.conductors == sensor.conductors and left_out == ()
-        assert said == "; ".join(_counted(sensor, part, np.inf) for part in sensor.conductors)
 
 
-@pytest.mark.parametrize("unit", ["H", "H/m"])
-def test_far_ones_are_measured_by_the_change_of_the_bare_sensor(monkeypatch: pytest.MonkeyPatch, unit: str) -> None:
-    """The largest entry of the change over the larger L0; a model per metre of depth has endless conductors."""
+@pytest.mark.parametrize("section", [False, True])
+def test_far_ones_are_measured_by_the_change_of_the_bare_sensor(
+    monkeypatch: pytest.MonkeyPatch, section: bool
+) -> None:
+    """The largest entry of the change over the larger L0; a section has endless conductors, in henry as well."""
     sections = []
 
     def bounds(solved: Sensor, far: list[Conductor], pose: Pose, *, section: bool, enough: float = 0.0) -> np.ndarray:
@@ -293,17 +299,19 @@ def test_far_ones_are_measured_by_the_change_of_the_bare_sensor(monkeypatch: pyt
 
     monkeypatch.setattr(conductors, "remote_bounds", bounds)
     sensor = among(nut(200.0, 0.0))
-    solved, (item,), said = without_far(sensor, lambda _: Still(unit), REST, 1e-2)
-    assert solved.conductors == () and said == "" and item.size == pytest.approx(1e-4 / 0.05)
-    assert item.in_error and item.reason.startswith("far away, at (200, 0, 0) mm")
-    assert sections[:2] == [False, False] and set(sections[2:]) == {unit == "H/m"}
-    found = AmongFar(Still(unit), sensor, solved, (), ()).impedance(REST, 1e6)
-    assert sections[-1] == (unit == "H/m") and found.error_L[0, 0] == pytest.approx(1e-4 * 4e-6)
+    solved, (item,) = without_far(sensor, lambda _: Still(), REST, 1e-2, section=section)
+    assert solved.conductors == () and item.size == pytest.approx(1e-4 / 0.05) and item.bound and item.counts
+    assert dict(item.numbers) == {"name": "nut", "x": 0.2, "y": 0.0, "z": 0.0}
+    assert set(sections) == {section}
+    found = AmongFar(Still(), sensor, solved, section).impedance(REST, 1e6)
+    assert sections[-1] == section and found.error_L[0, 0] == pytest.approx(1e-4 * 4e-6)
 
 
-def test_near_ones_are_told_by_the_change_or_by_what_they_take() -> None:
-    below, beside = nut(0.0, -3.0), nut(5.0, -0.02)
-    assert _counted(SENSOR, below, 0.25) == "nut alone: at most 0.25 of the change"
-    share = float(_counted(SENSOR, below, 1.0).removeprefix("nut alone: at most ").removesuffix(" of L0"))
-    assert 0.0 < share < 0.5
-    assert _counted(SENSOR, beside, np.inf) == "nut alone: any part of L0, so near it is"
+def test_what_is_left_out_takes_half_of_the_tolerance_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of a third of the tolerance each: one is solved."""
+    sensor = among(nut(200.0, 0.0), nut(300.0, 0.0, name="other"))
+    monkeypatch.setattr(
+        conductors, "remote_bounds", lambda solved, far, pose, **_: np.full((1, len(far)), 0.05 * 1e-2 / 3.0)
+    )
+    solved, left_out = without_far(sensor, lambda _: Still(), REST, 1e-2)
+    assert len(solved.conductors) == len(left_out) == 1 and left_out[0].size == pytest.approx(1e-2 / 3.0)

@@ -9,7 +9,6 @@ import pytest
 from sits_mech.cases import untold
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import (
-    INTERPOLATED,
     LoadGrid,
     checked_values,
     loads_of,
@@ -21,6 +20,7 @@ from sits_mech.chain.propagation import levers
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled, settle
 from sits_mech.mechanics.symmetry import Symmetry
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 
@@ -60,7 +60,7 @@ class Spring:
 
 def between(found: dict[Wrench, Equilibrium]) -> list[Wrench]:
     """The loads that were not solved."""
-    return [load for load, one in found.items() if INTERPOLATED in one.report.notes]
+    return [load for load, one in found.items() if Note(NoteKind.INTERPOLATED) in one.report.notes]
 
 
 def rests(found: dict[Wrench, Settled]) -> dict[Wrench, Equilibrium]:
@@ -354,7 +354,7 @@ def test_between_solved_loads_errors_go_straight_and_derivatives_as_poses_do() -
         np.testing.assert_allclose(row.shared, np.full((1, 6), 0.5e-7 * (1.0 + load.F_z)), rtol=1e-12)
         assert row.report == SolveReport(
             "interpolated", 0, 0, 0.0, 5e-3, 0.0, min_J=row.report.min_J, stretch=row.report.stretch,
-            notes=(INTERPOLATED,),
+            notes=(Note(NoteKind.INTERPOLATED),),
         )
 
 

@@ -1,54 +1,20 @@
-"""Seconds and errors of rungs: what a request takes, and what the next ones would."""
+"""Seconds and errors to expect of loads at finite strain, from their first meshes."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
 
 import pytest
 
-from sits_mech.chain.models import MAGNETICS, MECHANICS, plan
-from sits_mech.chain.prices import COSTS, REACHED, cost, expected, look, magnetic_tolerance, steps
+from sits_mech.chain.plan import plan
+from sits_mech.chain.prices import expected, look
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Equilibrium, SolveReport, Wrench
+from sits_mech.report.notes import sentence, sentences
 from sits_mech.scene.sensor import load_sensor
-
-
-def test_every_model_has_a_price() -> None:
-    """Finer rungs cost no less; what the finest reaches is below every rung that is asked for."""
-    names = {("mechanics", name) for name in MECHANICS} | {("magnetics", name) for name in MAGNETICS}
-    assert set(COSTS) == set(REACHED) == names
-    for rungs in COSTS.values():
-        assert rungs[-1][0] == 0.0
-        for (at, once, each), (finer, more, longer) in itertools.pairwise(rungs):
-            assert finer < at and (more >= once or longer >= each)
-
-
-def test_steps_follow_the_tolerance() -> None:
-    """The rung asked for, and two finer ones of each half; conductors in space take their time."""
-    parts = [("mechanics", "block", 3), ("magnetics", "planar", 5)]
-    asked, finer = steps(parts, 1e-2, True)
-    assert [(step.half, step.tolerance) for step in asked] == [("mechanics", 1e-2), ("magnetics", 1e-3)]
-    assert magnetic_tolerance("planar", 1e-2) == 1e-3 and magnetic_tolerance("sheets", 1e-2) == 1e-2
-    assert [step.seconds for step in asked] == [cost(half, name, at, count) for (half, name, count), at in
-                                                zip(parts, (1e-2, 1e-3), strict=True)]
-    assert [step.tolerance for step in finer if step.half == "mechanics"] == [1e-3, REACHED["mechanics", "block"]]
-    given, _ = steps(parts[1:], 1e-2, False)
-    assert given[0].tolerance == 1e-2
-    alone, among, outlines = (steps([("magnetics", "sheets", 2)], 1e-2, False, near)[0][0].seconds
-                              for near in ((0, 0), (1, 0), (1, 1)))
-    assert alone < among - 1.0 < outlines - 10.0
-
-
-def test_nothing_finer_than_the_finest() -> None:
-    """A tolerance below all rungs is not reached, and has none beyond."""
-    asked, finer = steps([("magnetics", "planar", 1)], 1e-9, False)
-    assert asked[0].error == REACHED["magnetics", "planar"] and finer == ()
-    with pytest.raises(KeyError):
-        steps([("magnetics", "none", 1)], 1e-2, False)
-
 
 FIRST = SolveReport("block", 4000, 10, 0.0, 0.02, 0.3)
 
@@ -77,7 +43,8 @@ def test_the_error_to_expect_is_the_answers_within_three(load: tuple[float, floa
 @pytest.mark.slow
 def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> None:
     found = plan(load_sensor("biorob2018"), [Wrench(1.0, 2.0)], tolerance=2e-3)
-    assert "end at stretch 2" in found.notes[0] and "cannot be reached at this load" in found.notes[1]
+    assert found.notes[0].kind is NoteKind.DATA_END and found.notes[0].known["stretch"] == 2.0
+    assert "cannot be reached at this load" in sentence(found.notes[1])
     assert found.error > 3e-3
     again = plan(load_sensor("biorob2018"), [Wrench(1.0, 2.0)], tolerance=2e-3)
     assert found.error == pytest.approx(again.error, rel=1e-12)
@@ -86,7 +53,8 @@ def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> Non
 @pytest.mark.slow
 def test_a_load_that_is_not_carried_has_no_error() -> None:
     seen = look(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0), 1e-2, of_pose)
-    assert seen is not None and math.isinf(seen.error) and seen.notes[0].startswith("a large load for this pad: wrench")
+    assert seen is not None and math.isinf(seen.error)
+    assert sentence(seen.notes[0]).startswith("a large load for this pad: wrench")
 
 
 def test_models_of_one_mesh_are_not_looked_at() -> None:
@@ -97,12 +65,27 @@ def test_meshes_follow_until_the_tolerance_is_met_or_they_end() -> None:
     two, three, four, end = (expected(FIRST, 0.02, tolerance) for tolerance in (0.02, 0.006, 0.0045, 1e-3))
     assert two.error == 0.02 > three.error > four.error == end.error > 1e-3
     assert 3.0 * two.seconds < three.seconds < four.seconds == end.seconds
-    assert end.notes == ("the tolerance 0.001 cannot be reached at this load, about 0.004 can",) and four.notes == ()
+    assert sentences(end.notes) == ["the tolerance 0.001 cannot be reached at this load, about 0.004 can"]
+    assert four.notes == ()
+
+
+def test_contact_and_data_that_end_are_read_from_kinds() -> None:
+    """Faces that touch cost by the unknowns alone, with friction and without; where data end, the notes say so."""
+    plain, rough, smooth, held, far = (
+        expected(replace(FIRST, notes=(note,) if note else ()), 0.02, 0.02)
+        for note in (
+            None, Note.of(NoteKind.FACE_TOUCHES, surface="ground", friction=0.5),
+            Note.of(NoteKind.FACE_TOUCHES, surface="ground", friction=0.0), Note(NoteKind.FACES_TOUCH),
+            Note.of(NoteKind.DATA_END, silicone="any", stretch=2.0, reached=2.1),
+        )
+    )
+    assert plain.seconds == far.seconds < rough.seconds == smooth.seconds == held.seconds
+    assert [note.kind for note in far.notes] == [NoteKind.DATA_END] and smooth.notes == ()
 
 
 def test_loads_that_wander_gain_nothing_on_finer_meshes() -> None:
     seen = expected(replace(FIRST, iterations=40), 0.02, 1e-2)
-    assert seen.error == 0.02 and "cannot be reached" in seen.notes[0]
+    assert seen.error == 0.02 and "cannot be reached" in sentence(seen.notes[0])
 
 
 def test_of_a_table_two_loads_are_compared() -> None:

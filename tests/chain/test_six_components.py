@@ -71,11 +71,14 @@ def test_zero_leaves_the_plane_contract_as_it_is(capsys):
     assert found["report"]["model"] == "linear" and found["wrench"]["F_y"] == found["pose"]["d_y"] == 0.0
 
 
+PLANE = "planar: F_y must be zero for planar, which is plane; got other values"
+
+
 @pytest.mark.parametrize(
     "words, line",
     [
-        (["pose", "biorob2018", "--fy", "1 N", "--model", "planar"], "model (mechanics) must be auto or block"),
-        (["simulate", "biorob2018", "--fy", "1 N", "--magnetics", "planar"], "must be auto or sheets for F_y"),
+        (["pose", "biorob2018", "--fy", "1 N", "--model", "planar"], f"mechanics {PLANE}; block would"),
+        (["simulate", "biorob2018", "--fy", "1 N", "--magnetics", "planar"], f"magnetics {PLANE}; sheets would"),
         (["pose", "biorob2018", "--mz", "1 N"], "--mz: must be a moment"),
         (["pose", "biorob2018", "--fy", "nan N"], "--fy: must be"),
         (["pose", "biorob2018", "--fy", "1 N", "--tolerance", "2"], "tolerance must lie between 0 and 1"),
@@ -98,7 +101,7 @@ def test_too_much_is_not_converged(capsys):
 
 
 def test_refusals_of_the_chain(sensor, monkeypatch):
-    with pytest.raises(SceneError, match="auto or sheets"):
+    with pytest.raises(SceneError, match="F_y must be zero for planar-fem, .*; got other values; sheets would$"):
         simulate(sensor, Wrench(F_y=0.1), magnetics="planar-fem")
     pose = Pose(0.0, 1.9e-3, alpha_x=0.6)  # 4 mm sin 0.6 > 1.9 mm
     deep = Equilibrium(Wrench(F_y=0.1), pose, Pose(0.0, 0.0), np.zeros(0), SolveReport("block", 1, 1, 0.0, 0.0, 0.0))

@@ -53,7 +53,7 @@ def test_workbook_holds_numbers(source: Source, calibrated: Path, tmp_path: Path
     column = names.index("L[C1][C2]")
     assert cells[1][column] == "H/m"
     np.testing.assert_allclose([row[column] for row in cells[2:]], [float(row[column]) for row in rows], rtol=1e-15)
-    assert cells[2][names.index("status")] == "ok"
+    assert cells[2][names.index("status")] == "above tolerance"
     assert all(cell.data_type != "f" for sheet in book for row in sheet for cell in row)
     assert dict(book["about"].values)["scene_hash"] == "12e34567"
     assert ("target.width" not in book["scene"]["A1"].value) and len(list(book["figures"].values)) > 5

@@ -7,6 +7,7 @@ from sits_mech.geometry.collision import Collision, check_clearance, clearance, 
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, load_sensor
 
@@ -92,7 +93,9 @@ def test_a_wide_target_that_tilts_onto_the_substrate_is_told():
     sensor = load_sensor("biorob2018", ['target.width="30 mm"', 'elastomer.standoff="0.1 mm"'])
     slope = np.array([0.99, 1.01]) * 2.0 / 15.0
     above, below = (ground_notes(sensor, Pose(0.0, 2.1 * MM, float(np.arcsin(each)))) for each in slope)
-    assert above == () and "0.02 mm below the ground" in below[0]
+    assert above == () and [(note.kind, note.known) for note in below] == [
+        (NoteKind.BELOW_GROUND, {"depth": pytest.approx(0.02 * MM, rel=1e-6)})
+    ]
     assert ground_notes(sensor.model_copy(update={"elastomer": None}), Pose(0.0, 0.1 * MM, 1.0)) == ()
 
 

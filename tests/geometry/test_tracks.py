@@ -18,6 +18,7 @@ from sits_mech.geometry.tracks import (
     track_squares,
 )
 from sits_mech.geometry.windings import coil_sections
+from sits_mech.notes import NoteKind
 from sits_mech.scene.coils import Coil
 
 MM = 1e-3
@@ -80,7 +81,9 @@ def test_section_of_layers_wound_against_each_other() -> None:
 def test_what_free_tracks_are_without() -> None:
     """A via of 3 mm along x between two polylines, 6 mm from the end back to the beginning."""
     coil = path([(0, 0), (4, 0)], [(7, 0), (7, 1), (5, 1), (5, 0.5), (6, 0.5), (6, 0)])
-    assert path_notes([SQUARE, coil]) == ("C: free tracks, without 3 mm of vias and 6 mm of way back",)
+    (note,) = path_notes([SQUARE, coil])
+    assert note.kind is NoteKind.FREE_TRACKS
+    assert note.known == {"coil": "C", "vias": pytest.approx(3 * MM), "back": pytest.approx(6 * MM)}
 
 
 def test_section_of_a_path() -> None:
@@ -96,8 +99,8 @@ def test_section_of_a_path() -> None:
         (path([(0, -1), (2, -1), (2, 1)]), "as often there as back; got 1 and 0"),
         (path([(0, 1), (2, 1), (2, 3)]), "got 0 and 0"),
         (path([(0, -1), (2, -1), (2, 1)], [(2, 1), (0, 1), (0, -0.5)], path_widths=(1e-4, 2e-4)), "one width"),
-        (CIRCLE.model_copy(update={"centre": (0.0, 1e-3)}), "every coil on y = 0"),
-        (CIRCLE.model_copy(update={"layers": 1000, "turns": 12}), "24000 bars .* take some 85.8 GiB"),
+        (CIRCLE.model_copy(update={"centre": (0.0, 1e-3)}), "centre must be on y = 0 .*; got y = 0.001 m"),
+        (CIRCLE.model_copy(update={"layers": 1000, "turns": 12}), "got 24000 bars, some 85.8 GiB, more"),
     ],
 )
 def test_coils_without_a_section_are_refused(coil: Coil, reason: str) -> None:

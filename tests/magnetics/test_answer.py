@@ -5,10 +5,12 @@ import pytest
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.answer import Kind, Reaction, answer
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed
 from sits_mech.scene.sensor import Sensor, load_sensor
 
-PLANE = Kind("plane", "H/m", beyond="another")
+PLANE = Kind("plane", "H/m", plane=True)
+SAID = Note.of(NoteKind.STATED, text="said")
 
 
 def alone() -> tuple[Array, Array]:
@@ -19,7 +21,7 @@ def alone() -> tuple[Array, Array]:
 def react(pose: Pose, frequency: float) -> Reaction:
     """Delta Z = (1 - j omega d_v) in all entries; errors of 1 % and 2 %."""
     Z = 1.0 - 2j * np.pi * frequency * pose.d_v[:, None, None] * np.ones((1, 2, 2))
-    return Reaction(Z, 0.01 * Z.real - 0.02j * Z.imag, 0.02, 9, 3, 1e-9, ("said",), ("left",))
+    return Reaction(Z, 0.01 * Z.real - 0.02j * Z.imag, 0.02, 9, 3, 1e-9, (SAID,))
 
 
 def asked(pose: Pose, *, kind: Kind = PLANE, sensor: Sensor | None = None, frequency: float = 1e6) -> Impedance:
@@ -36,22 +38,26 @@ def test_values_and_report_by_hand() -> None:
     report = one.report
     assert (one.unit_L, report.model) == ("H/m", "plane")
     assert (report.unknowns, report.iterations, report.residual) == (9, 3, 1e-9)
-    assert (report.estimated_error, report.notes, report.left_out) == (0.02, ("said",), ("left",))
+    assert (report.estimated_error, report.notes, report.left_out) == (0.02, (SAID,), ())
+
+
+def test_absolute_answers_are_in_henry() -> None:
+    assert asked(Pose(0.0, 0.25), kind=PLANE.of(True)).unit_L == "H" and PLANE.of(False) is PLANE
 
 
 def test_nothing_is_asked_without_metal_or_poses() -> None:
-    """The coils alone, and why; of no poses an empty answer."""
+    """The coils alone, of which nothing is left out; of no poses an empty answer."""
     bare = asked(Pose(np.zeros(3), -1.0), sensor=load_sensor("biorob2018").model_copy(update={"target": None}))
     np.testing.assert_array_equal(bare.L, np.broadcast_to(alone()[0], (3, 2, 2)))
-    assert not bare.R.any() and bare.report.left_out == ("eddy currents: the scene has no target",)
+    assert not bare.R.any() and bare.report.left_out == ()
     assert asked(Pose(np.zeros(0), 1.0)).L.shape == (0, 2, 2)
 
 
 def test_refusals() -> None:
-    """The frequency, then components by name with the model that takes them, then the place."""
+    """The frequency, then components by name, then the place."""
     with pytest.raises(ValueError, match="frequency: must be a positive number"):
         asked(Pose(0.0, -1.0, d_y=1e-3), frequency=0.0)
-    with pytest.raises(ValueError, match="pose: d_y must be zero for the model plane, which is plane: ask for another"):
+    with pytest.raises(ValueError, match="pose: d_y must be zero for the model plane, which is plane"):
         asked(Pose(0.0, -1.0, d_y=1e-3))
     with pytest.raises(Collision, match="above the coil plane"):
         asked(Pose(0.0, -1.0, d_y=1e-3), kind=Kind("space", "H"))

@@ -189,7 +189,7 @@ def test_refusals(sensor: Sensor) -> None:
         planar_fem(small).impedance(Pose(0.0, 2e-3), 5e6)
     off_axis = sensor.model_dump(exclude_none=True)
     off_axis["coils"] = [off_axis["coils"][0] | {"centre": (0.0, 1e-3)}]
-    with pytest.raises(ValueError, match="sheets"):
+    with pytest.raises(ValueError, match="coils.*centre must be on y = 0 for a section; got"):
         planar_fem(sensor_from(off_axis))
 
 

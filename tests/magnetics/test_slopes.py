@@ -224,7 +224,7 @@ def test_the_layer_and_what_is_left_out_change_nothing(sensor: Sensor) -> None:
     nut = {"name": "nut", "material": "copper", "shape": "disc", "diameter": 2 * MM, "thickness": MM}
     far = Conductor(**nut, centre=(0.0, 0.0, -0.3))  # type: ignore[arg-type]
     scene = sensor.model_copy(update={"conductors": (far,)})
-    model = AmongFar(planar_bars(sensor, 1e-2), scene, sensor, (), ())
+    model = AmongFar(planar_bars(sensor, 1e-2), scene, sensor)
     keys = ("elastomer.thickness", "conductors.nut.diameter", "readout.parallel_capacitance")
     found = slopes(scene, model, Pose(0.0, 2 * MM), 5e6, components=(), lengths=keys)
     assert np.all(found.L_lengths == 0.0) and np.all(found.R_lengths == 0.0)

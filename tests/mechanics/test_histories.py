@@ -6,6 +6,7 @@ import pytest
 from sits_mech.mechanics.closed_form import Strip
 from sits_mech.mechanics.histories import LoadHistory, motion_of
 from sits_mech.mechanics.linear import small_strain
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 from sits_mech.silicone.history import creep, relaxed_share
@@ -55,7 +56,7 @@ def test_a_linear_model_creeps_component_by_component():
     every = creep(own.elastomer.silicone, found.time) * slow.d_h  # and times between, where it still moves
     np.testing.assert_allclose(found.pose.d_h, every, rtol=1e-3)
     assert found.time.size > 10
-    assert any("as a whole" in note for note in found.report.notes)
+    assert any(note.kind is NoteKind.AS_A_WHOLE for note in found.report.notes)
 
 
 def test_a_sudden_change_is_no_ramp():

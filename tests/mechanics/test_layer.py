@@ -12,6 +12,7 @@ from sits_mech.mechanics.layer import deformed_mesh, planar_layer
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -232,7 +233,7 @@ def test_layer_that_buckles_is_refused_by_name():
     critical = 100.0 / (1.0 - free / pressed)
     with pytest.raises(SolveFailed, match="could be followed to") as caught:
         layer.equilibrium(Wrench(0.0, 250.0))
-    assert any("buckles" in note for note in caught.value.report.notes)
+    assert any(note.known.get("end") in ("buckled", "sideways") for note in caught.value.report.notes)
     assert caught.value.last.wrench.F_z == pytest.approx(critical, rel=0.1)
 
 
@@ -240,7 +241,7 @@ def test_layer_that_buckles_is_refused_by_name():
 def test_fold_is_named():
     sensor = pad(15, 15, 3)
     found = planar_layer(sensor, 2e-2).equilibrium(Wrench(0.0, 1800.0))
-    assert any("touches the ground: frictionless contact" in note for note in found.report.notes)
+    assert any(note == Note.of(NoteKind.FACE_TOUCHES, surface="ground", friction=0.0) for note in found.report.notes)
     assert planar_layer(sensor, 2e-2).equilibrium(Wrench(0.0, 50.0)).report.notes == ()
 
 

@@ -51,7 +51,10 @@ def test_small_strain_is_part_of_the_error() -> None:
 
 @pytest.mark.parametrize(
     ("keys", "why"),
-    [(["elastomer.width=0.02"], "covers the"), (["elastomer.thickness=0.006"], "twice as"), (["target=1"], "target")],
+    [
+        (["elastomer.width=0.02"], "must cover the layer"), (["target=1"], "target"),
+        (["elastomer.thickness=0.006"], "at least twice the thickness"),
+    ],
 )
 def test_refused_where_the_formulas_do_not_hold(keys: list[str], why: str) -> None:
     """One line that says what must be."""

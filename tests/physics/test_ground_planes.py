@@ -106,5 +106,5 @@ def test_ground_around_the_coil_in_its_plane(frequency: float, most: float, monk
 def test_the_section_has_no_outline() -> None:
     """Refused by name in both planar models."""
     for model in (planar_bars, planar_fem):
-        with pytest.raises(ValueError, match=r"conductors.GND.shape: the planar models .* model 'sheets' takes"):
+        with pytest.raises(ValueError, match="conductors.GND.shape must be a rectangle or a disc .*; got an outline$"):
             model(scene(plane(SQUARE)))

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from sits_mech.notes import Note, NoteKind
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone
-from sits_mech.silicone.stability import ellipticity, layer_notes, renewed_notes, stability
+from sits_mech.silicone.stability import ellipticity, layer_notes, layer_words, renewed_notes, stability
 
 
 def law(name: str, fitted_range: tuple[float, float] | None = None, **constants: object) -> Silicone:
@@ -135,21 +136,25 @@ def test_notes_for_a_solve_name_law_test_and_stretch() -> None:
     (note,) = layer_notes(FALLING, 3.0)
     first = planar_ellipticity_limit(10e3, -500.0)
     assert first < min(stability(FALLING, (1.0, 3.0), ("planar",)).first_unstable or 9, uniaxial_limit(10e3, -500.0))
-    assert note.startswith("the yeoh law is unstable from stretch") and "this solve reached 3" in note
-    assert f"{first:.4g}" in note
+    assert note.kind is NoteKind.LAW_END and note.known["reached"] == 3.0 and note.known["silicone"] == "the yeoh law"
+    assert note.known["stretch"] == pytest.approx(first, rel=1e-6)
+    assert layer_words(note).startswith("the yeoh law is unstable from stretch")
+    assert f"{first:.4g}" in layer_words(note) and "this solve reached 3" in layer_words(note)
     (note,) = layer_notes(law("gent", shear_modulus=30e3, j_m=5.0), 3.0)
-    assert "the gent law locks from stretch" in note
+    assert note.kind is NoteKind.LAW_END and "the gent law locks from stretch" in layer_words(note)
     (note,) = layer_notes(law("neo-hookean", fitted_range=(0.05, 1.0), shear_modulus=1.0), 2.5)
-    assert "end at stretch 2" in note
+    assert note == Note.of(NoteKind.DATA_END, silicone="the neo-hookean law", stretch=2.0, reached=2.5)
+    assert layer_words(note) == "the data of the neo-hookean law end at stretch 2, this solve reached 2.5"
 
 
 def test_notes_follow_a_corrected_stretch() -> None:
     """What was said of the stretch goes or is said of the new one; other notes stay."""
     silicone = law("neo-hookean", fitted_range=(0.05, 1.0), shear_modulus=1.0)
-    said = "; ".join(("wide faces", *layer_notes(silicone, 2.5)))
-    assert renewed_notes(said, silicone, 1.9) == "wide faces"
-    assert renewed_notes(said, silicone, 2.2) == said.replace("reached 2.5", "reached 2.2")
-    assert renewed_notes("", silicone, 1.9) == ""
+    other = Note.of(NoteKind.STATED, text="wide faces")
+    said = (other, *layer_notes(silicone, 2.5))
+    assert renewed_notes(said, silicone, 1.9) == (other,)
+    assert renewed_notes(said, silicone, 2.2) == (other, *layer_notes(silicone, 2.2)) != said
+    assert renewed_notes((), silicone, 1.9) == ()
 
 
 def test_impossible_ranges_are_refused() -> None:

@@ -19,13 +19,13 @@ def test_scenes_are_drawn_alike() -> None:
     "number", [53, *(pytest.param(number, marks=pytest.mark.slow) for number in (1, 3, 71))]
 )
 def test_bars_hold_what_the_richest_models_change(number: int) -> None:
-    """Of sections, whose ends are most of the error, discs and loads; against sheets and block.
+    """Of plates, discs and loads; against sheets and block.
 
     On 1 and 71 three levels of the pad agree by chance: bars of poses were 1.1 to 1.8 times too small.
     """
     row = measure(number)
-    assert row["status"] == "judged" and (row["model"] == "planar") == (row["kind"] == "section")
-    assert row["L over bar"] <= 1.0 and (row["kind"] != "section" or row["bar"] > 0.02 * row["change"])
+    assert row["status"] == "judged" and row["model"] in ("sheets", "axisymmetric")
+    assert row["L over bar"] <= 1.0
     assert row.get("nut", 0.0) < 1e-4 and not row["pose over bar"] > 1.0
 
 

@@ -28,6 +28,7 @@ from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import tabulated
 from sits_mech.chain.models import loaded_model
 from sits_mech.mechanics.loads import Settled
+from sits_mech.notes import Note, NoteKind, packed, unpacked
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.readout.loads import fixed, points, request_of, varied, wrench_of
 from sits_mech.scene.parameters import keys_of
@@ -68,20 +69,19 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     request = request_of(data)
     request |= {name: (s * np.array(request[name])).tolist() for name in WRENCH if name in request}
     asked = float(data.attrs["magnetics_tolerance"])
-    field, choice = loaded_model(sensor, request["magnetics"], asked, list(settled))
+    field, _ = loaded_model(sensor, request["magnetics"], asked, list(settled))
     axes = {name: (s * data[name].to_numpy()).tolist() for name in varied(data)}
     held = {name: s * value for name, value in fixed(data).items()}
-    table = tabulated(sensor, AimedLoads(settled, field, asked), request, (axes, held), choice, direct=direct)
+    table = tabulated(sensor, AimedLoads(settled, field, asked), request, (axes, held), direct=direct)
     return sensor, table.assign_attrs(notes=_notes(found))
 
 
 def _notes(found: Adaptation) -> str:
-    """Return what is said of a calibration, what it was adapted to, and what of it the scene does not hold."""
-    notes, measured = str(found.prior.data.attrs.get("notes", "")), found.measured
-    said = [notes, f"adapted to {len(measured.L)} readings of {measured.source}"]
-    placed = [f"{name} {_value(found, name, 0.0):.3g} {PARAMETERS[name]}" for name in _PLACES if name in found.names]
-    said += [f"in the table, not in the scene: {', '.join(placed)}"] if placed else []
-    return "; ".join(filter(None, said))
+    """Return the notes on a calibration, what it was adapted to, and what of it the scene does not hold."""
+    notes, measured = unpacked(str(found.prior.data.attrs.get("notes", ""))), found.measured
+    said = [*notes, Note.of(NoteKind.ADAPTED, count=len(measured.L), source=str(measured.source))]
+    placed = {name: _value(found, name, 0.0) for name in _PLACES if name in found.names}
+    return packed([*said, Note.of(NoteKind.PLACED, **placed)] if placed else said)
 
 
 def corrected_sensor(found: Adaptation) -> Sensor:
@@ -142,7 +142,7 @@ def _rest(row: xr.Dataset, load: Any, place: Array, parts: Array) -> Equilibrium
     error = np.maximum(error - shared, 0.0) + np.abs(parts).sum(axis=0)
     report = SolveReport(
         "adapted", 0, int(row["iterations"]), 0.0, float(row["error_mechanics"]), 0.0,
-        notes=tuple(word for word in str(row["notes"].item()).split("; ") if word),
+        notes=unpacked(str(row["notes"].item())),
         min_J=float(row["min_J"]), stretch=float(row["stretch"]),
     )
     return Equilibrium(load, Pose.of(place), Pose.of(error), np.zeros(0), report, parts)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -21,16 +21,16 @@ from scipy.interpolate import PchipInterpolator
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import aim_at
 from sits_mech.chain.goal import farthest
-from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.plan import Choice
+from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import read_poses
-from sits_mech.chain.simulate import flags_over
+from sits_mech.chain.simulate import counted_omissions, flags_over, omitted_parts
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, motion_of
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import POSE, WRENCH, Array, Bounded, MechanicalModel, Pose, Wrench, as_jsonable
+from sits_mech.notes import Note, NoteKind, packed, packed_omissions
+from sits_mech.quantities import POSE, WRENCH, Array, Bounded, MechanicalModel, Pose, Wrench, kept_report
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicone_of
 
 PARTS = 8
@@ -58,7 +58,10 @@ def in_time(
     motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
     check_clearance(sensor, motion.pose)
     aim = aim_at(sensor, magnetics, tolerance, history.loads, farthest(motion.pose))
-    poses = Bounded.of(motion.pose.components, motion.error.components)
+    left_out = counted_omissions(sensor, by_layer.name, history.loads)
+    parts = omitted_parts(sensor, left_out, motion.pose.components)
+    motion = replace(motion, error=Pose.of(motion.error.components + np.abs(parts).sum(axis=0)))
+    poses = Bounded.of(motion.pose.components, motion.error.components, parts)
     reading = read_poses(sensor, field if aim is None else aim.field, poses)
     columns: dict[str, Any] = {"given": ("time", motion.given & np.isin(motion.time, divided.time[own]))}
     columns |= {name: ("time", part) for name, part in zip(WRENCH, motion.wrench.T, strict=True)}
@@ -67,16 +70,17 @@ def in_time(
     found = reading.impedance
     columns |= {name: (("time", "coil", "coil_2"), getattr(found, name)) for name in ("L", "R", "error_L", "error_R")}
     columns |= {name: ("time", np.asarray(value)) for name, value in reading.signals.known.items()}
-    marks = flags_over(sensor, None if aim is None else aim.goal, poses, motion.stretch, tolerance)
+    left_out = (*left_out, *found.report.left_out)
+    marks = flags_over(sensor, None if aim is None else aim.goal, poses, motion.stretch, tolerance, left_out)
     columns |= {name: ("time", part) for name, part in marks.items()}
     names = sensor.coil_names
     data = xr.Dataset(columns, coords={"time": motion.time, "coil": names, "coil_2": names})
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
-    notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes, *by_field.notes))
+    notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes))
     data = data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
-        **provenance(sensor), request=json.dumps(request), notes="; ".join(notes), frequency=sensor.frequency,
-        unit_L=found.unit_L,
-        report=json.dumps(as_jsonable(asdict(motion.report))),
+        **provenance(sensor), request=json.dumps(request), notes=packed(notes), frequency=sensor.frequency,
+        unit_L=found.unit_L, left_out=packed_omissions(left_out),
+        report=kept_report(motion.report),
     )
     return labelled(data)
 
@@ -99,12 +103,12 @@ def taken_layer(
     return found
 
 
-def _unknown(sensor: Sensor) -> tuple[str, ...]:
+def _unknown(sensor: Sensor) -> tuple[Note, ...]:
     """Note that a silicone without data over time is taken as under slow load."""
     silicone = silicone_of(sensor)
     if silicone is None or silicone.has_history:
         return ()
-    return ("the silicone has neither prony nor mullins: its rate and softening are unknown, and left out",)
+    return (Note(NoteKind.NO_HISTORY),)
 
 
 def _with_symmetry(sensor: Sensor, motion: Motion) -> Motion:

@@ -37,6 +37,7 @@ from sits_mech.analysis.bench import absolute, table_impedance
 from sits_mech.analysis.histories.response import between
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.labels import labelled
+from sits_mech.notes import Note, NoteKind, packed, unpacked
 from sits_mech.quantities import WRENCH, Array
 from sits_mech.readout.converter import FrontEnd, code_of, converter, frequency_of, tank_frequency, tank_inductance
 from sits_mech.readout.front_end import front_end
@@ -154,8 +155,8 @@ def with_codes(sensor: Sensor, data: xr.Dataset, *, rcount: int = 0xFFFF, seed: 
     try:
         return _scanned(sensor, data, rcount, seed)
     except ValueError as reason:
-        notes = "; ".join(part for part in (data.attrs["notes"], f"no codes: {reason}") if part)
-        return data.assign_attrs(notes=notes)
+        none = Note.of(NoteKind.NO_CODES, text=str(reason))
+        return data.assign_attrs(notes=packed((*unpacked(data.attrs["notes"]), none)))
 
 
 def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) -> xr.Dataset:

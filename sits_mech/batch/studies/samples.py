@@ -28,7 +28,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from sits_mech.quantities import Array
-from sits_mech.scene.materials import unknown
+from sits_mech.scene.materials import meant
 from sits_mech.units import SceneError, shown, si_label, split_quantity
 
 _SIGNED: Mapping[type, Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
@@ -63,7 +63,7 @@ class Expression:
         try:
             found = _value(self.tree, values)
         except KeyError as error:
-            was = unknown(error.args[0], list(values)).partition("; got ")[2]
+            was = meant(error.args[0], list(values))
             what = "must name what the study varies, derives or fixes, or what its scene has"
             raise SceneError(f"{self.where}: {what}; got {was}") from None
         except (TypeError, ArithmeticError) as error:

@@ -25,8 +25,7 @@ import numpy as np
 
 from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place_of
-from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.plan import Choice
+from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import signal_weights
 from sits_mech.chain.simulate import Simulation, aimed_rest, simulated
 from sits_mech.magnetics.pose_slopes import pose_slopes

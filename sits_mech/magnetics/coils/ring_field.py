@@ -66,30 +66,35 @@ def filament_counts(coil: Coil, clearance: float, error: float = _RIGHT) -> tupl
     return gauss_count(coil.track_width, away, error), gauss_count(coil.track_thickness, clearance, error)
 
 
-def _farther(coil: Coil, away: Array, clearance: float) -> list[tuple[tuple[int, int], Any]]:
+def _farther(
+    coil: Coil, away: Array, clearance: float, error: float = _RIGHT
+) -> list[tuple[tuple[int, int], Any]]:
     """Return how many filaments points take, and which: fewer octave by octave of `away`, so far that no step shows.
 
     `away` is how far they are from a track, `clearance` the least such distance [m].
     """
-    most, kinds = filament_counts(coil, clearance), defaultdict[tuple[int, int], list[float]](list)
+    most, kinds = filament_counts(coil, clearance, error), defaultdict[tuple[int, int], list[float]](list)
     if most == (1, 1):
         return [(most, ...)]
     octave = np.floor(np.log2(np.maximum(away / clearance, 1.0)))
     for k in np.unique(octave).tolist():
-        few = filament_counts(coil, clearance * 2.0**k, _STEPLESS)
+        few = filament_counts(coil, clearance * 2.0**k, min(error, _STEPLESS))
         kinds[min(most[0], few[0]), min(most[1], few[1])].append(k)
     return [(counts, np.isin(octave, each)) for counts, each in kinds.items()]
 
 
-def ring_profile(coil: Coil, rho: Array, z: Array, clearance: float) -> Array:
-    """Return P of the module docstring, all rings in series, where points are at least a clearance off [m]."""
+def ring_profile(coil: Coil, rho: Array, z: Array, clearance: float, error: float = _RIGHT) -> Array:
+    """Return P of the module docstring, all rings in series, where points are at least a clearance off [m].
+
+    `error` is that of a track's field by filaments, of its size.
+    """
     rings = coil_sections(coil)
     rho, z = np.broadcast_arrays(rho, z)
     total = np.zeros(rho.shape)
     columns = zip(rings.radius, rings.z, rings.width, rings.height, rings.signs, strict=True)
     for radius, middle, width, height, way in columns:
         beside, above = np.abs(rho - radius) - width / 2, np.abs(z - middle) - height / 2
-        parts = _farther(coil, np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0)), clearance)
+        parts = _farther(coil, np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0)), clearance, error)
         seconds = _POINT * rings.radius.size * sum(math.prod(counts) * rho[some].size for counts, some in parts)
         check_seconds(seconds, f"coils: the field of {rings.radius.size} turns at {rho.size} points")
         for counts, some in parts:

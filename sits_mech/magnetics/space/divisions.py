@@ -21,8 +21,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import lru_cache, partial
-from typing import Literal
 
 import numpy as np
 
@@ -40,7 +40,7 @@ from sits_mech.magnetics.space.modes import packed, prepare_sheets, unpacked
 from sits_mech.magnetics.space.near import Near, prepare_near
 from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, Rung, TooLarge, star
 from sits_mech.magnetics.space.sources import Sources
-from sits_mech.memory import GIB, beyond_memory, check_seconds, give_back, latest
+from sits_mech.memory import GIB, MEMORY, beyond_memory, check_seconds, give_back, latest
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Target
 
@@ -60,7 +60,14 @@ _UNSEEN = 1e-3  # share of the field that may be missed
 _APART = 4.0  # digits more (natural logarithm) for coils that need fewer polynomials
 _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
 _Scale = tuple[float, float, float, float]  # as of `prepared`
-_Seen = Literal["by polynomials", "at rest", "in poses"]  # how a plate sees the coils
+
+
+class Seen(Enum):
+    """How a plate sees the coils."""
+
+    POLYNOMIALS = "by polynomials"
+    AT_REST = "at rest"
+    IN_POSES = "in poses"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +94,7 @@ def prepared(
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
     so that differences are free of what other divisions change. TooLarge before the first large array.
     """
-    family, metal = _fitting_family(target, outline, rung, scale, ("by polynomials", become)), target.metal.conductivity
+    family, metal = _fitting_family(target, outline, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
     found = kept(
         (family.divisions, metal, family.box, family.highest, family.depth),
         lambda: prepare_sheets(family.divisions, metal, family.box, highest=family.highest, depth=family.depth),
@@ -109,7 +116,7 @@ def prepared_near(
     `beside` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
     away as it is prepared for.
     """
-    seen: _Seen = "at rest" if isinstance(beside, Sources) else "in poses"
+    seen = Seen.AT_REST if isinstance(beside, Sources) else Seen.IN_POSES
     family = _fitting_family(target, outline, rung, scale, (seen, become))
     highest = math.inf if family.resolved else family.highest / RESOLVED**2
     others = None if beside == 0.0 else beside
@@ -120,7 +127,7 @@ def prepared_near(
 
 
 def _fitting_family(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[_Seen, Target | None]
+    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[Seen, Target | None]
 ) -> _Family:
     """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
     give_back()  # what plates before took
@@ -137,11 +144,15 @@ def _check_memory(box: Box, cells: float, needed: float) -> None:
     """Refuse so many cells of a plate that take so much [bytes]."""
     if beyond := beyond_memory(needed):
         x, y = 2e3 / (1.0 + 1e-3) * box.half[:2]  # of `field_box`
-        raise TooLarge(f"memory: {cells:.0f} cells of the plate of {x:.3g} x {y:.3g} mm take {beyond}")
+        size = {"width": float(1e-3 * x), "length": float(1e-3 * y)}
+        raise TooLarge(
+            f"memory: {cells:.0f} cells of the plate of {x:.3g} x {y:.3g} mm take {beyond}",
+            {"cells": float(cells), **size, "needed": float(needed), "limit": MEMORY.get() * GIB},
+        )
 
 
 @lru_cache(maxsize=64)
-def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, seen: _Seen) -> _Family:
+def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, seen: Seen) -> _Family:
     """Return a plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
@@ -156,12 +167,12 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
-    resolved, terms = half <= _THICK * depth, math.prod(box.order) if seen == "by polynomials" else 1
+    resolved, terms = half <= _THICK * depth, math.prod(box.order) if seen is Seen.POLYNOMIALS else 1
     dense = [memory_of(plan, z.size - 1, vertical, terms) for plan, z in divisions]
     kernels = sum(kernel_seconds(*divisions[k]) for k in set(first_alike(divisions)))
     needed, seconds = max(dense), _GIB * max(dense) / GIB + kernels
-    if seen != "by polynomials":
-        frequencies = 0 if seen == "at rest" else 1 if resolved else DEPTHS.size
+    if seen is not Seen.POLYNOMIALS:
+        frequencies = 0 if seen is Seen.AT_REST else 1 if resolved else DEPTHS.size
         needed, factored = _near_cost(divisions, dense, vertical, frequencies)
         seconds += factored
     return _Family(divisions, box, highest, vertical, resolved, needed, seconds)

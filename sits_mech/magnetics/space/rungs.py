@@ -18,13 +18,14 @@ Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
 from sits_mech.geometry.outline import Outline
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Target
 
@@ -83,7 +84,11 @@ _Plates = TypeVar("_Plates")
 
 
 class TooLarge(ValueError):
-    """The divisions of a plate take more memory than they may."""
+    """The divisions of a plate take more memory than they may; `numbers` are those of the note on it."""
+
+    def __init__(self, text: str, numbers: Mapping[str, float] | None = None) -> None:
+        super().__init__(text)
+        self.numbers = dict(numbers or {})
 
 
 def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float) -> Rung:
@@ -113,18 +118,18 @@ def rungs_for(
 
 def fitting(
     tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float, divided: Callable[[Rung], _Plates]
-) -> tuple[_Plates, Rung, tuple[str, ...]]:
-    """Return plates as the first of `rungs_for` divides them that memory holds, it, and what to say of finer ones.
+) -> tuple[_Plates, Rung, tuple[Note, ...]]:
+    """Return plates as the first of `rungs_for` divides them that memory holds, it, and notes on finer ones.
 
     TooLarge where not even the coarsest one does.
     """
     *finer, coarsest = rungs_for(tolerance, plates, half)
-    said: tuple[str, ...] = ()
+    said: tuple[Note, ...] = ()
     for rung in finer:
         try:
             return divided(rung), rung, said
         except TooLarge as refusal:
-            said = (f"{refusal}: a coarser division is taken, whose error is told",)
+            said = (Note.of(NoteKind.PLATE_TOO_LARGE, **refusal.numbers),)
     return divided(coarsest), coarsest, said
 
 

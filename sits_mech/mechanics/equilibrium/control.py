@@ -17,8 +17,8 @@ from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, Wrench, refuse_infinite
 from sits_mech.threads import one_thread
 
-_PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
-_PAIRS = tuple(zip(WRENCH, _PLACES, strict=True))
+PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
+_PAIRS = tuple(zip(WRENCH, PLACES, strict=True))
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Control:
     @property
     def held(self) -> Held:
         """Components whose places are given, shape (6,)."""
-        return np.array([getattr(self, place) is not None for place in _PLACES])
+        return np.array([getattr(self, place) is not None for place in PLACES])
 
     @property
     def out_of_plane(self) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ class Control:
     def in_plane(self) -> Control:
         """The control in the plane y = 0: out-of-plane places that are given are held at zero."""
         forces = dict.fromkeys(WRENCH[3:])
-        places = {place: None if getattr(self, place) is None else 0.0 for place in _PLACES[3:]}
+        places = {place: None if getattr(self, place) is None else 0.0 for place in PLACES[3:]}
         return replace(self, **forces, **places)
 
     @property
@@ -79,7 +79,7 @@ class Control:
         `lengths` and `loads` (6,) are the units of motion and load components [m, rad; N, N m].
         """
         forces = np.array([getattr(self, force) or 0.0 for force in WRENCH]) / loads
-        places = np.array([getattr(self, place) or 0.0 for place in _PLACES]) / lengths * _DOWN
+        places = np.array([getattr(self, place) or 0.0 for place in PLACES]) / lengths * _DOWN
         return np.where(self.held, places, forces)
 
 

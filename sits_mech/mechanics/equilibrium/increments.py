@@ -33,7 +33,7 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import kinematics
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import SETTLED, Way, unloaded, verdict
+from sits_mech.mechanics.equilibrium.newton import SETTLED, PathEnd, Way, unloaded, verdict
 from sits_mech.mechanics.equilibrium.path import affordable, among_faces, follow
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.quantities import Array
@@ -53,7 +53,7 @@ class Track:
 
     states: tuple[State, ...]  # at rest: the start, then the end of each increment
     reached: float  # legs completed
-    reason: str = ""  # as `Outcome.reason`; "slipping" if pressures did not settle
+    reason: PathEnd = PathEnd.NONE
 
     @property
     def state(self) -> State:
@@ -81,7 +81,7 @@ def followed(
     left = affordable(body, 0.5 * (len(goals) - 1))  # half the limit for each leg
     while at < len(goals) - 1:
         if left <= 0:
-            return Track(tuple(states), float(at), "long")
+            return Track(tuple(states), float(at), PathEnd.LONG)
         leg = int(at)
         end = min(at + step, Fraction(leg + 1))
         share = float(end - leg)
@@ -103,7 +103,7 @@ class _End(NamedTuple):
 
     body: Bonded
     state: State | None
-    reason: str
+    reason: PathEnd
     spent: int  # iterations
 
 
@@ -124,7 +124,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             if found.state.residual <= SETTLED:
                 break
         if not found.state.residual <= SETTLED:
-            return _End(body, None, "lost", spent)
+            return _End(body, None, PathEnd.LOST, spent)
         guess, seen = found.state, _looked_at(body, found.state)
         new = [p for _, p, _ in seen]
         weights = [part.surface.weight.ravel() for part in rough(body)]
@@ -135,7 +135,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
             return _End(body, None if said.reason else state, said.reason, spent)
         pressures = new
-    return _End(body, None, "slipping", spent)
+    return _End(body, None, PathEnd.SLIPPING, spent)
 
 
 def rough(body: Bonded) -> list[Contact]:
@@ -177,8 +177,10 @@ def begun(body: Bonded) -> Moment:
     return Moment(replace(state, known=known), remembered(body.law.silicone, memory, np.inf, kinematics(known.F)))
 
 
-def later(body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None) -> tuple[Moment | None, str]:
-    """Return the layer a step `dt` [s] later, under a load that changes linearly, and "" or why there is none.
+def later(
+    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None
+) -> tuple[Moment | None, PathEnd]:
+    """Return the layer a step `dt` [s] later, under a load that changes linearly, or why there is none.
 
     ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held`.
     """
@@ -196,4 +198,4 @@ def later(body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | Non
     if reason:
         return None, reason
     known = deformed_state(body, state)
-    return Moment(replace(state, known=known), remembered(silicone, now.memory, dt, kinematics(known.F))), ""
+    return Moment(replace(state, known=known), remembered(silicone, now.memory, dt, kinematics(known.F))), PathEnd.NONE

@@ -22,6 +22,7 @@ Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (19
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -56,16 +57,35 @@ _AGAIN = 0.1  # share of the residual that a step with an older factor must leav
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
 _LEAST_CLEAR = 0.1  # of the target's way, by which a place that is no better tells nothing
 _LEAST_SWELLING = 0.05  # part of it
+
+
+class PathEnd(StrEnum):
+    """Why a load path ended."""
+
+    NONE = ""  # it is at its goal; of a state: it counts
+    BUCKLED = "buckled"  # stability is lost
+    SIDEWAYS = "sideways"  # the same, out of the plane of symmetry
+    TURNED = "turned"  # the load is largest
+    INVERTED = "inverted"  # J <= 0 somewhere
+    LOST = "lost"  # no state at rest nearby
+    SLIPPING = "slipping"  # pressures under friction did not settle
+    LONG = "long"  # too many iterations
+
+
 REASONS = {
-    "buckled": "beyond this load the layer buckles: its equilibrium is unstable",
-    "sideways": "beyond this load the layer buckles out of its plane of symmetry: its equilibrium is unstable",
-    "turned": "this is the largest load of its kind that the layer carries: there is no equilibrium nearby beyond it",
-    "inverted": "beyond this load the mesh turns inside out at a corner",
-    "lost": "beyond this load no equilibrium was found, though the last one is stable: a smaller load may converge",
-    "slipping": "beyond this load the contact pressures under friction do not converge",
-    "long": "the path to this load takes longer than the limit of time (--seconds)",
+    PathEnd.BUCKLED: "beyond this load the layer buckles: its equilibrium is unstable",
+    PathEnd.SIDEWAYS: "beyond this load the layer buckles out of its plane of symmetry: its equilibrium is unstable",
+    PathEnd.TURNED: (
+        "this is the largest load of its kind that the layer carries: there is no equilibrium nearby beyond it"
+    ),
+    PathEnd.INVERTED: "beyond this load the mesh turns inside out at a corner",
+    PathEnd.LOST: (
+        "beyond this load no equilibrium was found, though the last one is stable: a smaller load may converge"
+    ),
+    PathEnd.SLIPPING: "beyond this load the contact pressures under friction do not converge",
+    PathEnd.LONG: "the path to this load takes longer than the limit of time (--seconds)",
 }
-"""Messages by the reason of an `Outcome` (path.py); "" at its goal."""
+"""Messages by the reason of an `Outcome` (path.py)."""
 
 
 _NONE = np.zeros((0, 0))
@@ -256,7 +276,7 @@ class Verdict(NamedTuple):
 
     min_J: float
     stiffness: float
-    reason: str  # against the state; "" if it counts
+    reason: PathEnd  # against the state
     S: Array
 
 
@@ -264,17 +284,17 @@ def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
     """Judge a state that Newton's method ended at."""
     trial, stiffness, hidden = found[:3]
     if not trial.residual <= SETTLED:
-        return Verdict(trial.min_J, np.nan, "lost", _NONE)
+        return Verdict(trial.min_J, np.nan, PathEnd.LOST, _NONE)
     least = smallest_volume(body, trial.u, everywhere=True)
     if not least > 0.0:
-        return Verdict(least, np.nan, "inverted", _NONE)
+        return Verdict(least, np.nan, PathEnd.INVERTED, _NONE)
     if stiffness is None:
         stiffness, hidden = target_stiffness(body, trial)
     value, reason = smallest_stiffness(way, stiffness, hidden)
     return Verdict(least, value, reason, stiffness)
 
 
-def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, str]:
+def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, PathEnd]:
     """Return the smallest eigenvalue of the stiffness, hidden motions included, and the reason it stands for."""
     held = way.held
     if held.any() and way.out_of_plane is not None:
@@ -282,8 +302,8 @@ def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tupl
     own = np.inf if way.held.all() else smallest_eigenvalue(stiffness, held)
     hidden_stiffness = np.inf if hidden is None else smallest_eigenvalue(hidden, way.out_of_plane)
     if own > 0.0 and hidden_stiffness > 0.0:
-        return min(own, hidden_stiffness), ""
-    return (hidden_stiffness, "sideways") if own > 0.0 else (own, "buckled")
+        return min(own, hidden_stiffness), PathEnd.NONE
+    return (hidden_stiffness, PathEnd.SIDEWAYS) if own > 0.0 else (own, PathEnd.BUCKLED)
 
 
 def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:

@@ -34,7 +34,17 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded, State, remembered
 from sits_mech.mechanics.equilibrium.linearisation import Arc, Held
-from sits_mech.mechanics.equilibrium.newton import LONGEST, SETTLED, Settled, Verdict, Way, newton, rate, verdict
+from sits_mech.mechanics.equilibrium.newton import (
+    LONGEST,
+    SETTLED,
+    PathEnd,
+    Settled,
+    Verdict,
+    Way,
+    newton,
+    rate,
+    verdict,
+)
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array
 
@@ -86,9 +96,9 @@ def follow(
         if at == 1.0:
             return Outcome(here, at)
     else:
-        return Outcome(here, at, "long")
+        return Outcome(here, at, PathEnd.LONG)
     if _CUT < smallest:
-        return Outcome(here, at, said.reason if here.iterations < most else "long")
+        return Outcome(here, at, said.reason if here.iterations < most else PathEnd.LONG)
     return pursued(body, way, (here, at), length, smallest=smallest, most=most)
 
 
@@ -129,15 +139,11 @@ def among_faces(
 
 @dataclass(frozen=True)
 class Outcome:
-    """The end of a load path.
-
-    Reasons: "buckled", "sideways" (stability is lost), "turned" (the load is largest), "inverted" (J <= 0 somewhere),
-    "lost" (no state at rest nearby), "long" (too many iterations), "" at the goal.
-    """
+    """The end of a load path."""
 
     state: State  # last state at rest
     reached: float  # fraction of the path; 1 is the goal
-    reason: str = ""
+    reason: PathEnd = PathEnd.NONE
     limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
 
     def over(self, begin: float, end: float) -> Outcome:
@@ -157,7 +163,7 @@ def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
     if own is None:
         return None
     other = coarse if fine.limit is not None else fine
-    if other.reason == "long":
+    if other.reason is PathEnd.LONG:
         return own[0], np.nan
     there, located = other.limit or (other.reached, 0.0)
     return own[0], abs(own[0] - there) + own[1] + located
@@ -181,7 +187,7 @@ class _End:
     ahead: float
     part: float
     stiffness: float
-    reason: str
+    reason: PathEnd
 
 
 def pursued(
@@ -193,7 +199,7 @@ def pursued(
     far; `most`: limit of all iterations, those before included.
     """
     here = _place(body, way, *start, verdict(body, way, Settled(start[0], None)))
-    end, reason, before = None, "lost", here
+    end, reason, before = None, PathEnd.LOST, here
     gone = _GONE * here.stiffness if np.isfinite(here.stiffness) else 0.0  # it is infinite where every place is held
     begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
     while True:
@@ -202,7 +208,7 @@ def pursued(
         if length <= smallest * (1.0 if end is None else PRECISE) * max(begun, body.length(here.state.q)):
             break
         if spent >= most:
-            reason = "long"
+            reason = PathEnd.LONG
             break
         step, to, said = _ahead(body, way, here, length)
         spent += step.iterations
@@ -211,10 +217,11 @@ def pursued(
             spent += step.iterations
             if not said.reason:
                 return Outcome(replace(step, iterations=spent), 1.0)
-        if said.reason in ("lost", "inverted") or (not said.reason and to <= here.part):  # stable: another branch
-            reason, length = said.reason or "lost", 0.25 * length
+        astray = not said.reason and to <= here.part  # stable, on another branch
+        if astray or said.reason in (PathEnd.LOST, PathEnd.INVERTED):
+            reason, length = said.reason or PathEnd.LOST, 0.25 * length
         elif said.reason or said.stiffness <= gone:
-            end = _End(length, to, said.stiffness - gone, said.reason or "buckled")
+            end = _End(length, to, said.stiffness - gone, said.reason or PathEnd.BUCKLED)
             length = _next(here, end, beyond=False)
         else:
             there = _place(body, way, step, to, said)
@@ -228,13 +235,13 @@ def pursued(
     return _left(before, here, replace(here.state, iterations=spent), first, reason)
 
 
-def _left(before: _Place, here: _Place, state: State, first: float, reason: str) -> Outcome:
+def _left(before: _Place, here: _Place, state: State, first: float, reason: PathEnd) -> Outcome:
     """End a lost path; with little stiffness left, extrapolate the limit to where it vanishes."""
     fall, ahead = before.stiffness - here.stiffness, here.part - before.part
     if not (here.stiffness <= _LITTLE * first and fall > 0.0 and ahead > 0.0):
         return Outcome(state, here.part, reason)
     further = ahead * here.stiffness / fall
-    return Outcome(state, here.part, "buckled", (here.part + further, further))
+    return Outcome(state, here.part, PathEnd.BUCKLED, (here.part + further, further))
 
 
 def _place(body: Bonded, way: Way, state: State, part: float, said: Verdict) -> _Place:
@@ -304,8 +311,8 @@ def _limited(here: _Place, end: _End, spent: int, first: float) -> Outcome:
     """Return the end of the path: at a limit, or lost where the stiffness jumps."""
     value, state = _value(here, end), replace(here.state, iterations=spent)
     if here.stiffness > _SMALL * first:
-        return Outcome(state, here.part, "lost")
+        return Outcome(state, here.part, PathEnd.LOST)
     m, c = _parabola(here, end)
-    turned = end.reason == "buckled" and c < 0.0 and -0.5 * m / c < end.ahead
+    turned = end.reason is PathEnd.BUCKLED and c < 0.0 and -0.5 * m / c < end.ahead
     error = max(abs(end.part - here.part), abs(value - here.part))
-    return Outcome(state, here.part, "turned" if turned else end.reason, (value, error))
+    return Outcome(state, here.part, PathEnd.TURNED if turned else end.reason, (value, error))

@@ -21,10 +21,8 @@ from sits_mech.mechanics.faces.facets import is_monotone, lines_cross, triangles
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.mechanics.faces.skin import Skin
 from sits_mech.mechanics.faces.surface import Surface
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Integers
-
-LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"
-"""Note on an answer without the contact that it needs."""
 
 LEFT_SHARE = 0.15
 """Share of what contact changes that is its error where faces touch each other: for the depth over which they do.
@@ -130,26 +128,21 @@ def faces_press(mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array) ->
 
 def face_notes(
     faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array, plate: float
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """Return notes on free faces under a target of thickness `plate`."""
     found = face_contact(faces, mesh, parts, u, q)
-    names = {
-        "the ground": found.ground,
-        "the target's plane, taken to extend beyond the target": found.target,
-        "the target's sides": found.walls,
-    }
-    begin, end = ("folds onto", "this contact is not in the answer, the true layer is stiffer")
+    surfaces = {"ground": found.ground, "target": found.target, "sides": found.walls}
+    kind, more = NoteKind.FACE_FOLDS, dict[str, float]()
     if any(isinstance(part, Contact) for part in parts):
-        rough = max(part.friction for part in parts if isinstance(part, Contact))
-        begin, end = "touches", f"contact with friction {rough:g}" if rough > 0.0 else "frictionless contact"
-    notes = [f"a free face {begin} {name}: {end}" for name, own in names.items() if own]
-    if found.walls and found.rise > plate:
-        notes.append("silicone rises above the target's top face: its sides are taken to extend upwards")
-    if found.held:
-        notes.append("free faces touch each other: frictionless contact")
-    if found.crossing:
-        notes.append("free faces pass through one another: this contact is not in the answer, the true pad is stiffer")
-    return tuple(notes)
+        kind = NoteKind.FACE_TOUCHES
+        more["friction"] = max(part.friction for part in parts if isinstance(part, Contact))
+    notes = [Note.of(kind, surface=name, **more) for name, own in surfaces.items() if own]
+    others = {
+        NoteKind.FACE_RISES: found.walls and found.rise > plate,
+        NoteKind.FACES_TOUCH: found.held,
+        NoteKind.FACES_CROSS: found.crossing,
+    }
+    return (*notes, *(Note(other) for other, own in others.items() if own))
 
 
 def crosses_itself(faces: Faces, mesh: MixedMesh, u: Array) -> bool:

@@ -7,7 +7,7 @@ the target's end; likewise for forces that hold the target. States of the first 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -18,11 +18,12 @@ from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import MOST, Approach, unloaded
+from sits_mech.mechanics.equilibrium.newton import MOST, Approach, PathEnd, unloaded
 from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow, iteration_seconds
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
 from sits_mech.memory import check_seconds
+from sits_mech.notes import Note
 from sits_mech.quantities import WRENCH, Array, Bounded, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
@@ -39,10 +40,10 @@ class Solved(NamedTuple):
 
     found: Equilibrium
     part: float
-    reason: str = ""
+    reason: PathEnd = PathEnd.NONE
     carried: tuple[Wrench, Wrench] | None = None  # largest load and its error, if limited
     limit: tuple[float, float] | None = None  # the same as a fraction of the path, with its error
-    laws: tuple[str, ...] = ()  # notes on the silicone's law in the farthest state of the coarse mesh
+    laws: tuple[Note, ...] = ()  # notes on the silicone's law in the farthest state of the coarse mesh
     seen: float = 1.0  # fraction of the path the coarse mesh got to
 
     @property
@@ -158,15 +159,9 @@ def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> flo
     return max(1.0, float(stretch[order][np.searchsorted(below, min((1.0 - apart) * below[-1], below[-1]))]))
 
 
-def law_notes(sensor: Sensor, stretch: float) -> tuple[str, ...]:
+def law_notes(sensor: Sensor, stretch: float) -> tuple[Note, ...]:
     """Return notes on the silicone's law at a largest stretch: stability, range of its data."""
     return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, stretch)
-
-
-def wrench_words(load: Mapping[str, float]) -> str:
-    """Format a load [N, N m]; out-of-plane components only where they are not zero."""
-    shown = {name: value for name, value in load.items() if name in WRENCH[:3] or value != 0.0}
-    return ", ".join(f"{name} = {value:.6g} N{' m' * name.startswith('M')}" for name, value in shown.items())
 
 
 def answer(
@@ -202,7 +197,8 @@ def answer(
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
     pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
     spent, best = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed)
-    large, beyond, kept = "", list[Array](), 0
+    large: Note | None = None
+    beyond, kept = list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
     for level in range(2, min(most, len(levels), line.deepest)):

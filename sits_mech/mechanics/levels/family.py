@@ -66,7 +66,8 @@ from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
 from sits_mech.mechanics.equilibrium.path import affordable, follow
-from sits_mech.memory import beyond_memory
+from sits_mech.memory import GIB, MEMORY, beyond_memory
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Sensor
 
@@ -116,14 +117,17 @@ class Levels:
         """Length of the packed states of the first two levels."""
         return self.fine.size + self.coarse.size
 
-    def check_memory(self, level: int) -> str:
-        """Return a note on a level that exceeds memory, else "".
+    def check_memory(self, level: int) -> Note | None:
+        """Return a note on a level that exceeds memory, else None.
 
         Raise ValueError for one of the first two levels, without which there is no answer.
         """
-        beyond = beyond_memory(sum(memory_of_box(self.cells(level))))
-        if level > 1 or not beyond:
-            return beyond and f"a finer mesh would take {beyond}: raise it for a smaller error"
+        needed = float(sum(memory_of_box(self.cells(level))))
+        beyond = beyond_memory(needed)
+        if not beyond:
+            return None
+        if level > 1:
+            return Note.of(NoteKind.MESH_TOO_LARGE, needed=needed, limit=MEMORY.get() * GIB)
         takes = f"memory: a mesh of {' x '.join(map(str, self.cells(level)))} cells takes {beyond}"
         raise ValueError(f"{takes}: a thicker or smaller pad, or a mesh of your own with fewer cells, would fit")
 

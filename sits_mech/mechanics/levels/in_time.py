@@ -31,19 +31,20 @@ from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rough
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import REASONS
+from sits_mech.mechanics.equilibrium.newton import REASONS, PathEnd
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
-from sits_mech.quantities import POSE, WRENCH, Array, Mask, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.notes import Note, NoteKind
+from sits_mech.quantities import POSE, WRENCH, Array, Ended, Mask, Pose, SolveFailed, SolveReport, Wrench
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
 _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
 _ORDER = 3.0  # of what one step adds
 _LEAST = 1e-6  # of the largest displacement: no error is called smaller, whatever meshes agree on near zero
 _ROUNDING = 1e-9  # of a step
-_LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
+_LIMITS = PathEnd.BUCKLED, PathEnd.SIDEWAYS, PathEnd.TURNED  # what two families of meshes say is not their fault
 _SHORTEST = 1e-6  # of the time between two loads of the history
 
 
@@ -61,7 +62,7 @@ class _Times:
 class _Ended(Exception):
     """A walk that found no equilibrium: when, why, and the last moment."""
 
-    def __init__(self, time: float, reason: str, last: Moment) -> None:
+    def __init__(self, time: float, reason: PathEnd, last: Moment) -> None:
         super().__init__(reason)
         self.time, self.reason, self.last = time, reason, last
 
@@ -90,11 +91,10 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
 def _failed(history: LoadHistory, end: _Ended) -> SolveFailed:
     """Build the error of a history that could not be completed."""
     state = end.last.state
-    words = f"{REASONS[end.reason]} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
-    report = SolveReport(
-        "", state.u.size, state.iterations, state.residual, 1.0, 0.0, "history ended", min_J=state.min_J,
-    )
-    return SolveFailed(words, report)
+    return SolveFailed(f"{REASONS[end.reason]} (at {end.time:.6g} s of {history.time[-1]:.6g} s)", SolveReport(
+        "", state.u.size, state.iterations, state.residual, 1.0, 0.0, Ended.HISTORY,
+        (Note.of(NoteKind.PATH_END, end=end.reason),), (), state.min_J
+    ))
 
 
 def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress) -> tuple[Motion, bool]:
@@ -106,13 +106,12 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
     asked = min(line.asked, 1.0)
     count, loads = min(WALKED, len(levels)), (history.time, goals[:, : body.components])
     times, first = _timed(body, held, loads, _GROWTH * asked, _shares(tell, 0, count))
-    walks, large = [first, _walked(levels.fine, held, times, _shares(tell, 1, count))], ""
+    walks, large = [first, _walked(levels.fine, held, times, _shares(tell, 1, count))], None
     found = _limits(levels, times, walks)
     for level in range(2, count):
         if found.relative <= asked:
             break
-        large = levels.check_memory(level)
-        if large:
+        if large := levels.check_memory(level):
             break
         try:
             walks.append(_walked(levels.maker(level), held, times, _shares(tell, level, count)))
@@ -151,7 +150,9 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
 
 
-def _motion(line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: _Limits, large: str) -> Motion:
+def _motion(
+    line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: _Limits, large: Note | None
+) -> Motion:
     """Return the motion in SI with its report."""
     scales, last, k = line.scales, walks[-1], levels.fine.components
     pose, error = (np.pad(part * scales.lengths[:k], ((0, 0), (0, len(POSE) - k))) for part in found[:2])
@@ -164,16 +165,15 @@ def _motion(line: Line, levels: Levels, times: _Times, walks: list[_Walk], found
         error = np.maximum(error, np.abs(pose - scales.pose(np.zeros(k)).components))
     faces = face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate)
     stretch, before = (float(np.max(walk.stretch)) for walk in (last, walks[-2]))
-    notes = [*beneath, *faces, *law_notes(sensor, stretch)]
+    notes = [*beneath, *faces, *law_notes(sensor, stretch), *([large] if large else [])]
     late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(np.array(last.q) * body.levers)), 1e-300))
-    notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; error of the time steps {late:.1g}")
+    notes.append(Note.of(NoteKind.TIMES, count=len(times.time), meshes=len(walks), error=late))
     if found.relative > line.asked:
-        notes.append(f"estimated error {found.relative:.2g}: the tolerance {line.asked:g} is missed")
+        notes.append(Note.of(NoteKind.TOLERANCE_MISSED, error=found.relative, tolerance=line.asked))
     report = SolveReport(
         "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
-        state.residual, found.relative, 0.0, notes=(*notes, *([large] if large else [])),
-        min_J=min(walk.min_J for walk in walks), stretch=stretch,
-        error_stretch=abs(stretch - before),
+        state.residual, found.relative, 0.0, "converged", tuple(notes), (), min(walk.min_J for walk in walks), stretch,
+        abs(stretch - before),
     )
     wrench = np.pad(times.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads
     return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), np.array(last.stretch), report)

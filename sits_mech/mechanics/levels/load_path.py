@@ -27,6 +27,7 @@ from sits_mech.mechanics.equilibrium.newton import Approach, unloaded
 from sits_mech.mechanics.levels.answer import Solved, aim, answer
 from sits_mech.mechanics.levels.family import WALKED, Levels, Line
 from sits_mech.mechanics.levels.settle import settled, untouched
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport
 from sits_mech.scene.sensor import Sensor
 
@@ -85,8 +86,7 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     found = answer(replace(line, deepest=99, goal=None), levels, controls[-1], states, walked)
     given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
     found = replace(found, wrench=replace(found.wrench, **given))
-    way = "straight from zero load" if len(controls) == 1 else "along the given loads"
-    return Solved(_with_steps(line, number, found, steps, way), 1.0)
+    return Solved(_with_steps(line, number, found, steps, len(controls)), 1.0)
 
 
 def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps:
@@ -126,11 +126,11 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
         yield Approach(replace(track.state, iterations=track.iterations), np.zeros(body.components))
 
 
-def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way: str) -> Equilibrium:
+def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, legs: int) -> Equilibrium:
     """Add the error of the increments to an equilibrium, with its notes and family number."""
     k, error = len(steps.off), found.error.components
     error[:k] += steps.off * line.scales.lengths[:k]
-    said = f"friction: load path {way}, {steps.parts} steps per leg; half as many change this by {steps.share:.1g}"
+    said = Note.of(NoteKind.FRICTION_PATH, legs=legs, parts=steps.parts, change=steps.share)
     report = found.report
     report = replace(report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said))
     return replace(found, error=Pose.of(error), report=report, state=np.concatenate([[number], found.state]))

@@ -15,19 +15,20 @@ data.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import packed
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.newton import REASONS
 from sits_mech.mechanics.equilibrium.path import Outcome, follow
-from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
-from sits_mech.mechanics.levels.answer import Solved, aim, first_look, solve_levels, starts, wrench_words
+from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, face_contact, softened
+from sits_mech.mechanics.levels.answer import Solved, aim, first_look, solve_levels, starts
 from sits_mech.mechanics.levels.family import PAIR, Levels, Line
-from sits_mech.quantities import WRENCH, Equilibrium, Pose, SolveFailed, Wrench
+from sits_mech.mechanics.levels.words import WORDS, carried_note, given_words, wrench_words
+from sits_mech.notes import Note, NoteKind
+from sits_mech.quantities import Ended, Equilibrium, Pose, SolveFailed
 
 _SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
@@ -158,43 +159,24 @@ def _without_contact(line: Line, free: Solved) -> Solved:
     k, lever = body.components, body.reach(line.scales.thickness)
     away = (found.pose.components - line.scales.pose(np.zeros(k)).components) * lever
     size = np.where(np.arange(6) < k, float(np.max(np.abs(away))), 0.0)
-    report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, LEFT_OUT))
+    report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, Note(NoteKind.CONTACT_LOST)))
     return free._replace(found=replace(found, error=Pose.of(size / lever), report=report))
 
 
 def ended(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
     last, there = solved.found, {name: solved.seen * value for name, value in control.given.items()}
-    laws = tuple(f"{note}, under {_given_words(there)} on a coarse mesh" for note in solved.laws)
-    limit = () if solved.carried is None or solved.limit is None else (carried_words(solved.carried, solved.limit),)
+    laws = tuple(note.with_numbers(**there) for note in solved.laws)
+    limit = () if solved.carried is None or solved.limit is None else (carried_note(solved.carried, solved.limit),)
     if not limit and solved.seen < 1.0:
-        limit = (f"no largest load was found: a coarse mesh could be followed to {_given_words(there)}",)
-    why = (*limit, REASONS[solved.reason])
+        limit = (Note.of(NoteKind.NO_LARGEST, **there),)
+    why = (*laws, *limit, Note.of(NoteKind.PATH_END, end=solved.reason))
     others = (note for note in last.report.notes if note not in solved.laws)
-    notes = (*others, *laws, *why, f"reached {solved.part:.1%} of the path")
-    report = replace(last.report, status="load path ended", notes=notes)
+    notes = (*others, *why, Note.of(NoteKind.PATH_PART, part=solved.part))
+    report = replace(last.report, status=Ended.PATH, notes=notes)
     message = (
         f"wrench: the {body} could be followed to {wrench_words(vars(last.wrench))} ({solved.part:.1%} of the path), "
-        f"not to {_given_words(control.given)}; smallest volume ratio there {report.min_J:.3g}; "
-        f"{'; '.join((*laws, *why))}"
+        f"not to {given_words(control.given)}; smallest volume ratio there {report.min_J:.3g}; "
+        f"{'; '.join(WORDS[note.kind](note) for note in why)}"
     )
     return SolveFailed(message, report, replace(last, report=report), carried=solved.carried)
-
-
-def carried_words(carried: tuple[Wrench, Wrench], limit: tuple[float, float]) -> str:
-    """Format a largest load and its error: the non-zero components, and the share of what was asked."""
-    load, error = (vars(each) for each in carried)
-    known = bool(np.isfinite(limit[1]))
-    parts = [
-        f"{name} = {value:.4g}{f' +- {error[name]:.2g}' * known} N{' m' * name.startswith('M')}"
-        for name, value in load.items() if value != 0.0
-    ]
-    share = f"{limit[0]:.2%} +- {limit[1]:.2%} of the path" if known else "on a coarse mesh, its error is not known"
-    return f"carried up to {', '.join(parts)} ({share})"
-
-
-def _given_words(given: Mapping[str, float]) -> str:
-    """Format forces and places."""
-    forces = wrench_words({name: value for name, value in given.items() if name in WRENCH})
-    units = {name: "rad" if name.startswith("alpha") else "m" for name in given if name not in WRENCH}
-    return ", ".join([*([forces] * bool(forces)), *(f"{name} = {given[name]:.6g} {units[name]}" for name in units)])

@@ -27,6 +27,7 @@ from sits_mech.mechanics.equilibrium.newton import small_strain
 from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept, of_one_pad
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.pad.shapes import widened
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
 from sits_mech.units import checked_tolerance
@@ -136,14 +137,9 @@ def _compliance(sensor: Sensor) -> Array:
     return levels.limit(found).value.reshape(3, 3)
 
 
-def edge_notes(edges: Edges, load: Array, thickness: float) -> tuple[str, ...]:
+def edge_notes(edges: Edges, load: Array, thickness: float) -> tuple[Note, ...]:
     """Return notes on the fillets under a load F_x, F_z, M, scaled; thickness in m."""
     force = np.array([load[0], -load[1], load[2] + edges.height * load[0]])
     d_h, d_z, alpha = (edges.rounded - edges.sharp) @ force * [thickness, thickness, 1.0]
-    told = (
-        f"edge radius {1e3 * edges.radius:.3g} mm: moves the target by {1e6 * d_h:+.3g} um along x, "
-        f"{-1e6 * d_z:+.3g} um down, {np.degrees(alpha):+.3g} deg, against sharp edges (small strain)"
-    )
-    if edges.flush:
-        return (told,)
-    return told, "the target's edge stays sharp: no side face of the layer ends there that could have a radius"
+    moved = Note.of(NoteKind.EDGE_RADIUS, radius=edges.radius, d_h=float(d_h), d_v=float(d_z), alpha=float(alpha))
+    return (moved,) if edges.flush else (moved, Note(NoteKind.EDGE_SHARP))

@@ -27,6 +27,7 @@ from skfem.quadrature import get_quadrature
 
 from sits_mech.geometry.meshing.bricks import Division, Outline, both_halves, within
 from sits_mech.geometry.meshing.refinement import shape_values
+from sits_mech.mechanics.closed_form import HAIR
 from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces, gradients, kinematics, law_of
 from sits_mech.mechanics.element.mesh import BRICK, ORDER, MixedMesh, Points, pressures, solid_mesh
@@ -38,10 +39,9 @@ from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.pad.section import GUARD_SHARE, layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
-
-_SLENDER = 1e3  # times as high as thin: what stands beyond is a hair, whose faces' triangles all overlap
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,19 +222,19 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     if target.shape == "outline":
         raise ValueError("target.shape: must be 'rectangle' or 'disc' for the model 'block', got 'outline'")
     thin = elastomer.diameter if elastomer.diameter is not None else min(elastomer.extent)
-    if elastomer.thickness > _SLENDER * thin:
+    if elastomer.thickness > HAIR * thin:
         raise SceneError(
-            f"elastomer.thickness: must be at most {_SLENDER:g} times its smallest width ({thin:g} m) for the model "
+            f"elastomer.thickness: must be at most {HAIR:g} times its smallest width ({thin:g} m) for the model "
             f"'block', which does not resolve hairs; got {elastomer.thickness:g} m"
         )
     return target, elastomer
 
 
-def edge_notes(sensor: Sensor) -> tuple[str, ...]:
+def edge_notes(sensor: Sensor) -> tuple[Note, ...]:
     """Note that an edge radius is ignored here."""
     if sensor.elastomer is None or sensor.elastomer.edge_radius is None:
         return ()
-    return ("elastomer.edge_radius is left out: the edges of this model are sharp, or as its mesh has them",)
+    return (Note(NoteKind.EDGE_LEFT_OUT),)
 
 
 def moved_block(body: Bonded, sensor: Sensor, fineness: tuple[int, float, int], guard: float = 0.0) -> Bonded | None:

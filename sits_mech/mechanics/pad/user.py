@@ -33,6 +33,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.pad.shapes import outlines
 from sits_mech.mechanics.pad.solid import NumberedMesh, as_in, numbered, pad_parts, solid
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
 
@@ -133,22 +134,20 @@ def _divided(
     return numbered(own, where, basis, plate, half=bool(np.any(where[2])), convex=False), refinement
 
 
-def mesh_notes(sensor: Sensor) -> tuple[str, ...]:
+def mesh_notes(sensor: Sensor) -> tuple[Note, ...]:
     """Return notes on a scene's mesh, if any: nodes merged, faces in no group."""
     if sensor.elastomer is None or sensor.elastomer.mesh is None:
         return ()
     mesh, merged = _stamped(*_file(sensor.elastomer))
-    name, notes = str(sensor.elastomer.mesh), []
+    name, notes = str(sensor.elastomer.mesh), list[Note]()
     if merged:
-        notes.append(f"{name}: {merged} duplicated nodes were merged, as elastomer.weld asks")
+        notes.append(Note.of(NoteKind.NODES_MERGED, mesh=name, count=int(merged)))
     outer = mesh.boundary_facets()
     lone = np.setdiff1d(outer, np.concatenate([mesh.boundaries.get(group, []) for group in (*GROUPS, _SYMMETRY)]))
     if lone.size:
-        first = place(mesh.p.T[mesh.facets[:, int(lone[0])]])
-        notes.append(
-            f"{name}: {lone.size} of {outer.size} faces of the surface are in no group and taken as free, the first "
-            f"about {first}"
-        )
+        first = mesh.p.T[mesh.facets[:, int(lone[0])]].mean(axis=0).tolist()
+        count = {"count": int(lone.size), "of": int(outer.size)}
+        notes.append(Note.of(NoteKind.FACES_FREE, mesh=name, **count, **dict(zip("xyz", first, strict=True))))
     return tuple(notes)
 
 

@@ -4,7 +4,7 @@ const LINES = 2000, kept = new Map(), held = new Map(); // parts of axes, and nu
 const column = (name) => columns.find((each) => each.name === name);
 const span = (each) => { const [lo, hi] = range(each.values); return hi > lo ? [lo, hi] : [lo - 0.5, lo + 0.5]; };
 const within = (i) => [...kept].every(([name, [lo, hi]]) => { const v = column(name).values[i]; return v !== null && v >= lo && v <= hi; });
-const failed = (i) => !["ok", "interpolated", "above tolerance", "beyond data"].includes(word(column("status"), i));
+const failed = (i) => !["ok", "interpolated", "above tolerance", "not bounded", "beyond data"].includes(word(column("status"), i));
 const word = (each, i) => (each.words ? each.words[each.values[i]] : each.values[i] === null ? "–" : String(Number(each.values[i].toPrecision(5))));
 const told = (i, of) => "case " + data.cases[i] + ": " + [...keys, of, column("status")].map((each) => each.name + " = " + word(each, i)).join(", ");
 const tone = (v, [lo, hi]) => shade(v, lo, lo < 0 && hi > 0 ? hi : hi + 0.35 * (hi - lo)); // the palest would not be seen as a line

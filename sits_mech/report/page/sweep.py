@@ -26,7 +26,7 @@ from sits_mech.readout.loads import point
 from sits_mech.report.page.explorer import page_file, script_of
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table, tiles_of
-from sits_mech.report.tables.cases import case_table
+from sits_mech.report.tables.cases import case_remarks, case_table
 from sits_mech.report.tables.loads import point_name
 from sits_mech.scene.files import write_text
 from sits_mech.status import ANSWERED, UNFINISHED, counted
@@ -65,6 +65,9 @@ def page(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]) -> str
     hint = f" {shown} of {len(states)} cases are here; result.nc has all." if shown < len(states) else ""
     box = '<div class="scroll" role="region" aria-label="Cases" tabindex="0">'
     sections = [("cases", "Cases", f"{box}{html_table(case_table(data), numbers=True)}</div>")]
+    if remarks := case_remarks(data):
+        lines = "".join(f"<li>{html.escape(line)}</li>" for line in remarks)
+        sections.append(("left-out", "Left out", f"<ul>{lines}</ul>"))
     if failed:
         sections.insert(0, ("failed", "Failed cases", _failed_part(data, failed, files)))
     sections.insert(0, ("explorer", "Explorer", _MARKUP.replace("$hint", hint)))

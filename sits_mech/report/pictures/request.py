@@ -30,7 +30,7 @@ class Request:
 def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
     """Draw a picture and write it; raise ValueError, saying why it cannot be drawn, or SolveFailed."""
     if kind == "field":
-        refuse_out_of_plane("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
+        refuse_out_of_plane("planar-fem, and --kind field", request.pose or request.wrench)
         if any(coil.centre[1] != 0.0 and coil.shape != "path" for coil in sensor.coils):
             raise SceneError("--kind field: must have every coil on y = 0; --kind spatial draws them at any place")
         if refusal := section_refusal(sensor.coils):

@@ -13,6 +13,7 @@ from sits_mech.labels import unit_of
 from sits_mech.memory import GIB
 from sits_mech.readout.loads import point, points
 from sits_mech.readout.signals import told
+from sits_mech.report.left_out import kept_lines
 from sits_mech.report.tables.loads import point_name
 from sits_mech.report.tables.solves import column_table
 from sits_mech.status import ANSWERED, kind_of
@@ -91,6 +92,12 @@ def case_failures(data: xr.Dataset) -> list[str]:
         f"{len(own)} of {len(status)} cases, first {point_name(point(data[['status']], own[0]))}: {status[own[0]]}: "
         f"{reason[own[0]]}" for own in found.values()
     ]
+
+
+def case_remarks(data: xr.Dataset) -> list[str]:
+    """Return a line for each kind of what the models of a study's cases leave out, the largest of each."""
+    names = [name for name in data if str(name).startswith("left_out")]
+    return [line for name in names for line in kept_lines(filter(None, data[name].to_numpy().ravel().tolist()))]
 
 
 def _text(values: np.ndarray) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-import re
+from collections.abc import Hashable
 from itertools import product
 
 import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.notes import unpacked
 from sits_mech.quantities import POSE, UNITS, shown_unit
 from sits_mech.readout.crosstalk import (
     components_of,
@@ -22,6 +23,8 @@ from sits_mech.readout.crosstalk import (
 )
 from sits_mech.readout.loads import answered, fixed, load_words, middle, over_loads, points, varied
 from sits_mech.readout.signals import SIGNALS, told
+from sits_mech.report.left_out import kept_lines
+from sits_mech.report.notes import joined_words, sentence, with_words
 from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
 from sits_mech.status import WORDS
 
@@ -31,7 +34,6 @@ KINDS = {
 }
 """What each component of a load is."""
 Figure = tuple[str, float, float, str]
-_DIGITS = re.compile(r"[\d.]+(?:e[-+]?\d+)?")  # what notes of one kind differ in
 
 
 def load_table(data: xr.Dataset) -> Table:
@@ -175,15 +177,17 @@ def point_name(row: xr.Dataset) -> str:
 def remarks(data: xr.Dataset) -> list[str]:
     """Return notes on the model, and one line for each kind of note of the solves, with its count and the worst note.
 
-    The worst is by status, then by stretch; notes that differ only in numbers are one kind.
+    The worst is by status, then by stretch; notes of a kind that differ only in numbers are one.
     """
-    said = [data.attrs["notes"]] if data.attrs.get("notes") else []
+    said = [joined_words(data.attrs["notes"])] if data.attrs.get("notes") else []
+    said += kept_lines([data.attrs.get("left_out", "")])
     rows = list(points(data[["status", "notes", *(["stretch"] if "stretch" in data else [])]]))
     rows.sort(key=lambda row: (-WORDS.index(row["status"].item()), -np.nan_to_num(_number(row, "stretch"))))
-    kinds: dict[str, list[str]] = {}
+    kinds: dict[Hashable, list[str]] = {}
     for row in rows:
-        for note in filter(None, str(row["notes"].item()).split("; ")):
-            kinds.setdefault(_DIGITS.sub("", note), []).append(f"{point_name(row)}: {note}")
+        for note in unpacked(str(row["notes"].item())):
+            words = tuple(value for _, value in note.numbers if isinstance(value, str))
+            kinds.setdefault((note.kind, words), []).append(f"{point_name(row)}: {sentence(note)}")
     return said + [f"{len(each)} of {len(rows)} loads, worst {each[0]}" for each in kinds.values()]
 
 
@@ -192,7 +196,7 @@ def csv_text(data: xr.Dataset) -> str:
 
     What goes by coils and causes becomes a column for each.
     """
-    flat = {}
+    data, flat = with_words(data), {}
     for name in over_loads(data):
         own = [dim for dim in data[name].dims if dim in ("coil", "coil_2", "thermal_cause")]
         for at in product(*(data[dim].to_numpy() for dim in own)):

@@ -14,6 +14,7 @@ from sits_mech.analysis.histories.full_cycle import difference
 from sits_mech.quantities import POSE, WRENCH, Array
 from sits_mech.readout.loads import ends_of, request_of
 from sits_mech.readout.signals import told
+from sits_mech.report.notes import kept_sentences
 from sits_mech.report.pictures.curves import load_label, signal_label
 from sits_mech.report.pictures.style import new_figure, strokes
 from sits_mech.report.records import status_record
@@ -33,7 +34,7 @@ def loop_table(data: xr.Dataset) -> Table:
     found = column_table(f"{data.attrs['name']}: width of the loops", headings, justify="right")
     for number, widths in enumerate(zip(*(_widths(data, name) for name in names), strict=True), 1):
         found.add_row(str(number), *(figure_text(*width) for width in widths))
-    found.caption = "; ".join(part for part in (f"status: {data.attrs['flags']}", data.attrs["notes"]) if part)
+    found.caption = "; ".join((f"status: {data.attrs['flags']}", *kept_sentences(data.attrs["notes"])))
     return found
 
 
@@ -42,9 +43,8 @@ def loop_record(data: xr.Dataset) -> dict[str, Any]:
     ends = ends_of(data, (*POSE, *told(data)))
     loops = {f"loop_{name}": [value for value, _ in _widths(data, name)] for name in told(data)}
     errors = {f"error_loop_{name}": [error for _, error in _widths(data, name)] for name in told(data)}
-    notes = [data.attrs["notes"]] if data.attrs["notes"] else []
     own = status_record(joined([data.attrs["flags"]])) | {"request": request_of(data)}
-    return own | {"ends": ends, "notes": notes} | loops | errors
+    return own | {"ends": ends, "notes": kept_sentences(data.attrs["notes"])} | loops | errors
 
 
 def difference_table(cheap: xr.Dataset, full: xr.Dataset) -> Table:

@@ -9,11 +9,15 @@ from typing import Any
 
 from rich.table import Table
 
-from sits_mech.analysis.ladder import Rung, power, sentence
-from sits_mech.chain.ends import ends_of_pad
-from sits_mech.chain.omissions import Omission, beside_errors, skin_depths
-from sits_mech.chain.prices import Step
-from sits_mech.chain.request import Plan
+from sits_mech.analysis.ladder import Rung
+from sits_mech.chain.models import Candidate, Choice, Why
+from sits_mech.chain.plan import Plan, Step
+from sits_mech.magnetics.modes import skin_depths
+from sits_mech.mechanics.models import ends_of_pad
+from sits_mech.notes import Omission
+from sits_mech.report.ladder import power, sentence
+from sits_mech.report.left_out import RELATIVE, entry, reason, size_text
+from sits_mech.report.notes import sentences
 from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.scene.sensor import Sensor
 
@@ -21,41 +25,77 @@ from sits_mech.scene.sensor import Sensor
 def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     """Return a plan as tables: what is solved, what is left out, what finer answers take, what else there is to say."""
     solved = column_table(f"{sensor.name}: solved", ("part", "model", "error", "seconds", "why"))
-    reasons = {"magnetics": found.magnetics.reason}
-    reasons |= {} if found.mechanics is None else {"mechanics": found.mechanics.reason}
+    choices = {"mechanics": found.mechanics, "magnetics": found.magnetics}
     for step in found.steps:
-        solved.add_row(*_cells(step), reasons[step.half])
+        solved.add_row(*_cells(step), choice_reason(choices[step.half]))
+    models = [_models(half, choice) for half, choice in choices.items() if choice is not None]
     finer = column_table("finer answers", ("part", "model", "error", "seconds", "overall error"))
     for step in found.finer:
         finer.add_row(*_cells(step), f"{step.whole:.2g} instead of {found.error:.2g}")
     rows = [("expected error", _error(found)), ("expected time", f"about {_short(found.seconds)} s on one core")]
     if sensor.target is not None:
         rows.append(("skin", _skin(skin_depths(sensor))))
-    rows += [("note", note) for note in found.notes]
-    return [solved, _omitted(found.left_out), *([finer] if found.finer else []), key_table("overall", rows)]
+    rows += [("note", words) for words in sentences(found.notes)]
+    finer_tables = [finer] if found.finer else []
+    return [solved, *models, left_out_table(found.left_out), *finer_tables, key_table("overall", rows)]
+
+
+def choice_reason(choice: Choice | None) -> str:
+    """Say why a model was taken."""
+    if choice is None:
+        return ""
+    held = [each for each in choice.candidates if each.refusal is None]
+    cheaper = [each.model.name for each in held[: [each.model.name for each in held].index(choice.name)]]
+    others = f"; {', '.join(cheaper)} would leave out too much" if cheaper else ""
+    return {
+        Why.NAMED: "asked for",
+        Why.ONLY: "no other model holds the scene",
+        Why.WITHIN: f"the cheapest within the tolerance{others}",
+        Why.LEAST: "no model is within the tolerance: the one with the least error",
+    }[choice.why]
+
+
+def _models(half: str, choice: Choice) -> Table:
+    """Return all models of a half: whether they hold, their errors, what they leave out, their cost."""
+    headings = ("", "model", "error", "of which left out", "operations", "seconds", "does not hold, as")
+    found = column_table(f"models of the {half}", headings)
+    for each in choice.candidates:
+        taken = "taken" if each.model.name == choice.name else ""
+        found.add_row(taken, *_model_cells(each))
+    return found
+
+
+def _model_cells(each: Candidate) -> tuple[str, ...]:
+    """Return the cells of a model."""
+    if each.cost is None:
+        return each.model.name, "-", "", "", "", str(each.refusal)
+    counted = [item for item in each.left_out if item.counts and item.size != 0.0]
+    parts = (f"{item.kind} {item.size:.1g} of {RELATIVE[item.relative_to]}" for item in counted if not item.unbounded)
+    left = "; ".join([*(f"{item.kind}: no size" for item in counted if item.unbounded), *parts])
+    error = "not bounded" if math.isnan(each.error) else f"{each.error:.2g}"
+    return each.model.name, error, left, f"{each.cost.operations:.0e}", _short(each.cost.seconds), ""
+
+
+def left_out_table(items: Sequence[Omission]) -> Table:
+    """Return omissions as a table, those without a size first, then the largest."""
+    found = column_table("left out", ("what", "effect", "relative to", "in the errors", "why"))
+    for item in sorted(items, key=lambda item: -math.inf if math.isnan(item.size) else -item.size):
+        held = "" if item.size == 0.0 else "not requested" if not item.counts else "no" if item.unbounded else "yes"
+        found.add_row(
+            str(item.kind), size_text(item), RELATIVE[item.relative_to] if item.size else "", held, reason(item)
+        )
+    return found
 
 
 def left_out_tables(items: Sequence[Omission]) -> list[Table]:
-    """Return omissions of known or unknown size that count: a table, or none."""
+    """Return omissions of known or unknown size: a table, or none."""
     some = [item for item in items if item.size > 0.0 or math.isnan(item.size)]
     if not some:
         return []
-    found, (size, unknown) = _omitted(some), beside_errors(items)
-    parts = [f"not in the errors above: {size:.2g}"] if size > 0.0 else []
-    parts += [f"not estimated: {', '.join(unknown)}"] if unknown else []
-    found.caption = "; ".join(parts)
+    found = left_out_table(some)
+    unbounded = [str(item.kind) for item in some if item.unbounded]
+    found.caption = f"in no error, as no size is known: {', '.join(unbounded)}" if unbounded else None
     return [found]
-
-
-def _omitted(items: Sequence[Omission]) -> Table:
-    """Return omissions as a table, the largest first."""
-    found = column_table("left out", ("what", "effect at most", "relative to", "in the errors", "why"))
-    for item in sorted(items, key=lambda item: -math.inf if math.isnan(item.size) else -item.size):
-        size = "not estimated" if math.isnan(item.size) else f"{item.size:.2g}" if item.size else "none"
-        of = "L0" if not item.of_change else "the displacement" if item.half == "mechanics" else "the change"
-        held = "" if item.size == 0.0 else "not requested" if not item.counts else "yes" if item.in_error else "no"
-        found.add_row(item.what, size, of if item.size else "", held, item.reason)
-    return found
 
 
 def _cells(step: Step) -> tuple[str, str, str, str]:
@@ -65,7 +105,8 @@ def _cells(step: Step) -> tuple[str, str, str, str]:
 
 def _error(found: Plan) -> str:
     """Return the errors to expect of a planned answer."""
-    unknown = f", and {', '.join(found.not_estimated)}, not estimated" if found.not_estimated else ""
+    names = ", ".join(str(item.kind) for item in found.unbounded)
+    unknown = f", and {names}, of no known size" if names else ""
     of = "the change of inductance" if found.mechanics is None else "the signals' full scale"
     return f"{found.error:.2g} of {of}, from tolerances and omissions{unknown}"
 
@@ -88,7 +129,11 @@ def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
     factor = None if found.mechanics is None else ends_of_pad(sensor)
     return {
         **{
-            half: None if choice is None else {"name": choice.name, "reason": choice.reason}
+            half: None if choice is None else {"name": choice.name, "reason": choice_reason(choice)}
+            for half, choice in choices.items()
+        },
+        "models": {
+            half: [] if choice is None else [_model_record(each) for each in choice.candidates]
             for half, choice in choices.items()
         },
         "rungs": found.rungs,
@@ -96,12 +141,20 @@ def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
         "finer": [asdict(step) for step in found.finer],
         "skin_depths": skin_depths(sensor),
         "plane_strain": None if factor is None else vars(factor),
-        "left_out": [vars(item) for item in found.left_out],
-        "not_estimated": found.not_estimated,
-        "notes": found.notes,
+        "left_out": [entry(item) for item in found.left_out],
+        "not_estimated": [str(item.kind) for item in found.unbounded],
+        "notes": sentences(found.notes),
         "asked_error": found.error,
         "expected_seconds": found.seconds,
     }
+
+
+def _model_record(each: Candidate) -> dict[str, Any]:
+    """Return a model of a plan for a program."""
+    cost = None if each.cost is None else each.cost._asdict()
+    refusal = None if each.refusal is None else str(each.refusal)
+    left_out = [entry(item) for item in each.left_out]
+    return {"name": each.model.name, "refusal": refusal, "error": each.error, "left_out": left_out, "cost": cost}
 
 
 def ladder_tables(rungs: Sequence[Rung]) -> list[Table]:

@@ -17,6 +17,7 @@ from sits_mech.readout.crosstalk import crosstalk, largest_rotation, short_name,
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
+from sits_mech.report.notes import sentence
 from sits_mech.report.records import named
 from sits_mech.report.tables.loads import per
 from sits_mech.report.tables.solves import column_table, figure_text, key_table, short, shown_scale
@@ -148,7 +149,7 @@ def limits_record(found: Limits) -> Record:
                 "load": {name: value for name, value in vars(each.load).items() if value != 0.0},
                 "multiple": each.multiple if math.isfinite(each.multiple) else None,
                 "error": each.error if math.isfinite(each.error) else None,
-                "reason": each.reason,
+                "reason": sentence(each.reason),
             }
             for each in found.capacity
         ]

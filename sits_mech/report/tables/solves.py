@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -12,9 +11,11 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.quantities import POSE, UNITS, WRENCH, Equilibrium, Impedance, SolveReport, shown_unit
+from sits_mech.quantities import POSE, UNITS, WRENCH, Equilibrium, Impedance, SolveReport, report_of, shown_unit
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.signals import PAIR, SIGNALS, Signals
+from sits_mech.report.left_out import line
+from sits_mech.report.notes import sentences
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -160,8 +161,8 @@ def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequen
 def spectrum_table(data: xr.Dataset) -> Table:
     """Return L, R and Q of each coil over frequency, with terminal values where the model is in henry and ohm."""
     unit = data.attrs["unit_L"]
-    report = json.loads(data.attrs["report"])
-    title = f"{data.attrs['name']}: {report['model']}, {report['seconds']:.3g} s, {report['unknowns']} unknowns"
+    report = report_of(data.attrs["report"])
+    title = f"{data.attrs['name']}: {report.model}, {report.seconds:.3g} s, {report.unknowns} unknowns"
     headings = ["f [Hz]", "coil", f"L [{unit.replace('H', 'uH', 1)}]", f"R [{unit.replace('H', 'ohm', 1)}]", "Q [-]"]
     if "shift" in data:
         headings += ["terminals: L [uH]", "R [ohm]", "Q [-]"]
@@ -170,7 +171,7 @@ def spectrum_table(data: xr.Dataset) -> Table:
         for number, coil in enumerate(data["coil"].to_numpy()):
             last = number + 1 == data.sizes["coil"]
             found.add_row(*_spectrum_cells(data.sel(frequency=hertz, coil=coil, coil_2=coil)), end_section=last)
-    found.caption = "; ".join([f"largest relative error {report['estimated_error']:.1e}", *report["left_out"]])
+    found.caption = "; ".join([f"largest relative error {report.estimated_error:.1e}", *map(line, report.left_out)])
     return found
 
 
@@ -218,4 +219,4 @@ def report_lines(report: SolveReport) -> list[tuple[str, str]]:
     solved = f"{report.model}, {report.unknowns} unknowns, {report.iterations} iterations, {report.seconds:.3g} s"
     ended = "" if report.status == "converged" else f", {report.status}"
     lines = [("model", f"{solved}, relative error {report.estimated_error:.1e}{ended}")]
-    return lines + [("note", note) for note in report.notes]
+    return lines + [("note", words) for words in sentences(report.notes)]

@@ -7,6 +7,7 @@ from sits_mech.analysis.bench import sensor_calibration, terminals
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.corrected import corrected
 from sits_mech.analysis.built.prior import Prior
+from sits_mech.notes import NoteKind, unpacked
 from sits_mech.scene.sensor import scene_text
 
 from .conftest import OTHERWISE, bench_of, unknowns
@@ -40,4 +41,6 @@ def test_the_scene_holds_what_it_has_keys_for(prior: Prior) -> None:
     assert new.silicone.shear_modulus == pytest.approx(found.values[0] * old.silicone.shear_modulus)
     assert new.thickness == pytest.approx(old.thickness + found.values[names.index("thickness")])
     assert sensor.readout.lead_inductance == pytest.approx(found.values[names.index("lead")])
-    assert "in the table, not in the scene: d_h" in table.attrs["notes"]
+    adapted_to, placed = unpacked(table.attrs["notes"])[-2:]
+    assert adapted_to.kind is NoteKind.ADAPTED and adapted_to.known["source"] == "bench.csv"
+    assert placed.kind is NoteKind.PLACED and placed.known["d_h"] == found.values[names.index("d_h")]

@@ -8,6 +8,7 @@ import pytest
 from sits_mech.analysis.histories.response import in_time
 from sits_mech.analysis.histories.scan import checked_count, scan, windows, with_codes
 from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.notes import Note, NoteKind, unpacked
 from sits_mech.readout.converter import CONVERTERS, code_of, conversion_time, tank_frequency, tank_inductance
 from sits_mech.readout.front_end import front_end
 from sits_mech.scene.sensor import SceneError, load_sensor
@@ -177,9 +178,11 @@ def test_without_a_converter_the_reason_is_told(sensor, data):
     off = sensor.model_copy(update={"readout": sensor.readout.model_copy(update={"converter": "none"})})
     found = with_codes(off, data)
     assert "code" not in found
-    assert "no codes: the scene has no converter" in found.attrs["notes"]
+    before = unpacked(data.attrs["notes"])
+    assert unpacked(found.attrs["notes"]) == (*before, Note.of(NoteKind.NO_CODES, text="the scene has no converter"))
     short = data.isel(time=slice(0, 2))
-    assert "no codes" in with_codes(sensor, short.assign_coords(time=[0.0, 1e-3])).attrs["notes"]
+    brief = with_codes(sensor, short.assign_coords(time=[0.0, 1e-3]))
+    assert unpacked(brief.attrs["notes"])[-1].kind is NoteKind.NO_CODES
 
 
 def test_reference_counts_of_the_part(sensor):

@@ -17,7 +17,7 @@ from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.modes import RESOLVED
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
-from sits_mech.magnetics.space.divisions import _family, _interfaces, field_box, memory_of
+from sits_mech.magnetics.space.divisions import Seen, _family, _interfaces, field_box, memory_of
 from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
@@ -93,7 +93,7 @@ def test_axes_of_one_family_follow_one_map(length: float) -> None:
     assert all(after <= before * (1.0 + 1e-9) for before, after in pairwise(cells))
 
 
-def family(outline: Outline | None, tolerance: float, seen: Any = "by polynomials", target: Any = None) -> Any:
+def family(outline: Outline | None, tolerance: float, seen: Seen = Seen.POLYNOMIALS, target: Any = None) -> Any:
     """Divisions of the catalogue's target."""
     target = load_sensor("biorob2018").target if target is None else target
     assert target is not None
@@ -127,7 +127,7 @@ def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) 
 def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions(thickness: str, frequencies: int) -> None:
     """With the factors at one frequency, or at three where cells do not resolve the skin depth."""
     sensor = load_sensor("biorob2018", [f'target.thickness="{thickness}"'])
-    found = family(None, 1e-2, "in poses", sensor.target)
+    found = family(None, 1e-2, Seen.IN_POSES, sensor.target)
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 1e-3]]))
     assert found.resolved == (frequencies == 1)
 

@@ -5,7 +5,8 @@ import pytest
 
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.rungs import ROUGH, Rung, limit
-from sits_mech.memory import MEMORY
+from sits_mech.memory import GIB, MEMORY
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, load_sensor
 
@@ -18,12 +19,13 @@ def test_what_memory_does_not_hold_is_divided_coarser_and_says_so(monkeypatch: p
     coarse = sheets(sensor, 5e-3).impedance(pose, 5e6)
     monkeypatch.setenv(MEMORY.variable, "0.05")
     found = sheets(sensor, 2e-3).impedance(pose, 5e6)
-    (said,) = (note for note in found.report.notes if "memory" in note)
-    assert "plate of 7.9 x 8 mm" in said and said.endswith("a coarser division is taken, whose error is told")
+    (said,) = (note for note in found.report.notes if note.kind is NoteKind.PLATE_TOO_LARGE)
+    assert (said.known["width"], said.known["length"]) == pytest.approx((7.9e-3, 8e-3), rel=1e-9)
+    assert said.known["needed"] > said.known["limit"] == pytest.approx(0.05 * GIB)
     np.testing.assert_array_equal((found.L, found.error_L), (coarse.L, coarse.error_L))
     monkeypatch.delenv(MEMORY.variable)
     fine = sheets(sensor, 2e-3).impedance(pose, 5e6)
-    assert not any("memory" in note for note in fine.report.notes)
+    assert not any(note.kind is NoteKind.PLATE_TOO_LARGE for note in fine.report.notes)
     assert abs(found.L - fine.L)[0, 0] < (found.error_L + fine.error_L)[0, 0]
 
 
@@ -37,7 +39,7 @@ def test_coarse_triangles_in_place_of_fine_ones_tell_no_less_than_they_are_asked
     monkeypatch.setenv(MEMORY.variable, "0.003")
     sensor = load_sensor("biorob2018").model_copy(update={"target": None, "conductors": (plane,)})
     found = sheets(sensor, 1e-2).impedance(Pose(0.0, 2e-3), 1e5)
-    assert any("a coarser division is taken" in note for note in found.report.notes)
+    assert any(note.kind is NoteKind.PLATE_TOO_LARGE for note in found.report.notes)
     assert found.error_L[0, 0] >= 0.5 * ROUGH * abs(found.L - found.L0)[0, 0] > 0.0
 
 
@@ -46,10 +48,10 @@ def test_where_memory_holds_no_default_rung_the_roughest_answers(monkeypatch: py
     sensor, pose = load_sensor("biorob2018", ["frequency=2.1e4", 'target.width="7.7 mm"']), Pose(0.0, 2e-3)
     monkeypatch.setenv(MEMORY.variable, "0.01")
     rough = sheets(sensor, 1e-2).impedance(pose, sensor.frequency)
-    assert any("a coarser division is taken" in note for note in rough.report.notes)
+    assert any(note.kind is NoteKind.PLATE_TOO_LARGE for note in rough.report.notes)
     monkeypatch.delenv(MEMORY.variable)
     fine = sheets(sensor, 1e-3).impedance(pose, sensor.frequency)
-    assert not any("coarser" in note for note in fine.report.notes)
+    assert not any(note.kind is NoteKind.PLATE_TOO_LARGE for note in fine.report.notes)
     change = abs(fine.L - fine.L0)[0, 0]
     assert abs(rough.error_L)[0, 0] < 4e-2 * change
     assert np.all(abs(rough.L - fine.L) < rough.error_L + fine.error_L)

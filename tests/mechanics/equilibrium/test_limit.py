@@ -14,6 +14,7 @@ from sits_mech.mechanics.equilibrium.newton import (
     MOST,
     SETTLED,
     Arc,
+    PathEnd,
     Way,
     newton,
     rate,
@@ -23,8 +24,9 @@ from sits_mech.mechanics.equilibrium.newton import (
 )
 from sits_mech.mechanics.equilibrium.path import PRECISE, Outcome, carried, follow, pursued
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.levels.settle import carried_words
+from sits_mech.mechanics.levels.words import WORDS, carried_note
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import load_sensor
@@ -76,7 +78,8 @@ def test_a_column_buckles_under_eulers_load(factor):
     for t in (12, 16):
         P = column_load(t=t * 1e-3)
         end = pushed(scene(2, t), 16, factor * P)
-        assert end.reason == "buckled" and end.reached <= end.limit[0] and end.limit[1] < 3 * PRECISE * end.limit[0]
+        assert end.reason is PathEnd.BUCKLED and end.reached <= end.limit[0]
+        assert end.limit[1] < 3 * PRECISE * end.limit[0]
         found.append(end.limit[0] * factor - 1.0)
     assert 0.0 < found[1] < 0.75 * found[0] < 0.05
 
@@ -130,7 +133,7 @@ def test_a_limit_is_told_in_seconds_and_in_the_record(column):
     assert time.process_time() - began < 3.0
     record = failure_record(error)
     assert record["carried"]["F_z"] == error.carried[0].F_z and record["error_carried"]["F_x"] == 0.0
-    assert any("carried up to" in note for note in error.report.notes)
+    assert any(note.kind is NoteKind.CARRIED for note in error.report.notes)
     assert error.last.report.min_J > 0.0 and error.last.wrench.F_z < error.carried[0].F_z * (1 + PRECISE)
 
 
@@ -158,19 +161,21 @@ def test_rate_is_the_derivative_along_the_path(column):
 def test_what_two_meshes_say_of_a_limit():
     """Both found it: they differ by the error. One alone: by how far the other got; not followed to its end: nan."""
     state = object.__new__(type("Nothing", (), {}))
-    coarse, fine = (Outcome(state, t, "buckled", (t, 1e-3)) for t in (0.50, 0.46))
+    coarse, fine = (Outcome(state, t, PathEnd.BUCKLED, (t, 1e-3)) for t in (0.50, 0.46))
     assert carried(coarse, fine) == pytest.approx((0.46, 0.042))
-    assert carried(coarse, Outcome(state, 0.4, "lost")) == pytest.approx((0.5, 0.101))
+    assert carried(coarse, Outcome(state, 0.4, PathEnd.LOST)) == pytest.approx((0.5, 0.101))
     assert carried(Outcome(state, 1.0), fine) == pytest.approx((0.46, 0.541))
-    assert np.isnan(carried(coarse, Outcome(state, 0.1, "long"))[1])
-    assert carried(Outcome(state, 0.3, "lost"), Outcome(state, 0.2, "lost")) is None
+    assert np.isnan(carried(coarse, Outcome(state, 0.1, PathEnd.LONG))[1])
+    assert carried(Outcome(state, 0.3, PathEnd.LOST), Outcome(state, 0.2, PathEnd.LOST)) is None
     assert replace(coarse, limit=(0.5, 0.1)).over(0.5, 1.0).limit == pytest.approx((0.75, 0.05))
 
 
 def test_words_and_stability():
-    words = carried_words((Wrench(F_z=27.9), Wrench(F_z=0.3)), (0.465, 0.005))
+    note = carried_note((Wrench(F_z=27.9), Wrench(F_z=0.3)), (0.465, 0.005))
+    words = WORDS[note.kind](note)
     assert words == "carried up to F_z = 27.9 +- 0.3 N (46.50% +- 0.50% of the path)"
-    assert "its error is not known" in carried_words((Wrench(M=0.02), Wrench()), (0.4, np.nan))
+    unsure = carried_note((Wrench(M=0.02), Wrench()), (0.4, np.nan))
+    assert "its error is not known" in WORDS[unsure.kind](unsure)
     assert smallest_eigenvalue(np.diag([1.0, 2.0])) == 1.0 and smallest_eigenvalue(np.diag([1.0, -2.0])) == -2.0
     assert np.isnan(smallest_eigenvalue(np.full((2, 2), np.nan)))
     assert smallest_eigenvalue(np.diag([1.0, -2.0]), np.array([False, True])) == 1.0
@@ -182,7 +187,7 @@ def test_a_path_of_no_length_is_lost():
     body, held = bonded_body(scene(15, 3), Fineness(2, 1.5)), np.zeros(3, dtype=bool)
     load = layer_scales(scene(15, 3)).load(Wrench(F_z=100.0))[:3]
     found = pursued(body, Way(0.0 * load, load, held), (rest(body), 0.0), 0.0, smallest=1e-2, most=np.inf)
-    assert (found.reason, found.reached, found.state.iterations) == ("lost", 0.0, rest(body).iterations)
+    assert (found.reason, found.reached, found.state.iterations) == (PathEnd.LOST, 0.0, rest(body).iterations)
 
 
 @pytest.mark.parametrize(

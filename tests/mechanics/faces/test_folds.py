@@ -19,6 +19,7 @@ from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.mechanics.faces.skin import section_skin, solid_skin
 from sits_mech.mechanics.pad.shapes import outlines
 from sits_mech.mechanics.pad.solid import numbered, solid
+from sits_mech.notes import Note, NoteKind
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import load_sensor
 
@@ -231,10 +232,10 @@ def test_what_passes_through_without_contact_is_seen_and_named():
     found = face_contact(body.faces, body.mesh, body.parts, u.ravel(), q)
     assert found.crossing and found.missed and found.touch and not found.held
     notes = face_notes(body.faces, body.mesh, body.parts, u.ravel(), q, 0.1)
-    assert any("free faces pass through one another" in note for note in notes)
+    assert any(note.kind is NoteKind.FACES_CROSS for note in notes)
     parts = contacts(body.faces, (), 1e-4)
     notes = face_notes(body.faces, body.mesh, parts, u.ravel(), q, 0.1)
-    assert notes == ("free faces touch each other: frictionless contact",)
+    assert notes == (Note(NoteKind.FACES_TOUCH),)
 
 
 def block_of(ends):

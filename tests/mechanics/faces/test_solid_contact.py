@@ -14,6 +14,7 @@ from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 
@@ -176,7 +177,7 @@ def test_faces_of_a_flush_pad_lie_on_both_planes():
     sensor, wrench = scene((15, 15), (15, 15), 3.0), Wrench(F_z=55.0)
     pad = block_pad(sensor)
     found = pad.equilibrium(wrench)
-    assert sum("frictionless contact" in note for note in found.report.notes) == 2
+    assert sum(note.known.get("friction") == 0.0 for note in found.report.notes) == 2
     body = solved_body(pad, found)
     u, q = np.split(found.state[1:], [body.mesh.nodes.size])
     z = (body.mesh.nodes + u.reshape(-1, 3))[body.faces.nodes, 2]
@@ -193,7 +194,7 @@ def test_contact_stiffens_a_flush_pad():
     pad = block_pad(sensor)
     never = block_pad(sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"contact": "never"})}))
     free = never.equilibrium(Wrench(F_z=28.0))
-    assert any("this contact is not in the answer" in note for note in free.report.notes)
+    assert any(note.kind is NoteKind.FACE_FOLDS for note in free.report.notes)
     touching = pad.equilibrium(Wrench(F_z=28.0))
     size = solved_body(pad, touching).mesh.nodes.size
     assert free.state[2 + size] < touching.state[2 + size] < 0.0  # contact stiffens, on one mesh
@@ -216,11 +217,12 @@ def test_contact_goes_on_from_load_to_load():
     """Silicone rises at the target's sides from some 1 N across and 6 N down on, as meshes graded to its edge show."""
     pad = block_pad(load_sensor("biorob2018", []))
     near = pad.equilibrium(Wrench(1.0, 6.0))
-    assert any("touches the target's sides: frictionless contact" in note for note in near.report.notes)
+    assert any(note == Note.of(NoteKind.FACE_TOUCHES, surface="sides", friction=0.0) for note in near.report.notes)
     on, own = pad.equilibrium(Wrench(1.0, 6.1), start=near), pad.equilibrium(Wrench(1.0, 6.1))
     assert on.state[0] in pad.half.last and abs(on.pose.d_h - own.pose.d_h) < on.error.d_h
     back = pad.equilibrium(Wrench(0.1, 1.0), start=on)
-    assert not any("face" in note for note in back.report.notes)
+    faces = {NoteKind.FACE_TOUCHES, NoteKind.FACE_FOLDS, NoteKind.FACES_TOUCH, NoteKind.FACES_CROSS}
+    assert not any(note.kind in {*faces, NoteKind.FACE_RISES} for note in back.report.notes)
     assert back.pose.d_h == pytest.approx(pad.equilibrium(Wrench(0.1, 1.0)).pose.d_h, abs=back.error.d_h)
 
 

@@ -5,8 +5,10 @@ import pytest
 
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.levels.answer import aim, errors_of, relative, wrench_words
+from sits_mech.mechanics.levels.answer import aim, errors_of, relative
+from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -95,7 +97,7 @@ def test_poses_in_contact_at_two_tolerances_are_within_both_errors(sizes, law, l
     """Flush layers whose free faces lie on ground and target: the first two levels agree there by chance."""
     sensor = pad(*sizes, law)
     rough, best = (planar_layer(sensor, each).equilibrium(Wrench(*load)) for each in (1e-2, 2e-3))
-    assert any("touches the ground" in note for note in rough.report.notes)
+    assert any(note.kind is NoteKind.FACE_TOUCHES and note.known["surface"] == "ground" for note in rough.report.notes)
     assert best.report.estimated_error < rough.report.estimated_error and best.report.unknowns > rough.report.unknowns
     away = np.abs(rough.pose.components - best.pose.components)[:3]
     assert np.all(away <= (rough.error.components + best.error.components)[:3])

@@ -11,6 +11,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.linear import linear_layer, linear_pad
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
@@ -184,7 +185,7 @@ def test_faces_in_contact_move_with_the_cells(model: str) -> None:
     sensor = load_sensor("biorob2018", [*sides, stiff, 'elastomer.contact="always"'])
     load, names = Wrench(F_x=0.5, F_z=8.0), ("elastomer.thickness", "modulus", "target.thickness")
     found, slopes = rested(model, sensor, load, names)
-    assert any("touches the ground: frictionless contact" in note for note in found.report.notes)
+    assert any(note == Note.of(NoteKind.FACE_TOUCHES, surface="ground", friction=0.0) for note in found.report.notes)
     for k, name in enumerate(names):
         number = parameter(sensor, name)
         h = 1e-4 * number.value

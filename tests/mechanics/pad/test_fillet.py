@@ -10,6 +10,7 @@ from sits_mech.mechanics.faces.surface import edges
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, side_faces
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -59,11 +60,11 @@ def test_pose_moves_as_the_note_says(r):
     wrench = Wrench(5.0, 30.0)
     sharp, rounded = (planar_layer(pad(15, 15, 3, *more), 1e-3).equilibrium(wrench) for more in ((), (radius(r),)))
     assert max(rounded.report.estimated_error, sharp.report.estimated_error) < 1e-3
-    told = next(note for note in rounded.report.notes if note.startswith("edge radius"))
-    d_h, sink = (1e-6 * float(told.split(word)[0].split()[-1]) for word in (" um along", " um down"))
+    told = next(note for note in rounded.report.notes if note.kind is NoteKind.EDGE_RADIUS)
+    d_h, sink = told.known["d_h"], -told.known["d_v"]
     assert d_h == pytest.approx(rounded.pose.d_h - sharp.pose.d_h, rel=0.1)
     assert sink == pytest.approx(sharp.pose.d_v - rounded.pose.d_v, rel=0.5)
-    assert not any(note.startswith("edge radius") for note in sharp.report.notes)
+    assert not any(note.kind is NoteKind.EDGE_RADIUS for note in sharp.report.notes)
 
 
 @pytest.mark.slow
@@ -71,9 +72,9 @@ def test_edge_of_a_narrower_target_stays_sharp_and_other_models_leave_the_radius
     scene = pad(20, 15, 3, radius(0.5))
     for layer in (planar_layer(scene, 2e-2), linear_layer(scene)):
         notes = layer.equilibrium(Wrench(10.0, 100.0)).report.notes
-        assert any("the target's edge stays sharp" in note for note in notes)
+        assert any(note.kind is NoteKind.EDGE_SHARP for note in notes)
     found = block_pad(load_sensor("biorob2018", [radius(0.2)])).equilibrium(Wrench(0.1, 0.5))
-    assert any("edge_radius is left out" in note for note in found.report.notes)
+    assert any(note.kind is NoteKind.EDGE_LEFT_OUT for note in found.report.notes)
 
 
 TOO_LARGE_OR_SMALL = [((15, 15, 3), 1.6), ((15, 15, 3), 0.1), ((15.5, 15, 3), 0.6), ((20, 15, 3), 4.0)]

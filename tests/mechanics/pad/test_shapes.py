@@ -12,6 +12,7 @@ from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.shapes import cells_of, half_bricks, shape_of
 from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.scene.sensor import SceneError, load_sensor
@@ -159,8 +160,8 @@ def test_pillars_that_touch_are_held_against_each_other():
     pad = block_pad(scene((9.5, 3.1), pillars(3.1, 3.0)), 0.5)
     gently, hard = (pad.equilibrium(Wrench(F_z=force)) for force in (0.05, 0.3))
     assert hard.pose.d_v < 1.8 * MM
-    assert not any("touch each other" in note for note in gently.report.notes)
-    assert any("touch each other" in note for note in hard.report.notes)
+    assert not any(note.kind is NoteKind.FACES_TOUCH for note in gently.report.notes)
+    assert any(note.kind is NoteKind.FACES_TOUCH for note in hard.report.notes)
 
 
 SHAPES = (((8, 8), (20, 20)), ((10, 6), (8, 8)), (8, 10), (10, (8, 8)), ((7, 7), 8), ((4.5, 2), pillars()))
@@ -204,8 +205,8 @@ def test_bulging_sides_lie_on_the_target_and_on_the_ground_beyond_the_pad():
     """A pad pressed by a third bulges: its faces stay between the planes."""
     pad = block_pad(scene((10, 10), (8, 8)), 0.5)
     found = pad.equilibrium(Wrench(F_z=12.0))
-    notes = " ".join(found.report.notes)
-    assert "touches the ground" in notes and "touches the target's plane" in notes
+    touched = {note.known["surface"] for note in found.report.notes if note.kind is NoteKind.FACE_TOUCHES}
+    assert {"ground", "target"} <= touched
     body = solved_body(pad, found)
     u, q = np.split(found.state[1 : 7 + body.mesh.nodes.size], [body.mesh.nodes.size])[0], found.pose
     ground, plane = (part.surface.places(u)[..., 2] for part in body.parts[:2])  # the points that are held
@@ -218,8 +219,8 @@ def test_bulging_sides_lie_on_the_target_and_on_the_ground_beyond_the_pad():
 def test_a_wide_target_that_tilts_onto_the_ground_says_so_and_owns_to_it():
     layer = planar_layer(scene((30, 80), (8, 80)))
     gently, hard = (layer.equilibrium(Wrench(F_z=2.0, M=M)) for M in (0.02, 0.06))
-    assert not any("below the ground" in note for note in gently.report.notes)
-    assert any("below the ground" in note for note in hard.report.notes)
+    assert not any(note.kind is NoteKind.BELOW_GROUND for note in gently.report.notes)
+    assert any(note.kind is NoteKind.BELOW_GROUND for note in hard.report.notes)
     assert gently.report.estimated_error < 0.1 <= 1.0 <= hard.report.estimated_error
 
 

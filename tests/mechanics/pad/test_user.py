@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from skfem import MeshHex, MeshHex2
 from skfem.io.meshio import to_meshio
 
-from sits_mech.chain.plan import choose_mechanics
+from sits_mech.chain.models import choose_mechanics
 from sits_mech.geometry.meshing.bricks import box_bricks
 from sits_mech.geometry.meshing.store import read_solid
 from sits_mech.mechanics.block import block_pad
@@ -21,6 +21,7 @@ from sits_mech.mechanics.equilibrium.newton import newton, small_strain
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.pad.solid import bonded_block, solid
 from sits_mech.mechanics.pad.user import GROUPS, _level, mesh_notes, meshed_family
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, load_sensor, save_sensor, scene_text, sensor_from
@@ -153,7 +154,7 @@ def test_contact_is_that_of_the_models_own_mesh(tmp_path, tetrahedra):
     mesh = f'elastomer.mesh="{flush_file(tmp_path / "flush.msh", tetrahedra)}"'
     own, found = (block_pad(flush(*keys)).equilibrium(Wrench(F_z=8.0)) for keys in ((), (mesh,)))
     assert found.pose.d_v == pytest.approx(own.pose.d_v, abs=own.error.d_v + found.error.d_v)
-    assert any("touches the target's plane" in note for note in found.report.notes)
+    assert any(note.kind is NoteKind.FACE_TOUCHES and note.known["surface"] == "target" for note in found.report.notes)
 
 
 @pytest.mark.slow
@@ -163,8 +164,8 @@ def test_a_top_that_is_not_bonded_lies_on_the_target(tmp_path):
     pads = (block_pad(flush(mesh, f'elastomer.contact="{way}"')) for way in ("auto", "never"))
     held, free = (pad.equilibrium(Wrench(F_z=1.0)) for pad in pads)
     assert held.pose.d_v > free.pose.d_v
-    assert any("touches the target's plane" in note for note in held.report.notes)
-    assert not any("sides" in note for note in held.report.notes)
+    assert any(note.kind is NoteKind.FACE_TOUCHES and note.known["surface"] == "target" for note in held.report.notes)
+    assert not any(note.known.get("surface") == "sides" for note in held.report.notes)
 
 
 @pytest.mark.slow
@@ -180,7 +181,7 @@ def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(tmp_pat
     monkeypatch.setattr(settle, "_on", without)
     found = pad.equilibrium(Wrench(F_z=8.0))
     assert found.report.estimated_error == 1.0 and found.error.d_v == pytest.approx(2.0 * MM - found.pose.d_v)
-    assert any("could not be followed" in note for note in found.report.notes)
+    assert any(note.kind is NoteKind.CONTACT_LOST for note in found.report.notes)
 
 
 @pytest.mark.parametrize("tetrahedra", [pytest.param(True, marks=pytest.mark.slow), False])
@@ -277,9 +278,9 @@ def test_a_mesh_is_found_beside_its_scene(tmp_path, box):
     (tmp_path / "scene.toml").write_text(text)
     sensor = load_sensor(tmp_path / "scene.toml")
     assert sensor.elastomer.mesh == str(tmp_path / "own.msh")
-    assert choose_mechanics(sensor, "auto", ("planar", "block")).name == "block"
-    with pytest.raises(SceneError, match="must be block"):
-        choose_mechanics(sensor, "planar", ("planar", "block"))
+    assert choose_mechanics(sensor).name == "block"
+    with pytest.raises(SceneError, match="without a mesh of its own for planar; got elastomer.mesh; block would$"):
+        choose_mechanics(sensor, "planar")
 
 
 def inside_out(points):
@@ -336,7 +337,8 @@ def test_a_welded_pad_is_the_whole_one_and_says_so(tmp_path, box):
     welded = scene(cut(box_file(tmp_path / "cut.msh")), "elastomer.weld=true")
     found, whole = (stiffness(on_mesh(sensor)) for sensor in (welded, scene(box)))
     np.testing.assert_allclose(found, whole, rtol=1e-9)
-    assert mesh_notes(welded) == (f"{welded.elastomer.mesh}: 18 duplicated nodes were merged, as elastomer.weld asks",)
+    merged = Note.of(NoteKind.NODES_MERGED, mesh=str(welded.elastomer.mesh), count=18)
+    assert mesh_notes(welded) == (merged,)
     assert mesh_notes(scene(box)) == ()
     save_sensor(welded, tmp_path / "scene.toml")
     assert load_sensor(tmp_path / "scene.toml") == welded
@@ -362,8 +364,9 @@ def test_faces_in_no_group_are_told(tmp_path, box):
     marks[0][(middle[:, 0] < -9.9) & (middle[:, 1] < 4.0)] = 7
     sensor = scene(rewritten(tmp_path / "some.msh", given, given.points, given.cells, marks))
     found = block_pad(sensor).equilibrium(Wrench(F_z=1.0))
-    (note,) = (each for each in found.report.notes if "in no group" in each)
-    assert "some.msh: 2 of " in note and "taken as free, the first about (-10, 2.25, " in note
+    (note,) = (each for each in found.report.notes if each.kind is NoteKind.FACES_FREE)
+    assert note.known["mesh"].endswith("some.msh") and note.known["count"] == 2
+    assert (note.known["x"], note.known["y"]) == pytest.approx((-10e-3, 2.25e-3), abs=5e-6)
     np.testing.assert_allclose(stiffness(on_mesh(sensor)), stiffness(on_mesh(scene(box))))
 
 

@@ -9,10 +9,14 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
+from sits_mech.notes import Note, NoteKind, packed
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.tables.loads import csv_text, failures, figures, in_width, load_table, remarks, summary_table
 
 COILS = ["C1", "C2"]
+
+
+NOTES = tuple(Note.of(NoteKind.STATED, text=text) for text in ("coarse; few", "folded"))
 
 
 def made(error: float = 0.01) -> xr.Dataset:
@@ -28,7 +32,7 @@ def made(error: float = 0.01) -> xr.Dataset:
     data = data.assign({f"error_{name}": error + 0.0 * x for name in ("L_v_percent", "L_h_percent")})
     data = data.assign({f"error_{name}": 1e-6 + 0.0 * x for name in ("d_h", "d_v", "alpha")})
     data["L"] = (("F_x", "F_z", "coil", "coil_2"), np.arange(36.0).reshape(3, 3, 2, 2))
-    texts = {"status": "ok", "flags": "ok", "reason": "", "notes": "coarse; folded"}
+    texts = {"status": "ok", "flags": "ok", "reason": "", "notes": packed(NOTES)}
     data = data.assign({name: (("F_x", "F_z"), np.full((3, 3), text, dtype=object)) for name, text in texts.items()})
     data["status"][2, 2], data["flags"][2, 2] = "failed", "failed"
     data["reason"][2, 2], data["notes"][2, 2] = "too much", ""
@@ -83,13 +87,16 @@ def test_errors_of_the_figures_hold(sign: float) -> None:
 def test_failures_and_remarks_are_lines() -> None:
     """Each missing load with its reason; each note once, with its count."""
     assert failures(made()) == ["F_x = 1 N, F_z = 2 N: failed: too much"]
-    assert remarks(made()) == [f"8 of 9 loads, worst F_x = -1 N, F_z = 0 N: {note}" for note in ("coarse", "folded")]
+    worst = "8 of 9 loads, worst F_x = -1 N, F_z = 0 N"
+    assert remarks(made()) == [f"{worst}: {words}" for words in ("coarse; few", "folded")]
     data = made()
-    data["notes"][:] = [[f"stretch {1.0 + 0.1 * x + z}" for z in range(3)] for x in range(3)]
+    parts = [[0.1 * x + 0.01 * z for z in range(3)] for x in range(3)]
+    data["notes"][:] = [[packed([Note.of(NoteKind.PATH_PART, part=part)]) for part in row] for row in parts]
     data["stretch"] = data.F_x + data.F_z
-    assert remarks(data) == ["9 of 9 loads, worst F_x = 1 N, F_z = 2 N: stretch 3.2"]  # the one that failed
+    failed = "9 of 9 loads, worst F_x = 1 N, F_z = 2 N: reached 22.0% of the path"
+    assert remarks(data) == [failed]
     data["status"][0, 0], data["status"][2, 2] = "beyond data", "ok"
-    assert remarks(data) == ["9 of 9 loads, worst F_x = -1 N, F_z = 0 N: stretch 1.0"]
+    assert remarks(data) == ["9 of 9 loads, worst F_x = -1 N, F_z = 0 N: reached 0.0% of the path"]
 
 
 def test_csv_keeps_every_digit() -> None:

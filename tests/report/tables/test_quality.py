@@ -10,6 +10,7 @@ import xarray as xr
 from rich.console import Console
 
 from sits_mech.analysis.limits import Capacity, Limits
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.readout.calibration import calibration_of
 from sits_mech.readout.quality import quality
@@ -101,13 +102,15 @@ def limits_text(found: Limits) -> str:
 
 def test_limits_that_are_known() -> None:
     """Stretch against the data, loops in percent, what a factor of two between sources makes of a newton."""
-    carried = Capacity(Wrench(F_x=1.0, F_z=2.0), 2.345, 0.12, "limit load"), Capacity(Wrench(F_z=2.0), 1.5, np.nan, "x")
+    turned, lost = Note.of(NoteKind.LIMIT_LOAD, end="turned"), Note(NoteKind.LIMIT_LOST)
+    carried = Capacity(Wrench(F_x=1.0, F_z=2.0), 2.345, 0.12, turned), Capacity(Wrench(F_z=2.0), 1.5, np.nan, lost)
     found = Limits(2.6, 2.0, "F_z = 4 N", 1.5e-3, 1e-5, "F_z = 2 N", 0.031, 0.05, 2.0, carried)
     text = limits_text(found)
     for words in (
         "2.6 under F_z = 4 N; BEYOND the silicone",
         "1.500 +- 0.010 mm over the coils, under F_z = 2 N", "3.1 %, load up",
-        "5 %, of the displacement left 1 s after", "1 N means 0.5 to 2 N", "1.5 times F_z = 2 N; then x",
+        "5 %, of the displacement left 1 s after", "1 N means 0.5 to 2 N",
+        "1.5 times F_z = 2 N; then no equilibrium found beyond: it may carry more",
         "2.35 +- 0.12 times F_x = 1 N, F_z = 2 N; then limit load",
     ):
         assert words in text, words
@@ -118,7 +121,8 @@ def test_limits_that_are_known() -> None:
 
 def test_limits_that_are_not_known_are_called_so() -> None:
     nothing = Limits(np.nan, np.nan, "", 1.5e-3, np.nan, "F_z = 2 N", np.nan, np.nan, np.nan)
-    nothing = replace(nothing, capacity=(Capacity(Wrench(F_z=2.0), np.inf, np.nan, "no limit was met"),))
+    none = Note.of(NoteKind.NO_LIMIT, most=64.0)
+    nothing = replace(nothing, capacity=(Capacity(Wrench(F_z=2.0), np.inf, np.nan, none),))
     text = limits_text(nothing)
-    assert text.count("unknown") == 5 and "any multiple of F_z = 2 N; then no limit was met" in text
+    assert text.count("unknown") == 5 and "any multiple of F_z = 2 N; then no limit was met up to 64 times" in text
     assert limits_record(nothing)["hysteresis"] is None and modulus_words(None) == "spread between sources unknown"

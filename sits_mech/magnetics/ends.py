@@ -1,7 +1,7 @@
-"""Estimate what plane models leave out, the ends of coils, plates and pads along y, from a coarse answer in space.
+"""Estimate what a section leaves out, the ends along y of coils and plates, from a coarse answer in space.
 
-Coils, plates. A section's L [H/m] describes a sensor relative to its inductances without target alone. With
-s_cd = sqrt(L0_cc L0_dd) of each model,
+A section's L [H/m] describes a sensor relative to its inductances without target alone. With s_cd = sqrt(L0_cc L0_dd)
+of each model,
 
     e_L,cd = |(L_cd/s_cd)_space - (L_cd/s_cd)_section| s_cd,section,    e_R of R/s alike,
 
@@ -10,35 +10,29 @@ roundness of coils and targets, the pitch of spirals. The space's comes of `shee
 percent of the change in some tenths of a second; its own error is added. Of a target longer or
 wider than the coils see, as much counts as lies under them and a coil's diameter and two gaps beyond.
 
-Pads. Plane strain makes a pad too stiff by the factors of `mechanics.linear` in shear, compression and tilt: it
-leaves (factor - 1) times a displacement out. A pad that a user made long stands for plane strain: this is told beside
-the errors, never in them.
-
 Range: no size is known where `sheets` does not hold the scene (permeable targets, curved substrates) or takes long
-(among other metal), or no factor is (pillars, outlines, meshes of the user's). Neglected: finite strain in the factors.
+(among other metal).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sits_mech.description import Description, Question, added, sized
 from sits_mech.geometry.collision import clearance
 from sits_mech.magnetics.answer import largest
 from sits_mech.magnetics.sheets import not_representable, sheets
-from sits_mech.mechanics.closed_form import finite_strain_model, plain_pad
 from sits_mech.quantities import POSE, Array, Impedance, Integers, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Sensor, Target
 
-if TYPE_CHECKING:
-    from sits_mech.mechanics.linear import FiniteLength
-
-ROUGH = 0.1  # tolerance of the answers in space
+ROUGH = 0.1
+"""Tolerance of the answers in space."""
 _MISSED = 0.02  # of space's change, what its coarsest rung was seen to miss beyond its own estimate
 _BEYOND = 1.0, 2.0  # coil diameters, gaps
+_KEPT = 16  # coarse answers: errors and tables ask for the same
 
 
 @dataclass(frozen=True)
@@ -52,12 +46,12 @@ class Ends:
     size: float  # largest of coils' own L with its error, over the section's largest change of L
 
 
-def ends_of_plates(sensor: Sensor, found: Impedance, pose: Pose) -> Ends | None:
+def ends_of_plates(sensor: Sensor, pose: Pose, found: Impedance) -> Ends | None:
     """Return what a section leaves out; None where space has no model of the scene, or a slow one.
 
-    `found` is per metre of depth at `pose`, one or many; each pose is estimated independently of the others.
+    `found` is of the section at `pose`, one or many; each pose is estimated independently of the others.
     """
-    if found.unit_L != "H/m" or sensor.target is None or sensor.conductors or not_representable(sensor) is not None:
+    if sensor.target is None or sensor.conductors or not_representable(sensor) is not None:
         return None
     rows, n = pose.components.reshape(-1, len(POSE)), len(sensor.coils)
     L, R = (values.reshape(-1, n, n) for values in (found.L, found.R))
@@ -80,7 +74,7 @@ def ends_of_plates(sensor: Sensor, found: Impedance, pose: Pose) -> Ends | None:
     return Ends(by_L, by_R, error_L, error_R, size)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=_KEPT)
 def _in_space(sensor: Sensor, poses: tuple[float, ...], frequency: float) -> Impedance:
     """Return the coarse answer in space at poses; kept, for errors and tables ask the same."""
     return sheets(sensor, ROUGH).impedance(Pose.of(np.array(poses).reshape(-1, len(POSE))), frequency)
@@ -117,26 +111,27 @@ def _under_coils(sensor: Sensor, pose: Pose) -> list[tuple[Sensor, Integers]]:
 
 
 @dataclass(frozen=True)
-class InSection:
-    """A model in section, per metre of depth, whose errors hold what it leaves out of a scene with ends."""
+class Whole:
+    """A magnetic model whose errors hold what it leaves out, and whose report lists that."""
 
     model: MagneticModel
     sensor: Sensor
+    description: Description
 
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        """Return the model's impedance; where the size is not known, the report says so."""
+        """Return the model's impedance; what has no size is listed without one, and is in no error."""
         found = self.model.impedance(pose, frequency)
-        if found.unit_L != "H/m":
+        if not found.L.size:
             return found
-        ends = ends_of_plates(self.sensor, found, pose)
+        sensor = self.sensor.model_copy(update={"frequency": frequency})
+        every = self.description.leaves_out(sensor, Question(pose=pose, answer=(pose, found), closely=True))
+        counted = tuple(item for item in every if item.counts and item.size != 0.0)
+        report = added(found.report, counted)
+        ends = ends_of_plates(sensor, pose, found) if self.description.per_metre else None
         if ends is None:
-            note = "ends along y: not estimated for this scene, not in the errors"
-            return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))
-        note = f"coils and plates taken as endless along y: {ends.size:.2g} of the change, in the error; ask for"
-        report = replace(
-            found.report, estimated_error=found.report.estimated_error + ends.size,
-            notes=(*found.report.notes, f"{note} sheets"),
-        )
+            size = sized(item for item in counted if not item.held)
+            error_L, error_R = (size * largest(values) for values in (found.L - found.L0, found.R))
+            return replace(found, error_L=found.error_L + error_L, error_R=found.error_R + error_R, report=report)
         known = np.zeros((0, *found.L.shape)) if found.shared_L is None else found.shared_L
         return replace(
             found, error_L=found.error_L + np.abs(ends.L) + ends.error_L, report=report,
@@ -144,30 +139,7 @@ class InSection:
         )
 
 
-def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
-    """Return the factors by which plane strain is too stiff for a pad; None where no planar layer stands for it."""
-    if plain_pad(sensor) is None:
-        return None
-    from sits_mech.mechanics.linear import finite_length_factor  # the whole mechanics, for long pads alone
-
-    return finite_length_factor(sensor)
-
-
-def in_plane_strain(sensor: Sensor, model: str) -> bool:
-    """Return whether a mechanical model, by its name, takes a pad in plane strain."""
-    target, elastomer = sensor.target, sensor.elastomer
-    flat = elastomer is not None and elastomer.mesh is None and finite_strain_model(elastomer) == "planar"
-    flat |= target is not None and target.shape == "outline"
-    return model in ("planar", "closed-form") or (model == "linear" and flat)
-
-
-def whole_factors(factor: FiniteLength) -> Array:
-    """Return displacements d_h, d_v and alpha of a pad over those in plane strain, shape (3,) [-]."""
-    more = np.array([max(factor.shear, factor.tilt), factor.compression, factor.tilt]) - 1.0
-    return np.maximum(more, 0.0) + factor.error
-
-
-def pitch_of_spirals(sensor: Sensor, found: Impedance, pose: Pose) -> float:
+def pitch_of_spirals(sensor: Sensor, pose: Pose, found: Impedance) -> float:
     """Return the error of rings for spirals, over the largest change of inductance at the pose [-].
 
     From the difference of both in space at the coarsest rung, whose errors they share; NaN where space has no model.

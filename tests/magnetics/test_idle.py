@@ -5,13 +5,17 @@ import pytest
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.analysis.terminals import terminal_impedance
-from sits_mech.chain.models import magnetic_model, plan
-from sits_mech.chain.omissions import Answered, idle_bound, idle_share, omissions
+from sits_mech.chain.models import MAGNETICS
+from sits_mech.chain.plan import plan
+from sits_mech.description import Question
+from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.idle import idle_bound, idle_share
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.notes import OmissionKind, Relative
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
-IDLE = "current in the idle coil"
 REPORT = SolveReport("none", 0, 0, 0.0, 0.0, 0.0)
 
 
@@ -29,20 +33,22 @@ def seen(L: Array, L0: Array, R: Array) -> Impedance:
 @pytest.mark.parametrize(("gap", "true"), [(1 * MM, 0.0054), (2 * MM, 0.0073), (5 * MM, 0.0104)])
 def test_sections_take_their_own_coupling(sensor: Sensor, gap: float, true: float) -> None:
     """Twenty times that of rings in space, as two endless windings at the terminals show."""
-    found = magnetic_model(sensor, "planar", 1e-2)[0].impedance(Pose(0.0, gap), sensor.frequency)
+    found = planar_bars(sensor, 1e-2).impedance(Pose(0.0, gap), sensor.frequency)
     assert idle_share(found) == pytest.approx(true, rel=0.01)
-    unsolved = omissions(sensor, (), None, "planar", Answered(Pose(0.0, gap), found))
-    (item,) = (item for item in unsolved if item.what == IDLE)
-    assert item.size == idle_share(found) and not item.of_change
+    pose = Pose(0.0, gap)
+    every = MAGNETICS["planar"].leaves_out(sensor, Question(pose=pose, answer=(pose, found)))
+    (item,) = (item for item in every if item.kind == OmissionKind.IDLE)
+    assert item.size == idle_share(found) and item.relative_to == Relative.FREE and not item.counts
 
 
 @pytest.mark.slow
 def test_a_plan_holds_for_all_distances_beyond_rest(sensor: Sensor) -> None:
     """By formula (2), within twice the largest; and for the sheets' coils as well."""
-    model = magnetic_model(sensor, "planar", 1e-2)[0]
+    model = planar_bars(sensor, 1e-2)
     most = max(idle_share(model.impedance(Pose(0.0, d * MM), 5e6)) for d in (2.0, 3.0, 5.0, 8.0, 20.0))
-    for loads, least in (([], most), ([Wrench(0.5, 2.0)], 3.92e-4)):  # sheets: at 5 mm
-        (size,) = (item.size for item in plan(sensor, loads).left_out if item.what == IDLE)
+    for name, loads, least in (("planar", [], most), ("auto", [Wrench(0.5, 2.0)], 3.92e-4)):  # sheets: at 5 mm
+        left_out = plan(sensor, loads, magnetics=name).left_out
+        (size,) = (item.size for item in left_out if item.kind == OmissionKind.IDLE)
         assert least < size < 2.0 * least
 
 
@@ -50,7 +56,7 @@ def test_shorted_at_the_terminals(sensor: Sensor) -> None:
     """In free space, henry and ohm, with tracks and without leads: M^2/L less what resistance takes of it."""
     open_ = sensor.model_copy(update={"readout": sensor.readout.model_copy(update={"idle_coil": "open"})})
     bare = sensor.model_copy(update={"target": None})
-    found = magnetic_model(bare, "sheets", 1e-2)[0].impedance(Pose(0.0, 2 * MM), sensor.frequency)
+    found = sheets(bare, 1e-2).impedance(Pose(0.0, 2 * MM), sensor.frequency)
     (shorted, _), (alone, _) = (at_terminals(each, found) for each in (sensor, open_))
     assert shorted is not None and alone is not None
     missed = float(np.max(np.abs(shorted.L - alone.L)) / found.L0[0, 0])

@@ -1,31 +1,22 @@
-"""What ends along y are worth: by space for coils and plates, by its stiffness for pads, and whose errors hold it."""
+"""What ends along y of coils and plates are worth, by space, and whose errors hold it."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from sits_mech.chain import ends
-from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.ends import (
-    Ends,
-    InSection,
-    _told,
-    _under_coils,
-    ends_of_pad,
-    ends_of_plates,
-    in_plane_strain,
-    pitch_of_spirals,
-    whole_factors,
-)
-from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.chain.omissions import Answered, beside_errors, omissions
+from sits_mech.chain.models import MAGNETICS, magnetic_model
+from sits_mech.description import Question
+from sits_mech.magnetics import ends
 from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.ends import Ends, Whole, _told, _under_coils, ends_of_plates, pitch_of_spirals
+from sits_mech.magnetics.models import PLANAR, SHEETS
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.mechanics.linear import FiniteLength
-from sits_mech.quantities import Impedance, MagneticModel, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.notes import Omission, OmissionKind
+from sits_mech.quantities import Impedance, MagneticModel, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
-ENDS = "ends along y"
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +42,7 @@ def test_ends_are_what_space_has_more(keys: list[str], tilt: float) -> None:
     scene = load_sensor("biorob2018", keys)
     pose = Pose(np.array([20 * tilt * MM]), np.array([(2 - 10 * tilt) * MM]), np.array([tilt]))
     section = planar_bars(scene, 1e-3).impedance(pose, scene.frequency)
-    found, fine = ends_of_plates(scene, section, pose), sheets(scene, 1e-2).impedance(pose, scene.frequency)
+    found, fine = ends_of_plates(scene, pose, section), sheets(scene, 1e-2).impedance(pose, scene.frequency)
     assert found is not None
     scale = own(section.L0) / own(fine.L0)
     true = own(fine.L) * scale - own(section.L)
@@ -61,29 +52,13 @@ def test_ends_are_what_space_has_more(keys: list[str], tilt: float) -> None:
     assert found.size == pytest.approx(size.max(), rel=0.1)
 
 
-def test_the_published_sensor_in_section_is_half_off(sensor: Sensor) -> None:
-    """0.52 of the change in space is 0.34 of the section's own, and 0.03; auto's error holds it, not planar's."""
-    pose = Pose(0.0, 2 * MM)
-    chosen, asked = (magnetic_model(sensor, name, 1e-2, [pose])[0] for name in ("auto", "planar"))
-    assert isinstance(chosen, InSection) and not isinstance(asked, InSection)
-    wide, narrow = (model.impedance(pose, sensor.frequency) for model in (chosen, asked))
-    np.testing.assert_array_equal(wide.L, narrow.L)
-    change = abs(narrow.L - narrow.L0)[0, 0]
-    assert wide.error_L[0, 0] / change == pytest.approx(0.36, abs=0.01)
-    assert wide.report.estimated_error == pytest.approx(0.36, abs=0.01) and "ask for sheets" in wide.report.notes[-1]
-    assert narrow.report.estimated_error < 2e-3
-    both = [omissions(sensor, (), None, "planar", Answered(pose, narrow), auto) for auto in (True, False)]
-    assert [beside_errors(items)[0] for items in both] == [0.0, pytest.approx(0.36, abs=0.01)]
-    assert wide.shared_L is not None and wide.shared_L[-1, 0, 0] > 0.0  # endless plates take more
-
-
 @pytest.mark.slow
 def test_a_long_target_ends_where_no_coil_sees_it(sensor: Sensor) -> None:
     """The same size from 40 mm as from 200 mm of plate."""
     pose, found = Pose(0.0, 2 * MM), []
     for length in (0.04, 0.2):
         scene = load_sensor("biorob2018", [f"target.length={length}"])
-        ends = ends_of_plates(scene, planar_bars(scene, 1e-2).impedance(pose, scene.frequency), pose)
+        ends = ends_of_plates(scene, pose, planar_bars(scene, 1e-2).impedance(pose, scene.frequency))
         assert ends is not None
         found.append(ends.size)
     assert found[1] == pytest.approx(found[0], rel=0.02)
@@ -95,62 +70,20 @@ def test_a_pose_has_its_own_price(sensor: Sensor) -> None:
     poses = Pose(np.linspace(0.0, 4.0, 9) * MM, np.linspace(1.5, 6.0, 9) * MM)
     section = planar_bars(sensor, 1e-2)
     found, whole = (each.impedance(poses, sensor.frequency) for each in (section, sheets(sensor, 0.1)))
-    ends = ends_of_plates(sensor, found, poses)
+    ends = ends_of_plates(sensor, poses, found)
     assert ends is not None
     true = own(whole.L / whole.L0 - found.L / found.L0)[:, 0] * found.L0[0, 0]
     np.testing.assert_allclose(own(ends.L)[:, 0], true, rtol=0.06, atol=1e-6 * found.L0[0, 0])
     wide = load_sensor("biorob2018", ["target.width=0.05", "target.length=0.05"])
     for scene in (sensor, wide):
         every = planar_bars(scene, 1e-2).impedance(poses, scene.frequency)
-        both = ends_of_plates(scene, every, poses)
+        both = ends_of_plates(scene, poses, every)
         for k in (0, 8):
             pose = Pose.of(poses.components[k])
-            alone = ends_of_plates(scene, planar_bars(scene, 1e-2).impedance(pose, scene.frequency), pose)
+            alone = ends_of_plates(scene, pose, planar_bars(scene, 1e-2).impedance(pose, scene.frequency))
             assert both is not None and alone is not None
             np.testing.assert_array_equal(both.L[k], alone.L)
             np.testing.assert_array_equal(both.error_R[k], alone.error_R)
-
-
-def test_an_answer_and_its_table_price_the_ends_once(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the errors hold is what the table of omissions says, of one solve in space."""
-    asked = []
-
-    def counted(scene: Sensor, tolerance: float) -> MagneticModel:
-        asked.append(tolerance)
-        return sheets(scene, tolerance)
-
-    monkeypatch.setattr(ends, "sheets", counted)
-    pose = Pose(0.123 * MM, 2 * MM)
-    found = magnetic_model(sensor, "auto", 1e-2, [pose])[0].impedance(pose, sensor.frequency)
-    items = omissions(sensor, (), None, "planar", Answered(pose, found), True)
-    size = next(item.size for item in items if item.what == ENDS)
-    assert len(asked) == 1 and f"{size:.2g} of the change" in found.report.notes[-1]
-
-
-@pytest.mark.slow
-def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
-    """Permeable targets: named as not estimated, in the answer and beside it."""
-    shape = 'shape="rectangle", width=8e-3, length=8e-3, thickness=2e-4'
-    steel = load_sensor("biorob2018", [f"target={{conductivity=7e6, relative_permeability=100, {shape}}}"])
-    model, choice = magnetic_model(steel, "auto", 1e-2, [Pose(0.0, 2 * MM)])
-    found = model.impedance(Pose(0.0, 2 * MM), steel.frequency)
-    assert choice.name == "planar-fem" and "not in the errors" in found.report.notes[-1]
-    items = omissions(steel, (), None, "planar-fem", Answered(Pose(0.0, 2 * MM), found), True)
-    assert beside_errors(items)[1] == (ENDS,)
-
-
-@pytest.mark.slow
-def test_a_long_pad_stands_for_plane_strain() -> None:
-    """What its ends and a shorter target are worth is told beside the errors of a load and of a table, in neither."""
-    scene, load = load_sensor("biorob2018", ["elastomer.length=0.2", "target.length=0.1"]), Wrench(0.1, 1.0)
-    layer, choice = mechanical_model(scene, "auto", 3e-2, [load])
-    items = omissions(scene, [load], choice.name, None)
-    size, unknown = beside_errors(items)
-    assert choice.name in ("planar", "linear") and size > 0.5 and unknown == ()
-    assert layer.equilibrium(load).report.estimated_error < 0.05
-    table = calibrate(scene, F_x=[0.1], F_z=[1.0], magnetics="planar", tolerance=3e-2)
-    assert "what sections neglect, 1.4 of the largest change" in table.attrs["notes"]  # 1.1 and the plates' own
-    assert float(table["error_d_h"][0, 0]) < 0.05 * float(table["d_h"][0, 0])
 
 
 @pytest.mark.slow
@@ -165,19 +98,7 @@ def test_the_pitch_of_spirals_is_worth_something() -> None:
     )
     pose = Pose(0.0, 2 * MM)
     rings = magnetic_model(scene, "axisymmetric", 1e-2)[0].impedance(pose, scene.frequency)
-    assert 1e-5 < pitch_of_spirals(scene, rings, pose) < 3e-2
-
-
-def test_the_models_in_plane_strain() -> None:
-    """By their names, and the linear one where the layer is long, of its own shape, or under any outline."""
-    pad, long = load_sensor("biorob2018"), load_sensor("biorob2018", ["elastomer.length=0.3"])
-    names = "planar", "closed-form", "linear", "block"
-    found = {name: [in_plane_strain(each, name) for each in (pad, long)] for name in names}
-    assert found == {"planar": [True] * 2, "closed-form": [True] * 2, "linear": [False, True], "block": [False] * 2}
-    points = "shape=\"outline\", points=[[-4e-3, -4e-3], [4e-3, -4e-3], [0.0, 4e-3]], thickness=2e-4"
-    drawn = load_sensor("biorob2018", [f"target={{material=\"copper\", {points}}}"])
-    assert in_plane_strain(drawn, "linear") and not in_plane_strain(drawn, "block")
-    assert not in_plane_strain(pad.model_copy(update={"elastomer": None}), "linear")
+    assert 1e-5 < pitch_of_spirals(scene, pose, rings) < 3e-2
 
 
 def answer(L0: float, L: np.ndarray, R: np.ndarray, unit: str, errors: tuple[float, float] = (0.0, 0.0)) -> Impedance:
@@ -193,7 +114,7 @@ def test_what_space_has_more_is_scaled_to_the_section(sensor: Sensor, monkeypatc
     section = answer(4.0, np.array([[3.0, 3.5], [3.8, 3.9]]), np.array([[2.0, 3.0], [1.0, 1.0]]), "H/m")
     space = answer(2.0, np.array([[1.6, 1.7], [1.9, 1.9]]), np.array([[1.5, 1.5], [0.5, 0.7]]), "H", (0.01, 0.03))
     monkeypatch.setattr(ends, "_in_space", lambda *_: space)
-    found = ends_of_plates(sensor, section, Pose(np.zeros(2), np.array([2.0, 2.5]) * MM))
+    found = ends_of_plates(sensor, Pose(np.zeros(2), np.array([2.0, 2.5]) * MM), section)
     assert found is not None
     np.testing.assert_allclose(own(found.L), [[0.2, -0.1], [0.0, -0.1]], atol=1e-12)
     np.testing.assert_allclose(own(found.R), [[1.0, 0.0], [0.0, 0.4]], atol=1e-12)
@@ -201,21 +122,86 @@ def test_what_space_has_more_is_scaled_to_the_section(sensor: Sensor, monkeypatc
     np.testing.assert_allclose(own(found.error_R), [[0.12] * 2, [0.088] * 2])
     assert found.size == pytest.approx(max(0.236 / 1.0, 0.124 / 0.2))
     for changes in ({"substrate_radius": 0.02}, {"target": None}):
-        assert ends_of_plates(sensor.model_copy(update=changes), section, Pose(0.0, 2 * MM)) is None
+        assert ends_of_plates(sensor.model_copy(update=changes), Pose(0.0, 2 * MM), section) is None
+
+
+def test_the_published_sensor_in_section_is_half_off(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """0.52 of the change in space is 0.34 of the section's own, and 0.03; the answer's error holds it, of one solve."""
+    asked = []
+
+    def counted(scene: Sensor, tolerance: float) -> MagneticModel:
+        asked.append(tolerance)
+        return sheets(scene, tolerance)
+
+    monkeypatch.setattr(ends, "sheets", counted)
+    pose = Pose(1e-7, 2 * MM)
+    found = magnetic_model(sensor, "planar", 1e-2, [pose])[0].impedance(pose, sensor.frequency)
+    narrow = planar_bars(sensor, 1e-2).impedance(pose, sensor.frequency)
+    np.testing.assert_array_equal(found.L, narrow.L)
+    change = abs(narrow.L - narrow.L0)[0, 0]
+    assert found.error_L[0, 0] / change == pytest.approx(0.36, abs=0.01)
+    assert found.report.estimated_error == pytest.approx(0.36, abs=0.01) and narrow.report.estimated_error < 2e-3
+    (item,) = found.report.left_out
+    assert (item.kind, item.unbounded, item.held) == (OmissionKind.PLATE_ENDS, False, False)
+    assert item.size == pytest.approx(found.report.estimated_error - narrow.report.estimated_error)
+    assert found.shared_L is not None and found.shared_L[-1, 0, 0] > 0.0  # endless plates take more
+    again = PLANAR.leaves_out(sensor, Question(pose=pose, answer=(pose, found)))
+    assert item in again and asked == [0.1]
+
+
+def test_what_has_no_size_is_in_no_error() -> None:
+    """Steel in section: no model in space, the answer lists it and says that it is not bounded."""
+    shape = 'shape="rectangle", width=8e-3, length=8e-3, thickness=2e-4'
+    steel = load_sensor("biorob2018", [f"target={{conductivity=7e6, relative_permeability=100, {shape}}}"])
+    pose, section = Pose(0.0, 2 * MM), answer(4.0, np.array([3.0, 3.5]), np.array([2.0, 3.0]), "H/m", (0.1, 0.2))
+    assert ends_of_plates(steel, pose, section) is None
+    found = Whole(Given(section), steel, MAGNETICS["planar-fem"]).impedance(pose, 5e6)
+    assert found.report.estimated_error == 1e-3 and found.error_L[0, 0] == 0.1
+    assert [item.kind for item in found.report.left_out if item.unbounded] == [OmissionKind.PLATE_ENDS]
+
+
+class Given:
+    """A model whose answer is given."""
+
+    def __init__(self, found: Impedance) -> None:
+        self.found = found
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        return self.found
 
 
 def test_an_answer_in_section_holds_its_ends(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
     section = answer(4.0, np.array([3.0, 3.5]), np.array([2.0, 3.0]), "H/m", (0.1, 0.2))
     parts = [np.full((2, 2), value) for value in (-0.3, -0.5, 0.01, 0.02)]
     monkeypatch.setattr(ends, "ends_of_plates", lambda *_: Ends(*parts, size=0.31))
-
-    class Section:
-        def impedance(self, pose: Pose, frequency: float) -> Impedance:
-            return section
-
-    found = InSection(Section(), sensor).impedance(Pose(0.0, 2 * MM), 5e6)
+    found = Whole(Given(section), sensor, PLANAR).impedance(Pose(0.0, 2 * MM), 5e6)
     assert found.error_L[0, 0] == pytest.approx(0.41) and found.error_R[0, 0] == pytest.approx(0.72)
     assert found.report.estimated_error == pytest.approx(0.311) and found.shared_L.tolist() == [parts[0].tolist()]
+
+
+@pytest.mark.parametrize(("item", "error", "listed"), [
+    (Omission(OmissionKind.STATED, 0.1), 0.1, 1), (Omission(OmissionKind.STATED, 0.1, counts=False), 0.0, 0),
+    (Omission(OmissionKind.STATED), 0.0, 0), (Omission(OmissionKind.STATED, np.nan), 0.0, 1),
+    (Omission(OmissionKind.STATED, 0.1, held=True), 0.0, 1),
+])
+def test_what_else_a_model_leaves_out_is_of_the_largest_change(
+    sensor: Sensor, item: Omission, error: float, listed: int
+) -> None:
+    """Of each pose its own; what the model's own error holds is not added again, what does not count is not listed."""
+    space = answer(4.0, np.array([[3.0, 3.5], [3.8, 3.9]]), np.array([[2.0, 3.0], [1.0, 1.0]]), "H", (0.01, 0.02))
+    asked = list[Question]()
+
+    def omissions(scene: Sensor, question: Question) -> tuple[Omission, ...]:
+        asked.append(question)
+        return (item,)
+
+    pose = Pose(np.zeros(2), np.array([2.0, 2.5]) * MM)
+    found = Whole(Given(space), sensor, replace(SHEETS, omissions=omissions)).impedance(pose, 5e6)
+    assert found.report.estimated_error == pytest.approx(1e-3 + error) and len(found.report.left_out) == listed
+    held = 0.0 if item.held else error
+    np.testing.assert_allclose(own(found.error_L)[:, 0], 0.01 + held * np.array([1.0, 0.2]))
+    np.testing.assert_allclose(own(found.error_R)[:, 0], 0.02 + held * np.array([3.0, 1.0]))
+    assert asked[0].closely and asked[0].answer is not None and asked[0].answer[1] is space
 
 
 def test_estimates_have_three_digits() -> None:
@@ -234,14 +220,6 @@ def test_of_a_wide_plate_counts_what_the_largest_coil_sees() -> None:
     assert [rows.tolist() for _, rows in found] == [[0], [1], [2]] and found[2][0] is scene
 
 
-def test_a_pad_has_factors_where_a_plane_layer_stands_for_it(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Displacements that plane strain leaves out, none below zero; shear is of the tilt as well."""
-    monkeypatch.setattr("sits_mech.mechanics.linear.finite_length_factor", lambda scene: scene.name)
-    np.testing.assert_allclose(whole_factors(FiniteLength(1.1, 4.4, 1.5, 0.01, 0.0)), [0.51, 3.41, 0.51])
-    np.testing.assert_allclose(whole_factors(FiniteLength(1.2, 0.9, 1.1, 0.02, 0.0)), [0.22, 0.02, 0.12])
-    assert ends_of_pad(sensor) == sensor.name and ends_of_pad(sensor.model_copy(update={"target": None})) is None
-
-
 def test_the_pitch_is_the_worst_of_all_poses(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of each the largest difference over the largest change; none where space fails or holds no such scene."""
     kinds = {"rings": np.array([[1.6, 1.8], [1.9, 1.9]]), "spiral": np.array([[1.61, 1.82], [1.9, 1.895]])}
@@ -256,12 +234,12 @@ def test_the_pitch_is_the_worst_of_all_poses(sensor: Sensor, monkeypatch: pytest
 
     monkeypatch.setattr(ends, "sheets", lambda scene, tolerance, windings: Space(windings))
     poses, rings = Pose(np.zeros(2), np.full(2, 2 * MM)), answer(2.0, kinds["rings"], kinds["rings"], "H")
-    assert pitch_of_spirals(sensor, rings, poses) == pytest.approx(max(0.01 / 0.2, 0.0025 / 0.05))
-    assert np.isnan(pitch_of_spirals(sensor.model_copy(update={"target": None}), rings, poses))
-    assert np.isnan(pitch_of_spirals(sensor.model_copy(update={"substrate_radius": 0.02}), rings, poses))
+    assert pitch_of_spirals(sensor, poses, rings) == pytest.approx(max(0.01 / 0.2, 0.0025 / 0.05))
+    assert np.isnan(pitch_of_spirals(sensor.model_copy(update={"target": None}), poses, rings))
+    assert np.isnan(pitch_of_spirals(sensor.model_copy(update={"substrate_radius": 0.02}), poses, rings))
 
     def failed(*_: object, **more: object) -> None:
         raise SolveFailed("no", rings.report)
 
     monkeypatch.setattr(ends, "sheets", failed)
-    assert np.isnan(pitch_of_spirals(sensor, rings, poses))
+    assert np.isnan(pitch_of_spirals(sensor, poses, rings))

@@ -1,0 +1,230 @@
+"""Describe the mechanical models: what each holds, what it leaves out with sizes, what it costs.
+
+Small strain. A bonded pad of sides w and L, the target's or the layer's, whichever is narrower, of thickness t and area
+A under the load
+
+    sink/t = F_z/(E_c A),   shear = F_x/(mu A),   edge = alpha w/(2 t) = 6 M_o/(E_b A w),
+
+with E_c and E_b of `closed_form.pad_moduli`, M_o the moment about the layer's middle. One linear compliance then misses
+the displacement by less than
+
+    3 sink/t + (shear + edge)/2,
+
+where finite elements show 1.6 to 2.8 times sink/t under pure compression, and up to 0.4 times the larger of shear and
+edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, are excluded.
+
+Ends. Plane strain makes a pad too stiff by the factors of `linear.finite_length_factor` in shear, compression and tilt:
+it leaves (factor - 1) times a displacement out. Beforehand the factors are those of the closed forms: the force is
+spread over the layer's length, not the target's, and a strip's E_c and E_b stand for the pad's.
+
+Rate and history. A sudden load meets 1/(1 - sum w) times the stiffness that a Prony series with the weights w has under
+a slow one, so that it moves the target by sum w less; below a larger load of the past Mullins' softening leaves at
+least 1 - erf(1/beta)/r of it. Neither is an error of the answer to a slow first load.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sits_mech.description import Description, Question, Refusal, Rung
+from sits_mech.mechanics.closed_form import (
+    HAIR,
+    finite_strain_model,
+    flush_refusal,
+    pad_moduli,
+    plain_pad,
+    small_strain_bound,
+)
+from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.notes import Omission, OmissionKind, Relative
+from sits_mech.quantities import Array, Wrench
+from sits_mech.scene.sensor import Sensor, silicone_of
+from sits_mech.silicone.history import history_share
+
+if TYPE_CHECKING:
+    from sits_mech.mechanics.linear import FiniteLength
+
+_SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
+
+
+def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
+    """Return an upper bound of the relative error of one linear compliance under any of the loads [-].
+
+    Infinite for slender layers, and where the scene has no layer that a strip stands for.
+    """
+    plain = plain_pad(sensor)
+    if plain is None:
+        return math.inf
+    target, elastomer = plain
+    (w, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
+    if min(w, length) < 2.0 * t * _SLENDER:
+        return math.inf
+    silicone, (area, E_c, E_b) = elastomer.silicone, pad_moduli(target, elastomer)
+    free = 3.0 * abs(elastomer.free_stretch - 1.0)  # of the thickness, by which the pad moves without load, at most
+    strains, lever = [(free, 0.0, 0.0)], target.load_height + 0.5 * t
+    for load in loads:
+        sink, shear = abs(load.F_z) / (E_c * area), math.hypot(load.F_x, load.F_y) / (silicone.shear_modulus * area)
+        along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
+        edge = 6.0 * math.hypot(along / w, across / length) / (E_b * area)
+        strains.append((sink + free, shear, edge))
+    return max(small_strain_bound(silicone, (E_c, E_b), *each) for each in strains)
+
+
+def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
+    """Return the factors by which plane strain is too stiff for a pad; None where no planar layer stands for it."""
+    if plain_pad(sensor) is None:
+        return None
+    from sits_mech.mechanics.linear import finite_length_factor  # the whole mechanics, for who asks for its size
+
+    return finite_length_factor(sensor)
+
+
+def _is_flat(sensor: Sensor) -> bool:
+    """Return whether small strain takes a pad in plane strain: long ones, and outlines."""
+    target, elastomer = sensor.target, sensor.elastomer
+    flat = elastomer is not None and elastomer.mesh is None and finite_strain_model(elastomer) == "planar"
+    return flat or (target is not None and target.shape == "outline")
+
+
+def _ends(sensor: Sensor, question: Question) -> Omission:
+    """Return what plane strain leaves out of a pad, or a target on it, that has ends along y."""
+    target, elastomer = sensor.target, sensor.elastomer
+    lengths = [math.nan if part is None else part.extent[1] for part in (elastomer, target)]
+    parts = _factors_closely(sensor) if question.closely else _factors_beforehand(sensor)
+    numbers = (("pad", lengths[0]), ("target", lengths[1]))
+    size = max(parts, default=math.nan)
+    return Omission(OmissionKind.PAD_ENDS, size, Relative.DISPLACEMENT, numbers=numbers, parts=parts)
+
+
+def _factors_closely(sensor: Sensor) -> tuple[float, ...]:
+    """Return displacements less those in plane strain over these, by component of the pose; empty where not known."""
+    factor = ends_of_pad(sensor)
+    if factor is None:
+        return ()
+    more = np.array([max(factor.shear, factor.tilt), factor.compression, factor.tilt]) - 1.0
+    return _by_component(np.maximum(more, 0.0) + factor.error)
+
+
+def _factors_beforehand(sensor: Sensor) -> tuple[float, ...]:
+    """Return the same by closed forms."""
+    plain = plain_pad(sensor)
+    if plain is None:
+        return ()
+    target, elastomer = plain
+    (area, E_c, E_b), mu, K = pad_moduli(*plain), elastomer.silicone.shear_modulus, elastomer.silicone.bulk_modulus
+    width = min(target.extent[0], elastomer.extent[0])
+    S2, spread = (0.5 * width / elastomer.thickness) ** 2, width * elastomer.extent[1] / area
+    strip = [1.0 / (1.0 / (mu * (4.0 + form * S2)) + 1.0 / K) for form in (4.0, 0.8)]
+    tilt = spread * strip[1] / E_b
+    return _by_component(np.array([max(spread, tilt), spread * strip[0] / E_c, tilt]) - 1.0)
+
+
+def _by_component(plane: Array) -> tuple[float, ...]:
+    """Return shares of d_h, d_v and alpha as shares of all six components."""
+    return (*np.maximum(plane, 0.0).tolist(), 0.0, 0.0, 0.0)
+
+
+def _layered(model: str, sensor: Sensor, question: Question, *, rough: bool = True) -> Refusal | None:
+    """Return why a model of strips does not hold a scene; `rough` tells whether it holds friction."""
+    elastomer = sensor.elastomer
+    if beside := question.out_of_plane:
+        return Refusal(", ".join(beside), f"be zero for {model}, which is plane", "other values")
+    if elastomer is None:
+        return None
+    if not rough and elastomer.friction > 0.0:
+        return Refusal("elastomer.friction", f"be 0 for {model}", f"{elastomer.friction:g}")
+    if elastomer.mesh is not None or elastomer.kind == "pillars":
+        got = "pillars" if elastomer.mesh is None else "elastomer.mesh"
+        return Refusal("elastomer", f"be in one piece without a mesh of its own for {model}", got)
+    return None
+
+
+def _linear(sensor: Sensor, question: Question) -> Refusal | None:
+    """Return why one compliance does not hold."""
+    refusal = _layered("linear", sensor, question, rough=False)
+    return refusal if refusal is not None or _is_flat(sensor) else _hair(sensor, "linear")
+
+
+def _closed_form(sensor: Sensor, question: Question) -> Refusal | None:
+    """Return why no formula holds."""
+    target, elastomer = sensor.target, sensor.elastomer
+    refusal = _layered("closed-form", sensor, question, rough=False)
+    return refusal if refusal or target is None or elastomer is None else flush_refusal(target, elastomer)
+
+
+def _block(sensor: Sensor, question: Question) -> Refusal | None:
+    """Return why a pad in space does not hold."""
+    if sensor.target is not None and sensor.target.shape == "outline":
+        return Refusal("target.shape", "be rectangle or disc for block", "outline")
+    return _hair(sensor, "block")
+
+
+def _hair(sensor: Sensor, model: str) -> Refusal | None:
+    """Refuse hairs, whose faces' triangles all overlap."""
+    elastomer = sensor.elastomer
+    if elastomer is None:
+        return None
+    thin = elastomer.diameter if elastomer.diameter is not None else min(elastomer.extent)
+    if elastomer.thickness <= HAIR * thin:
+        return None
+    must = f"be at most {HAIR:g} times its smallest width ({thin:g} m) for {model}"
+    return Refusal("elastomer.thickness", must, f"{elastomer.thickness:g} m")
+
+
+def _left_out(sensor: Sensor, question: Question, *, small: bool, flat: bool | None) -> tuple[Omission, ...]:
+    """Return what a model leaves out: of `small` strain the finite one, which its own error holds; `flat` the ends.
+
+    Without `flat` the pad decides.
+    """
+    found = list[Omission]()
+    if small:
+        bound = strain_bound(sensor, question.loads) if question.loads else math.inf  # of loads that are not known
+        found.append(Omission(OmissionKind.FINITE_STRAIN, bound, Relative.DISPLACEMENT, bound=True, held=True))
+    if _is_flat(sensor) if flat is None else flat:
+        found.append(_ends(sensor, question))
+    return (*found, *_of_loads(sensor, question))
+
+
+def _of_loads(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
+    """Return what loads spare by their symmetry, and what rate and history would change."""
+    silicone, loads, found = silicone_of(sensor), question.loads, list[Omission]()
+    if loads and silicone is not None and silicone.has_history:
+        share = history_share(silicone)
+        found.append(Omission(OmissionKind.HISTORY, share, Relative.DISPLACEMENT, counts=False))
+    symmetry, different = symmetry_of(sensor), len(set(loads))
+    if loads and symmetry.mirrored and all(load == Wrench(F_z=load.F_z) for load in loads):
+        return (*found, Omission(OmissionKind.SYMMETRY, 0.0, Relative.DISPLACEMENT))
+    own = len(symmetry.without_images(loads))
+    if own < different:
+        numbers = (("solved", own), ("all", different))
+        found.append(Omission(OmissionKind.IMAGES, 0.0, Relative.DISPLACEMENT, numbers=numbers))
+    return tuple(found)
+
+
+CLOSED_FORM = Description(
+    "closed-form", "sits_mech.mechanics.closed_form:strip_layer", _closed_form,
+    partial(_left_out, small=True, flat=True), (Rung(0.0, 0, 0, 0.0, 1e-5),), 6e-2,
+)
+LINEAR = Description(
+    "linear", "sits_mech.mechanics.linear:small_strain", _linear, partial(_left_out, small=True, flat=None),
+    (Rung(1e-2, 3700, 2, 0.1, 0.005), Rung(0.0, 9600, 3, 0.5, 0.02)), 5e-4, power=2.0, fresh=False,
+)
+PLANAR = Description(
+    "planar", "sits_mech.mechanics.layer:planar_layer", partial(_layered, "planar"),
+    partial(_left_out, small=False, flat=True),
+    (Rung(1e-2, 1600, 15, 0.05, 0.05), Rung(0.0, 6000, 30, 0.1, 0.6)), 2e-4, power=2.0,
+)
+BLOCK = Description(
+    "block", "sits_mech.mechanics.block:block_pad", _block, _of_loads,
+    (
+        Rung(1e-1, 3700, 15, 0.1, 0.2), Rung(1e-2, 9600, 20, 0.2, 0.7), Rung(1e-3, 28_600, 22, 0.3, 2.2),
+        Rung(0.0, 48_000, 24, 0.3, 2.5),
+    ),
+    5e-4, power=2.0,
+)
+MODELS = (CLOSED_FORM, LINEAR, PLANAR, BLOCK)
