@@ -17,7 +17,7 @@ from common.design import table_row
 from common.outputs import study_arguments, write_rows
 
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.interpolate import INTERPOLATED
+from sits_mech.notes import Note, NoteKind, unpacked
 from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.style import save_figure
 from sits_mech.scene.sensor import load_sensor
@@ -37,7 +37,8 @@ def main() -> None:
         began = time.perf_counter()
         data = calibrate(sensor, F_x=F_x, F_z=F_z, tolerance=tolerance, mechanics=mechanics)
         row: dict[str, Any] = {"mechanics": mechanics, "loads": data["status"].size}
-        row["between solved ones"] = sum(INTERPOLATED in str(notes) for notes in data["notes"].to_numpy().ravel())
+        notes = map(unpacked, data["notes"].to_numpy().ravel())
+        row["between solved ones"] = sum(Note(NoteKind.INTERPOLATED) in each for each in notes)
         row["wall [s]"] = time.perf_counter() - began
         rows.append(row | table_row(sensor, data))
         for name, draw in calibration_pictures(data).items():

@@ -29,11 +29,14 @@ from threadpoolctl import threadpool_limits
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.interpolate import LoadGrid, loads_of, poses_on_grid
-from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model, plan
-from sits_mech.chain.omissions import idle_share, skin_depths, strain_bound
+from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
+from sits_mech.chain.plan import plan
 from sits_mech.chain.propagation import read_poses
 from sits_mech.chain.simulate import simulate
+from sits_mech.description import sized
+from sits_mech.magnetics.idle import idle_share
 from sits_mech.mechanics.loads import Settled, settle
+from sits_mech.mechanics.models import strain_bound
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
 from sits_mech.quantities import Bounded, Pose, Wrench
 from sits_mech.report.pictures.style import new_figure, save_figure
@@ -148,28 +151,11 @@ def places_beside(count: int, tolerance: float) -> Saving:
     return Saving("out-of-plane displacement and rotation", without, with_, float(missed), 0.0, 1e-6)
 
 
-def inside() -> Saving:
-    """Return what is saved where the surface of a thick plate stands for it, in finite elements."""
-    sensor = load_sensor("biorob2018")
-    hertz = {depths: sensor.frequency * (depths / skin_depths(sensor)) ** 2 for depths in (2.95, 3.05)}
-    solved = {
-        depths: timed(lambda at=at: magnetic_model(sensor, "planar-fem", 1e-3)[0].impedance(GAP, at))
-        for depths, at in hertz.items()
-    }
-    fem = solved[3.05][0]
-    bars = magnetic_model(sensor, "planar", 1e-4)[0].impedance(GAP, hertz[3.05])
-    missed = abs((bars.L - fem.L)[0, 0] / (bars.L - bars.L0)[0, 0])
-    known = fem.report.estimated_error + bars.report.estimated_error
-    seconds = [solved[depths][1] for depths in (3.05, 2.95)]
-    return Saving("interior of the target", *seconds, float(missed), math.exp(-3.05), known)
-
-
 def other_model(what: str, scene: str, models: tuple[str, str], promised: float, tolerance: float) -> Saving:
     """Return what one magnetic model saves against another, of the change relative to L0 (units cancel)."""
     sensor = load_sensor(scene)
     (few, without), (all_, with_) = (
-        timed(lambda name=name: magnetic_model(sensor, name, tolerance)[0].impedance(GAP, sensor.frequency))
-        for name in models
+        timed(lambda name=name: MAGNETICS[name](sensor, tolerance).impedance(GAP, sensor.frequency)) for name in models
     )
     changes = [(found.L - found.L0)[0, 0] / found.L0[0, 0] for found in (few, all_)]
     known = few.report.estimated_error + all_.report.estimated_error
@@ -180,7 +166,8 @@ def ends_along_y(tolerance: float) -> Saving:
     """Return what a section saves, and what its ends are worth: of the section's own change, as it is promised."""
     sensor = load_sensor("biorob2018")
     found = other_model("ends along y", "biorob2018", ("planar", "sheets"), math.nan, tolerance)
-    promised = next(item.size for item in plan(sensor).left_out if item.what == "ends along y")
+    shown = magnetic_model(sensor, "planar", tolerance)[0].impedance(GAP, sensor.frequency)
+    promised = sized(shown.report.left_out)
     return replace(found, difference=found.difference / (1.0 + found.difference), promised=promised)
 
 
@@ -255,7 +242,7 @@ def main() -> None:
     with threadpool_limits(limits=1):
         savings = [
             finite_strain(), images_of_loads(*(2, LONG) if coarse else (3,)), *([] if coarse else [loads_between(9)]),
-            inside(), other_model("mesh of the air", "biorob2018", ("planar", "planar-fem"), 0.0, tolerance),
+            other_model("mesh of the air", "biorob2018", ("planar", "planar-fem"), 0.0, tolerance),
             places_beside(5 if coarse else 81, tolerance), idle_coil(tolerance),  # by the same sheets
             ends_along_y(tolerance),
         ]

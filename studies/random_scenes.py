@@ -1,4 +1,4 @@
-"""Do the answers of `auto` hold what they leave out, on scenes that nobody chose, and does `explain` know the time?
+"""Do the answers of `auto` hold on scenes that nobody chose, and does `explain` know the time?
 
 Two hundred scenes by chance: one to three coils, rectangles and discs of four metals from 0.02 to 1 mm, gaps from 0.8
 to 4 mm, 10 kHz to 10 MHz, poses shifted and tilted, loads that strain a pad by 0.3 to 20 %, long pads, a plate nearby.
@@ -29,10 +29,11 @@ from common.accuracy import first_strain, forget
 from common.outputs import kept_rows, study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
-from sits_mech.chain.models import magnetic_model, plan
-from sits_mech.chain.omissions import skin_depths
+from sits_mech.chain.models import magnetic_model
+from sits_mech.chain.plan import plan
 from sits_mech.chain.simulate import Simulation, at_rest, simulate, simulated
 from sits_mech.geometry.collision import Collision
+from sits_mech.magnetics.modes import skin_depths
 from sits_mech.magnetics.sheets import not_representable, sheets
 from sits_mech.mechanics.block import block_pad
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, Wrench

@@ -1,4 +1,4 @@
-"""What does a solve cost? The seconds that plans tell (`chain.prices.costs.COSTS`), measured again, rung by rung.
+"""What does a solve cost? Counts and seconds of each model's rungs (`Description.rungs`), measured again.
 
 Each model answers typical scenes at each tolerance of its table, from empty caches, then another load or pose with
 what is prepared: processor seconds, the least of three runs, as others on a machine make them longer and never shorter;
@@ -7,8 +7,8 @@ of several scenes the geometric mean.
     once = first - another,    each = another.
 
 Beside them a factorisation that every machine has, 1000 x 1000, tells how fast this one is: seconds of another machine
-go with it. Run ``python studies/solve_costs.py [--coarse] --output DIR``: the table
-beside the one in the package, and `costs.txt`, which is to be pasted there.
+go with it. Run ``python studies/solve_costs.py [--coarse] --output DIR``: the table beside the rungs in the package,
+with the unknowns of the first scene, and `costs.txt`, whose rungs are to be pasted there.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from scipy.linalg import lu_factor
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import MAGNETICS, MECHANICS
-from sits_mech.chain.prices import COSTS
+from sits_mech.description import Description
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -37,8 +37,14 @@ DISC = (
     'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
     'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
 )
+KNOWN: dict[tuple[str, str], Description] = {
+    (half, name): model for half, known in (("mechanics", MECHANICS), ("magnetics", MAGNETICS))
+    for name, model in known.items()
+}
 SCENES = {
-    "block": ((), ("elastomer.thickness=0.003",)), "axisymmetric": (DISC,), "planar-fem": ((),), "linear": (LONG,),
+    "block": ((), ("elastomer.thickness=0.003",)), "axisymmetric": (DISC,), "axisymmetric-fem": (DISC,),
+    "planar-fem": ((),),
+    "linear": (LONG,),
     "planar": (LONG, (*LONG, "elastomer.thickness=0.003")), "closed-form": ((*LONG, "elastomer.width=0.008"),),
 }
 LOADS = (Wrench(0.3, 1.0), Wrench(0.25, 1.2))
@@ -66,7 +72,7 @@ def solver(half: str, model: str, sensor: Sensor, tolerance: float) -> list[Call
             return made[0].equilibrium(loads[0])
 
         return [first, lambda: made[0].equilibrium(loads[1])]
-    poses = ON_AXIS if model == "axisymmetric" else POSES
+    poses = ON_AXIS if model.startswith("axisymmetric") else POSES
 
     def shown() -> Any:
         made.append(MAGNETICS[model](sensor, tolerance))
@@ -75,35 +81,39 @@ def solver(half: str, model: str, sensor: Sensor, tolerance: float) -> list[Call
     return [shown, lambda: made[0].impedance(poses[1], sensor.frequency)]
 
 
-def measured(half: str, model: str, tolerance: float, runs: int) -> tuple[float, float]:
-    """Return the seconds once and for each load or pose, of a rung."""
-    found = []
+def measured(half: str, model: str, tolerance: float, runs: int) -> tuple[float, float, int]:
+    """Return the seconds once and for each load or pose, of a rung, and the unknowns of the first scene."""
+    found, unknowns = [], 0
     for overrides in SCENES.get(model, ((), ("target.width=0.015",))):
         sensor, pairs = load_sensor("biorob2018", list(overrides)), []
         for _ in range(runs):
             forget()
-            pairs.append([seconds(ask) for ask in solver(half, model, sensor, tolerance)])
+            asks = solver(half, model, sensor, tolerance)
+            pairs.append([seconds(ask) for ask in asks])
+            unknowns = unknowns or asks[1]().report.unknowns
         first, another = np.min(pairs, axis=0)
         found.append((max(first - another, 1e-6), max(another, 1e-6)))
     once, each = np.exp(np.mean(np.log(found), axis=0))
-    return float(once), float(each)
+    return float(once), float(each), unknowns
 
 
 def asked_at(half: str, model: str) -> list[float]:
     """Return the tolerances of a model's rungs; the finest is asked for a third of the one before, or 1e-2."""
-    own = [at for at, *_ in COSTS[half, model]]
+    own = [rung.tolerance for rung in KNOWN[half, model].rungs]
     return [at or (own[-2] / 3.0 if len(own) > 1 else 1e-2) for at in own]
 
 
 def table(coarse: bool) -> list[Row]:
     """Return each rung's seconds beside those in the package."""
     rows: list[Row] = []
-    for (half, model), rungs in COSTS.items():
-        for (at, once, each), asked in list(zip(rungs, asked_at(half, model), strict=True))[: 1 if coarse else None]:
-            own, more = measured(half, model, asked, 1 if coarse else RUNS)
+    for (half, model), description in KNOWN.items():
+        pairs = zip(description.rungs, asked_at(half, model), strict=True)
+        for rung, asked in list(pairs)[: 1 if coarse else None]:
+            own, more, unknowns = measured(half, model, asked, 1 if coarse else RUNS)
             rows.append({
-                "half": half, "model": model, "from": at, "asked": asked, "once [s]": own, "each [s]": more,
-                "told": once + each, "measured over told": (own + more) / (once + each),
+                "half": half, "model": model, "from": rung.tolerance, "asked": asked, "once [s]": own, "each [s]": more,
+                "unknowns": unknowns, "in the package": rung.unknowns,
+                "told": rung.once + rung.each, "measured over told": (own + more) / (rung.once + rung.each),
             })
     return rows
 
@@ -116,7 +126,8 @@ def as_text(rows: list[Row]) -> str:
         for before, after in pairwise(own):
             if after["once [s]"] < before["once [s]"]:
                 after["each [s]"] = max(after["each [s]"], before["each [s]"])
-        rungs = ", ".join(f"({r['from']:g}, {r['once [s]']:.2g}, {r['each [s]']:.2g})" for r in own)
+        each = ((r["from"], r["unknowns"], r["once [s]"], r["each [s]"]) for r in own)
+        rungs = ", ".join(f"({at:g}, {unknowns}, {once:.2g}, {more:.2g})" for at, unknowns, once, more in each)
         lines.append(f"    {name}: ({rungs},),".replace("'", '"'))
     return "\n".join(lines) + "\n"
 

@@ -17,10 +17,10 @@ from common.outputs import study_arguments, write_rows
 
 from sits_mech.analysis.bench import model_errors, sensor_calibration
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.interpolate import INTERPOLATED
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.chain.simulate import at_rest
+from sits_mech.notes import Note, NoteKind, unpacked
 from sits_mech.quantities import Array, Wrench
 from sits_mech.readout.calibration import OK
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -49,7 +49,7 @@ def compare(name: str, count: int, loads: int, tolerance: float) -> list[dict[st
     good, span = found.status == OK, known.high - known.low
     off = np.abs(found.forces - draw)[good]
     stated = found.error[good] + known.force_error(found.forces[good], model_errors(sensor, data))
-    between = sum(INTERPOLATED in str(notes) for notes in data["notes"].to_numpy().ravel())
+    between = sum(Note(NoteKind.INTERPOLATED) in unpacked(text) for text in data["notes"].to_numpy().ravel())
     head = {"sensor": name, "loads": data["status"].size, "between solved ones": between, "calibrate [s]": seconds}
     head |= {"read back": int(np.count_nonzero(good)), "of": loads}
     rows = []

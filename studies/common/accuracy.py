@@ -18,10 +18,11 @@ from typing import Any
 from common.references import FINER
 from threadpoolctl import threadpool_info
 
-from sits_mech.analysis.ladder import Asked, power, sentence
+from sits_mech.analysis.ladder import Asked
 from sits_mech.analysis.ladder import forget as forget
-from sits_mech.chain.omissions import strain_bound
+from sits_mech.mechanics.models import strain_bound
 from sits_mech.quantities import Wrench
+from sits_mech.report.ladder import power, sentence
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
 from sits_mech.scene.sensor import Sensor
 

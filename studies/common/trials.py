@@ -135,5 +135,6 @@ def _solved(solver: Solver, sensor: Sensor) -> list[Any]:
         return []
     if not bool(data["status"].isin(ANSWERED).all()):
         return []
-    own = table_inductances(sensor, data)["L"].transpose(*loads.names, "coil").to_numpy()
+    L = table_inductances(sensor, data)["L"]
+    own = L.squeeze(sorted({*L.dims} - {*loads.names, "coil"})).transpose(*loads.names, "coil").to_numpy()
     return list(own.reshape(-1, len(sensor.coils)).tolist())

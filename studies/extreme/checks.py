@@ -28,6 +28,7 @@ from sits_mech.mechanics.block import BlockPad, block_pad, solved_body
 from sits_mech.mechanics.element.kernel import element_forces
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, SolveReport, Wrench
+from sits_mech.report.notes import sentences
 from sits_mech.scene.sensor import Elastomer, Sensor
 
 REST = Wrench()
@@ -107,7 +108,7 @@ def touching(model: PlanarLayer | BlockPad) -> bool:
 
 def _said(report: SolveReport) -> str:
     """Notes in one line."""
-    return "; ".join(report.notes)
+    return "; ".join(sentences(report.notes))
 
 
 def _least(report: SolveReport) -> float:

@@ -19,7 +19,9 @@ from sits_mech.mechanics.block import BlockPad, solved_body
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.layer import PlanarLayer
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
+from sits_mech.report.notes import sentences
 
 NAMES = ("d_h", "sink", "alpha")
 _NEAR = 0.15  # thicknesses from the edge that count as at it
@@ -118,7 +120,7 @@ def _stopped(model: PlanarLayer | BlockPad, kind: Drive, way: Way, failed: Solve
     clauses = [f"stopped at {kind.amount(max(seen)).removeprefix(kind.name).strip()}"]
     if failed.last is not None:
         clauses.append(strained(model, failed.last))
-    notes = (note for note in report.notes if not note.startswith("reached "))
+    notes = sentences(note for note in report.notes if note.kind is not NoteKind.PATH_PART)
     remark = "; ".join((*clauses, *notes))
     row = Row("", "", DONE, estimated=report.estimated_error)
     if len(way.path) > 2:
@@ -152,7 +154,7 @@ def refused(model: PlanarLayer | BlockPad, question: Callable[[], Row]) -> Row:
         if failed.last is not None:
             said = f"followed to {failed.last.wrench}", strained(model, failed.last)
         min_J = np.nan if report.min_J is None else report.min_J
-        remark = "; ".join((*report.notes, *said))
+        remark = "; ".join((*sentences(report.notes), *said))
         return Row("", "", report.status, min_J, estimated=report.estimated_error, remark=remark)
 
 

@@ -20,6 +20,7 @@ from scipy.constants import mu_0
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, Wrench
+from sits_mech.report.notes import sentences
 from sits_mech.scene.sensor import Coil, Sensor, Target, load_sensor
 
 MM = 1e-3
@@ -165,7 +166,7 @@ def chain_row(overrides: list[str], wrench: Wrench, rest: bool = False) -> Row:
         violation = max(violation, (float(shown.L_v_percent) - float(at_rest.L_v_percent) - uncertainty) / 100.0)
     min_J = np.nan if report.min_J is None else report.min_J
     estimated = float(shown.error_L_v_percent) / float(shown.L_v_percent)
-    return Row("", "", DONE, min_J, violation, ROUNDING, estimated, remark="; ".join(report.notes))
+    return Row("", "", DONE, min_J, violation, ROUNDING, estimated, remark="; ".join(sentences(report.notes)))
 
 
 def chain(coarse: bool) -> Iterator[Row]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.quantities import SolveFailed
+from sits_mech.report.notes import sentences
 from sits_mech.scene.sensor import SceneError
 
 DONE = "converged"
@@ -62,7 +63,7 @@ def measured(physics: str, case: str, ask: Callable[[], Row], must: bool = False
     except SolveFailed as failed:
         report = failed.report
         min_J = np.nan if report.min_J is None else report.min_J
-        remark = "; ".join((*report.notes, str(failed)))
+        remark = "; ".join((*sentences(report.notes), str(failed)))
         row = Row("", "", report.status, min_J, estimated=report.estimated_error, remark=remark)
     except Collision as error:
         row = Row("", "", "collision", remark=str(error))
