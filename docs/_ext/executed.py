@@ -36,7 +36,8 @@ _FENCE = re.compile(
 )
 _WORD = re.compile(r"\.\.\.|[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\+-|[^\s\d.+-]+|\S")
 _NUMBER = re.compile(r"[-+]?\d")
-_SECONDS = re.compile(r"[\d.e+-]+ +(?=s\b|│ +(?:ok|interpolated|above tolerance|beyond data|not carried|failed)\b)")
+_STATUSES = "ok|interpolated|above tolerance|not bounded|beyond data|not carried|failed"
+_SECONDS = re.compile(rf"[\d.e+-]+ +(?=s\b|│ +(?:{_STATUSES})\b)")
 _NEAR, _NEAR_ERROR, _NOTHING = 0.02, 0.3, 1e-6
 _LIMIT = 300  # seconds of one command
 _BEGUN = defaultdict[str, "_Begun"](lambda: _Begun(Lock()))  # by command

@@ -204,6 +204,28 @@ def numbers_of(text: str) -> Iterator[tuple[str, str, str]]:
         yield ast.unparse(target).strip("()"), value, " ".join(filter(None, words))
 
 
+def left_out(here: Path) -> None:
+    """Make the table of what each model leaves out of a load on a pad with ends, by its own description."""
+    from sits_mech.chain.models import MAGNETICS, MECHANICS
+    from sits_mech.description import Question
+    from sits_mech.quantities import Wrench
+    from sits_mech.report.left_out import RELATIVE, reason, size_text
+    from sits_mech.scene.sensor import load_sensor
+
+    load, lines = (Wrench(F_z=0.2),), ["| model | leaves out | size | of |", "|---|---|---|---|"]
+    spiral = load_sensor("biorob2018", [f'coils.{name}.winding="spiral"' for name in ("C1", "C2")])
+    for known in (MECHANICS, MAGNETICS):
+        for name, model in known.items():
+            every = model.leaves_out(spiral, Question(loads=load))
+            counted = [item for item in every if item.counts and item.size != 0.0]
+            lines += [
+                f"| `{name}` | {item.kind}: {reason(item)} | {size_text(item)} | {RELATIVE[item.relative_to]} |"
+                for item in counted
+            ] or [f"| `{name}` | nothing that counts | | |"]
+    head = "Under 0.2 N on `biorob2018`, with spiral windings, as estimated before anything is solved:"
+    write(here / "_pages" / "left_out.md", "\n".join([head, "", *lines]) + "\n")
+
+
 def answer_keys(here: Path, made: Path) -> None:
     """Make the page of the keys that answers have: those of real answers, each with its meaning.
 

@@ -16,7 +16,7 @@ from docutils import nodes
 from docutils.parsers.rst import Directive, directives
 from executed import Mismatch, run_page, stamp
 from latex2mathml.converter import convert
-from made_pages import answer_keys, modules, numbers, schemas, studies
+from made_pages import answer_keys, left_out, modules, numbers, schemas, studies
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.util import logging
@@ -114,6 +114,7 @@ def made(app: Sphinx) -> None:
     schemas(HERE, MADE)
     modules(HERE)
     numbers(HERE)
+    left_out(HERE)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

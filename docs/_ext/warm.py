@@ -101,12 +101,10 @@ def _prepare() -> None:
         if not name.endswith("__main__"):
             with contextlib.suppress(ImportError):  # an extra that is not installed
                 import_module(name)
-    from sits_mech.chain.omissions import omissions
     from sits_mech.report.pictures.style import figure_bytes, new_figure
 
     sensor, load = sits_mech.load_sensor("biorob2018"), sits_mech.Wrench(F_x=0.1, F_z=0.5)
     sits_mech.simulate(sensor, load, mechanics="planar", magnetics="planar", tolerance=0.1)
-    omissions(sensor, [load], "planar", "planar")
     fonts = logging.getLogger("matplotlib.font_manager")
     fonts.disabled = True  # it tells of fonts that are not there
     with new_figure() as (figure, (axes,)):
