@@ -88,7 +88,7 @@ fz = ["1 N", "2 N"]
 {0}
 """
 EXACT = ("", "")  # more of what is fixed, in SIMULATE and COILS
-COARSE = tuple(f'mechanics = "{each}"\nmagnetics = "planar"\ntolerance = 0.1' for each in ("planar", "linear"))
+COARSE = ('mechanics = "linear"\nmagnetics = "planar"\ntolerance = 0.1',) * 2
 Found = list[tuple[str, float, float]]
 """What, value, and its limit: NaN of none."""
 FREE = float("nan")
