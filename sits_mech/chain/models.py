@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -50,8 +51,6 @@ MECHANICS: Mapping[str, Description] = _registered(MECHANICAL, "mechanics")
 MAGNETICS: Mapping[str, Description] = _registered(MAGNETIC, "magnetics")
 """The magnetic models alike."""
 _COARSE = 1e-2  # relative error of the change that conductors are compared with
-
-
 _SIDEWAYS = [WRENCH.index(name) for name in ("F_x", "M", "F_y", "M_x")]  # what takes a target off its axis
 
 
@@ -210,7 +209,7 @@ def choose_magnetics(
     `given` are poses, or loads where poses come of them (`loaded`). Without a name far conductors are left out.
     """
     question = magnetic_question(sensor, tolerance, given, loaded=loaded)
-    ask = partial_choice(question, name, loaded)
+    ask = partial(chosen, "magnetics", MAGNETICS, question=question, name=name, loaded=loaded)
     if name != "auto" or not sensor.conductors:
         return sensor, ask(sensor)
     pose = question.pose if question.pose is not None else None if sensor.elastomer is None else unloaded(sensor)
@@ -219,16 +218,9 @@ def choose_magnetics(
     bare = ask(sensor.model_copy(update={"conductors": ()}))
     model = MAGNETICS[bare.name]
     asked = model.share * tolerance if loaded else tolerance
-    solved, far = without_far(
-        sensor, lambda alone: model(alone, _COARSE), pose, asked, section=model.per_metre
-    )
+    solved, far = without_far(sensor, lambda alone: model(alone, _COARSE), pose, asked, section=model.per_metre)
     choice = ask(solved)
     return solved, replace(choice, left_out=(*choice.left_out, *far))
-
-
-def partial_choice(question: Question, name: str, loaded: bool) -> Callable[[Sensor], Choice]:
-    """Return the choice of a magnetic model as a function of the scene."""
-    return lambda sensor: chosen("magnetics", MAGNETICS, sensor, question, name, loaded=loaded)
 
 
 def mechanical_model(
