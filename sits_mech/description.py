@@ -120,6 +120,8 @@ class Description:
         Whether it answers per metre of depth.
     share : float
         Of the tolerance of loads, what is asked of a magnetic model: a tenth, or more where that costs much.
+    even : bool
+        Whether it takes the current in the coils' tracks as even; what uneven current adds is added to its answers.
     """
 
     name: str
@@ -132,6 +134,7 @@ class Description:
     fresh: bool = True
     per_metre: bool = False
     share: float = 0.1
+    even: bool = False
 
     def holds(self, sensor: Sensor, question: Question) -> Refusal | None:
         """Return why the model does not hold a scene for a question; None where it does."""

@@ -106,6 +106,7 @@ class OmissionKind(StrEnum):
     NOT_CUT = "fixed part that the section misses"  # its name
     AIR = "mesh of the air"
     PITCH = "pitch of the spiral windings"
+    TRACKS = "metal's field in the tracks"  # frequency [Hz]
     IDLE = "current in the idle coil"  # whether it is open
     FAR = "conductors far away"  # name, centre [m]
     STATED = "stated"  # of a model that is not of this package: text

@@ -302,7 +302,7 @@ class Impedance:
     R_dc : ndarray, shape (n,)
         Direct-current resistance of the tracks [unit_R].
     error_L, error_R : ndarray, shape (..., n, n)
-        Estimated absolute errors of L and R.
+        Estimated absolute errors of L - L0 and R.
     unit_L : str
         "H" or "H/m" (planar models are per metre of depth); the unit of resistance follows.
     report : SolveReport
@@ -310,6 +310,10 @@ class Impedance:
     shared_L : ndarray, shape (m, ..., n, n), or None
         Parts of the error of L with their signs, each of which poses have in common up to one factor between -1 and 1
         [unit_L]; None where no such part is known.
+    uneven : bool
+        Whether L, R and L0 hold skin and proximity effect in the coils' tracks.
+    error_L0 : ndarray, shape (n, n), or None
+        Estimated absolute error of L0, which L shares [unit_L]; None where it is far below that of L - L0.
 
     Examples
     --------
@@ -329,6 +333,13 @@ class Impedance:
     unit_L: str
     report: SolveReport
     shared_L: Array | None = None
+    uneven: bool = False
+    error_L0: Array | None = None
+
+    @property
+    def convention(self) -> dict[str, str]:
+        """Attributes of a table of L and R: their unit, and whether the current in tracks is even."""
+        return {"unit_L": self.unit_L, "tracks": "uneven" if self.uneven else "even"}
 
 
 class SolveFailed(Exception):

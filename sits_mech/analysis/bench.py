@@ -63,8 +63,9 @@ def table_impedance(data: xr.Dataset, leading: tuple[str, ...] | None = None) ->
     L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
     L0 = data["L0"].to_numpy()
     report = SolveReport("table", 0, 0, 0.0, 0.0, 0.0)
-    unit = str(data.attrs["unit_L"])
-    return Impedance(float(data.attrs["frequency"]), L, R, L0, np.zeros(len(L0)), error_L, error_R, unit, report)
+    unit, frequency = str(data.attrs["unit_L"]), float(data.attrs["frequency"])
+    none, uneven = np.zeros(len(L0)), data.attrs.get("tracks") == "uneven"
+    return Impedance(frequency, L, R, L0, none, error_L, error_R, unit, report, uneven=uneven)
 
 
 def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:

@@ -101,7 +101,7 @@ def load_cycle(
     data = data.assign_attrs(
         **provenance(sensor), notes=packed(_notes(sensor)), left_out=packed_omissions(left_out),
         request=json.dumps(request),
-        frequency=sensor.frequency, unit_L=reading.impedance.unit_L, **marks,
+        frequency=sensor.frequency, **reading.impedance.convention, **marks,
         **{key: item for name in told(data) for key, item in loops(data, name).items()},
     )
     return labelled(data)

@@ -2,22 +2,24 @@
 
     Q_i = omega L_ii / (R_ii + R_track,i),
 
-R_track with skin and proximity effect for models in henry and ohm, the direct-current one for planar models, which are
-per metre. At the terminals a coil shows, with the tracks and the leads in series and the idle coils open or shorted,
+R_track the direct-current resistance: R_ii has skin and proximity effect of models in henry and ohm, not of planar
+ones, which are per metre. At the terminals a coil shows, with the tracks and the leads in series and the idle coils
+open or shorted,
 
     Z_i = R_i + j omega L_i  (`coils.terminals`),    Q_i = omega L_i / R_i,
 
 and with the readout's capacitance across them the apparent ``Z_i / (1 + j omega C Z_i)``, which grows towards the
 tank's own resonance and is capacitive above.
 
-Both L are those of even current in the tracks; what skin and proximity effect take from it is kept apart (`shift`).
+What skin and proximity effect add to the tracks' resistance and take from L in free space, both in these, are shown
+beside them (`R_ac`, `shift`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING
 
@@ -26,7 +28,8 @@ import numpy as np
 from sits_mech.analysis.terminals import own_capacitance, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
-from sits_mech.magnetics.coils.resistance import TrackSpectrum, track_spectrum
+from sits_mech.magnetics.coils.resistance import track_resistance, track_spectrum
+from sits_mech.magnetics.tracks import Tracks, with_tracks
 from sits_mech.notes import Note, Omission, OmissionKind
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, kept_report
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
@@ -51,9 +54,9 @@ class Terminals:
 
     L: Array  # before the capacitance [H]
     R: Array  # likewise [ohm]
-    R_ac: Array  # of the tracks, contained in R [ohm]
+    R_ac: Array  # of the tracks in free space [ohm]
     Q: Array  # omega L / R
-    shift: Array  # loss of L by skin and proximity effect in the tracks, not contained in L [H]
+    shift: Array  # what skin and proximity effect take from L in free space, contained in L [H]
     apparent_L: Array  # [H]
     apparent_R: Array  # [ohm]
     apparent_Q: Array
@@ -65,11 +68,10 @@ class Terminals:
 def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tuple[str, ...]]:
     """Return what each coil shows at its terminals, or None per metre, and what was left out, with the reason."""
     sensor = at_temperature(sensor)
-    tracks, missing = _tracks(sensor, found.unit_L, [found.frequency])
-    missing += wave_notes(sensor.coils, found.frequency)
-    if tracks is None:
-        return None, missing
-    return _terminals(sensor, found, tracks[0][:, 0], tracks[1][:, 0]), missing
+    missing = wave_notes(sensor.coils, found.frequency)
+    if found.unit_L != "H":
+        return None, (_PER_METRE, *missing)
+    return _terminals(sensor, with_tracks(Tracks(sensor.coils, found.frequency), found)), (*_rings(sensor), *missing)
 
 
 def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequence[float]) -> xr.Dataset:
@@ -112,35 +114,39 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         raise SceneError(f"frequencies must be one or more different positive numbers [Hz]; got {list(frequencies)}")
     downwards = hertz[::-1].tolist()  # the highest asks most of a preparation
     each = list(map(partial(model.impedance, pose), downwards))[::-1]
-    tracks, missing = _tracks(sensor, each[0].unit_L, hertz.tolist())
-    missing += wave_notes(sensor.coils, float(hertz[-1]))
+    per_metre = each[0].unit_L != "H"
+    missing = ((_PER_METRE,) if per_metre else _rings(sensor)) + wave_notes(sensor.coils, float(hertz[-1]))
+    each = [with_tracks(Tracks(sensor.coils, found.frequency), found) for found in each]
     names = sensor.coil_names
     pair = ("frequency", "coil", "coil_2")
     data = xr.Dataset(coords={"frequency": hertz, "coil": names, "coil_2": names})
     for name in ("L", "R", "error_L", "error_R"):
         data[name] = (pair, np.array([getattr(found, name) for found in each]))
-    data["L0"], data["R_dc"] = (pair[1:], each[0].L0), (pair[1:2], each[0].R_dc)
-    R_track = np.tile(each[0].R_dc, (hertz.size, 1)) if tracks is None else tracks[0].T
+    data["L0"], data["R_dc"] = (pair[1:], each[-1].L0), (pair[1:2], each[0].R_dc)
     own_L, own_R = np.diagonal(data["L"], axis1=1, axis2=2), np.diagonal(data["R"], axis1=1, axis2=2)
-    data["R_track"] = (pair[:2], R_track)
-    data["Q"] = (pair[:2], 2.0 * np.pi * hertz[:, None] * own_L / (own_R + R_track))
-    if tracks is not None:
-        rows = zip(each, *np.swapaxes(tracks, 1, 2), strict=True)
-        seen = [_terminals(sensor, found, R_ac, shift) for found, R_ac, shift in rows]
-        for name in _AT_TERMINALS:
+    data["Q"] = (pair[:2], 2.0 * np.pi * hertz[:, None] * own_L / (own_R + each[0].R_dc))
+    if per_metre:
+        data["R_track"] = (pair[:2], np.tile(each[0].R_dc, (hertz.size, 1)))
+    else:
+        seen = [_terminals(sensor, found) for found in each]
+        for name in (*_AT_TERMINALS, "shift"):
             data[name] = (pair[:2], np.array([getattr(item, name.removeprefix("terminal_")) for item in seen]))
-        data["shift"] = (pair[:2], tracks[1].T)
+        data["R_track"] = (pair[:2], np.array([item.R_ac for item in seen]))
     report = replace(_joined(each, hertz), left_out=(*_largest(each), *map(_stated, missing)))
     return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=kept_report(report))
 
 
-def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> Terminals:
+def _terminals(sensor: Sensor, found: Impedance) -> Terminals:
     """Return the network of coils, tracks, leads and idle coils at one frequency."""
     omega = 2.0 * np.pi * found.frequency
-    Z = terminal_impedance(found.R + 1j * omega * found.L, R_ac, sensor.readout, omega)
+    windings = unnamed(sensor.coils)
+    Z = terminal_impedance(
+        found.R + 1j * omega * found.L, [track_resistance(coil) for coil in windings], sensor.readout, omega
+    )
     shape, capacitance = Z.real.shape, sensor.readout.parallel_capacitance
     tank = with_capacitance(Z, capacitance, omega)
-    own = np.broadcast_to([own_capacitance(coil) for coil in unnamed(sensor.coils)], shape)
+    own = np.broadcast_to([own_capacitance(coil) for coil in windings], shape)
+    R_ac, shift = np.array([_track(coil, found.frequency) for coil in windings]).T
     return Terminals(
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
         tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega), own,
@@ -148,23 +154,16 @@ def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> T
     )
 
 
-def _tracks(sensor: Sensor, unit_L: str, hertz: Sequence[float]) -> tuple[tuple[Array, Array] | None, tuple[str, ...]]:
-    """Return R_ac and shift of the tracks, shape (n, f) each, or None where they are left out, and the reason."""
-    if unit_L != "H":
-        return None, (_PER_METRE,)
-    try:
-        each = [_track(coil, tuple(hertz)) for coil in unnamed(sensor.coils)]
-    except ValueError as error:
-        return None, (f"terminals and losses of uneven current in the tracks: {error}",)
+def _rings(sensor: Sensor) -> tuple[str, ...]:
+    """Say of which coils uneven current is that of rings that stand for them."""
     straight = ", ".join(coil.name for coil in sensor.coils if not coil.is_round)
-    notes = (f"uneven current along straight tracks: {straight} as rings of its turns and length",) if straight else ()
-    return (np.array([found.R for found in each]), np.array([found.shift for found in each])), notes
+    return (f"uneven current along straight tracks: {straight} as rings of its turns and length",) if straight else ()
 
 
-@lru_cache(maxsize=8)
-def _track(coil: Coil, hertz: tuple[float, ...]) -> TrackSpectrum:
-    """Return the spectrum of a coil's tracks, solving equal coils once."""
-    return track_spectrum(coil, hertz)
+def _track(coil: Coil, frequency: float) -> tuple[float, float]:
+    """Return the resistance of a coil's tracks [ohm] and what uneven current takes from L [H], in free space."""
+    found = track_spectrum(coil, (frequency,))
+    return float(found.R[0]), float(found.shift[0])
 
 
 def _joined(found: Sequence[Impedance], hertz: Array) -> SolveReport:

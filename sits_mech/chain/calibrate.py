@@ -151,7 +151,7 @@ def tabulated(
     data["L0"] = (("coil", "coil_2"), shown.L0)
     left_out = (*(read[0].report.left_out if read else ()), *shown.report.left_out)
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
-    attributes |= {"unit_L": shown.unit_L, "request": json.dumps(request), "magnetics_tolerance": found.asked}
+    attributes |= shown.convention | {"request": json.dumps(request), "magnetics_tolerance": found.asked}
     attributes |= {"notes": "", "left_out": packed_omissions(left_out)} | _promised(found)
     return labelled(data.assign_attrs(**provenance(sensor), **attributes))
 

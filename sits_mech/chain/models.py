@@ -23,6 +23,7 @@ from sits_mech.chain.conductors import AmongFar, negligible, without_far
 from sits_mech.chain.propagation import unloaded
 from sits_mech.description import Cost, Description, Question, Refusal, total
 from sits_mech.magnetics.models import MODELS as MAGNETIC
+from sits_mech.magnetics.tracks import Tracked
 from sits_mech.mechanics.models import MODELS as MECHANICAL
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Omission
@@ -293,6 +294,8 @@ def _built(sensor: Sensor, solved: Sensor, choice: Choice, tolerance: float) -> 
     model: MagneticModel = description(solved, tolerance)
     if description.per_metre and not choice.by_name and _has_henry(solved):
         model = replace(model, absolute=True)  # type: ignore[type-var]
+    if description.even:
+        model = Tracked(model, solved)
     far = tuple(part for part in sensor.conductors if part not in solved.conductors)
     if len(choice.left_out) > len(far):
         from sits_mech.magnetics.ends import Whole  # the coarse answers in space that sizes are taken from

@@ -1,18 +1,18 @@
 """Write the coupled coils at one pose for a circuit simulator: inductors, couplings, resistors as a subcircuit.
 
-    V_i = (R_track,i + j omega L_i) I_i + sum_j (R_ij + j omega M_ij) I_j,    k_ij = M_ij / sqrt(L_i L_j)
+    V_i = (R_dc,i + j omega L_i) I_i + sum_j (R_ij + j omega M_ij) I_j,    k_ij = M_ij / sqrt(L_i L_j)
 
 R_ij is what the eddy currents put into the coils, into the diagonal and between them; between coils it is written as
 current-controlled voltage sources. The numbers hold at the sensor's frequency; off it the eddy currents are others.
 
 A circuit needs henry and ohm. The coils are computed at the pose of the load by the calibration's model, or by the 3D
-model (`sheets`) where that one is per metre of depth. R_track and L_i have skin and proximity effect in the tracks.
+model (`sheets`) where that one is per metre of depth. R and L have skin and proximity effect in the tracks.
 Leads and the capacitor across each coil are the circuit's own.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -38,13 +38,9 @@ def write_spice(source: Source, path: Path) -> tuple[str, ...]:
         name = "sheets"
     model, _ = magnetic_model(source.sensor, name, source.request["tolerance"])
     found = model.impedance(pose, source.sensor.frequency)
-    seen, missing = at_terminals(source.sensor, found)
-    R_track, shift = (found.R_dc, np.zeros(len(found.R_dc))) if seen is None else (seen.R_ac, seen.shift)
-    error = float(np.max(found.error_L))
-    made = f"{source.about}; coils by {name}, error of L {error:.1e} H"
-    found = replace(found, L=found.L - np.diag(shift))
-    write_text(path, netlist(source.sensor.coil_names, found, R_track, (made, _state(source, pose))))
-    return missing
+    made = f"{source.about}; coils by {name}, error of L {float(np.max(found.error_L)):.1e} H"
+    write_text(path, netlist(source.sensor.coil_names, found, (made, _state(source, pose))))
+    return at_terminals(source.sensor, found)[1]
 
 
 def _state(source: Source, pose: Pose) -> str:
@@ -55,10 +51,10 @@ def _state(source: Source, pose: Pose) -> str:
     return f"{load_words(shown)}: " + ", ".join(f"{name} = {value:.6g} {UNITS[name]}" for name, value in place.items())
 
 
-def netlist(names: list[str], found: Impedance, R_track: Array, remarks: tuple[str, ...] = ()) -> str:
+def netlist(names: list[str], found: Impedance, remarks: tuple[str, ...] = ()) -> str:
     """Return a subcircuit ``sits_coils``, two pins for each coil, a positive current entering at the first.
 
-    `R_track` (n,) [ohm]; raise SceneError when the inductances are not in henry or not positive definite.
+    Raise SceneError when the inductances are not in henry or not positive definite.
     """
     L, R = np.asarray(found.L), np.asarray(found.R)
     if found.unit_L != "H" or np.any(np.linalg.eigvalsh(0.5 * (L + L.T)) <= 0.0):
@@ -69,7 +65,8 @@ def netlist(names: list[str], found: Impedance, R_track: Array, remarks: tuple[s
     lines.append(".subckt sits_coils " + " ".join(f"a{i} b{i}" for i in range(1, count + 1)))
     for i in range(count):
         n = i + 1
-        lines += [f"V{n} a{n} s{n} 0", f"R{n} s{n} r{n} {R_track[i] + R[i, i]:.9g}", f"L{n} r{n} e{n}_0 {L[i, i]:.9g}"]
+        own = found.R_dc[i] + R[i, i]
+        lines += [f"V{n} a{n} s{n} 0", f"R{n} s{n} r{n} {own:.9g}", f"L{n} r{n} e{n}_0 {L[i, i]:.9g}"]
         lines += _resistive(i, R)
     for i in range(count):
         for j in range(i + 1, count):

@@ -20,7 +20,9 @@ saturation.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -32,7 +34,8 @@ from sits_mech.magnetics.axis.elements import AxisField, solve_axis
 from sits_mech.magnetics.axis.lines import CoaxialDisc, divide_axis
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_resistance
-from sits_mech.quantities import Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.magnetics.tracks import Tracks
+from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
@@ -44,6 +47,7 @@ _POWER = 6.0  # of the fineness by which the error falls
 _STALLED = 0.5  # of the error two divisions before: of a skin below the smallest cell no division mends it
 _FINER = (0.5, 0.85)  # cells of one division to the next, at least and at most
 _DIGITS = 1e-10  # a part of Phi below this share of the whole is not asked to be accurate
+_FINE = 1e-9  # gap [m] for the most nodes across the tracks, which cost next to nothing
 _CROSSING = 0.1  # of |Phi|: least change of L that a tolerance is relative to where discs are permeable
 
 
@@ -88,25 +92,50 @@ class AxisymmetricFem:
         Raises as `check_asked`, ValueError if a pose leaves the coil's axis, SolveFailed if the tolerance is not
         reached.
         """
+        return self._answer(pose, frequency, self._reaction)
+
+    @one_thread
+    def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
+        """Return `impedance`, and what the discs' field does in the tracks, (2, p, 1, 1); None without discs."""
+        change = list[Complex]()
+        found = self._answer(pose, frequency, partial(self._reaction, tracks=tracks, change=change))
+        return found, change[0] if change else None
+
+    def _answer(self, pose: Pose, frequency: float, react: Callable[[Pose, float], Reaction]) -> Impedance:
+        """Return `impedance` by a reaction."""
         return answer(
             _KIND, self.sensor, pose, frequency,
-            lambda: (free_inductances(self.sensor.coils), [*map(track_resistance, self.sensor.coils)]), self._reaction,
+            lambda: (free_inductances(self.sensor.coils), [*map(track_resistance, self.sensor.coils)]), react,
         )
 
-    def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """Return the discs' reaction on the coil."""
+    def _reaction(
+        self, pose: Pose, frequency: float, tracks: Tracks | None = None, change: list[Complex] | None = None
+    ) -> Reaction:
+        """Return the discs' reaction on the coil; add that in the tracks to a list."""
         check_coaxial(self.sensor, pose)
         d_v = np.asarray(pose.d_v, dtype=float) * (self.sensor.target is not None)
         heights, index = np.unique(d_v, return_inverse=True)
         found = [solved_axis(self, coaxial_discs(self.sensor, height), frequency) for height in heights.tolist()]
+        if tracks is not None and change is not None and found:
+            x, y, z = tracks.places(_FINE)[0].points[0].T
+            each = [
+                tracks.around(_FINE, one.field.reaction(np.hypot(x, y), z)[None], self._gap(height))
+                for height, one in zip(heights.tolist(), found, strict=True)
+            ]
+            change.append(np.concatenate(each, axis=1)[:, index])
         omega = 2 * np.pi * frequency
         flux, errors = np.array([each.field.flux for each in found]), np.array([each.errors() for each in found])
-        change, error = 1j * omega * flux[index], omega * (errors[index, 1] + 1j * errors[index, 0])
+        value, error = 1j * omega * flux[index], omega * (errors[index, 1] + 1j * errors[index, 0])
         return Reaction(
-            change[:, None, None], error[:, None, None], max(each.relative_errors()[0] for each in found),
+            value[:, None, None], error[:, None, None], max(each.relative_errors()[0] for each in found),
             max(each.finer.unknowns for each in found), sum(each.solves for each in found),
             max(each.field.residual for each in found),
         )
+
+    def _gap(self, height: float) -> float:
+        """Return the distance of the nearest disc from the tracks [m]."""
+        tracks = coil_sections(self.sensor.coils[0])
+        return min(disc.away(tracks) for disc in coaxial_discs(self.sensor, height))
 
 
 def axisymmetric_fem(sensor: Sensor, tolerance: float = 1e-3) -> AxisymmetricFem:

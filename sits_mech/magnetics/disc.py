@@ -8,9 +8,11 @@ with the field of a coil below the disc, bottom face at d_v, per ampere,
 
     A_phi = (mu0/2) int S(k) exp(-k d_v) J1(k r) exp(-k eta) dk,    eta = z - d_v,
 
-at Gauss nodes of k: the flux through ring i is the section mean of ``2 pi r A_phi``. Over a range of gaps it is a
-smooth function of u = ln d_v, singular at Im u = pi/2: a Chebyshev series of a few terms, the disc's field functions. A
-pose costs their values, their product with what each induces in each mode, and a sum over the modes.
+at Gauss nodes of k: the flux through ring i is the section mean of ``2 pi r A_phi``. A dipole at a radius a, upright or
+outwards, has the field of ``S = k/(2 pi) J0(k a) exp(k z)`` or ``-k/(2 pi) J1(k a) exp(k z)``: what it shares with the
+coil is B of the disc's currents there. Over a range of gaps the flux is a smooth function of u = ln d_v, singular at
+Im u = pi/2: a Chebyshev series of a few terms, the disc's field functions. A pose costs their values, their product
+with what each induces in each mode, and a sum over the modes.
 
 Division: rows parallel to the faces, their height growing from `first` (some skin depths, no more than the gap) by a
 factor of two at most; in a row the cells are graded from the rim as the rows are from the face, and no larger than
@@ -32,7 +34,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
-from scipy.special import j1
+from scipy.special import j0, j1
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import paired_mutual
@@ -63,6 +65,7 @@ class DiscProblem:
     coil: Coil  # on the same axis
     gaps: tuple[float, float]  # smallest and largest distance of the coil plane to the disc, different [m]
     skin_depth: float  # smallest one [m]
+    places: tuple[tuple[float, float], ...] = ()  # r and z at which B of the disc's currents is asked [m]
 
 
 @dataclass(frozen=True)
@@ -82,13 +85,25 @@ class Disc:
     rings: int  # in the whole disc
     gaps: tuple[float, float]  # range of d_v [m]
 
+    sources: int = 1  # the coil, and dipoles at the places
+
     def reaction(self, d_v: Array, omega: float) -> Complex:
         """Return Delta Z [ohm] at heights within the range of the gaps, shape (p,)."""
-        total = np.zeros(d_v.size, dtype=complex)
+        return np.asarray(self._shared(d_v, omega, 1)[0])
+
+    def field(self, d_v: Array, omega: float) -> Complex:
+        """Return B upright and outwards at the places by the coil, (p, places, 2) [T/A]."""
+        found = self._shared(d_v, omega, self.sources)[1:] / (1j * omega)
+        return np.moveaxis(found.reshape(-1, 2, d_v.size), 2, 0)
+
+    def _shared(self, d_v: Array, omega: float, count: int) -> Complex:
+        """Return Delta Z that the first sources share with the coil, (count, p)."""
+        total, (low, high) = np.zeros((count, d_v.size), dtype=complex), np.log(self.gaps)
         for modes in self.modes:
-            low, high = np.log(self.gaps)
-            fields = chebyshev((2 * np.log(d_v) - low - high) / (high - low), modes.coupling.shape[0])
-            total += (fields @ modes.coupling) ** 2 @ (omega**2 / (1.0 + 1j * omega * modes.tau))
+            coupling = modes.coupling.reshape(self.sources, -1, modes.tau.size)[:count]
+            fields = chebyshev((2 * np.log(d_v) - low - high) / (high - low), coupling.shape[1])
+            seen = fields @ coupling
+            total += (seen * seen[0]) @ (omega**2 / (1.0 + 1j * omega * modes.tau))
         return total
 
 
@@ -103,7 +118,7 @@ def prepare_disc(problem: DiscProblem, level: int) -> Disc:
     root = np.sqrt(2.0)  # both halves
     pair = eddy_modes(own + image, R, root * even), eddy_modes(own - image, R, root * odd)
     first, second = (Modes(modes.tau, modes.coupling) for modes in pair)
-    return Disc((first, second), 2 * R.size, problem.gaps)
+    return Disc((first, second), 2 * R.size, problem.gaps, 1 + 2 * len(problem.places))
 
 
 def divided_disc(problem: DiscProblem, level: int) -> list[Row]:
@@ -189,21 +204,34 @@ def _mutual(rings: Sections, others: Sections) -> Array:
 
 
 def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
-    """Return Chebyshev coefficients of the coil's flux through each cell, even and odd part; (m, n), [V s per A]."""
+    """Return Chebyshev coefficients of the sources' flux through each cell, even and odd part, (s m, n).
+
+    Of the coil [V s/A], then of dipoles at each place, upright and outwards [V s/(A m^2)].
+    """
     spread = np.log(problem.gaps[1] / problem.gaps[0])
     count = 4 + int(np.ceil(_DIGITS / np.arcsinh(np.pi / spread)))  # by the distance of the singularity in ln d_v
     low, high = np.log(problem.gaps)
     gaps = np.exp((low + high) / 2 + (high - low) / 2 * chebyshev_points(count))
-    total = [np.zeros((2, count, row.r.size - 1)) for row in rows]
+    sources = 1 + 2 * len(problem.places)
+    total = [np.zeros((2, sources * count, row.r.size - 1)) for row in rows]
     for k, weight in _waves(problem):
-        c = weight * mu_0 / 2 * spectrum(coil_sections(problem.coil), k) * np.exp(-np.outer(gaps, k))
+        S = np.vstack([spectrum(coil_sections(problem.coil), k), _dipoles(problem, k)])
+        c = (S[:, None] * (weight * mu_0 / 2 * np.exp(-np.outer(gaps, k)))).reshape(sources * count, -1)
         for row, flux in zip(rows, total, strict=True):
             near = problem.thickness / 2 - row.high
             if k.min() * (problem.gaps[0] + near) < 2 * _TAIL:
                 flux += _through(row, k, c, problem.thickness / 2)
     below, above = np.concatenate(total, axis=2)
     transform = to_coefficients(count)
-    return transform @ (below + above) / 2, transform @ (below - above) / 2
+    both = [(transform @ each.reshape(sources, count, -1)).reshape(each.shape) / 2 for each in (below, above)]
+    return both[0] + both[1], both[0] - both[1]
+
+
+def _dipoles(problem: DiscProblem, k: Array) -> Array:
+    """Return S of an upright and an outward dipole at each place, (2 places, k) [1/m]."""
+    a, z = np.reshape(problem.places, (-1, 2)).T[:, :, None]
+    both = np.stack([j0(k * a), -j1(k * a)], axis=1) * (k / (2.0 * np.pi)) * np.exp(k * z[:, None])
+    return np.asarray(both.reshape(-1, k.size))
 
 
 def _through(row: Row, k: Array, c: Array, half: float) -> Array:

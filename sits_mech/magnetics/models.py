@@ -12,6 +12,12 @@ of which the logarithms give the section's answer and d/l is left out: for a coi
 with l the shortest straight track across the section, or the target where that is shorter; round coils have none, and
 no size. Afterwards it is the difference from a coarse answer in space (`ends.py`). Rings stand for spirals by
 the difference of both in space, beforehand by that of their inductances. Idle coils: `idle.py`.
+
+Where a model does not know the metal's field in the tracks, uneven current stays as it is without metal (`tracks`). A
+change of inductance by a share k goes with a field that takes about k of the coil's own in the tracks, and with it
+1 - (1 - k)^2 = 2 k of what uneven current takes from L0, of the change
+
+    size = 2 |L(f) - L| / L0.
 """
 
 from __future__ import annotations
@@ -25,6 +31,7 @@ import numpy as np
 from sits_mech.description import Description, Question, Refusal, Rung, function
 from sits_mech.geometry.plates import not_cut
 from sits_mech.geometry.tracks import coil_tracks
+from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.axis.coaxial import on_axis
 from sits_mech.magnetics.idle import idle_bound, idle_share
 from sits_mech.notes import Omission, OmissionKind, Relative
@@ -79,7 +86,8 @@ def _of_section(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     elif target is not None:
         size = _ends_beforehand(sensor, question.pose)
     missed = [Omission(OmissionKind.NOT_CUT, math.nan, numbers=(("name", name),)) for name in not_cut(sensor)]
-    return (Omission(OmissionKind.PLATE_ENDS, size, numbers=numbers), *missed, *_idle(sensor, question))
+    tracks = _tracks(sensor)
+    return (Omission(OmissionKind.PLATE_ENDS, size, numbers=numbers), *missed, *tracks, *_idle(sensor, question))
 
 
 def _ends_beforehand(sensor: Sensor, pose: Pose | None) -> float:
@@ -109,6 +117,22 @@ def _of_air(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     if sensor.target is not None and sensor.target.net_current == "free":
         found.append(Omission(OmissionKind.RETURN_CURRENT, math.nan))
     return (*found, Omission(OmissionKind.AIR), *_idle(sensor, question))
+
+
+def _of_sheets(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
+    """Return what space leaves out: beside ferrite the metal's field in the tracks."""
+    ferrite = any(part.metal.susceptibility != 0.0 for part in sensor.conductors)
+    return (*(_tracks(sensor) if ferrite else ()), *_of_air(sensor, question))
+
+
+def _tracks(sensor: Sensor) -> tuple[Omission, ...]:
+    """Return what the metal's field would change of uneven current in the tracks, by the module docstring."""
+    from sits_mech.magnetics.coils.loops import free_inductances
+    from sits_mech.magnetics.coils.resistance import rough_shift
+
+    free, f = np.diag(free_inductances(sensor.coils)), sensor.frequency
+    share = [abs(rough_shift(coil, f)) / L0 for coil, L0 in zip(unnamed(sensor.coils), free, strict=True)]
+    return (Omission(OmissionKind.TRACKS, 2.0 * max(share), numbers=(("frequency", f),)),)
 
 
 def _of_planar(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
@@ -160,6 +184,7 @@ AXISYMMETRIC = Description(
     "axisymmetric", f"{_ROOM}rings:axisymmetric", partial(_on_axis, "axisymmetric", "rings:not_representable"),
     _of_axisymmetric,
     (Rung(1e-2, 120, 2, 0.03, 2e-6), Rung(1e-3, 500, 4, 1.0, 2e-6), Rung(0.0, 700, 5, 1.5, 2e-6)), 4e-7, fresh=False,
+    even=True,
 )
 PLANAR = Description(
     "planar", f"{_ROOM}bars:planar_bars", partial(_in_section, "planar", "bars:not_representable"), _of_planar,
@@ -167,21 +192,21 @@ PLANAR = Description(
         Rung(1e-2, 500, 3, 0.04, 1e-5), Rung(1e-3, 700, 3, 0.1, 2e-5), Rung(1e-4, 1500, 3, 0.5, 2e-5),
         Rung(0.0, 3000, 3, 3.2, 6e-5),
     ),
-    3e-6, fresh=False, per_metre=True,
+    3e-6, fresh=False, per_metre=True, even=True,
 )
 SHEETS = Description(
-    "sheets", f"{_ROOM}sheets:sheets", partial(_by, "sheets:not_representable"), _of_air,
+    "sheets", f"{_ROOM}sheets:sheets", partial(_by, "sheets:not_representable"), _of_sheets,
     (
         Rung(1e-1, 600, 5, 0.5, 2e-4), Rung(1e-2, 2200, 5, 2.0, 2e-4), Rung(5e-3, 3400, 5, 3.5, 2e-4),
         Rung(2e-3, 4800, 5, 12.0, 2e-4), Rung(0.0, 6500, 5, 20.0, 2e-4),
     ),
-    5e-4, fresh=False, share=1.0,
+    5e-4, fresh=False, share=1.0, even=True,
 )
 AXISYMMETRIC_FEM = Description(
     "axisymmetric-fem", f"{_ROOM}axis_fem:axisymmetric_fem",
     partial(_on_axis, "axisymmetric-fem", "axis_fem:not_representable"), _of_axisymmetric_fem,
     (Rung(1e-2, 15_000, 2, 0.1, 0.4), Rung(1e-3, 20_000, 2, 0.1, 0.6), Rung(0.0, 60_000, 4, 0.1, 3.0)),
-    1e-6, power=2.0,
+    1e-6, power=2.0, even=True,
 )
 PLANAR_FEM = Description(
     "planar-fem", f"{_ROOM}field:planar_fem", partial(_in_section, "planar-fem", "field:not_representable"),
@@ -190,6 +215,6 @@ PLANAR_FEM = Description(
         Rung(1e-2, 20_000, 2, 0.1, 0.12), Rung(1e-3, 40_000, 4, 0.2, 0.22), Rung(1e-4, 90_000, 6, 0.1, 0.75),
         Rung(0.0, 250_000, 8, 0.1, 3.2),
     ),
-    1e-6, power=2.0, per_metre=True,
+    1e-6, power=2.0, per_metre=True, even=True,
 )
 MODELS = (AXISYMMETRIC, PLANAR, SHEETS, AXISYMMETRIC_FEM, PLANAR_FEM)

@@ -18,6 +18,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import room
 from sits_mech.magnetics.sheets import Sheets
+from sits_mech.magnetics.tracks import Tracked
 from sits_mech.maps.differences import CENTRAL, FIRST, Stencil
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.scene.sensor import Sensor
@@ -35,7 +36,7 @@ def pose_slopes(
     """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad]."""
     stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
-    bare = coarse or within(model)
+    bare = coarse or _answering(model)
     near = bare.impedance(Pose.of(places), frequency)
     found = near if bare is model else model.impedance(Pose.of(places[:1]), frequency)
     by_pose = []
@@ -81,6 +82,13 @@ def solver_of(model: Any) -> Any:
 def within(model: Any) -> Any:
     """Return the model that another adds errors to; itself, if it adds none."""
     while hasattr(model, "model"):
+        model = model.model
+    return model
+
+
+def _answering(model: Any) -> Any:
+    """Return the model of a scene's values, with those of its tracks, without errors that are added."""
+    while hasattr(model, "model") and not isinstance(model, Tracked):
         model = model.model
     return model
 

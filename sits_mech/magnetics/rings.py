@@ -22,12 +22,14 @@ import numpy as np
 
 from sits_mech.description import Refusal
 from sits_mech.geometry.collision import CLEARANCE
+from sits_mech.geometry.stations import stations
 from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, served, serving, sizes
 from sits_mech.magnetics.axis.coaxial import check_coaxial, not_coaxial
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.modes import skin_depth
+from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
@@ -85,6 +87,20 @@ class Axisymmetric:
             rings, levels = max(rings, discs[-1].rings), max(levels, len(discs))
         return change, error, rings, levels
 
+    @one_thread
+    def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
+        """Return `impedance`, and what the disc's field does in the tracks, (2, p, 1, 1); None without a disc."""
+        found, d_v = self.impedance(pose, frequency), np.ravel(pose.d_v)
+        if self.sensor.target is None:
+            return found, None
+        change = np.zeros((2, d_v.size, 1, 1), dtype=complex)
+        for (clear,), top, some, share in serving([(d_v, CLEARANCE)], frequency):
+            gaps = served(clear)
+            disc = _divided(_problem(self.sensor, gaps, top), top, self.tolerance)[0][-1]
+            own = tracks.around(gaps[0], disc.field(d_v[some], 2 * np.pi * frequency), gaps[0])
+            change[:, some] += share[:, None, None] * own
+        return found, change
+
     def _too_many(self, discs: Sequence[Disc], limit: _Limits) -> SolveFailed:
         """Return the error of a division that asks for more rings than fit."""
         rings = discs[-1].rings if discs else 0
@@ -122,7 +138,10 @@ def _problem(sensor: Sensor, gaps: tuple[float, float], top: float) -> DiscProbl
         raise ValueError("target: the scene has none to divide")
     sigma = target.metal.conductivity
     alike = coil.model_copy(update={"name": "C", "centre": (0.0, 0.0)})
-    return DiscProblem((target.diameter or 0.0) / 2, target.thickness, sigma, alike, gaps, skin_depth(top, sigma))
+    places = tuple((float(np.hypot(x, y)), z) for x, y, z in stations(alike, gaps[0]).points[0].tolist())
+    return DiscProblem(
+        (target.diameter or 0.0) / 2, target.thickness, sigma, alike, gaps, skin_depth(top, sigma), places
+    )
 
 
 @lru_cache(maxsize=32)

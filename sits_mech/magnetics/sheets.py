@@ -30,8 +30,9 @@ G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,7 @@ from sits_mech.magnetics.space.ferrite import prepared_core
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
 from sits_mech.magnetics.space.sources import Posed, Sources, reach
+from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
@@ -105,18 +107,20 @@ class _Change:
     value: Complex  # (p, n, n) Delta Z [ohm]
     error: Complex  # (p, n, n) its error, real and imaginary part apart [ohm]
     shared: Complex  # (2, p, n, n) signed parts that poses share: extrapolation's step, polynomials' miss
+    tracks: Complex  # (2, p, n, n) in the tracks, where that is asked for, and its error [ohm]
     unknowns: int
     notes: tuple[Note, ...] = ()
 
     def with_share(self, other: _Change, some: Integers, share: Array) -> _Change:
         """Return it with what others find for some of the poses, of which these have a share."""
         weight = share[:, None, None]
-        value, error, shared = self.value.copy(), self.error.copy(), self.shared.copy()
+        value, error, shared, tracks = (each.copy() for each in (self.value, self.error, self.shared, self.tracks))
         value[some] += weight * other.value
         error[some] += weight * other.error
         shared[:, some] += weight * other.shared
+        tracks[:, some] += weight * other.tracks
         notes = tuple(dict.fromkeys((*self.notes, *other.notes)))
-        return _Change(value, error, shared, max(self.unknowns, other.unknowns), notes)
+        return _Change(value, error, shared, tracks, max(self.unknowns, other.unknowns), notes)
 
 
 @dataclass(frozen=True)
@@ -139,27 +143,51 @@ class Sheets:
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
+        return self._answer(pose, frequency, self._reaction)
+
+    @one_thread
+    def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
+        """Return `impedance`, and what the plates' field does in the tracks, (2, p, n, n); None without plates.
+
+        Of the first division, each plate by the coils alone; None beside ferrite.
+        """
+        found = list[Complex]()
+        shown = self._answer(pose, frequency, partial(self._reaction, tracks=tracks, change=found))
+        return shown, found[0] if found else None
+
+    def _answer(self, pose: Pose, frequency: float, react: Callable[[Pose, float], Reaction]) -> Impedance:
+        """Return `impedance` by a reaction."""
         return answer(
             _KIND, self.sensor, pose, frequency,
             lambda: (free_inductances(self.sensor.coils, self.windings), [*map(track_resistance, self.sensor.coils)]),
-            self._reaction,
+            react,
         )
 
-    def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """Return the plates' reaction, blended over the preparations that serve each pose."""
+    def _reaction(
+        self, pose: Pose, frequency: float, tracks: Tracks | None = None, change: list[Complex] | None = None
+    ) -> Reaction:
+        """Return the plates' reaction, blended over what serves each pose; add that in the tracks to a list."""
         parts = placed_plates(self.sensor, self.outline, rotation_matrix(pose.rotation), pose.centre)
         shape = len(parts[0].gap), len(self.sensor.coils), len(self.sensor.coils)
         none = np.zeros((2, *shape), dtype=complex)
-        found = _Change(none[0], none[1], none, 0)
-        drawn = any(part.shape == "outline" for part in self.sensor.conductors)
-        gaps = [(part.gap, part.anchor) for part in parts]
-        for clear, top, some, share in serving(gaps, frequency, lowest=-math.inf if drawn else 0):
-            one = self._change([part.among(some) for part in parts], clear, (frequency, top))
+        if any(part.susceptibility != 0.0 for part in parts):
+            tracks = None
+        found = _Change(none[0], none[1], none, none, 0)
+        gaps, lowest = self._gaps(parts)
+        for clear, top, some, share in serving(gaps, frequency, lowest=lowest):
+            one = self._change([part.among(some) for part in parts], clear, (frequency, top), tracks)
             found = found.with_share(one, some, share)
+        if tracks is not None and change is not None:
+            change.append(found.tracks)
         scale = largest(found.value.imag)
         relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         notes = (*found.notes, *self._winding_notes())
         return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
+
+    def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
+        """Return the plates' gaps with their anchors, and the lowest frequency that one preparation answers [Hz]."""
+        drawn = any(part.shape == "outline" for part in self.sensor.conductors)
+        return [(part.gap, part.anchor) for part in parts], -math.inf if drawn else 0.0
 
     def beside(self, sensor: Sensor, *, single: bool = False) -> Sheets:
         """Return the model of a scene that differs a little, divided alike where that can be; for `like` and `single`.
@@ -188,32 +216,50 @@ class Sheets:
         step = float(np.max(np.abs(spiral / rings - 1.0)))
         return (Note.of(NoteKind.SPIRALS, share=step), *path_notes(self.sensor.coils))
 
-    def _change(self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]) -> _Change:
-        """Return the plates' change, each prepared for a clearance, at a frequency, prepared up to another."""
-        sensor, asked = self.sensor, [(part.plate, part.outline) for part in parts]
+    def _plates(
+        self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]
+    ) -> tuple[list[_Divided], Rung, tuple[Note, ...]]:
+        """Return the plates as they are divided, for `_change`, the rung, and notes on finer ones."""
+        asked = [(part.plate, part.outline) for part in parts]
 
         def divided(rung: Rung) -> list[_Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)
             own, beyond = replace(rung, single=self.single), min(clear[1:], default=0.0)
-            return [_divided(self.like or sensor, kind, own, (near, beyond), frequency) for kind, near in each]
+            return [_divided(self.like or self.sensor, kind, own, (near, beyond), frequency) for kind, near in each]
 
         metals = [part.plate for part in parts if part.susceptibility == 0.0]
         halves = (plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
-        plates, rung, large = fitting(self.tolerance, asked, max(halves, default=math.inf), divided)
+        return fitting(self.tolerance, asked, max(halves, default=math.inf), divided)
+
+    def _change(
+        self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float],
+        tracks: Tracks | None = None,
+    ) -> _Change:
+        """Return the plates' change, each prepared for a clearance, at a frequency, prepared up to another."""
+        sensor = self.sensor
+        plates, rung, large = self._plates(parts, clear, frequency)
         notes = [*large]
         for part, each in zip(parts, plates, strict=True):
             notes += [note.with_numbers(part=part.title) if part.title else note for note in each.notes]
         seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places)
+        points = None if tracks is None else tracks.points(min(clear))
         if sensor.conductors:
-            values = self._together(parts, plates, seen, frequency[0])
+            values, field = self._together(parts, plates, seen, frequency[0]), None
+            for part, plate in zip(parts, plates, strict=True) if points is not None else ():
+                own = replace(seen, turns=part.turns, places=part.places)
+                more = plate.divisions[0].field(own, frequency[0], points)
+                field = more if field is None else field + more
         else:
-            values = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0])
+            values, field = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0], points)
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
         forced = ROUGH / 2 * (rung.along[0] == rung.along[1])
         left, error, lost = _told(value, left, plates, forced * bool(large), bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        return _Change(value, error, np.stack([left, lost * value]), unknowns, tuple(notes))
+        uneven = np.zeros((2, *value.shape), dtype=complex)
+        if tracks is not None and field is not None:
+            uneven = tracks.change(min(clear), field)
+        return _Change(value, error, np.stack([left, lost * value]), uneven, unknowns, tuple(notes))
 
     def _together(
         self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], seen: Posed, frequency: float

@@ -51,6 +51,7 @@ _REASONS: Mapping[OmissionKind, _Reason] = {
     OmissionKind.NOT_CUT: "the section y = 0 does not cut {name}",
     OmissionKind.AIR: "no permeable parts: integral model",
     OmissionKind.PITCH: "this model replaces spirals by rings",
+    OmissionKind.TRACKS: "uneven current in the tracks is that without metal, at {frequency:.3g} Hz",
     OmissionKind.IDLE: _idle,
     OmissionKind.FAR: _far,
     OmissionKind.STATED: "{text}",

@@ -68,10 +68,12 @@ def impedance_record(
     """Return L and R at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
     own, free = np.diagonal(found.L), np.diagonal(found.L0)
     matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}
+    if found.error_L0 is not None:
+        matrices["error_L0"] = found.error_L0
     return {
         "pose": asdict(pose),
         "frequency": found.frequency,
-        "unit_L": found.unit_L,
+        **found.convention,
         **matrices,
         "relative": own / free,
         **({} if seen is None else {"terminals": _terminals(vars(seen))}),
@@ -95,7 +97,7 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission]) 
 def _terminals(seen: Mapping[str, Array]) -> Record:
     """Return impedances at the terminals; ``apparent`` includes the readout's capacitance.
 
-    ``own_capacitance`` is an estimate in none of them, ``delta_L_ac``, of uneven current in the tracks, not in L.
+    ``own_capacitance`` is an estimate in none of them; ``R_ac`` and ``delta_L_ac``, of uneven current, are in air.
     """
     found: Record = {name: seen[name] for name in ("L", "R", "R_ac", "Q")} | {"delta_L_ac": seen["shift"]}
     found["apparent"] = {name: seen[f"apparent_{name}"] for name in ("L", "R", "Q")}

@@ -79,7 +79,7 @@ def in_time(
     notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes))
     data = data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
         **provenance(sensor), request=json.dumps(request), notes=packed(notes), frequency=sensor.frequency,
-        unit_L=found.unit_L, left_out=packed_omissions(left_out),
+        **found.convention, left_out=packed_omissions(left_out),
         report=kept_report(motion.report),
     )
     return labelled(data)

@@ -107,7 +107,7 @@ def gradient_on_grid(
     coords = {**axes, "coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
     found = xr.Dataset(columns, coords)
     found["L0"] = (pair, shown.L0)
-    return found.assign_attrs(frequency=sensor.frequency, unit_L=shown.unit_L)
+    return found.assign_attrs(frequency=sensor.frequency, **shown.convention)
 
 
 def _checked(loads: Mapping[str, float | Sequence[float]]) -> dict[str, list[float]]:

@@ -66,10 +66,23 @@ class AxisField:
     flux: complex  # Phi [H]
     residual: float  # of the linear system, relative to its right-hand side
 
+    order: int  # of the elements
+
     @property
     def unknowns(self) -> int:
         """The size of the linear system."""
         return int(self.u.size - self.z.size)
+
+    def reaction(self, r: Array, z: Array) -> Complex:
+        """Return B of the discs' reaction at points in air off the axis, up and outwards, shape (k, 2) [T/A]."""
+        (across, by_r), (along, by_z) = (
+            _shapes(nodes[:: self.order], at, self.order) for nodes, at in ((self.r, r), (self.z, z))
+        )
+        A, A_r, A_z = (
+            np.einsum("kn,nm,km->k", one, self.u, other)
+            for one, other in ((across, along), (by_r, along), (across, by_z))
+        )
+        return np.stack([A_r + A / r, -A_z], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -100,7 +113,7 @@ def solve_axis(lines: Lines, discs: Sequence[CoaxialDisc], coil: Coil, omega: fl
     u = np.zeros(g.size, dtype=complex)
     u[inner] = solution
     flux = complex(-2 * np.pi / mu_0 * np.dot(g.ravel(), D @ u))
-    return AxisField(r, z, u.reshape(g.shape), g, flux, float(residual))
+    return AxisField(r, z, u.reshape(g.shape), g, flux, float(residual), order)
 
 
 @lru_cache(maxsize=16)
@@ -112,6 +125,20 @@ def _rule(order: int) -> tuple[Array, Array, Array, Array]:
     inverse = np.linalg.inv(powers)
     slopes = np.stack([Legendre.basis(k).deriv()(points) for k in range(order + 1)], axis=1)
     return nodes, weights, np.polynomial.legendre.legvander(points, order) @ inverse, slopes @ inverse
+
+
+def _shapes(edges: Array, at: Array, order: int) -> tuple[Array, Array]:
+    """Return the values and the slopes of all nodes' shapes at places, (places, nodes) each."""
+    cell = np.clip(np.searchsorted(edges, at) - 1, 0, edges.size - 2)
+    h = np.diff(edges)[cell]
+    x = 2.0 * (at - edges[cell]) / h - 1.0
+    inverse = np.linalg.inv(np.polynomial.legendre.legvander(_rule(order)[0], order))
+    slopes = np.stack([Legendre.basis(k).deriv()(x) for k in range(order + 1)], axis=1) * (2.0 / h)[:, None]
+    found = np.zeros((2, at.size, order * (edges.size - 1) + 1))
+    own = np.arange(at.size)[:, None], order * cell[:, None] + np.arange(order + 1)
+    found[0][own] = np.polynomial.legendre.legvander(x, order) @ inverse
+    found[1][own] = slopes @ inverse
+    return found[0], found[1]
 
 
 def _nodes(edges: Array, order: int) -> Array:

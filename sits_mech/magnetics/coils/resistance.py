@@ -27,6 +27,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -36,10 +37,12 @@ from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.magnetics.modes import Modes, eddy_modes, skin_depth
 from sits_mech.memory import check_seconds
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Coil
 
+_LEAST = 6e-3  # error of R, over what uneven current adds: four layers of tracks three skin depths wide show as much
+_LEFT = 0.5  # error of what two divisions extrapolate to, over what that adds: 0.06 to 0.54 seen
 _MOST = 4000  # filaments: an eigenproblem of ten seconds
 _PAIR, _MODE = 1.1e-6, 1.9e-10  # s that a pair of filaments takes, and the modes of n over n^3: 16 s of 3264
 
@@ -61,51 +64,94 @@ class TrackSpectrum:
     R: Array  # (f,) with skin and proximity effect [ohm]
     shift: Array  # (f,) what the uneven current takes from the inductance: L(f) - L(0) [H]
     error_R: Array  # (f,) estimated absolute error of R
+    error_shift: Array  # (f,) the same of `shift` [H]
+
+
+@dataclass(frozen=True, eq=False)
+class TrackResponse:
+    """What current in a coil's tracks does at one frequency, alone and in the field b of metal, turn by turn."""
+
+    alone: complex  # series impedance less that of even current by its direct-current resistance [ohm]
+    error: complex  # its real and its imaginary part's
+    linear: Complex  # (2 t,) m [ohm A/T], b up before b outwards
+    quadratic: Complex  # (2 t, 2 t) Q [ohm A^2/T^2]
 
 
 def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     """Return a coil's own resistance and change of inductance at each frequency [Hz], in free space.
 
-    ValueError if a frequency is not positive, or the highest one's skin depth asks for more filaments than fit.
+    ValueError if a frequency is not positive.
     """
     hertz = np.asarray(frequencies, dtype=float)
     if hertz.size == 0 or not np.all((hertz > 0.0) & np.isfinite(hertz)):
         raise ValueError(f"frequency: must be positive numbers of hertz; got {list(frequencies)}")
-    delta = skin_depth(float(hertz.max()), track_conductivity(coil))
-    cells = [filaments_along(side, delta) for side in (coil.track_width, coil.track_thickness)]
+    each, omega = [_divided(coil, float(hertz.max()), f) for f in hertz.tolist()], 2.0 * np.pi * hertz
+    alone, error = np.array([(one.alone, one.error) for one in each]).T
+    return TrackSpectrum(track_resistance(coil) + alone.real, alone.imag / omega, error.real, error.imag / omega)
+
+
+def track_response(coil: Coil, frequency: float) -> TrackResponse:
+    """Return what a coil's tracks do at a frequency [Hz]."""
+    return _divided(coil, frequency, frequency)
+
+
+def rough_shift(coil: Coil, frequency: float) -> float:
+    """Return about what uneven current takes from a coil's inductance, by two filaments along each side [H]."""
     rings = standing_rings(coil)
-    count = 4 * cells[0] * cells[1] * rings.radius.size
-    if count > _MOST:
-        words = f"{hertz.max():g} Hz with {rings.radius.size} turns asks for more than {_MOST} filaments of track"
-        raise ValueError(f"frequency: {words}; lower the frequency")
+    alone, *_ = _series(rings, (2, 2), frequency, track_conductivity(coil))
+    return alone.imag / (2.0 * np.pi * frequency)
+
+
+@lru_cache(maxsize=64)
+def _divided(coil: Coil, highest: float, frequency: float) -> TrackResponse:
+    """Return a coil's response by divisions for a highest frequency [Hz]."""
+    rings, delta = standing_rings(coil), skin_depth(highest, track_conductivity(coil))
+    cells = [filaments_along(side, delta) for side in (coil.track_width, coil.track_thickness)]
+    while 4 * math.prod(cells) * rings.radius.size > _MOST and max(cells) > 2:
+        cells[int(np.argmax(cells))] -= 1
+    count = 4 * math.prod(cells) * rings.radius.size
     check_seconds((_PAIR + _MODE * count) * count**2, f"uneven current in a coil of {rings.radius.size} turns")
-    coarse, fine = (_series(rings, (n * cells[0], n * cells[1]), hertz, track_conductivity(coil)) for n in (1, 2))
-    step = (fine - coarse) / 3
-    R, shift = fine + step
+    both = [_series(rings, (n * cells[0], n * cells[1]), frequency, track_conductivity(coil)) for n in (1, 2)]
+    alone, linear, quadratic = ((4.0 * fine - coarse) / 3.0 for coarse, fine in zip(*both, strict=True))
+    off = _LEFT * (alone - both[1][0])
+    off = complex(max(abs(off.real), _LEAST * alone.real), abs(off.imag))
     more = 1.0 if coil.is_round else track_squares(coil) / ring_squares(rings.radius, rings.width).sum()
-    return TrackSpectrum(more * R, shift, np.abs(more * step[0]))  # as much more as the coil's tracks have squares
+    return TrackResponse(  # as much more is lost as the coil has squares
+        complex(more * alone.real, alone.imag), complex(more * off.real, off.imag), more * linear,
+        more * quadratic,
+    )
 
 
-def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity: float) -> Array:
-    """Return R and L(f) - L(0) of all turns in series with one division, shape (2, f)."""
+def _series(
+    rings: Sections, cells: tuple[int, int], frequency: float, conductivity: float
+) -> tuple[complex, Complex, Complex]:
+    """Return the impedance, m and Q of all turns in series with one division, as `TrackResponse`."""
     asked = rings, cells, conductivity
     modes = kept(
-        ("tracks", asked), lambda: _modes(*asked), lambda own: {"tau": own.tau, "coupling": own.coupling},
-        lambda arrays: Modes(**arrays),
+        ("tracks in fields", asked), lambda: _modes(*asked),
+        lambda own: {"tau": own.tau, "coupling": own.coupling}, lambda arrays: Modes(**arrays),
     )
-    C, ones = modes.coupling, rings.signs  # the current in each turn
-    rest = C.T @ np.linalg.solve(C @ C.T, ones)
-    omega = 2.0 * np.pi * hertz
-    Z = np.array([ones @ np.linalg.solve(modes.admittance(each) / each**2, ones) for each in omega])
-    return np.array([Z.real, Z.imag / omega - rest**2 @ modes.tau])
+    n, omega, signs = rings.radius.size, 2.0 * np.pi * frequency, rings.signs  # the current in each turn
+    (even, *_), C, E = np.split(modes.coupling, [1, 1 + n])
+    A = Modes(modes.tau, modes.coupling[1:]).admittance(omega) / omega**2
+    driven = np.linalg.solve(A[:n, :n], np.column_stack([signs, A[:n, n:]]))  # voltages of turns
+    steady = signs @ np.linalg.solve(C @ C.T, signs)
+    alone = signs @ driven[:, 0] - steady - 1j * omega * even**2 @ modes.tau
+    linear = 1j * omega * (A[n:, :n] @ driven[:, 0] - E @ even)
+    quadratic = omega**2 * (A[n:, n:] - A[n:, :n] @ driven[:, 1:])
+    return complex(alone), linear, quadratic
 
 
 def _modes(rings: Sections, cells: tuple[int, int], conductivity: float) -> Modes:
-    """Return modes of the filaments, seen by turns."""
-    parts = divided(rings, cells)
+    """Return modes of the filaments, seen by turns and by fields across these, up and outwards."""
+    parts, n = divided(rings, cells), cells[0] * cells[1]
     R = ring_squares(parts.radius, parts.width) / (conductivity * parts.height)
-    share = np.repeat(np.eye(rings.radius.size), cells[0] * cells[1], axis=1)
-    return eddy_modes(ring_inductance(parts, points=(1, 1)), R, share)
+    each = np.eye(rings.radius.size)
+    share, around = np.repeat(each, n, axis=1), 2.0 * np.pi * parts.radius
+    up = share * around * (parts.radius - np.repeat(rings.radius, n))
+    outwards = -share * around * (parts.z - np.repeat(rings.z, n))
+    even = R * np.repeat(rings.signs / (rings.width * rings.height), n) * parts.width * parts.height
+    return eddy_modes(ring_inductance(parts, points=(1, 1)), R, np.vstack([even, share, up, outwards]))
 
 
 def divided(rings: Sections, cells: tuple[int, int]) -> Sections:

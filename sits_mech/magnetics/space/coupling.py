@@ -19,12 +19,13 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
+from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import CACHED, Potential
 from sits_mech.magnetics.modes import Modes
-from sits_mech.magnetics.space.far import Answered, Far, answers_to
+from sits_mech.magnetics.space.far import Answered, Far, answers_to, few_points, radiated
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, Nodes, side_by_side
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import kept_by_first
@@ -32,6 +33,7 @@ from sits_mech.quantities import Array, Complex, Integers
 
 _LEVELS = 100  # more than there are
 _BLOCK = 8  # coils of about one level, answered together
+_POINT = 1e-2  # of the strongest, of points that make the plate's field: 0.8 % of what it does in tracks from 2e-2
 _FEW = 24  # coils in poses, at one frequency, that are answered mode by mode
 _Order = tuple[Nodes, list[tuple[int, Integers, Array]]]
 
@@ -57,13 +59,16 @@ class Sheeted:
         parts = zip(self.columns, self.classes, strict=True)
         return Blocks(self.columns[-1].stop, tuple((np.r_[own], part.admittance(omega)) for own, part in parts))
 
-    def reactions(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float) -> list[Complex]:
+    def reactions(
+        self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, points: Array | None = None
+    ) -> tuple[list[Complex], Complex | None]:
         """Return Delta Z of a plate for n coils, one symmetric array (p, n, n) [ohm] a division; it is the first.
 
-        All are as prepared together; frequency [Hz].
+        With it B of the first one's currents by each coil, (p, k, 3, n) [T/A], at points (k, 3) below, where these are
+        given. All are as prepared together; frequency [Hz].
         """
         n, p, omega = len(seen.coils), len(seen.places), 2 * np.pi * frequency
-        results = np.empty((len(divisions), p, n, n), dtype=complex)
+        results, field = np.empty((len(divisions), p, n, n), dtype=complex), list[Complex]()
         self.asked[frequency] += n * p
         for some, drive, rank, levels in _drives(self, seen):
             pairs = np.arange(len(rank))[:, None, None], rank[:, :, None], rank[:, None, :]
@@ -72,7 +77,18 @@ class Sheeted:
             else:
                 found = _reaction(tuple(divisions), drive, levels, omega)
             results[:, some] = found[:, *pairs]
-        return list(results)
+            if points is not None:
+                own = np.take_along_axis(drive, rank[..., None], axis=1)
+                field += _field(self, own, (seen.turns[some], seen.places[some]), omega, points)
+        return list(results), np.concatenate(field) if field else None
+
+    def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
+        """Return B of the plate's currents as `reactions` does."""
+        found = list[Complex]()
+        for some, drive, rank, _ in _drives(self, seen):
+            own, poses = np.take_along_axis(drive, rank[..., None], axis=1), (seen.turns[some], seen.places[some])
+            found += _field(self, own, poses, 2 * np.pi * frequency, points)
+        return np.concatenate(found)
 
     def answered(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, far: Far) -> list[Answered]:
         """Return what a plate does to the coils' impedance, and to others' far combinations U; as `reactions`."""
@@ -148,6 +164,36 @@ def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> _Order:
         fields = basis.fields if some.all() else basis.fields[some, : basis.widths[max(needed)]]
         found.append((own.start, rows, fields))
     return box.nodes(order), found
+
+
+def _field(plate: Sheeted, drive: Array, poses: tuple[Array, Array], omega: float, points: Array) -> list[Complex]:
+    """Return B of what drives (p, n, r) cause, some poses after others, (p, k, 3, n) [T/A]."""
+    at, moments = _moments(plate, omega)
+    turned = np.swapaxes(poses[0], 1, 2)
+    answer: Complex = (drive.reshape(-1, drive.shape[2]) @ moments).view(complex)
+    each, places = answer.reshape(*drive.shape[:2], -1, 3) @ turned[:, None], at @ turned + poses[1][:, None]
+    step = max(1, CACHED // (len(points) * len(at)))
+    return [biot_savart(places[k : k + step], each[k : k + step], points) for k in range(0, len(places), step)]
+
+
+@kept_by_first(4)
+def _moments(plate: Sheeted, omega: float) -> tuple[Array, Array]:
+    """Return points of a plate (q, 3) whose moments make its field below, and these by drives, (r, 6 q), complex."""
+    few, carried = few_points(plate, plate.box.clearance, _POINT)
+    each = np.tensordot(carried, radiated(plate, np.eye(plate.columns[-1].stop)), axes=1)
+    moments = plate.admittance(omega) @ each.reshape(-1, each.shape[2]).T / (1j * omega)
+    return plate.box.points()[few], np.ascontiguousarray(moments).view(float)
+
+
+def biot_savart(at: Array, moments: Complex, points: Array) -> Complex:
+    """Return B of current moments (p, n, q, 3) [A m] at places (p, q, 3), at points (k, 3), (p, k, 3, n) [T]."""
+    x, y, z = (points[:, k, None] - at[:, None, :, k] for k in range(3))
+    square = x * x + y * y + z * z
+    weight = mu_0 / (4.0 * np.pi) / (square * np.sqrt(square))
+    x, y, z = x * weight, y * weight, z * weight
+    X, Y, Z = (np.ascontiguousarray(np.swapaxes(moments[..., k], 1, 2)).view(float) for k in range(3))
+    found = np.stack([z @ Y - y @ Z, x @ Z - z @ X, y @ X - x @ Y], axis=2)
+    return found.view(complex)
 
 
 @kept_by_first(8)

@@ -56,8 +56,14 @@ class Plate(Hashable, Protocol):
 class Moving(Plate, Protocol):
     """A division that answers coils in its poses, it and the plate's other ones, which see the same of these."""
 
-    def reactions(self, divisions: Sequence[Any], seen: Posed, frequency: float) -> list[Complex]:
-        """Return Delta Z of each division (p, n, n) [ohm], symmetric; frequency [Hz]."""
+    def reactions(
+        self, divisions: Sequence[Any], seen: Posed, frequency: float, points: Array | None = None
+    ) -> tuple[list[Complex], Complex | None]:
+        """Return Delta Z of each division (p, n, n) [ohm], symmetric, and B at points below (p, k, 3, n) [T/A]."""
+        ...
+
+    def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
+        """Return B of its currents at points (p, k, 3, n) [T/A]."""
         ...
 
     def answered(self, divisions: Sequence[Any], seen: Posed, frequency: float, far: Far) -> list[Answered]:
@@ -98,7 +104,7 @@ def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: 
         size = np.linalg.norm(first, axis=0)
         Q = np.linalg.qr(np.hstack([first[:, size > 0.0] / size[size > 0.0], Q]))[0]
     few, carried = _chosen(K)
-    moments = carried @ _radiated(plate, _weighted(strength_of, Q)).reshape(len(points), -1)
+    moments = carried @ radiated(plate, _weighted(strength_of, Q)).reshape(len(points), -1)
     return Far(points[few], moments.reshape(len(few), 3, -1), _weighted(weak_of, Q))
 
 
@@ -149,7 +155,7 @@ def seen(plate: Plate, field: Array, r: int) -> Array:
     return np.vstack([found, np.zeros((r - len(found), m))])
 
 
-def _radiated(plate: Plate, moments: Array) -> Array:
+def radiated(plate: Plate, moments: Array) -> Array:
     """Return D of moments (r, k) at the box's points, shape (q, 3, k)."""
     box, k = plate.box, moments.shape[1]
     whole = np.zeros((3 * int(np.prod(box.order)), k))
@@ -179,13 +185,21 @@ def _around(box: Box, clearance: float) -> Array:
     return np.asarray(points + (0.0, 0.0, box.half[2]))
 
 
-def _chosen(K: Array) -> tuple[Any, Array]:
-    """Return the columns of K that carry all others, and the matrix (few, all) that takes these to them."""
+def few_points(plate: Plate, clearance: float, least: float) -> tuple[Any, Array]:
+    """Return which of a box's points make its field beyond a clearance [m], as `_chosen`."""
+    return _chosen(1.0 / cdist(_around(plate.box, clearance), plate.box.points()), least)
+
+
+def _chosen(K: Array, least: float = _POINT) -> tuple[Any, Array]:
+    """Return the columns of K that carry all others, and the matrix (few, all) that takes these to them.
+
+    Columns weaker than `least`, to the strongest, are carried.
+    """
     count = min(K.shape)
     rows = np.random.default_rng(1).normal(size=(min(4 * _SKETCH, count), len(K))) @ K
     R, order = qr(rows, mode="r", pivoting=True)
     strength = np.abs(np.diag(R))
-    p = int(np.count_nonzero(strength > _POINT * strength[0]))
+    p = int(np.count_nonzero(strength > least * strength[0]))
     carried = np.zeros((p, K.shape[1]))
     carried[:, order[:p]] = np.eye(p)
     carried[:, order[p:]] = solve_triangular(R[:p, :p], R[:p, p:])

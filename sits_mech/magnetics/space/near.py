@@ -24,6 +24,7 @@ from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import DEPTHS, beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
+from sits_mech.magnetics.space.coupling import biot_savart
 from sits_mech.magnetics.space.far import Answered, Far, answers_to
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, field_means, side_by_side
 from sits_mech.magnetics.space.modes import combined
@@ -74,20 +75,33 @@ class Near:
             (part.columns, beyond(partial(_seen, self, k), omega, self.highest)) for k, part in enumerate(self.classes)
         ))
 
-    def reactions(self, divisions: Sequence[Near], seen: Posed, frequency: float) -> list[Complex]:
-        """Return what a plate does to the coils' impedance; as `Sheeted.reactions`."""
+    def reactions(
+        self, divisions: Sequence[Near], seen: Posed, frequency: float, points: Array | None = None
+    ) -> tuple[list[Complex], Complex | None]:
+        """Return what a plate does to the coils' impedance, and its field; as `Sheeted.reactions`."""
         _check_field(divisions, seen)
-        return [_reaction(plate, seen, 2 * np.pi * frequency)[..., : len(seen.coils)] for plate in divisions]
+        omega, n = 2 * np.pi * frequency, len(seen.coils)
+        both = [_reaction(plate, seen, omega, points if plate is self else None) for plate in divisions]
+        return [Z[..., :n] for Z, _ in both], both[0][1]
 
     def answered(self, divisions: Sequence[Near], seen: Posed, frequency: float, far: Far) -> list[Answered]:
         """Return what a plate does to the coils' impedance, and what it answers to others; as `Sheeted.answered`."""
         found, n, omega = [], len(seen.coils), 2 * np.pi * frequency
         _check_field(divisions, seen)
         for plate in divisions:
-            answer = _reaction(plate, seen, omega)
+            answer, _ = _reaction(plate, seen, omega)
             e = np.swapaxes(answer[..., n:] @ far.fields, 1, 2)
             found.append((answer[..., :n], e, answers_to(plate, far, omega)[1]))
         return found
+
+    def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
+        """Return B of the plate's currents at points; as `Sheeted.field`, of each cell's current in its middle."""
+        omega = 2 * np.pi * frequency
+        if self.sources:
+            own = (points - seen.places[0]) @ seen.turns[0]
+            return np.asarray(seen.turns[0] @ _resting(self, omega, own.tobytes()))[None]
+        _check_field([self], seen)
+        return np.asarray(_reaction(self, seen, omega, points)[1])
 
     @property
     def seen(self) -> int:
@@ -160,17 +174,28 @@ def _check_field(divisions: Sequence[Near], seen: Posed) -> None:
     check_straight(seen.coils, seen.windings, divisions[0].cells.box.clearance, points)
 
 
-def _reaction(plate: Near, seen: Posed, omega: float) -> Complex:
-    """Return Delta Z of a division and, to its right, Y of coils' fields and combinations, shape (p, n, n + r)."""
+def _reaction(
+    plate: Near, seen: Posed, omega: float, points: Array | None = None
+) -> tuple[Complex, Complex | None]:
+    """Return Delta Z of a division and, to its right, Y of coils' fields and combinations, shape (p, n, n + r).
+
+    With it the field at points where these are given.
+    """
     n = len(seen.coils)
-    result = np.empty((len(seen.places), n, n + plate.seen), dtype=complex)
+    result, field = np.empty((len(seen.places), n, n + plate.seen), dtype=complex), list[Complex]()
     step = max(1, HELD // (plate.cells.points[0].size * n))
     for first in range(0, len(result), step):
         some = slice(first, first + step)
         driving = plate.cells.means(seen.some(some))
         fluxes = [driven(part.problem, driving) * part.unit for part in plate.classes]
         result[some] = beyond(partial(_answer, plate, fluxes, n), omega, plate.highest)
-    return result
+        if points is not None:
+            poses = zip(seen.turns[some], seen.places[some], strict=True)
+            field += [
+                turn @ _field(plate, omega, [B[k * n : (k + 1) * n] for B in fluxes], (points - place) @ turn)
+                for k, (turn, place) in enumerate(poses)
+            ]
+    return result, np.array(field) if field else None
 
 
 def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Complex:
@@ -197,6 +222,35 @@ def _seen(plate: Near, k: int, omega: float) -> Complex:
 def _currents(factor: Any, B: Complex) -> Complex:
     """Return the currents that fluxes (m, unknowns) drive, without -j omega."""
     return lu_solve(factor, B.conj().T, check_finite=False).T
+
+
+def _field(plate: Near, omega: float, fluxes: Sequence[Complex], points: Array) -> Complex:
+    """Return B of what fluxes (n, unknowns) of each class drive, at points in the plate's own axes, (k, 3, n) [T/A]."""
+    omega = min(omega, plate.highest)
+    moments = [
+        _cell_moments(part, factor, B)
+        for part, factor, B in zip(plate.classes, _factors(plate, omega), fluxes, strict=True)
+    ]
+    whole: Complex = -1j * omega * np.sum(moments, axis=0)
+    return np.asarray(biot_savart(plate.cells.middles[None], whole[None], points)[0])
+
+
+@kept_by_first(2)
+def _resting(plate: Near, omega: float, points: bytes) -> Complex:
+    """Return `_field` of the coils that a plate at rest sees; its factors are not kept."""
+    fluxes = [part.fluxes[-plate.sources :] for part in plate.classes]
+    found = _field(plate, omega, fluxes, np.frombuffer(points).reshape(-1, 3))
+    vars(plate).pop(_factors.__qualname__, None)
+    return found
+
+
+def _cell_moments(part: _Class, factor: Any, B: Complex) -> Complex:
+    """Return the moments in all images of the cells, (n, images times cells, 3), of what fluxes (n, unknowns) drive."""
+    loops, factors = part.problem.parts[2], part.problem.factors()
+    one = [m @ (_currents(factor, B) * part.unit).T for m in loops]
+    other = [m.conj() @ (lu_solve(factor, B.T, trans=1, check_finite=False).T * part.unit).T for m in loops]
+    both = sum(np.einsum("gsab,bcn->ngsca", f, m) for f, m in ((factors, one), (factors.conj(), other)))
+    return np.asarray(_weight(part) * np.asarray(both).reshape(len(B), -1, 3))
 
 
 def _weight(part: _Class) -> float:

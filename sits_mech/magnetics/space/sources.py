@@ -126,6 +126,17 @@ class Cells:
         return np.concatenate([along, heights], axis=-1), 2.0 * weights
 
     @cached_property
+    def middles(self) -> Array:
+        """Middles of the cells' images, (g times 2 times n, 3), from the bottom face's centre [m]."""
+        along = self.plan.nodes[self.plan.cells].mean(axis=1)
+        z = (self.levels[1:] + self.levels[:-1]) / 2
+        flat = np.stack([np.repeat(along @ g.T, z.size, axis=0) for g in self.plan.group])[:, None]
+        height = np.tile(z, len(along)) * np.array([1.0, -1.0])[:, None] + self.box.half[2]
+        whole = *flat.shape[:1], 2, *flat.shape[2:3]
+        places = np.broadcast_to(flat, (*whole, 2)), np.broadcast_to(height[..., None], (*whole, 1))
+        return np.concatenate(places, axis=-1).reshape(-1, 3)
+
+    @cached_property
     def through(self) -> Array:
         """Matrix from values on the heights to means over the sheets of the upper and the lower half, (2, l, k)."""
         nodes, weights = np.polynomial.legendre.leggauss(_WITHIN)

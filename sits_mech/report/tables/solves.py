@@ -130,10 +130,11 @@ def impedance_table(coils: Sequence[str], found: Impedance, flags: Sequence[str]
     scale, unit_L = (1e6, found.unit_L.replace("H", "uH", 1))
     unit_R = found.unit_L.replace("H", "ohm", 1)
     changed, lost = scale * float(np.abs(found.L - found.L0).max()), float(np.abs(found.R).max())
+    error_L = found.error_L + (0.0 if found.error_L0 is None else found.error_L0)
     lines = [*status_lines(flags), ("frequency", f"{found.frequency:.6g} Hz")]
     for i, first in enumerate(coils):
         for j, second in enumerate(coils[: i + 1]):
-            L = with_error(scale * float(found.L[i, j]), scale * float(found.error_L[i, j]), changed)
+            L = with_error(scale * float(found.L[i, j]), scale * float(error_L[i, j]), changed)
             R = with_error(float(found.R[i, j]), float(found.error_R[i, j]), lost)
             free = f"{scale * float(found.L0[i, j]):.6g} {unit_L} in free space"
             lines.append((f"{first}, {second}" if i != j else first, f"L = {L} {unit_L}, R = {R} {unit_R}; {free}"))
@@ -146,8 +147,8 @@ def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequen
     if seen is not None:
         for k, name in enumerate(coils):
             shown = f"L = {1e6 * seen.L[k]:.6g} uH, R = {seen.R[k]:.4g} ohm, Q = {seen.Q[k]:.4g}"
-            uneven = f"uneven current in them: {1e9 * seen.shift[k]:.3g} nH, not in L"
-            lines.append((name, f"{shown}; tracks alone {seen.R_ac[k]:.4g} ohm; {uneven}"))
+            uneven = f"uneven current takes {-1e9 * seen.shift[k]:.3g} nH of L"
+            lines.append((name, f"{shown}; tracks without metal: {seen.R_ac[k]:.4g} ohm, {uneven}"))
             resonance = 1e-6 * seen.tank_frequency[k]
             tank = f"resonance at {resonance:.5g} MHz" if resonance > 0.0 else "no resonance"
             apparent = f"L = {1e6 * seen.apparent_L[k]:.5g} uH, R = {seen.apparent_R[k]:.4g} ohm"

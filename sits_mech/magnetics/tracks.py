@@ -1,0 +1,133 @@
+"""Uneven current in the coils' tracks, in the field that is there: what it adds to a model of even current.
+
+Skin and proximity effect act on the field B across a track, and metal nearby takes away much of what the coil's own
+turns make there. With b of the metal alone per ampere, which models know at `geometry.stations`, and the tracks'
+response by filaments (`coils.resistance`): m, what current by the coil's own field is worth in b, and Q, what b drives,
+
+    Delta Z = Z_alone + sum over stations of their share times (2 m . b + b . Q b),
+
+between two coils ``(m + Q b_cc) . b_ce`` of both. First order in what the tracks' uneven current drives in the metal:
+solid turns under copper agree to 0.1 % of R and 3e-5 of L (studies/tracks_under_target.py).
+
+Neglected: b's change across a track beyond a linear one, what tracks of one coil do to another's field, a track's
+response where b changes along it within a few widths.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol, cast
+
+import numpy as np
+
+from sits_mech.geometry.stations import Stations, stations
+from sits_mech.geometry.windings import unnamed
+from sits_mech.magnetics.coils.resistance import TrackResponse, track_response
+from sits_mech.quantities import Array, Complex, Impedance, MagneticModel, Pose
+from sits_mech.scene.sensor import Coil, Sensor
+
+_FIELD = 0.03  # error of what metal changes of uneven current: of b by one division, and of filaments
+_BENT, _MOST = 0.02, 0.25  # the same of b that bends across a track, over (width/gap)^2, as seen, and at most
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """The tracks of some coils at a frequency [Hz]."""
+
+    coils: tuple[Coil, ...]
+    frequency: float
+
+    @cached_property
+    def responses(self) -> list[TrackResponse]:
+        """What current does in each coil's."""
+        return [track_response(coil, self.frequency) for coil in unnamed(self.coils)]
+
+    def places(self, gap: float) -> list[Stations]:
+        """Return each coil's stations for metal from a gap on [m]."""
+        return [stations(coil, gap) for coil in unnamed(self.coils)]
+
+    def points(self, gap: float) -> Array:
+        """Return where metal's field is asked in the scene, coil after coil, (k, 3) [m]."""
+        return np.vstack([
+            own.points.reshape(-1, 3) + (*coil.centre, 0.0)
+            for own, coil in zip(self.places(gap), self.coils, strict=True)
+        ])
+
+    def change(self, gap: float, B: Complex) -> Complex:
+        """Return what metal's B by each coil at the points, (p, k, 3, n) [T/A], changes of Z, (2, p, n, n) [ohm].
+
+        With it the error, real and imaginary part apart.
+        """
+        places, n = self.places(gap), len(self.coils)
+        ends = np.cumsum([own.points[..., 0].size for own in places])
+        total = np.zeros((len(B), n, n), dtype=complex)
+        for c, (own, response) in enumerate(zip(places, self.responses, strict=True)):
+            b = own.by_turns(own.across(B[:, ends[c] - own.points[..., 0].size : ends[c]]))
+            more, share = b[:, c] @ response.quadratic, own.share[:, None]
+            shared = np.einsum("pst,pnst->pn", (response.linear + more) * share, b)
+            total[:, c, :] += shared
+            total[:, :, c] += shared
+            total[:, c, c] -= np.einsum("pst,pst->p", more * share, b[:, c])
+        return self._with_error(total, gap)
+
+    def around(self, nodes: float, b: Complex, gap: float) -> Complex:
+        """Return `change` of one coil by B up and outwards, the same around its axis, at nodes (p, m, 2) [T/A].
+
+        `nodes` is the gap that these are for, `gap` that of the metal [m].
+        """
+        (own,), (response,) = self.places(nodes), self.responses
+        field = own.by_turns(b[:, None, :, :, None])[:, 0, 0]
+        total = (field * (2.0 * response.linear + field @ response.quadratic)).sum(axis=1)
+        return self._with_error(total[:, None, None], gap)
+
+    def _with_error(self, change: Complex, gap: float) -> Complex:
+        """Return a change by metal from a gap on [m] with its error."""
+        width = max(coil.track_width for coil in self.coils)
+        share = _FIELD + min(_BENT * (width / gap) ** 2, _MOST)
+        return np.stack([change, share * (np.abs(change.real) + 1j * np.abs(change.imag))])
+
+
+class Following(Protocol):
+    """A magnetic model of even current that knows what metal does in the tracks."""
+
+    def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
+        """Return its impedance, and `Tracks.change` at each pose; None where it does not know that."""
+        ...
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """A magnetic model of even current, with what uneven current in the tracks adds."""
+
+    model: MagneticModel
+    sensor: Sensor
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return L, R and L0 with uneven current, in henry and ohm; as the model's own, per metre."""
+        tracks, change = Tracks(self.sensor.coils, frequency), None
+        if hasattr(self.model, "with_tracks"):
+            found, change = cast(Following, self.model).with_tracks(pose, frequency, tracks)
+        else:
+            found = self.model.impedance(pose, frequency)
+        return with_tracks(tracks, found, change)
+
+
+def with_tracks(tracks: Tracks, found: Impedance, change: Complex | None = None) -> Impedance:
+    """Return an impedance in henry of even current with that of the tracks, and what metal changes of it [ohm].
+
+    As it is where it has that, or is per metre.
+    """
+    if found.uneven or found.unit_L != "H":
+        return found
+    change, error = np.zeros((2, *found.L.shape)) if change is None else change.reshape(2, *found.L.shape)
+    alone, off = (np.diag([getattr(own, name) for own in tracks.responses]) for name in ("alone", "error"))
+    omega = 2 * np.pi * found.frequency
+    L0, both, error_L0 = found.L0 + alone.imag / omega, alone + change, off.imag / omega
+    most = float(np.abs(found.L - found.L0).max(initial=0.0))
+    relative = (error.imag / omega).max(initial=0.0) / most if most > 0.0 else error_L0.max() / L0.max()
+    return replace(
+        found, L=found.L + both.imag / omega, R=found.R + both.real, L0=L0, error_L=found.error_L + error.imag / omega,
+        error_R=found.error_R + error.real + off.real, uneven=True, error_L0=error_L0,
+        report=replace(found.report, estimated_error=found.report.estimated_error + float(relative)),
+    )
