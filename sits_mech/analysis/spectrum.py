@@ -28,11 +28,11 @@ import numpy as np
 from sits_mech.analysis.terminals import own_capacitance, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
-from sits_mech.magnetics.coils.resistance import track_resistance, track_spectrum
+from sits_mech.magnetics.coils.resistance import track_resistance, track_response
 from sits_mech.magnetics.tracks import Tracks, with_tracks
 from sits_mech.notes import Note, Omission, OmissionKind
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, kept_report
-from sits_mech.scene.sensor import Coil, SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tu
     missing = wave_notes(sensor.coils, found.frequency)
     if found.unit_L != "H":
         return None, (_PER_METRE, *missing)
-    return _terminals(sensor, with_tracks(Tracks(sensor.coils, found.frequency), found)), (*_rings(sensor), *missing)
+    return _terminals(sensor, _uneven(sensor, found)), (*_rings(sensor), *missing)
 
 
 def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequence[float]) -> xr.Dataset:
@@ -116,7 +116,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     each = list(map(partial(model.impedance, pose), downwards))[::-1]
     per_metre = each[0].unit_L != "H"
     missing = ((_PER_METRE,) if per_metre else _rings(sensor)) + wave_notes(sensor.coils, float(hertz[-1]))
-    each = [with_tracks(Tracks(sensor.coils, found.frequency), found) for found in each]
+    each = [_uneven(sensor, found) for found in each]
     names = sensor.coil_names
     pair = ("frequency", "coil", "coil_2")
     data = xr.Dataset(coords={"frequency": hertz, "coil": names, "coil_2": names})
@@ -136,17 +136,23 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=kept_report(report))
 
 
+def _uneven(sensor: Sensor, found: Impedance) -> Impedance:
+    """Return an impedance with uneven current in the tracks."""
+    return with_tracks(Tracks(sensor.coils, found.frequency, sensor.frequency), found)
+
+
 def _terminals(sensor: Sensor, found: Impedance) -> Terminals:
     """Return the network of coils, tracks, leads and idle coils at one frequency."""
     omega = 2.0 * np.pi * found.frequency
     windings = unnamed(sensor.coils)
-    Z = terminal_impedance(
-        found.R + 1j * omega * found.L, [track_resistance(coil) for coil in windings], sensor.readout, omega
-    )
+    R_dc = np.array([*map(track_resistance, windings)])
+    Z = terminal_impedance(found.R + 1j * omega * found.L, R_dc, sensor.readout, omega)
     shape, capacitance = Z.real.shape, sensor.readout.parallel_capacitance
     tank = with_capacitance(Z, capacitance, omega)
     own = np.broadcast_to([own_capacitance(coil) for coil in windings], shape)
-    R_ac, shift = np.array([_track(coil, found.frequency) for coil in windings]).T
+    highest = max(found.frequency, sensor.frequency)
+    alone = [track_response(coil, found.frequency, highest).alone for coil in windings]
+    R_ac, shift = R_dc + np.real(alone), np.imag(alone) / omega
     return Terminals(
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
         tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega), own,
@@ -158,12 +164,6 @@ def _rings(sensor: Sensor) -> tuple[str, ...]:
     """Say of which coils uneven current is that of rings that stand for them."""
     straight = ", ".join(coil.name for coil in sensor.coils if not coil.is_round)
     return (f"uneven current along straight tracks: {straight} as rings of its turns and length",) if straight else ()
-
-
-def _track(coil: Coil, frequency: float) -> tuple[float, float]:
-    """Return the resistance of a coil's tracks [ohm] and what uneven current takes from L [H], in free space."""
-    found = track_spectrum(coil, (frequency,))
-    return float(found.R[0]), float(found.shift[0])
 
 
 def _joined(found: Sequence[Impedance], hertz: Array) -> SolveReport:

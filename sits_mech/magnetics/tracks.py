@@ -37,11 +37,12 @@ class Tracks:
 
     coils: tuple[Coil, ...]
     frequency: float
+    highest: float  # that filaments are made for [Hz]
 
     @cached_property
     def responses(self) -> list[TrackResponse]:
         """What current does in each coil's."""
-        return [track_response(coil, self.frequency) for coil in unnamed(self.coils)]
+        return [track_response(coil, self.frequency, self.highest) for coil in unnamed(self.coils)]
 
     def places(self, gap: float) -> list[Stations]:
         """Return each coil's stations for metal from a gap on [m]."""
@@ -105,7 +106,7 @@ class Tracked:
 
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L, R and L0 with uneven current, in henry and ohm; as the model's own, per metre."""
-        tracks, change = Tracks(self.sensor.coils, frequency), None
+        tracks, change = Tracks(self.sensor.coils, frequency, self.sensor.frequency), None
         if hasattr(self.model, "with_tracks"):
             found, change = cast(Following, self.model).with_tracks(pose, frequency, tracks)
         else:

@@ -6,7 +6,8 @@ conductivity alone, so that, with R the resistance that the plate brings,
 
     sigma dL/dsigma = f dL/df,    sigma dR/dsigma = f dR/df - R.
 
-Several plates of different metal are differenced. What nothing magnetic has costs nothing.
+and the tracks' with them, whose copper's coefficient is taken as the plate's, and L0 alike. Several plates of different
+metal are differenced. What nothing magnetic has costs nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ import numpy as np
 
 from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.models import MAGNETICS
+from sits_mech.magnetics.pose_slopes import STEP
 from sits_mech.magnetics.slopes import slopes
+from sits_mech.maps.differences import CENTRAL
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
 from sits_mech.scene.sensor import Sensor
@@ -64,9 +67,11 @@ def at_fixed_poses(
     for own, cause in enumerate(causes):
         if cause == "frequency":
             found.L[..., own], found.R[..., own] = each.L_frequency, each.R_frequency
+            found.L0[:, own] = free_by_frequency(field, sensor.frequency)
         elif cause == "metal":
             f, grown, R = sensor.frequency, _growth(numbers[own]), field.impedance(pose, sensor.frequency).R
             found.L[..., own], found.R[..., own] = grown * f * each.L_frequency, grown * (f * each.R_frequency - R)
+            found.L0[:, own] = grown * f * free_by_frequency(field, f)
     return found
 
 
@@ -89,6 +94,13 @@ def _free(number: Parameter, name: str, tolerance: float) -> Array:
         alone = MAGNETICS[name](place.sensor, tolerance).impedance(none, place.sensor.frequency)
         total = total + place.weight * np.diagonal(alone.L0)
     return total
+
+
+def free_by_frequency(field: MagneticModel, frequency: float) -> Array:
+    """Return the derivative of the coils' inductances in free space by the frequency, shape (c,) [H/Hz]."""
+    none, ways = Pose.of(np.zeros((0, len(POSE)))), [place for place in CENTRAL.places if place]
+    found = {place: np.diagonal(field.impedance(none, frequency * np.exp(STEP * place)).L0) for place in ways}
+    return CENTRAL.slope(found | {0: 0.0 * found[1]}, STEP * frequency)
 
 
 def place_of(number: Parameter) -> Sensor:

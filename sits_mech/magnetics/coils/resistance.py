@@ -1,25 +1,32 @@
-"""Resistance of the coils' tracks, direct and with skin and proximity effect, at many frequencies from one division.
+"""Uneven current in the coils' tracks, skin and proximity effect, at many frequencies from one division.
 
 Every turn is a ring, divided into filaments f of height h_f from radius a_f to b_f that share the turn's voltage v_t:
 
-    (R_f + j omega L_fg) i_g = v_t(f),    R_f = 2 pi / (sigma h_f ln(b_f / a_f)),    L_fg by `loops`.
+    (R_f + j omega L_fg) i_g = v_t(f) - j omega e_f,    R_f = 2 pi / (sigma h_f ln(b_f / a_f)),    L_fg by `loops`,
+
+with e_f the flux of what is not the coil, linear across a track: of B up and outwards, b,
+
+    e = E b,    E_f = 2 pi r_f (r_f - r_t),    -2 pi r_f (z_f - z_t).
 
 Filaments are graded to the surfaces; those for the highest frequency serve every lower one. Their eigenproblem
-``L v = tau R v`` gives the turn-by-turn admittance (P: filaments to turns)
+``L v = tau R v`` gives Z^-1 of all filaments seen by turns (P: filaments to turns) and by E,
 
-    Y(omega) = C diag(1 / (1 + j omega tau)) C^T,    C = P^T v,
+    A(omega) = C diag(1 / (1 + j omega tau)) C^T,    C = (P, E)^T v.
 
-a coil's series impedance is the sum of the entries of Y^-1, and its inductance at rest, current by resistance alone,
+With the current 1 in every turn, i = Z^-1 P (P^T Z^-1 P)^-1 1, and i_0 even over each section,
 
-    L(0) = u^T C diag(tau) C^T u,    u = (C C^T)^-1 1.
+    Z = 1^T (P^T Z^-1 P)^-1 1 + 2 m . b + b . Q b,    m = j omega E^T (i - i_0),
+    Q = omega^2 E^T [Z^-1 - Z^-1 P (P^T Z^-1 P)^-1 P^T Z^-1] E,
+
+less 2 e^T i_0, which is what a model of even current gives. L of that current is ``i_0^T L i_0``.
 
 Coils that are not round are taken as rings of their turns, length and pitch (`geometry.tracks.standing_rings`): an
 estimate, of uneven current along their straight tracks too.
 
 Twice as many filaments along both sides and ``(4 fine - coarse) / 3`` give the answer, its step from `fine` the error.
 
-Range: tracks of copper, non-magnetic; a turn closes on itself (no pitch, no vias). Neglected: displacement current, so
-that nothing is said near a coil's own resonance; eddy currents that the target drives in the tracks.
+Range: non-magnetic tracks; a turn closes on itself (no pitch, no vias). Neglected: displacement current, so that
+nothing is said near a coil's own resonance.
 """
 
 from __future__ import annotations
@@ -27,7 +34,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -41,6 +48,7 @@ from sits_mech.quantities import Array, Complex
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Coil
 
+_ABOVE = 1.1  # of the frequency that filaments are made for, up to which they serve
 _LEAST = 6e-3  # error of R, over what uneven current adds: four layers of tracks three skin depths wide show as much
 _LEFT = 0.5  # error of what two divisions extrapolate to, over what that adds: 0.06 to 0.54 seen
 _MOST = 4000  # filaments: an eigenproblem of ten seconds
@@ -85,52 +93,68 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     hertz = np.asarray(frequencies, dtype=float)
     if hertz.size == 0 or not np.all((hertz > 0.0) & np.isfinite(hertz)):
         raise ValueError(f"frequency: must be positive numbers of hertz; got {list(frequencies)}")
-    each, omega = [_divided(coil, float(hertz.max()), f) for f in hertz.tolist()], 2.0 * np.pi * hertz
+    each, omega = [track_response(coil, f, float(hertz.max())) for f in hertz.tolist()], 2.0 * np.pi * hertz
     alone, error = np.array([(one.alone, one.error) for one in each]).T
     return TrackSpectrum(track_resistance(coil) + alone.real, alone.imag / omega, error.real, error.imag / omega)
 
 
-def track_response(coil: Coil, frequency: float) -> TrackResponse:
-    """Return what a coil's tracks do at a frequency [Hz]."""
-    return _divided(coil, frequency, frequency)
+def track_response(coil: Coil, frequency: float, highest: float) -> TrackResponse:
+    """Return what a coil's tracks do at a frequency [Hz], by filaments for a highest one, or for its own if above.
+
+    All is that of copper at sigma f over copper's sigma, times copper's sigma over the tracks'.
+    """
+    copper, sigma = metals()["copper"].conductivity, track_conductivity(coil)
+    made = highest if frequency <= _ABOVE * highest else 2.0 ** math.ceil(math.log2(frequency))
+    found = _of_copper(coil.model_copy(update={"conductivity": None}), frequency * sigma / copper, made)
+    scale = copper / sigma
+    return TrackResponse(
+        scale * found.alone, scale * found.error, scale * found.linear, scale * found.quadratic
+    )
 
 
 def rough_shift(coil: Coil, frequency: float) -> float:
     """Return about what uneven current takes from a coil's inductance, by two filaments along each side [H]."""
     rings = standing_rings(coil)
-    alone, *_ = _series(rings, (2, 2), frequency, track_conductivity(coil))
+    alone, *_ = _series(rings, _modes(rings, (2, 2)), frequency)
     return alone.imag / (2.0 * np.pi * frequency)
 
 
-@lru_cache(maxsize=64)
-def _divided(coil: Coil, highest: float, frequency: float) -> TrackResponse:
-    """Return a coil's response by divisions for a highest frequency [Hz]."""
-    rings, delta = standing_rings(coil), skin_depth(highest, track_conductivity(coil))
+@lru_cache(maxsize=128)
+def _of_copper(coil: Coil, frequency: float, highest: float) -> TrackResponse:
+    """Return the response of tracks of copper."""
+    rings, both = standing_rings(coil), _filaments(coil, highest)
+    each = [_series(rings, modes, frequency) for modes in both]
+    alone, linear, quadratic = ((4.0 * fine - coarse) / 3.0 for coarse, fine in zip(*each, strict=True))
+    off = _LEFT * (alone - each[1][0])
+    off = complex(max(abs(off.real), _LEAST * alone.real), abs(off.imag))
+    more = 1.0 if coil.is_round else track_squares(coil) / ring_squares(rings.radius, rings.width).sum()
+    return TrackResponse(  # as much more is lost as the coil has squares
+        complex(more * alone.real, alone.imag), complex(more * off.real, off.imag), more * linear, more * quadratic
+    )
+
+
+@lru_cache(maxsize=16)
+def _filaments(coil: Coil, highest: float) -> tuple[Modes, Modes]:
+    """Return modes of a coarse and a fine division of a coil for a highest frequency [Hz]."""
+    rings, delta = standing_rings(coil), skin_depth(highest, metals()["copper"].conductivity)
     cells = [filaments_along(side, delta) for side in (coil.track_width, coil.track_thickness)]
     while 4 * math.prod(cells) * rings.radius.size > _MOST and max(cells) > 2:
         cells[int(np.argmax(cells))] -= 1
     count = 4 * math.prod(cells) * rings.radius.size
     check_seconds((_PAIR + _MODE * count) * count**2, f"uneven current in a coil of {rings.radius.size} turns")
-    both = [_series(rings, (n * cells[0], n * cells[1]), frequency, track_conductivity(coil)) for n in (1, 2)]
-    alone, linear, quadratic = ((4.0 * fine - coarse) / 3.0 for coarse, fine in zip(*both, strict=True))
-    off = _LEFT * (alone - both[1][0])
-    off = complex(max(abs(off.real), _LEAST * alone.real), abs(off.imag))
-    more = 1.0 if coil.is_round else track_squares(coil) / ring_squares(rings.radius, rings.width).sum()
-    return TrackResponse(  # as much more is lost as the coil has squares
-        complex(more * alone.real, alone.imag), complex(more * off.real, off.imag), more * linear,
-        more * quadratic,
+    coarse, fine = (
+        kept(
+            ("tracks in fields", rings, (n * cells[0], n * cells[1])),
+            partial(_modes, rings, (n * cells[0], n * cells[1])),
+            lambda own: {"tau": own.tau, "coupling": own.coupling}, lambda arrays: Modes(**arrays),
+        )
+        for n in (1, 2)
     )
+    return coarse, fine
 
 
-def _series(
-    rings: Sections, cells: tuple[int, int], frequency: float, conductivity: float
-) -> tuple[complex, Complex, Complex]:
+def _series(rings: Sections, modes: Modes, frequency: float) -> tuple[complex, Complex, Complex]:
     """Return the impedance, m and Q of all turns in series with one division, as `TrackResponse`."""
-    asked = rings, cells, conductivity
-    modes = kept(
-        ("tracks in fields", asked), lambda: _modes(*asked),
-        lambda own: {"tau": own.tau, "coupling": own.coupling}, lambda arrays: Modes(**arrays),
-    )
     n, omega, signs = rings.radius.size, 2.0 * np.pi * frequency, rings.signs  # the current in each turn
     (even, *_), C, E = np.split(modes.coupling, [1, 1 + n])
     A = Modes(modes.tau, modes.coupling[1:]).admittance(omega) / omega**2
@@ -142,16 +166,17 @@ def _series(
     return complex(alone), linear, quadratic
 
 
-def _modes(rings: Sections, cells: tuple[int, int], conductivity: float) -> Modes:
-    """Return modes of the filaments, seen by turns and by fields across these, up and outwards."""
-    parts, n = divided(rings, cells), cells[0] * cells[1]
-    R = ring_squares(parts.radius, parts.width) / (conductivity * parts.height)
+def _modes(rings: Sections, cells: tuple[int, int]) -> Modes:
+    """Return modes of copper filaments, seen by even current, by turns and by fields across these, up and outwards."""
+    parts, n, copper = divided(rings, cells), cells[0] * cells[1], metals()["copper"].conductivity
+    R = ring_squares(parts.radius, parts.width) / (copper * parts.height)
     each = np.eye(rings.radius.size)
     share, around = np.repeat(each, n, axis=1), 2.0 * np.pi * parts.radius
     up = share * around * (parts.radius - np.repeat(rings.radius, n))
     outwards = -share * around * (parts.z - np.repeat(rings.z, n))
     even = R * np.repeat(rings.signs / (rings.width * rings.height), n) * parts.width * parts.height
-    return eddy_modes(ring_inductance(parts, points=(1, 1)), R, np.vstack([even, share, up, outwards]))
+    found = eddy_modes(ring_inductance(parts, points=(1, 1)), R, np.vstack([even, share, up, outwards]))
+    return Modes(found.tau, found.coupling)
 
 
 def divided(rings: Sections, cells: tuple[int, int]) -> Sections:
