@@ -35,6 +35,7 @@ from sits_mech.chain.simulate import Simulation, at_rest, simulate, simulated
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.modes import skin_depths
 from sits_mech.magnetics.sheets import not_representable, sheets
+from sits_mech.magnetics.tracks import Tracked
 from sits_mech.mechanics.block import block_pad
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.report.pictures.style import new_figure, save_figure
@@ -130,9 +131,10 @@ def richest(
     """Return the same by block on finer meshes and by sheets to a tolerance."""
     if load is not None:
         rest = at_rest(sensor, block_pad(sensor, STIFF if short(sensor) is sensor else LONG), load)
-        return read(simulated(sensor, sheets(short(sensor), tolerance), rest))
+        return read(simulated(sensor, Tracked(sheets(short(sensor), tolerance), short(sensor)), rest))
     assert pose is not None
-    return sheets(sensor, tolerance).impedance(pose, sensor.frequency), pose.components[:3], np.zeros(3)
+    shown = Tracked(sheets(sensor, tolerance), sensor).impedance(pose, sensor.frequency)
+    return shown, pose.components[:3], np.zeros(3)
 
 
 def short(sensor: Sensor) -> Sensor:

@@ -35,6 +35,7 @@ from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.magnetics.axis_fem import axisymmetric_fem
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.tracks import Tracked
 from sits_mech.mechanics.block import block_pad
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.report.pictures.style import new_figure, save_figure
@@ -144,11 +145,11 @@ def reference(drawn: Drawn) -> Impedance | None:
     try:
         if drawn.load is not None:
             rest = at_rest(sensor, block_pad(sensor, STIFF), drawn.load)
-            return simulated(sensor, sheets(sensor, 0.1 * ASKED), rest).impedance
+            return simulated(sensor, Tracked(sheets(sensor, 0.1 * ASKED), sensor), rest).impedance
         assert pose is not None
         if "axis" in drawn.kind:
-            return axisymmetric_fem(sensor, 0.1 * ASKED).impedance(pose, sensor.frequency)
-        return sheets(sensor, 0.1 * ASKED).impedance(pose, sensor.frequency)
+            return Tracked(axisymmetric_fem(sensor, 0.1 * ASKED), sensor).impedance(pose, sensor.frequency)
+        return Tracked(sheets(sensor, 0.1 * ASKED), sensor).impedance(pose, sensor.frequency)
     except SceneError:
         return None
 

@@ -32,8 +32,7 @@ from sits_mech.magnetics.answer import Kind, Reaction, answer
 from sits_mech.magnetics.axis.coaxial import check_coaxial, coaxial_discs, not_coaxial
 from sits_mech.magnetics.axis.elements import AxisField, solve_axis
 from sits_mech.magnetics.axis.lines import CoaxialDisc, divide_axis
-from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.magnetics.coils.resistance import track_resistance
+from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.tracks import Tracks
 from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
@@ -105,7 +104,7 @@ class AxisymmetricFem:
         """Return `impedance` by a reaction."""
         return answer(
             _KIND, self.sensor, pose, frequency,
-            lambda: (free_inductances(self.sensor.coils), [*map(track_resistance, self.sensor.coils)]), react,
+            partial(coils_alone, self.sensor.coils), react,
         )
 
     def _reaction(

@@ -40,7 +40,7 @@ from sits_mech.geometry.plates import Plate, distance, metal_parts, outline_refu
 from sits_mech.geometry.tracks import coil_bars, section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving, sizes
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, coils_alone, depth, free_space_inductance
+from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, depth, free_space_inductance, section_alone
 from sits_mech.magnetics.section.coupling import (
     Filaments,
     SectionPlate,
@@ -80,7 +80,7 @@ class PlanarBars:
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
-        kind, alone = _KIND.of(self.absolute), partial(coils_alone, self.sensor, self.absolute)
+        kind, alone = _KIND.of(self.absolute), partial(section_alone, self.sensor, self.absolute)
         return answer(kind, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:

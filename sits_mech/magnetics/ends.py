@@ -25,6 +25,7 @@ from sits_mech.description import Description, Question, added, sized
 from sits_mech.geometry.collision import clearance
 from sits_mech.magnetics.answer import largest
 from sits_mech.magnetics.sheets import not_representable, sheets
+from sits_mech.notes import OmissionKind
 from sits_mech.quantities import POSE, Array, Impedance, Integers, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Sensor, Target
 
@@ -128,14 +129,16 @@ class Whole:
         counted = tuple(item for item in every if item.counts and item.size != 0.0)
         report = added(found.report, counted)
         ends = ends_of_plates(sensor, pose, found) if self.description.per_metre else None
+        known = OmissionKind.PLATE_ENDS if ends is not None else None
+        size = sized(item for item in counted if not item.held and item.kind != known)
+        error_L, error_R = (size * largest(values) for values in (found.L - found.L0, found.R))
+        found = replace(found, error_L=found.error_L + error_L, error_R=found.error_R + error_R, report=report)
         if ends is None:
-            size = sized(item for item in counted if not item.held)
-            error_L, error_R = (size * largest(values) for values in (found.L - found.L0, found.R))
-            return replace(found, error_L=found.error_L + error_L, error_R=found.error_R + error_R, report=report)
-        known = np.zeros((0, *found.L.shape)) if found.shared_L is None else found.shared_L
+            return found
+        shared = np.zeros((0, *found.L.shape)) if found.shared_L is None else found.shared_L
         return replace(
-            found, error_L=found.error_L + np.abs(ends.L) + ends.error_L, report=report,
-            error_R=found.error_R + np.abs(ends.R) + ends.error_R, shared_L=np.concatenate([known, ends.L[None]]),
+            found, error_L=found.error_L + np.abs(ends.L) + ends.error_L,
+            error_R=found.error_R + np.abs(ends.R) + ends.error_R, shared_L=np.concatenate([shared, ends.L[None]]),
         )
 
 

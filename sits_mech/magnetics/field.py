@@ -33,7 +33,7 @@ from sits_mech.geometry.plates import Plate, outline_refusal, return_radius, sec
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.section.coils import Track, coil_potentials, coils_alone, depth, tracks
+from sits_mech.magnetics.section.coils import Track, coil_potentials, depth, section_alone, tracks
 from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.section.mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
@@ -120,7 +120,7 @@ class PlanarFem:
         Raises as `check_asked`, ValueError if the mesh generator is missing, SolveFailed if the tolerance is not
         reached.
         """
-        kind, alone = _KIND.of(self.absolute), partial(coils_alone, self.sensor, self.absolute)
+        kind, alone = _KIND.of(self.absolute), partial(section_alone, self.sensor, self.absolute)
         return answer(kind, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:

@@ -14,8 +14,8 @@ frequency and thickness. The coil's tracks carry uniform current. Neglected: dis
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -25,8 +25,7 @@ from sits_mech.geometry.collision import CLEARANCE
 from sits_mech.geometry.stations import stations
 from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, served, serving, sizes
 from sits_mech.magnetics.axis.coaxial import check_coaxial, not_coaxial
-from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.magnetics.coils.resistance import track_resistance
+from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.tracks import Tracks
@@ -61,7 +60,7 @@ class Axisymmetric:
         """
         return answer(
             _KIND, self.sensor, pose, frequency,
-            lambda: (free_inductances(self.sensor.coils), [*map(track_resistance, self.sensor.coils)]), self._reaction,
+            partial(coils_alone, self.sensor.coils), self._reaction,
         )
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
@@ -89,14 +88,17 @@ class Axisymmetric:
 
     @one_thread
     def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
-        """Return `impedance`, and what the disc's field does in the tracks, (2, p, 1, 1); None without a disc."""
+        """Return `impedance`, and what the disc's field does in the tracks, (2, p, 1, 1), by its first division.
+
+        None without a disc.
+        """
         found, d_v = self.impedance(pose, frequency), np.ravel(pose.d_v)
         if self.sensor.target is None:
             return found, None
         change = np.zeros((2, d_v.size, 1, 1), dtype=complex)
         for (clear,), top, some, share in serving([(d_v, CLEARANCE)], frequency):
             gaps = served(clear)
-            disc = _divided(_problem(self.sensor, gaps, top), top, self.tolerance)[0][-1]
+            disc = _divided(_problem(self.sensor, gaps, top), top, self.tolerance)[0][0]
             own = tracks.around(gaps[0], disc.field(d_v[some], 2 * np.pi * frequency), gaps[0])
             change[:, some] += share[:, None, None] * own
         return found, change
@@ -152,7 +154,7 @@ def _divided(problem: DiscProblem, top: float, tolerance: float) -> tuple[tuple[
     for level in range(12):
         if count_rings(problem, level) > _MOST:
             break
-        discs.append(prepare_disc(problem, level))
+        discs.append(prepare_disc(replace(problem, places=()) if level else problem, level))
         if level and all(_holds(_limits(discs, gaps, frequency), tolerance) for frequency in frequencies.tolist()):
             return tuple(discs), True
     return tuple(discs), False

@@ -42,62 +42,27 @@ from sits_mech.geometry.collision import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.plates import metal_parts
 from sits_mech.geometry.tracks import path_notes
-from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.magnetics.coils.resistance import track_resistance
+from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
-from sits_mech.magnetics.space.ferrite import prepared_core
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
+from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate
 from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
-from sits_mech.magnetics.space.sources import Posed, Sources, reach
+from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
-from sits_mech.scene.sensor import Sensor, Target
+from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("sheets", "H")
 _OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: studies/extremes.py
-_NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
 _HIGHEST, _DEEP = 1e7, 3.0  # skin depths of ferrite at that frequency [Hz] over its thickness, at least
-_PLATES = 1.5  # length on which another plate's field changes, over the distance
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """A plate to be divided: its susceptibility, the coils if it stands still, what is divided like it."""
-
-    plate: Target
-    outline: Outline | None
-    susceptibility: complex
-    sources: Sources | None
-    become: Target | None
-
-    def lengths(self, sensor: Sensor, clear: tuple[float, float], near: bool) -> tuple[float, float]:
-        """Return how far currents of coils call for small cells, and the length on which fields change [m]."""
-        clearance, place, deep = clear[0], (0.0, 0.0), 0.0 if near and not self.sources else self.plate.thickness / 2
-        if self.sources is not None:
-            clearance, place = self.sources.distance, self.sources.place[:2]
-        length = min(field_length(coil, clearance + deep) for coil in kinds_of(sensor.coils)[0])
-        others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
-        return reach(sensor.coils, place) + 2 * clearance, min(length, others)
-
-
-@dataclass(frozen=True)
-class _Divided:
-    """A plate's divisions, its skin depths, the field that they miss, what to say."""
-
-    divisions: tuple[Any, ...]  # `Moving`; of a fixed plate of ferrite, Core: as found, and off by its error
-    thickness: float
-    unseen: float
-    margin: float  # of the error of L, over what divisions tell
-    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True)
@@ -157,11 +122,8 @@ class Sheets:
 
     def _answer(self, pose: Pose, frequency: float, react: Callable[[Pose, float], Reaction]) -> Impedance:
         """Return `impedance` by a reaction."""
-        return answer(
-            _KIND, self.sensor, pose, frequency,
-            lambda: (free_inductances(self.sensor.coils, self.windings), [*map(track_resistance, self.sensor.coils)]),
-            react,
-        )
+        alone = partial(coils_alone, self.sensor.coils, self.windings)
+        return answer(_KIND, self.sensor, pose, frequency, alone, react)
 
     def _reaction(
         self, pose: Pose, frequency: float, tracks: Tracks | None = None, change: list[Complex] | None = None
@@ -199,14 +161,14 @@ class Sheets:
             free &= one.shape == other.shape != "outline" and one.metal == other.metal
         return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
 
-    def _kind(self, part: PlacedPlate) -> _Asked:
+    def _kind(self, part: PlacedPlate) -> Asked:
         """Return a plate as it is to be divided."""
         if self.like is not None and self.like.target is not None:
             become = part.plate if part.plate != self.like.target else None
-            return _Asked(self.like.target, part.outline, part.susceptibility, None, become)
+            return Asked(self.like.target, part.outline, part.susceptibility, None, become)
         fixed = part.windings > 0.0
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
-        return _Asked(part.plate, part.outline, part.susceptibility, seen, None)
+        return Asked(part.plate, part.outline, part.susceptibility, seen, None)
 
     def _winding_notes(self) -> tuple[Note, ...]:
         """Note how far spiral windings are from rings, and what free tracks are without."""
@@ -218,14 +180,14 @@ class Sheets:
 
     def _plates(
         self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]
-    ) -> tuple[list[_Divided], Rung, tuple[Note, ...]]:
+    ) -> tuple[list[Divided], Rung, tuple[Note, ...]]:
         """Return the plates as they are divided, for `_change`, the rung, and notes on finer ones."""
         asked = [(part.plate, part.outline) for part in parts]
 
-        def divided(rung: Rung) -> list[_Divided]:
+        def divided(rung: Rung) -> list[Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)
-            own, beyond = replace(rung, single=self.single), min(clear[1:], default=0.0)
-            return [_divided(self.like or self.sensor, kind, own, (near, beyond), frequency) for kind, near in each]
+            own, beyond, like = replace(rung, single=self.single), min(clear[1:], default=0.0), self.like or self.sensor
+            return [divided_plate(like, kind, own, (near, beyond), frequency) for kind, near in each]
 
         metals = [part.plate for part in parts if part.susceptibility == 0.0]
         halves = (plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
@@ -262,7 +224,7 @@ class Sheets:
         return _Change(value, error, np.stack([left, lost * value]), uneven, unknowns, tuple(notes))
 
     def _together(
-        self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], seen: Posed, frequency: float
+        self, parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float
     ) -> list[Complex]:
         """Return Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
         ferrite, answering = any(len(plate.divisions) < DIVISIONS for plate in plates), []
@@ -316,29 +278,8 @@ def not_representable(sensor: Sensor) -> Refusal | None:
     return overlapping(sensor)
 
 
-def _divided(
-    sensor: Sensor, part: _Asked, rung: Rung, clear: tuple[float, float], frequency: tuple[float, float]
-) -> _Divided:
-    """Prepare a plate for clearances from one on, from fixed plates from another on, and a frequency below another.
-
-    The coils are given if it stands still.
-    """
-    plate, sources, metal = part.plate, part.sources, part.plate.metal
-    near = sources is not None or is_near(plate, part.outline, clear[0], rung)
-    if sources is not None and part.susceptibility != 0.0:
-        cores = prepared_core(plate, part.susceptibility, rung, clear[0], sources)
-        note = Note.of(NoteKind.FERRITE, permeability=metal.relative_permeability, boxes=cores[0].sheets)
-        return _Divided(cores, 0.0, 0.0, 1.0, (note,))
-    scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
-    asked: Any = plate, part.outline, replace(rung, few=False), scale  # few are errors, not divisions
-    divisions = prepared_near(*asked, sources or clear[1], part.become) if near else prepared(*asked, part.become)
-    thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
-    lost, margin = (0.0, _NEAR) if near and sources is None else (unseen(divisions[0].box), 1.0)
-    return _Divided(divisions, thickness, lost, margin, _notes(thickness, divisions[-1].sheets, lost))
-
-
 def _told(
-    value: Complex, left: Complex, plates: Sequence[_Divided], forced: float, among: bool
+    value: Complex, left: Complex, plates: Sequence[Divided], forced: float, among: bool
 ) -> tuple[Complex, Complex, float]:
     """Return errors of divisions that plates are known for, all errors, and what polynomials miss of the change.
 
@@ -355,9 +296,3 @@ def _shared(error: Array) -> Array:
     own = np.sqrt(np.diagonal(error, axis1=-2, axis2=-1))
     mutual = error + _OF_EACH * own[..., None] * own[..., None, :]
     return np.where(np.eye(error.shape[-1], dtype=bool), error, mutual)
-
-
-def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[Note, ...]:
-    """Note how thick a plate is, what carries it, and whether the gap is too small for the division."""
-    used = Note.of(NoteKind.SKIN, depths=float(ratio), sheets=int(sheets_used))
-    return (used,) if unseen < 1e-3 else (used, Note.of(NoteKind.GAP_SMALL, share=float(unseen)))

@@ -121,12 +121,12 @@ def with_tracks(tracks: Tracks, found: Impedance, change: Complex | None = None)
     """
     if found.uneven or found.unit_L != "H":
         return found
-    change, error = np.zeros((2, *found.L.shape)) if change is None else change.reshape(2, *found.L.shape)
+    more, error = np.zeros((2, 1), dtype=complex) if change is None else change.reshape(2, *found.L.shape)
     alone, off = (np.diag([getattr(own, name) for own in tracks.responses]) for name in ("alone", "error"))
     omega = 2 * np.pi * found.frequency
-    L0, both, error_L0 = found.L0 + alone.imag / omega, alone + change, off.imag / omega
+    L0, both, error_L0 = found.L0 + alone.imag / omega, alone + more, off.imag / omega
     most = float(np.abs(found.L - found.L0).max(initial=0.0))
-    relative = (error.imag / omega).max(initial=0.0) / most if most > 0.0 else error_L0.max() / L0.max()
+    relative = np.max(error.imag, initial=0.0) / omega / most if most > 0.0 else error_L0.max() / L0.max()
     return replace(
         found, L=found.L + both.imag / omega, R=found.R + both.real, L0=L0, error_L=found.error_L + error.imag / omega,
         error_R=found.error_R + error.real + off.real, uneven=True, error_L0=error_L0,

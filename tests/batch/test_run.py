@@ -196,8 +196,9 @@ def test_folders_and_clusters_that_are_none(tmp_path: Path, capsys: pytest.Captu
     assert "left out: 2 of 2 cases, at most: ends along y: " in shown.out + shown.err
     kept = read_table(tmp_path / "out" / "result.nc")["left_out_magnetics"]
     for k in range(2):
-        (item,) = unpacked_omissions(str(kept[k].item()))
+        item, tracks = unpacked_omissions(str(kept[k].item()))
         assert item.kind == OmissionKind.PLATE_ENDS and item.size > 0.1
+        assert tracks.kind == OmissionKind.TRACKS and 0.01 < tracks.size < 0.02
     written(tmp_path, HEAD + '[vary]\ndv = ["0.003 m"]\n' + PLANAR)
     assert run(["sweep", str(path), "-o", out, "--accept"]) == 0
     assert "not in this table: 1 finished case(s) of other values" in capsys.readouterr().err

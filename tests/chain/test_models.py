@@ -31,6 +31,8 @@ from sits_mech.chain.simulate import simulate
 from sits_mech.description import Description, Question, Refusal, Rung
 from sits_mech.magnetics.bars import PlanarBars
 from sits_mech.magnetics.ends import Whole
+from sits_mech.magnetics.pose_slopes import within
+from sits_mech.magnetics.tracks import Tracked
 from sits_mech.notes import Omission, OmissionKind
 from sits_mech.quantities import POSE, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
@@ -381,7 +383,8 @@ def test_a_model_is_made_as_fine_as_its_choice_says(coils: list[Coils]) -> None:
 def test_a_model_that_leaves_something_out_holds_it(coils: list[Coils]) -> None:
     """Whole where something counts, whoever asked for it; else the model itself."""
     assert isinstance(magnetic_model(SENSOR, "planar", 0.1, [REST])[0], Whole)
-    assert isinstance(magnetic_model(SENSOR, "sheets", 0.1, [REST])[0], Coils)
+    tracked = magnetic_model(SENSOR, "sheets", 0.1, [REST])[0]
+    assert isinstance(tracked, Tracked) and isinstance(tracked.model, Coils)
     assert isinstance(magnetic_model(load_sensor("biorob2018", FREE), "sheets", 0.1)[0], Whole)
 
 
@@ -392,7 +395,7 @@ def test_a_section_that_nobody_asked_for_answers_in_henry(coils: list[Coils]) ->
     ):
         magnetic_model(load_sensor("biorob2018", keys), name, 0.1, [REST])
         made = magnetic_model(load_sensor("biorob2018", keys), name, 0.1, [REST])[0]
-        inner = made.model if isinstance(made, Whole) else made
+        inner = within(made)
         assert isinstance(inner, Coils) and inner.absolute == absolute
 
 
@@ -412,7 +415,8 @@ def test_far_metal_is_measured_where_the_target_is_known_to_be(coils: list[Coils
 
 def test_by_name_a_section_is_per_metre() -> None:
     model = magnetic_model(SENSOR, "planar", 0.1, [REST])[0]
-    assert isinstance(model, Whole) and isinstance(model.model, PlanarBars) and not model.model.absolute
+    inner = within(model)
+    assert isinstance(model, Whole) and isinstance(inner, PlanarBars) and not inner.absolute
 
 
 def test_a_mechanical_model_has_its_own_errors() -> None:

@@ -75,17 +75,15 @@ ONE = made([[2.3e-6]], [[0.1]])
 
 @pytest.mark.parametrize("found", [ONE, PAIR, THREE], ids=["one", "pair", "three"])
 def test_nodal_equations(found: Impedance) -> None:
-    """Z = R + tracks + j omega L, to the nine digits that are written."""
-    count = len(found.L)
-    tracks = 1.7 + 0.1 * np.arange(count)
-    Z = solved(netlist([f"C{i}" for i in range(count)], found, tracks), HERTZ)
-    np.testing.assert_allclose(Z, found.R + np.diag(tracks) + 2j * np.pi * HERTZ * found.L, rtol=1e-8, atol=1e-8)
+    """Z = R + R_dc + j omega L, to the nine digits that are written."""
+    Z = solved(netlist([f"C{i}" for i in range(len(found.L))], found), HERTZ)
+    np.testing.assert_allclose(Z, found.R + np.diag(found.R_dc) + 2j * np.pi * HERTZ * found.L, rtol=1e-8, atol=1e-8)
 
 
 @pytest.mark.skipif(shutil.which("ngspice") is None, reason="ngspice is not installed")
 def test_ngspice_agrees(tmp_path: Path) -> None:
     """One ampere through each coil in turn, the other open: the voltages are the matrix's columns."""
-    (tmp_path / "coils.cir").write_text(netlist(["C1", "C2"], PAIR, np.array([1.7, 1.8])))
+    (tmp_path / "coils.cir").write_text(netlist(["C1", "C2"], PAIR))
     Z = np.zeros((2, 2), dtype=complex)
     for j in range(2):
         drive = [f"I{i} 0 p{i} AC {int(i == j + 1)}" for i in (1, 2)]
@@ -97,7 +95,7 @@ def test_ngspice_agrees(tmp_path: Path) -> None:
         assert len(numbers) == 2, done.stdout + done.stderr
         for pin, real, imaginary in numbers:
             Z[int(pin) - 1, j] = complex(float(real), float(imaginary))
-    expected = PAIR.R + np.diag([1.7, 1.8]) + 2j * np.pi * HERTZ * PAIR.L
+    expected = PAIR.R + np.diag(PAIR.R_dc) + 2j * np.pi * HERTZ * PAIR.L
     np.testing.assert_allclose(Z, expected, rtol=1e-6, atol=1e-7)
 
 
@@ -106,7 +104,7 @@ def test_what_is_no_inductance() -> None:
     for L, unit in (([[1.0, 1.1], [1.1, 1.0]], "H"), ([[1.0, 0.1], [0.1, 1.0]], "H/m")):
         found = made(L, [[0.0, 0.0], [0.0, 0.0]])
         with pytest.raises(ValueError, match="L: must be a positive definite matrix in H"):
-            netlist(["C1", "C2"], Impedance(**(vars(found) | {"unit_L": unit})), np.zeros(2))
+            netlist(["C1", "C2"], Impedance(**(vars(found) | {"unit_L": unit})))
 
 
 def test_from_a_calibration_per_metre(calibrated: Path, tmp_path: Path) -> None:

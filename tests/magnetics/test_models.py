@@ -12,6 +12,7 @@ from sits_mech.chain.models import MAGNETICS, Why, choose_magnetics, magnetic_mo
 from sits_mech.description import Question, total
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.loops import ring_inductance
+from sits_mech.magnetics.coils.resistance import track_spectrum
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Pose, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor, Target, load_sensor
@@ -46,17 +47,19 @@ def kinds(name: str, sensor: Sensor, **question: object) -> list[OmissionKind]:
 
 
 def test_a_coil_alone_is_answered_in_henry() -> None:
-    """By rings, of each other and of themselves: 0.8077 uH, with nothing left out."""
+    """By rings, of each other and of themselves, 0.8077 uH, less what uneven current takes; nothing is left out."""
     rings = coil_sections(coil())
     model, choice = magnetic_model(scene(coil()))
     found = model.impedance(REST, HERTZ)
     assert (choice.name, found.unit_L, found.report.left_out) == ("axisymmetric", "H", ())
-    assert found.L[0, 0] == pytest.approx(0.8077e-6, abs=5e-11)
-    assert found.L[0, 0] == pytest.approx(float(ring_inductance(rings).sum()), rel=1e-3)
+    even = found.L[0, 0] - track_spectrum(coil(), [HERTZ]).shift[0]
+    assert even == pytest.approx(0.8077e-6, abs=5e-11) and even > found.L[0, 0] + 4e-9
+    assert even == pytest.approx(float(ring_inductance(rings).sum()), rel=1e-3)
+    assert found.error_L0 is not None and 0.0 < found.error_L0[0, 0] < 1e-3 * even
 
 
 def test_a_pair_is_the_same_along_x_and_y() -> None:
-    """M/L = -1.66 % at 14 mm, whichever way it lies."""
+    """M/L = -1.67 % at 14 mm, whichever way it lies."""
     found = []
     for away in ((7.0, 0.0), (0.0, 7.0), (7.0 / math.sqrt(2.0), 7.0 / math.sqrt(2.0))):
         pair = scene(coil("A", *away), coil("B", *(-each for each in away)))
@@ -64,7 +67,7 @@ def test_a_pair_is_the_same_along_x_and_y() -> None:
         answer = model.impedance(REST, HERTZ)
         assert answer.unit_L == "H"
         found.append(answer.L)
-    assert found[0][0, 1] / found[0][0, 0] == pytest.approx(-1.66e-2, abs=1e-4)
+    assert found[0][0, 1] / found[0][0, 0] == pytest.approx(-1.67e-2, abs=1e-4)
     for other in found[1:]:
         np.testing.assert_allclose(other, found[0], rtol=1e-9)
 
@@ -79,7 +82,7 @@ def test_a_steel_disc_far_larger_than_the_coil_is_a_plate() -> None:
     change = (found.L - found.L0)[0, 0]
     assert change / found.L0[0, 0] == pytest.approx(-0.2342, abs=1e-3)
     assert abs(change - float(plate.delta_L)) < 2.0 * found.error_L[0, 0] + 1e-3 * abs(change)
-    assert found.report.estimated_error < 1e-2
+    assert found.report.estimated_error < 2e-2
 
 
 def test_a_steel_rectangle_has_no_model_that_bounds_it() -> None:
@@ -89,7 +92,7 @@ def test_a_steel_rectangle_has_no_model_that_bounds_it() -> None:
     found = model.impedance(pose, HERTZ)
     assert choice.name == "planar-fem" and choice.why == Why.ONLY and found.unit_L == "H"
     assert [item.kind for item in found.report.left_out if item.unbounded] == [K.PLATE_ENDS]
-    assert math.isnan(total(choice.left_out)) and found.report.estimated_error < 1e-2
+    assert math.isnan(total(choice.left_out)) and found.report.estimated_error < 2e-2
 
 
 LONG_COIL = (
@@ -123,11 +126,11 @@ def test_long_coils_under_a_long_plate_are_a_section_in_henry() -> None:
     sensor = load_sensor("biorob2018", [LONG_COIL, LONG_PLATE])
     choices = [choose_magnetics(sensor, "auto", [REST], tolerance)[1] for tolerance in (0.2, 1e-2)]
     assert [(choice.name, choice.why) for choice in choices] == [("planar", Why.WITHIN), ("sheets", Why.WITHIN)]
-    assert [item.kind for item in choices[0].left_out] == [K.PLATE_ENDS] and choices[0].tolerance < 0.2
+    assert [item.kind for item in choices[0].left_out] == [K.PLATE_ENDS, K.TRACKS] and choices[0].tolerance < 0.2
     whole, metre = (magnetic_model(sensor, name, 0.2, [REST])[0].impedance(REST, 1e6) for name in ("auto", "planar"))
     assert (whole.unit_L, metre.unit_L) == ("H", "H/m")
     share = [(each.L / each.L0)[0, 0] for each in (whole, metre)]
-    assert share[0] == pytest.approx(share[1], rel=1e-9)
+    assert 1.0 - share[0] == pytest.approx(1.0 - share[1], rel=2e-2)  # L0 has uneven current
 
 
 @pytest.mark.slow

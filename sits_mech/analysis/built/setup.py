@@ -126,14 +126,14 @@ class Setup:
 
     def _direct(self, places: Array, p: Array, count: int) -> Array:
         """Return what derivatives of the readings by `count` variables are besides those by poses, (m, n, count)."""
-        here, C = self._here(p[None]), self.sensor.readout.parallel_capacitance
-        gain = 1.0 + here.get("capacitance", np.zeros(1))[0] / C
+        here, C, none = self._here(p[None]), self.sensor.readout.parallel_capacitance, np.zeros(1)
+        gain, lead = 1.0 + here.get("capacitance", none)[0] / C, here.get("lead", none)[0]
         slopes = np.zeros((len(places), len(self.sensor.coils), count))
         for number, each in enumerate(self.parameters):
             if each.name == "lead":
                 slopes[..., number] += gain
             if each.name == "capacitance":
-                slopes[..., number] += self._shown(0, places) / C
+                slopes[..., number] += (self._shown(0, places) + lead) / C
             if each in self._keys:
                 ends = [here | {each.name: here[each.name] + way * each.deviation} for way in (-_KEY, _KEY)]
                 low, high = (self._changed(places[None], end)[0] for end in ends)

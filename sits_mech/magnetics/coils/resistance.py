@@ -41,7 +41,7 @@ import numpy as np
 from sits_mech.disk_cache import kept
 from sits_mech.geometry.tracks import ring_squares, standing_rings, track_squares
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.coils.loops import ring_inductance
+from sits_mech.magnetics.coils.loops import free_inductances, ring_inductance
 from sits_mech.magnetics.modes import Modes, eddy_modes, skin_depth
 from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array, Complex
@@ -50,7 +50,7 @@ from sits_mech.scene.sensor import Coil
 
 _ABOVE = 1.1  # of the frequency that filaments are made for, up to which they serve
 _LEAST = 6e-3  # error of R, over what uneven current adds: four layers of tracks three skin depths wide show as much
-_LEFT = 0.5  # error of what two divisions extrapolate to, over what that adds: 0.06 to 0.54 seen
+_LEFT, _WHOLE = 0.5, 3.0  # error of what two divisions extrapolate to, over what that adds: 0.06 to 0.54 seen; of few
 _MOST = 4000  # filaments: an eigenproblem of ten seconds
 _PAIR, _MODE = 1.1e-6, 1.9e-10  # s that a pair of filaments takes, and the modes of n over n^3: 16 s of 3264
 
@@ -63,6 +63,11 @@ def track_conductivity(coil: Coil) -> float:
 def track_resistance(coil: Coil) -> float:
     """Return the direct-current resistance of a coil's tracks [ohm]."""
     return track_squares(coil) / (track_conductivity(coil) * coil.track_thickness)
+
+
+def coils_alone(coils: Sequence[Coil], windings: str = "rings") -> tuple[Array, Array]:
+    """Return inductances of even current and direct-current resistances without metal, (n, n) [H] and (n,) [ohm]."""
+    return free_inductances(coils, windings), np.array([*map(track_resistance, coils)])
 
 
 @dataclass(frozen=True)
@@ -122,10 +127,10 @@ def rough_shift(coil: Coil, frequency: float) -> float:
 @lru_cache(maxsize=128)
 def _of_copper(coil: Coil, frequency: float, highest: float) -> TrackResponse:
     """Return the response of tracks of copper."""
-    rings, both = standing_rings(coil), _filaments(coil, highest)
+    rings, (both, few) = standing_rings(coil), _filaments(coil, highest)
     each = [_series(rings, modes, frequency) for modes in both]
     alone, linear, quadratic = ((4.0 * fine - coarse) / 3.0 for coarse, fine in zip(*each, strict=True))
-    off = _LEFT * (alone - each[1][0])
+    off = (_WHOLE if few else _LEFT) * (alone - each[1][0])
     off = complex(max(abs(off.real), _LEAST * alone.real), abs(off.imag))
     more = 1.0 if coil.is_round else track_squares(coil) / ring_squares(rings.radius, rings.width).sum()
     return TrackResponse(  # as much more is lost as the coil has squares
@@ -134,15 +139,16 @@ def _of_copper(coil: Coil, frequency: float, highest: float) -> TrackResponse:
 
 
 @lru_cache(maxsize=16)
-def _filaments(coil: Coil, highest: float) -> tuple[Modes, Modes]:
-    """Return modes of a coarse and a fine division of a coil for a highest frequency [Hz]."""
+def _filaments(coil: Coil, highest: float) -> tuple[tuple[Modes, ...], bool]:
+    """Return modes of a coarse and a fine division for a highest frequency [Hz]; whether they are fewer than asked."""
     rings, delta = standing_rings(coil), skin_depth(highest, metals()["copper"].conductivity)
     cells = [filaments_along(side, delta) for side in (coil.track_width, coil.track_thickness)]
+    asked = list(cells)
     while 4 * math.prod(cells) * rings.radius.size > _MOST and max(cells) > 2:
         cells[int(np.argmax(cells))] -= 1
     count = 4 * math.prod(cells) * rings.radius.size
     check_seconds((_PAIR + _MODE * count) * count**2, f"uneven current in a coil of {rings.radius.size} turns")
-    coarse, fine = (
+    both = tuple(
         kept(
             ("tracks in fields", rings, (n * cells[0], n * cells[1])),
             partial(_modes, rings, (n * cells[0], n * cells[1])),
@@ -150,7 +156,7 @@ def _filaments(coil: Coil, highest: float) -> tuple[Modes, Modes]:
         )
         for n in (1, 2)
     )
-    return coarse, fine
+    return both, cells != asked
 
 
 def _series(rings: Sections, modes: Modes, frequency: float) -> tuple[complex, Complex, Complex]:

@@ -30,8 +30,7 @@ from scipy.constants import mu_0
 from sits_mech.geometry.plates import return_radius
 from sits_mech.geometry.tracks import coil_bars
 from sits_mech.geometry.windings import Bars
-from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.magnetics.coils.resistance import track_conductivity, track_resistance
+from sits_mech.magnetics.coils.resistance import coils_alone, track_conductivity
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil, Sensor
@@ -135,13 +134,13 @@ def section_resistances(coils: tuple[Coil, ...]) -> Array:
     return np.array([own.x.size / section for own, section in zip(bars, sections, strict=True)])
 
 
-def coils_alone(sensor: Sensor, absolute: bool) -> tuple[Array, Array]:
+def section_alone(sensor: Sensor, absolute: bool) -> tuple[Array, Array]:
     """Return inductances and direct-current resistances of the coils without metal, shapes (n, n) and (n,).
 
     Per metre of depth; `absolute` asks for those of the whole coils [H, ohm].
     """
     if absolute:
-        return free_inductances(sensor.coils), np.array([*map(track_resistance, sensor.coils)])
+        return coils_alone(sensor.coils)
     return free_space_inductance(sensor), section_resistances(sensor.coils)
 
 
@@ -149,7 +148,7 @@ def depth(sensor: Sensor, absolute: bool) -> Array:
     """Return what turns changes per metre of depth into those of whole coils, relative to their inductances [m]."""
     if not absolute:
         return np.ones((len(sensor.coils),) * 2)
-    whole, section = (np.sqrt(np.diag(coils_alone(sensor, each)[0])) for each in (True, False))
+    whole, section = (np.sqrt(np.diag(section_alone(sensor, each)[0])) for each in (True, False))
     return np.outer(whole / section, whole / section)
 
 

@@ -35,6 +35,7 @@ Answered = tuple[Complex, Complex, Complex]
 """a^T Y a of coils (p, n, n), not symmetrised; U^T Y a (p, k, n) and U^T Y U (k, k) of far combinations U."""
 _Weights = list[tuple[Integers, Array]]  # by parts of rows
 _POINT = 2e-4  # of the strongest point, weaker ones are interpolated
+_ROUNDING = 1e-6  # of the strongest combination of points, weaker ones are left out
 _FAINT = 1e-6  # of the strongest answer, below which combinations count alike
 _SKETCH = 128  # random currents, doubled until they show faint directions
 
@@ -186,8 +187,15 @@ def _around(box: Box, clearance: float) -> Array:
 
 
 def few_points(plate: Plate, clearance: float, least: float) -> tuple[Any, Array]:
-    """Return which of a box's points make its field beyond a clearance [m], as `_chosen`."""
-    return _chosen(1.0 / cdist(_around(plate.box, clearance), plate.box.points()), least)
+    """Return which of a box's points make its field beyond a clearance [m], and the matrix (few, all) to all of them.
+
+    Those of `_chosen`, with their images in the box's middle planes along x and y.
+    """
+    K = 1.0 / cdist(_around(plate.box, clearance), plate.box.points())
+    chosen = np.zeros(plate.box.order, dtype=bool)
+    chosen.flat[_chosen(K, least)[0]] = True
+    few = np.flatnonzero(chosen | chosen[::-1] | chosen[:, ::-1] | chosen[::-1, ::-1])
+    return few, np.asarray(np.linalg.lstsq(K[:, few], K, rcond=_ROUNDING)[0], dtype=np.float64)
 
 
 def _chosen(K: Array, least: float = _POINT) -> tuple[Any, Array]:

@@ -94,7 +94,7 @@ def test_a_plate_at_rest_answers_as_one_that_could_move():
     (plate,) = prepare_near([(PLAN, LEVELS)], COPPER, box, highest=2.5e7, beside=far)
     (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, highest=2.5e7)
     place = np.array([[*far.place[:2], 2 * MM]])
-    (exact,) = moving.reactions([moving], Posed(COILS, "rings", np.eye(3)[None], place), 1e6)
+    (exact,), _ = moving.reactions([moving], Posed(COILS, "rings", np.eye(3)[None], place), 1e6)
     Y = plate.admittance(2e6 * np.pi)
     found = (Y @ np.eye(Y.size))[-2:, -2:]
     np.testing.assert_allclose(found, exact[0], rtol=0, atol=3e-3 * np.abs(exact).max())

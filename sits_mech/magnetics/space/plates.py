@@ -1,0 +1,77 @@
+"""Prepare a plate of a scene for the three-dimensional model: how finely, by what it sees, near its coils or away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from sits_mech.geometry.outline import Outline
+from sits_mech.geometry.windings import kinds_of
+from sits_mech.magnetics.modes import skin_depth
+from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
+from sits_mech.magnetics.space.ferrite import prepared_core
+from sits_mech.magnetics.space.rungs import Rung
+from sits_mech.magnetics.space.sources import Sources, reach
+from sits_mech.notes import Note, NoteKind
+from sits_mech.scene.sensor import Sensor, Target
+
+_NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
+_PLATES = 1.5  # length on which another plate's field changes, over the distance
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A plate to be divided: its susceptibility, the coils if it stands still, what is divided like it."""
+
+    plate: Target
+    outline: Outline | None
+    susceptibility: complex
+    sources: Sources | None
+    become: Target | None
+
+    def lengths(self, sensor: Sensor, clear: tuple[float, float], near: bool) -> tuple[float, float]:
+        """Return how far currents of coils call for small cells, and the length on which fields change [m]."""
+        clearance, place, deep = clear[0], (0.0, 0.0), 0.0 if near and not self.sources else self.plate.thickness / 2
+        if self.sources is not None:
+            clearance, place = self.sources.distance, self.sources.place[:2]
+        length = min(field_length(coil, clearance + deep) for coil in kinds_of(sensor.coils)[0])
+        others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
+        return reach(sensor.coils, place) + 2 * clearance, min(length, others)
+
+
+@dataclass(frozen=True)
+class Divided:
+    """A plate's divisions, its skin depths, the field that they miss, what to say."""
+
+    divisions: tuple[Any, ...]  # `Moving`; of a fixed plate of ferrite, Core: as found, and off by its error
+    thickness: float
+    unseen: float
+    margin: float  # of the error of L, over what divisions tell
+    notes: tuple[Note, ...]
+
+
+def divided_plate(
+    sensor: Sensor, part: Asked, rung: Rung, clear: tuple[float, float], frequency: tuple[float, float]
+) -> Divided:
+    """Prepare a plate for clearances from one on, from fixed plates from another on, and a frequency below another.
+
+    The coils are given if it stands still.
+    """
+    plate, sources, metal = part.plate, part.sources, part.plate.metal
+    near = sources is not None or is_near(plate, part.outline, clear[0], rung)
+    if sources is not None and part.susceptibility != 0.0:
+        cores = prepared_core(plate, part.susceptibility, rung, clear[0], sources)
+        note = Note.of(NoteKind.FERRITE, permeability=metal.relative_permeability, boxes=cores[0].sheets)
+        return Divided(cores, 0.0, 0.0, 1.0, (note,))
+    scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
+    asked: Any = plate, part.outline, replace(rung, few=False), scale  # few are errors, not divisions
+    divisions = prepared_near(*asked, sources or clear[1], part.become) if near else prepared(*asked, part.become)
+    thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
+    lost, margin = (0.0, _NEAR) if near and sources is None else (unseen(divisions[0].box), 1.0)
+    return Divided(divisions, thickness, lost, margin, _notes(thickness, divisions[-1].sheets, lost))
+
+
+def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[Note, ...]:
+    """Note how thick a plate is, what carries it, and whether the gap is too small for the division."""
+    used = Note.of(NoteKind.SKIN, depths=float(ratio), sheets=int(sheets_used))
+    return (used,) if unseen < 1e-3 else (used, Note.of(NoteKind.GAP_SMALL, share=float(unseen)))

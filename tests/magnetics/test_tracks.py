@@ -1,0 +1,124 @@
+"""Uneven current in tracks under metal: solid turns by another code, three models alike, fields by small loops."""
+
+import numpy as np
+import pytest
+import tracks_under_target as study
+
+from sits_mech.chain.models import magnetic_model
+from sits_mech.geometry.collision import placed_plates
+from sits_mech.magnetics.axis_fem import axisymmetric_fem
+from sits_mech.magnetics.coils.resistance import track_response, track_spectrum
+from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.magnetics.rings import axisymmetric
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.sources import Posed
+from sits_mech.magnetics.tracks import Tracked, Tracks, with_tracks
+from sits_mech.quantities import Pose
+from sits_mech.rotations import rotation_matrix
+from sits_mech.scene.sensor import load_sensor
+
+MM, MODELS = 1e-3, (axisymmetric, axisymmetric_fem, sheets)
+ROWS = {(row["coil"], row["frequency"], row["gap"]): row for row in study.STORED["rows"]}
+
+
+def answered(make: object, name: str, frequency: float, gap: float) -> tuple[float, float, float, float]:
+    """R of the whole coil [ohm] and Delta L [H] over the reference's less 1, and what is told of each."""
+    sensor = study.scene(name, frequency, gap)
+    found = Tracked(make(sensor, 1e-2), sensor).impedance(Pose(0.0, gap * MM), frequency)  # type: ignore[operator]
+    row, free = ROWS[name, frequency, gap], ROWS[name, frequency, None]
+    change = row["L"] - free["L"]
+    R, dL = float(found.R[0, 0] + found.R_dc[0]), float((found.L - found.L0)[0, 0])
+    return R / row["R"] - 1.0, dL / change - 1.0, float(found.error_R[0, 0]) / row["R"], found.error_L[0, 0] / -change
+
+
+@pytest.mark.parametrize(("name", "frequency", "gap", "off"), [
+    ("biorob2018", 5e6, 1.0, 2e-3), ("biorob2018", 5e6, 0.3, 2e-3), ("biorob2018", 1e6, 1.0, 1e-3),
+    ("one layer", 5e6, 0.3, 3e-3), ("wide tracks", 5e6, 1.0, 6e-3), ("wide tracks", 1e6, 3.0, 1e-3),
+    *(pytest.param(name, 5e6, gap, 1e-2, marks=pytest.mark.slow)
+      for name in ("four layers", "thin tracks") for gap in (0.3, 3.0)),
+])
+def test_solid_turns_by_another_code(name: str, frequency: float, gap: float, off: float) -> None:
+    """R of the whole coil, and Delta L to 1e-3, within what is told; NGSolve, all turns solid copper in series."""
+    R, dL, told_R, told_L = answered(axisymmetric, name, frequency, gap)
+    assert abs(R) < min(off, told_R) and abs(dL) < max(1e-3, told_L)
+
+
+@pytest.mark.parametrize("gap", [1.0, 0.3])
+def test_three_models_see_the_same(gap: float) -> None:
+    """Rings, finite elements, and sheets away from the coil and close to it: 1 % of what metal changes."""
+    sensor, pose = study.scene("biorob2018", 5e6, gap), Pose(0.0, gap * MM)
+    each = []
+    for make in MODELS:
+        model = make(sensor, 1e-2)
+        whole, even = Tracked(model, sensor).impedance(pose, 5e6), model.impedance(pose, 5e6)
+        alone = with_tracks(Tracks(sensor.coils, 5e6, 5e6), even)
+        each.append([float((whole.R - alone.R)[0, 0]), float((whole.L - alone.L)[0, 0])])
+    assert each[0][0] < -0.2 and each[0][1] > 5e-9
+    np.testing.assert_allclose(each[1:], [each[0]] * 2, rtol=1e-2)
+
+
+def test_b_off_the_axis_is_that_of_a_small_loop() -> None:
+    """The flux through loops of 0.2 mm over their area, under a plate shifted and tilted: within 3 %."""
+    sensor, frequency = load_sensor("biorob2018"), 5e6
+    pose = Pose.of(np.array([[0.7 * MM, 1.4 * MM, 0.05, 0.3 * MM, 0.03, 0.2]]))
+    loops = []
+    for k, (x, y) in enumerate(((-4.0, 1.8), (-6.2, 0.4), (-2.3, -1.0))):
+        loops.append(sensor.coils[0].model_copy(update={
+            "name": f"P{k}", "centre": (x * MM, y * MM), "layers": 1, "turns": 1, "inner_diameter": 0.16 * MM,
+            "track_width": 0.04 * MM,
+        }))
+    more = sensor.model_copy(update={"coils": (sensor.coils[0], *loops)})
+    reaction = sheets(more, 1e-2)._reaction(pose, frequency).change  # coils that lie in each other have no L0 here
+    expected = reaction[0, 0, 1:].imag / (2 * np.pi * frequency * np.pi * (0.1 * MM) ** 2)
+    model = sheets(sensor, 1e-2)
+    parts = placed_plates(sensor, None, rotation_matrix(pose.rotation), pose.centre)
+    plate = model._plates(parts, [1.0 * MM], (frequency, frequency))[0][0].divisions[0]
+    places = np.array([(*loop.centre, -loop.track_thickness / 2) for loop in loops])
+    seen = Posed(sensor.coils, "rings", rotation_matrix(pose.rotation), pose.centre)
+    B = plate.field(seen, frequency, places)[0, :, 2, 0]
+    np.testing.assert_allclose(B.real, expected, rtol=3e-2)
+
+
+def test_mirrored_poses_and_reciprocity() -> None:
+    """To rounding: what metal does in the tracks follows the scene's symmetry."""
+    sensor = load_sensor("biorob2018")
+    model = Tracked(sheets(sensor, 1e-2), sensor)
+    one, two = (model.impedance(Pose(sign * 0.3 * MM, 1.5 * MM, sign * 0.02), 5e6) for sign in (1.0, -1.0))
+    for name in ("L", "R"):
+        np.testing.assert_allclose(getattr(one, name), getattr(two, name)[::-1, ::-1], rtol=1e-9)
+        np.testing.assert_allclose(getattr(one, name), getattr(one, name).T, rtol=1e-9)
+
+
+def test_other_metal_takes_of_it_as_well() -> None:
+    """A ground plane below the coils alone lowers R of the tracks; ferrite has no field here, and a size."""
+    plane = ('conductors=[{name="G", material="copper", shape="rectangle", centre=["0 mm", "-1 mm"], width="20 mm", '
+             'length="12 mm", thickness="35 um"}]')
+    sensor = load_sensor("biorob2018", [plane]).model_copy(update={"target": None})
+    model, none = sheets(sensor, 1e-1), Pose.of(np.zeros((0, 6)))
+    pose = Pose(0.0, 2 * MM)
+    shown, change = model.with_tracks(pose, 5e6, Tracks(sensor.coils, 5e6, 5e6))
+    assert change is not None and change[0, 0, 0, 0].real < -0.05 and shown.L.shape == (2, 2)
+    ferrite = load_sensor("biorob2018", [plane.replace('"copper"', '"ferrite"')])
+    assert sheets(ferrite, 1e-1).with_tracks(none, 5e6, Tracks(ferrite.coils, 5e6, 5e6))[1] is None
+
+
+def test_conductivity_and_frequency_scale() -> None:
+    """Z of tracks of sigma at f is sigma_0/sigma times that of copper at f sigma/sigma_0, and smooth in f."""
+    coil = study.scene("biorob2018", 5e6, None).coils[0]
+    warm = coil.model_copy(update={"conductivity": 0.8 * study.COPPER})
+    one, two = track_spectrum(warm, [5e6]), track_spectrum(coil, [4e6])
+    assert one.R[0] == pytest.approx(two.R[0] / 0.8, rel=2e-3) and one.shift[0] == pytest.approx(two.shift[0], rel=1e-2)
+    a, b, c = (track_response(coil, f, 5e6).alone for f in (4.99e6, 5e6, 5.01e6))
+    assert abs(a - 2.0 * b + c) < 1e-5 * abs(b)
+
+
+def test_slopes_hold_it() -> None:
+    """By the gap: that of the whole, beside differences of whole answers, and not that of even current."""
+    sensor, pose = load_sensor("biorob2018"), Pose.of(np.array([[0.0, 1.5 * MM, 0.0, 0.0, 0.0, 0.0]]))
+    model, _ = magnetic_model(sensor, "sheets", 1e-2, [pose])
+    _, slope, _ = pose_slopes(sensor, model, pose, 5e6, ["d_v"])
+    ends = [model.impedance(Pose(0.0, 1.5 * MM + step), 5e6).L for step in (1e-6, -1e-6)]
+    exact = (ends[0] - ends[1])[0, 0] / 2e-6
+    even = sheets(sensor, 1e-2)
+    _, bare, _ = pose_slopes(sensor, even, pose, 5e6, ["d_v"])
+    assert slope[0, 0, 0, 0] == pytest.approx(exact, rel=1e-4) and abs(bare[0, 0, 0, 0] / exact - 1.0) > 5e-3
