@@ -63,6 +63,7 @@ PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN
 # files without tests of their own at the mirrored place, and where they are tested instead
 UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
+    "magnetics/space/plates.py": "tests/magnetics/space/test_near.py: plates of scenes, near, far and at rest",
     "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
     "analysis/material/uniaxial.py": "tests/silicone/test_uniaxial.py: every law, with rate and softening",
     "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",

@@ -162,6 +162,40 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     return replace(found, model_error=error, in_codes=partial(code_calibration, sensor, data))
 
 
+def idle_coils(sensor: Sensor, idle: str | None = None) -> str:
+    """Return what idle coils are for readings in henry: as asked for, as a converter has them, else open."""
+    return idle or (sensor.readout.idle_coil if sensor.readout.converter != "none" else "open")
+
+
+def with_idle(sensor: Sensor, idle: str) -> Sensor:
+    """Return a sensor whose idle coils are "open" or "shorted"."""
+    return sensor.model_copy(update={"readout": sensor.readout.model_copy(update={"idle_coil": idle})})
+
+
+def terminal_calibration(sensor: Sensor, data: xr.Dataset, idle: str | None = None) -> Calibration:
+    """Return the calibration of what a converter or a meter reads [H]: at the terminals, with leads and idle coils.
+
+    These are "open" or "shorted", as of `idle_coils`. Raises ValueError when the table holds too few loads.
+
+    Examples
+    --------
+    >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> known = sm.terminal_calibration(sensor, data)
+    >>> known.inverse(known.forward(0.1, 0.4)).forces.round(3).tolist()
+    [0.1, 0.4]
+    """
+    known, as_read = sensor_calibration(sensor, data), with_idle(sensor, idle_coils(sensor, idle))
+    found = absolute(as_read, table_impedance(data))[0]
+    none = np.zeros_like(found.L0)
+    free, _ = at_terminals(as_read, replace(found, L=found.L0, R=none, error_L=none, error_R=none))
+    L = terminals(as_read, data)[0]["L"]
+    L0 = known.L0 + sensor.readout.lead_inductance if free is None else free.L
+    table = data[["status"]].assign(L=L, L0=("coil", L0)).assign_attrs(unit_L="H")
+    shown = calibration(table, noise=None if known.noise is None else known.noise.tolist())
+    return replace(shown, model_error=known.model_error)
+
+
 def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = None) -> Calibration:
     """Return the calibration of a sensor in codes of its converter, not rounded, with idle coils and leads.
 

@@ -25,7 +25,7 @@ import numpy as np
 from sits_mech.analysis.columns import cells_of, headed, number_rows
 from sits_mech.memory import input_text
 from sits_mech.quantities import POSE, UNITS, WRENCH, Array, shown_unit
-from sits_mech.readout.converter import Converter, frequency_of, tank_inductance
+from sits_mech.readout.converter import Converter, fault, frequency_of, tank_inductance
 from sits_mech.units import SceneError, quantity
 
 _COLUMN = re.compile(r"\s*([A-Za-z][\w ]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
@@ -265,4 +265,7 @@ def _inductance(sheet: Sheet, name: str, tank: Tank | None) -> Array:
     if tank is None:
         raise SceneError(f"{sheet.source}: the column {name} must come with a converter; the scene has none for it")
     codes = sheet.values(name, "")
+    for row, code in enumerate(codes.tolist(), start=1):
+        if np.isfinite(code) and (why := fault(code, tank.part)):
+            raise SceneError(f"{sheet.source}: row {row}, {name}: must be of a coil that is read; got a fault, {why}")
     return tank_inductance(frequency_of(codes, tank.part, tank.reference, tank.divider), tank.capacitance)

@@ -25,13 +25,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sits_mech.analysis.terminals import own_capacitance, tank_frequency, terminal_impedance, with_capacitance
+from sits_mech.analysis.terminals import own_capacitance, pulling, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.resistance import track_resistance, track_response
 from sits_mech.magnetics.tracks import Tracks, with_tracks
 from sits_mech.notes import Note, Omission, OmissionKind
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, kept_report
+from sits_mech.readout.converter import CONVERTERS
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature
 
@@ -71,7 +72,8 @@ def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tu
     missing = wave_notes(sensor.coils, found.frequency)
     if found.unit_L != "H":
         return None, (_PER_METRE, *missing)
-    return _terminals(sensor, _uneven(sensor, found)), (*_rings(sensor), *missing)
+    missing = (*_rings(sensor), *_idle_words(sensor, found), *missing)
+    return _terminals(sensor, _uneven(sensor, found)), missing
 
 
 def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequence[float]) -> xr.Dataset:
@@ -134,6 +136,19 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         data["R_track"] = (pair[:2], np.array([item.R_ac for item in seen]))
     report = replace(_joined(each, hertz), left_out=(*_largest(each), *map(_stated, missing)))
     return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=kept_report(report))
+
+
+def _idle_words(sensor: Sensor, found: Impedance) -> tuple[str, ...]:
+    """Say where tanks swing at the same time, and what they do to each other."""
+    n, readout = len(sensor.coils), sensor.readout
+    if readout.idle_coil == "live":
+        omega = 2.0 * np.pi * found.frequency
+        return pulling(found.R + 1j * omega * found.L, sensor.coil_names, omega)
+    channels = 0 if readout.converter == "none" else CONVERTERS[readout.converter].channels
+    if 0 < channels < n:
+        return (f'idle coils: {n} coils take {-(-n // channels)} of {readout.converter}, whose tanks swing at the same '
+                'time: readout.idle_coil = "live" holds that',)
+    return ()
 
 
 def _uneven(sensor: Sensor, found: Impedance) -> Impedance:

@@ -6,6 +6,13 @@ shorted one has V_j = 0, and eliminating all of them leaves
 
     Z_i = Z_ii - Z_ij (Z_jj)^-1 Z_ji = 1 / (Z^-1)_ii,    j = the idle coils.
 
+Live ones swing all the time, each tank with its capacitance C, on chips of their own: coupled resonators, whose modes
+with the small losses left out are the eigenvectors v of L, leads included,
+
+    L v = lambda v,    omega^2 = 1 / (lambda C),    L_i = lambda of the mode that is mostly coil i,    R_i = v^T R v,
+
+so that equal tanks are split by their coupling k, L (1 +- k).
+
 A capacitance across the terminals gives ``Z_i / (1 + j omega C Z_i)``, which is real, and the tank at resonance, at
 
     omega_0^2 = 1 / (L C) - (R / L)^2.
@@ -39,11 +46,14 @@ Static and Dynamic Electricity.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.constants import epsilon_0
+from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.special import ellipkm1
 
@@ -51,6 +61,7 @@ from sits_mech.geometry.tracks import coil_lines, standing_rings
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil, Readout
 
+_APART = 0.03  # of their frequencies, from which on tanks nearby are let be
 _MOST = 200_000  # samples along a coil's tracks
 
 
@@ -58,9 +69,40 @@ def terminal_impedance(Z: ArrayLike, R_coil: ArrayLike, readout: Readout, omega:
     """Return coils' impedances (..., n) with leads, before the capacitance, of Z (..., n, n) without R_coil (n,)."""
     lead = readout.lead_resistance + 1j * omega * readout.lead_inductance
     whole = np.asarray(Z, dtype=complex) + np.diag(np.asarray(R_coil, dtype=float) + lead)
+    if readout.idle_coil == "live":
+        return _live(whole, omega)
     if readout.idle_coil == "open":
         return np.diagonal(whole, axis1=-2, axis2=-1)
     return np.asarray(1.0 / np.diagonal(np.linalg.inv(whole), axis1=-2, axis2=-1))
+
+
+def _live(whole: Complex, omega: float) -> Complex:
+    """Return what each tank shows while all swing, (..., n), by the modes of equal capacitances."""
+    values, modes = np.linalg.eigh(whole.imag / omega)
+    R = np.einsum("...im,...ij,...jm->...m", modes, whole.real, modes)
+    flat = np.abs(modes).reshape(-1, *modes.shape[-2:])
+    own = np.array([linear_sum_assignment(-each)[1] for each in flat]).reshape(modes.shape[:-1])
+    found = R + 1j * omega * values
+    return np.take_along_axis(found, own, axis=-1)
+
+
+def pulling(Z: ArrayLike, names: Sequence[str], omega: float) -> tuple[str, ...]:
+    """Say which live tanks are so near in frequency that they pull each other; Z (..., n, n) with leads or without.
+
+    Nearer than 3 %, or than their coupling k.
+    """
+    L = np.asarray(Z).imag / omega
+    L = L.reshape(-1, *L.shape[-2:])
+    found = []
+    for i, j in combinations(range(L.shape[-1]), 2):
+        apart = np.abs(np.sqrt(L[:, j, j] / L[:, i, i]) - 1.0).min(initial=np.inf)
+        k = np.abs(L[:, i, j] / np.sqrt(L[:, i, i] * L[:, j, j])).max(initial=0.0)
+        if apart < max(_APART, k):
+            found.append(
+                f"live tanks: {names[i]} and {names[j]} are {100.0 * apart:.2g} % apart in frequency and coupled by "
+                f"k = {100.0 * k:.2g} %, so that they pull each other: give them other capacitances"
+            )
+    return tuple(found)
 
 
 def with_capacitance(Z: ArrayLike, capacitance: float, omega: float) -> Complex:

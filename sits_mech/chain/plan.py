@@ -218,8 +218,8 @@ def omissions(
 
 def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
     """Return a question with a coarse answer of the coils with the target at rest, for sizes that need one."""
-    shorted = len(sensor.coils) > 1 and sensor.readout.idle_coil == "shorted"
-    if sensor.elastomer is None or not (shorted or any(item.size != 0.0 for item in field.left_out)):
+    coupled = len(sensor.coils) > 1 and sensor.readout.idle_coil != "open"
+    if sensor.elastomer is None or not (coupled or any(item.size != 0.0 for item in field.left_out)):
         return question
     if field.name == "sheets" and sensor.conductors:  # seconds among other metal
         return question

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, progress_bar, warn
-from sits_mech.cli.options import Clock, Folder, Json, Output, Quantity, app, check_readable, flag, si_of
+from sits_mech.cli.options import Clock, Folder, Json, Output, Quantity, app, check_readable, clock_of, flag, si_of
 from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Known:
         """Return how codes become inductances."""
         from sits_mech.analysis.built.comparison import tank_of
 
-        return tank_of(prior.sensor, prior.data, si_of(self.clock, "Hz", "--clock"))
+        return tank_of(prior.sensor, prior.data, clock_of(self.clock, prior.sensor.readout.converter))
 
 
 def _listed(text: str) -> list[str]:
@@ -174,13 +174,15 @@ def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
 def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[Adaptation, str]:
     """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing."""
     from sits_mech.analysis.built.adaptation import adapt as adapted
-    from sits_mech.analysis.built.mistakes import STRANGE, mistake
+    from sits_mech.analysis.built.mistakes import STRANGE, mistake, other_idle
 
     try:
         found = adapted(prior, measured, **noises)
     except SceneError as error:
         said = mistake(prior, measured, None, **noises)
         raise SceneError(f"{error}{f'; {said}' if said else ''}") from None
+    if said := other_idle(prior, measured, found, **noises):
+        raise SceneError(f"{measured.source}: {said}")
     return found, mistake(prior, measured, found, **noises) if found.p_value < STRANGE else ""
 
 

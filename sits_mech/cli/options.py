@@ -241,6 +241,18 @@ def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, s
     return {name: read(written[option], UNITS[name], f"--{option}") for option, name in arguments.items()}
 
 
+def clock_of(text: str | None, part: str) -> float | None:
+    """Return a clock [Hz]; "internal" is what the part's own oscillator is as a rule."""
+    if text is None or text.strip().lower() != "internal":
+        return si_of(text, "Hz", "--clock")
+    from sits_mech.readout.converter import CONVERTERS
+
+    own = CONVERTERS[part].internal if part in CONVERTERS else None
+    if own is None:
+        raise SceneError(f"--clock: must be a frequency, {part} has no oscillator of its own; got {text}")
+    return own[1]
+
+
 def si_of(text: str | None, unit: str, option: str) -> float | None:
     """Return the quantity of an option in SI, None where it is not there."""
     return None if text is None else quantity(text, unit, option)

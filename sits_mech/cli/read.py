@@ -4,12 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Case, Clock, Folder, Json, Magnetics, Quantity, app, check_readable, output_of, si_of
+from sits_mech.cli.options import (
+    Case,
+    Clock,
+    Folder,
+    Json,
+    Magnetics,
+    Quantity,
+    app,
+    check_readable,
+    clock_of,
+    output_of,
+    si_of,
+)
 from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
@@ -19,8 +31,11 @@ if TYPE_CHECKING:
     from sits_mech.analysis.tolerances import ForceSpread
     from sits_mech.quantities import Array
     from sits_mech.readout.calibration import Calibration
-    from sits_mech.scene.sensor import Sensor
+    from sits_mech.scene.sensor import Readout, Sensor
     from sits_mech.silicone.material import Silicone
+
+
+Idle = Literal["open", "shorted", "live"]
 
 
 @app.command
@@ -29,21 +44,27 @@ def invert(
     reading: Annotated[tuple[str, ...], Parameter(negative="", help='Inductance of a coil by name: "C1=91.2 %".')] = (),
     code: Annotated[tuple[str, ...], Parameter(negative="", help="Code of the converter: C1=38900874.")] = (),
     clock: Clock = None,
+    idle: Annotated[Idle | None, Parameter(help="What the other coils are while one is read; as the scene's.")] = None,
     temperature: Annotated[Quantity | None, Parameter(help="Measured temperature of the sensor.")] = None,
     as_json: Json = False,
     **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: inductance of each coil by number.")],
 ) -> int:
     """Which forces belong to these readings? One per coil: in H, in "%" of free space, or in the table's unit.
 
+    Inductances are those at the terminals, as a converter or a meter reads them, with leads, and idle coils as the
+    scene's converter has them; without a converter each coil is read alone, the others open.
+
     With --temperature a calibration made with --drift is corrected along its slopes; the sensor is then solved at the
     load found, one to three times of a few seconds, to correct what the straight lines leave out.
 
     Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
     """
-    from sits_mech.cli.readings import Asked, given_codes, given_inductances, given_texts
+    from sits_mech.cli.readings import Asked, given_codes, given_inductances, given_texts, other_convention
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
 
+    if idle is not None and code:
+        raise SceneError(f"--idle: must come without --code, the scene says what its converter does; got {idle}")
     if clock is not None and not code:
         raise SceneError(f"--clock: must come with --code, it makes codes of frequencies; got {clock} alone")
     warm = si_of(temperature, "K", "--temperature")
@@ -57,17 +78,18 @@ def invert(
 
     def asked_of(table: xr.Dataset) -> Asked:
         """Return the reading beside a table in its unit."""
-        return given_codes(sensor, table, texts, clock) if code else given_inductances(sensor, table, texts)
+        return given_codes(sensor, table, texts, clock) if code else given_inductances(sensor, table, texts, idle)
 
     left = None
     if warm is not None:
         data, left = read_at(sensor, data, warm, lambda table: (one := asked_of(table)).cal.inverse(one.values))
     asked = asked_of(data)
-    record = inversion_record(asked.cal, asked.values, left)
+    record = {"convention": asked.convention} | inversion_record(asked.cal, asked.values, left)
     given = [(option, float(value)) for (option, _), value in zip(texts, asked.values, strict=True)]
     why = refusal(asked.cal, record["status"], given)
     if why:
         cause = asked.cause(sensor, data) if record["status"] in ("no solution", "outside") else ""
+        cause = cause or ("" if code else other_convention(sensor, data, asked.values, idle))
         raise SceneError(f"{why}; {cause}" if cause else why)
     answer(record, [inversion_table(record)], as_json)
     return 0
@@ -88,8 +110,8 @@ def converter(
     from sits_mech.readout.front_end import check_settings
     from sits_mech.report.folder import look_at, read_calibration
 
-    hertz = si_of(clock, "Hz", "--clock")
     part = look_at(folder)[0].readout.converter
+    hertz = clock_of(clock, part)
     if part != "none":
         check_settings(converters.converter(part), hertz, rcount)
     sensor, data = read_calibration(folder)
@@ -168,7 +190,7 @@ def quality(
         record["components"] = tables.components_record(resolved_components(sensor, data, sizes))
     more = [drift_table(record["drift"])] if "drift" in record else []
     answer(record, [*tables.quality_tables(record), *more], as_json)
-    _warn_of(silicone_of(sensor), period, noise, has_slopes(data))
+    _warn_of(silicone_of(sensor), sensor.readout, period, noise, has_slopes(data))
     return 0
 
 
@@ -204,7 +226,7 @@ def compare(
     from sits_mech.scene.sensor import load_sensor
 
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
-    hertz, names = si_of(clock, "Hz", "--clock"), sensor.coil_names
+    hertz, names = clock_of(clock, sensor.readout.converter), sensor.coil_names
     tank, loads, held = (
         (None, (), None) if data is None else (comparison.tank_of(sensor, data, hertz), several(data), fixed(data))
     )
@@ -216,7 +238,9 @@ def compare(
     if picture is not None:
         save_figure(comparison_figure(found, names), picture)
         warn(f"written to {picture}")
-    answer(comparison_record(found, names), [key_table(str(measured), comparison_rows(found))], as_json)
+    convention = f"at the terminals, idle coils {sensor.readout.idle_coil}"
+    rows = [("readings", convention), *comparison_rows(found)]
+    answer({"convention": convention} | comparison_record(found, names), [key_table(str(measured), rows)], as_json)
     return 0
 
 
@@ -248,7 +272,9 @@ def _scatter(
     return found
 
 
-def _warn_of(silicone: Silicone | None, period: str | None, noise: str | None, drift: bool) -> None:
+def _warn_of(
+    silicone: Silicone | None, readout: Readout, period: str | None, noise: str | None, drift: bool
+) -> None:
     """Tell what scatters of a silicone, and what was not asked for."""
     from sits_mech.report.tables.quality import modulus_words
 
@@ -258,6 +284,10 @@ def _warn_of(silicone: Silicone | None, period: str | None, noise: str | None, d
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if not drift:
         warn("drift with temperature: not in this calibration; calibrate --drift adds it")
+    unset = [part for part in ("capacitance", "clock") if f"{part}_coefficient" not in readout.model_fields_set]
+    if drift and unset:
+        keys = ", ".join(f"readout.{part}_coefficient" for part in unset)
+        warn(f"drift by {' and '.join(unset)}: not known, and not in the figures: set {keys}")
     if noise is None:
         warn("noise: by default the converter's at its longest conversion; --noise takes that of your board")
 

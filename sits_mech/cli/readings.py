@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sits_mech.cli.options import si_of
+from sits_mech.cli.options import clock_of
 from sits_mech.quantities import Array
+from sits_mech.readout.converter import Converter, converter, fault
 from sits_mech.units import SceneError, quantity, shown
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ class Asked:
     cal: Calibration
     values: Array  # (n,) [unit of the calibration]
     rates: Array  # (n,) change of the reading with the coil's inductance over its L0
+    convention: str  # what is read, in words
 
     def cause(self, sensor: Sensor, data: xr.Dataset) -> str:
         """Return what is wrong with a reading that belongs to no load, in words; empty where nothing is known."""
@@ -104,27 +106,41 @@ def _named(coils: Sequence[str], option: str, text: str) -> tuple[int, str, str]
     return list(coils).index(name), f"{option} {name}", value
 
 
-def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts) -> Asked:
-    """Return written inductances and the calibration in henry."""
-    from sits_mech.analysis.bench import sensor_calibration
+def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts, idle: str | None) -> Asked:
+    """Return written inductances and the calibration at the terminals, in henry."""
+    from sits_mech.analysis.bench import idle_coils, self_inductances, terminal_calibration
 
-    cal, free = sensor_calibration(sensor, data), np.diagonal(data["L0"].to_numpy())
-    per_metre = str(data.attrs["unit_L"]) == "H/m"
-    each = [_inductance(cal, k, written, free[k] if per_metre else None) for k, written in enumerate(texts)]
-    return Asked(cal, np.array(each), cal.L0)
+    cal, free = terminal_calibration(sensor, data, idle), np.diagonal(data["L0"].to_numpy())
+    per_metre, even = str(data.attrs["unit_L"]) == "H/m", self_inductances(sensor)
+    scales = [(float(m), float(L0)) if per_metre else None for m, L0 in zip(free, even, strict=True)]
+    each = [_inductance(cal, k, written, scales[k]) for k, written in enumerate(texts)]
+    return Asked(cal, np.array(each), cal.L0, f"L at the terminals, idle coils {idle_coils(sensor, idle)}")
 
 
-def _inductance(cal: Calibration, k: int, written: tuple[str, str], per_metre: float | None) -> float:
-    """Return a written inductance of coil k [H]; `per_metre` is its free-space value where the table is in H/m."""
+def other_convention(sensor: Sensor, data: xr.Dataset, values: Array, idle: str | None) -> str:
+    """Return in words that readings in henry are of a load with idle coils the other way; "" where they are not."""
+    from sits_mech.analysis.bench import idle_coils, terminal_calibration
+
+    other = "shorted" if idle_coils(sensor, idle) == "open" else "open"
+    if len(sensor.coils) < 2 or terminal_calibration(sensor, data, other).inverse(values).status != "ok":
+        return ""
+    return f"with idle coils {other} they are of a load: --idle {other}"
+
+
+def _inductance(cal: Calibration, k: int, written: tuple[str, str], scale: tuple[float, float] | None) -> float:
+    """Return a written inductance of coil k [H].
+
+    `scale` has its free-space value per metre and that of even current [H] where the table is in H/m.
+    """
     (name, text), free = written, float(cal.L0[k])
     if "%" in text:
         return quantity(text, "", name) * free
     plain = text.strip()[-1:].isdigit() or text.strip().endswith(".")
-    if per_metre is not None and (plain or "/" in text):
-        return quantity(text, "H/m", name) / per_metre * free
+    if scale is not None and (plain or "/" in text):
+        return free + (quantity(text, "H/m", name) / scale[0] - 1.0) * scale[1]
     found = quantity(text, "H", name)
     if not 0.2 * free < found < 5.0 * free:
-        per = "; the table's own values are in H/m" if per_metre is not None else ""
+        per = "; the table's own values are in H/m" if scale is not None else ""
         raise SceneError(f"{name}: must be near the inductance in free space, {free:.4g} H{per}; got {shown(text)}")
     return found
 
@@ -133,15 +149,18 @@ def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | Non
     """Return written codes and the calibration in codes."""
     from sits_mech.analysis.bench import code_calibration
 
-    cal = code_calibration(sensor, data, clock=si_of(clock, "Hz", "--clock"))
-    values = np.array([_code(cal, k, written) for k, written in enumerate(texts)])
-    return Asked(cal, values, -0.5 * values)
+    cal = code_calibration(sensor, data, clock=clock_of(clock, sensor.readout.converter))
+    part = converter(sensor.readout.converter)
+    values = np.array([_code(cal, k, written, part) for k, written in enumerate(texts)])
+    return Asked(cal, values, -0.5 * values, f"codes of the converter, idle coils {sensor.readout.idle_coil}")
 
 
-def _code(cal: Calibration, k: int, written: tuple[str, str]) -> float:
+def _code(cal: Calibration, k: int, written: tuple[str, str], part: Converter | None = None) -> float:
     """Return a written code of coil k."""
     option, text = written
     found = _plain_code(option, text)
+    if part is not None and (why := fault(found, part)):
+        raise SceneError(f"{option}: must be of a coil that is read; got a fault, {text}: {why}")
     middle = float(cal.forward(*(0.5 * (cal.low + cal.high)))[k])
     if not 0.5 * middle < found < 2.0 * middle:
         raise SceneError(f"{option}: must be near the calibration's codes, {middle:.0f}; got {text}: another clock?")

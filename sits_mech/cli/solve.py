@@ -152,6 +152,7 @@ def simulate(
     if picture is not None:
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
 
+    from sits_mech.analysis.spectrum import at_terminals
     from sits_mech.chain.models import Choice
     from sits_mech.chain.plan import omissions
     from sits_mech.chain.simulate import simulate as simulated
@@ -172,7 +173,7 @@ def simulate(
         signal_table(found.signals, found.impedance.unit_L, found.flags),
         *left_out_tables(unsolved),
     ]
-    answer(simulation_record(found, unsolved), tables, as_json)
+    answer(simulation_record(found, unsolved, at_terminals(sensor, found.impedance)[0]), tables, as_json)
     if found.promise is not None:
         planned, *took = found.promise
         warn(kept_promise((planned.seconds, planned.error), (took[0], took[1])))

@@ -24,6 +24,7 @@ from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
 from sits_mech.export.source import Source, comment
 from sits_mech.quantities import Array, Integers, shown_unit
 from sits_mech.readout.calibration import Calibration, check_resolved
+from sits_mech.readout.converter import converter
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
 from sits_mech.readout.loads import fixed, load_words, several
 from sits_mech.report.page.explorer import page_file
@@ -121,6 +122,7 @@ def header(source: Source, found: FixedPoint) -> str:
         fraction=found.fraction, reach=_long(REACH * one), longest=_long(LONGEST * one), settled=found.settled,
         margin=_long((MARGIN + 1e-9) * 2.0**FACET_BITS),
         unit_margin=_long((2.0 * BEYOND + MARGIN) * 2.0**FACET_BITS), apart=_long(APART * one), merit=found.merit,
+        full=2**converter(source.sensor.readout.converter).bits - 1,
         parts=len(found.first) - 1, seeds=len(found.seed), facets=len(found.facet), registers=len(registers),
         names=", ".join(f"SITS_{name.upper()} = {i}" for i, name in enumerate(cal.forces)),
         identity=identity(source.data), nominal=initializer(unit_numbers(source.data, cal.forces, as_computed(cal))),

@@ -36,6 +36,12 @@ def idle_share(found: Impedance) -> float:
     return float((taken / (omega * np.diagonal(found.L0))).max(initial=0.0))
 
 
+def coupling(found: Impedance) -> float:
+    """Return the largest coupling of two coils, by which live tanks of equal frequency split [-]."""
+    own = np.sqrt(np.abs(np.diagonal(found.L, axis1=-2, axis2=-1)))
+    return float(np.abs(_without_own(np.abs(found.L) / (own[..., None] * own[..., None, :]))).max(initial=0.0))
+
+
 def idle_bound(rest: Impedance) -> float:
     """Return an upper bound of what shorted coils take of a coil's free-space inductance, by (2) [-].
 
@@ -58,4 +64,4 @@ def idle_bound(rest: Impedance) -> float:
 
 def _without_own(matrix: Array) -> Array:
     """Return a matrix without its diagonal."""
-    return np.where(np.eye(len(matrix), dtype=bool), 0.0, matrix)
+    return np.where(np.eye(matrix.shape[-1], dtype=bool), 0.0, matrix)

@@ -33,7 +33,7 @@ from sits_mech.geometry.plates import not_cut
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.axis.coaxial import on_axis
-from sits_mech.magnetics.idle import idle_bound, idle_share
+from sits_mech.magnetics.idle import coupling, idle_bound, idle_share
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Coil, Sensor
@@ -172,11 +172,13 @@ def _idle(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     """Return what idle coils would change of the answer, each coil alone driven: no error of it."""
     if len(sensor.coils) < 2:
         return ()
-    shorted = sensor.readout.idle_coil == "shorted"
-    size = 0.0 if not shorted else math.nan
-    if shorted and question.answer is not None:
+    idle = sensor.readout.idle_coil
+    size = 0.0 if idle == "open" else math.nan
+    if idle == "shorted" and question.answer is not None:
         size = (idle_bound if question.pose is None else idle_share)(question.answer[1])
-    bound, numbers = question.pose is None, (("open", not shorted),)
+    elif idle == "live" and question.answer is not None:
+        size = coupling(question.answer[1])
+    bound, numbers = question.pose is None, (("open", idle == "open"),)
     return (Omission(OmissionKind.IDLE, size, Relative.FREE, bound, counts=False, numbers=numbers),)
 
 

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +36,9 @@ from sits_mech.quantities import Array
 _NEAR = 0.2  # of the solved frequency: nearer, skins are the same to some percent
 Registers = tuple[tuple[int, str, int], ...]
 _DEGLITCH = ((1e6, 0b001), (3.3e6, 0b100), (10e6, 0b101), (33e6, 0b111))  # bandwidth [Hz] and its code
+
+
+_CONFIG, _EXTERNAL = 0x1401, 0x0200  # awake, own drive current; REF_CLK_SRC
 
 
 def no_registers(found: FrontEnd) -> Registers:
@@ -55,7 +58,8 @@ def registers_161x(found: FrontEnd) -> Registers:
     deglitch = next((code for width, code in _DEGLITCH if highest < width), _DEGLITCH[-1][1])
     sequence = (1 << 15) | (max(n - 2, 0) << 13) if n > 1 else 0
     rows.append((0x1B, "MUX_CONFIG", sequence | 0x0208 | deglitch))
-    return (*rows, (0x1A, "CONFIG", 0x1601))  # awake; own drive current; external clock
+    config = _CONFIG if found.is_internal else _CONFIG | _EXTERNAL
+    return (*rows, (0x1A, "CONFIG", config))
 
 
 def registers_1101(found: FrontEnd) -> Registers:
@@ -99,6 +103,8 @@ class Converter:
     divide_from: float = np.inf  # frequency of the coil from which on it must be divided [Hz]
     stops_below: float = 0.0  # amplitude below which the oscillation may stop, peak [V]
     register_bits: int = 16
+    flags: tuple[tuple[int, str], ...] = ()  # bits above a code that tell of a conversion that failed
+    internal: tuple[float, float, float] | None = None  # its own oscillator: least, typical, greatest [Hz]
     registers: Callable[[FrontEnd], Registers] = no_registers  # what it is set up with
 
 
@@ -125,6 +131,16 @@ class FrontEnd:
     registers: tuple[tuple[int, str, int], ...]  # address, name and value of each
 
     @property
+    def clock(self) -> float:
+        """Frequency before the divider [Hz]."""
+        return self.reference * self.reference_divider
+
+    @property
+    def is_internal(self) -> bool:
+        """Whether the part's own oscillator is the clock: a frequency that none from outside may have."""
+        return self.part.internal is not None and self.clock > self.part.clock[1] * (1.0 + 1e-9)
+
+    @property
     def period(self) -> float:
         """Time of a scan of all coils [s]."""
         return 1.0 / self.rate
@@ -137,6 +153,9 @@ class FrontEnd:
         return f", and L too, where the tanks swing at some {middle:.3g} Hz: set frequency to that and calibrate anew"
 
 
+_ERRORS = (  # of DATAx_MSB, from its bit 12 on: SNOSCY9A, registers DATAx
+    (0, "the amplitude"), (1, "the watchdog: no conversion"), (2, "over-range"), (3, "under-range"),
+)
 _DRIVE_161X = (
     16, 18, 20, 23, 28, 32, 40, 46, 52, 59, 72, 82, 95, 110, 127, 146, 169, 195, 212, 244, 297, 342, 424, 489, 551, 635,
     763, 880, 1017, 1173, 1355, 1563,
@@ -152,13 +171,21 @@ def _ldc161x(name: str, channels: int) -> Converter:
         name=name, source="SNOSCY9A", channels=channels, bits=28, frequency=(1e3, 10e6), R_p=(1e3, 100e3),
         clock=(2e6, 40e6), reference=(40e6, 35e6), ratio=4.0, amplitude=(1.2, 1.8),
         drive=tuple(1e-6 * current for current in _DRIVE_161X), rcount=(9, 0xFFFF), overhead=4.0, switch=(692e-9, 5.0),
-        dividers=(1, 2), divide_from=_DIVIDE_FROM, stops_below=0.5, registers=registers_161x,
+        dividers=(1, 2), divide_from=_DIVIDE_FROM, stops_below=0.5, registers=registers_161x, flags=_ERRORS,
+        internal=(35e6, 43.4e6, 55e6),
     )
+
+
+def _ldc131x(name: str, channels: int) -> Converter:
+    """Return the 12-bit parts at a gain of one, otherwise as those of 28 bits."""
+    return replace(_ldc161x(name, channels), bits=12, source="SNOSCY9A's sister SNOSCZ0A, output gain 1")
 
 
 CONVERTERS: Mapping[str, Converter] = {
     "LDC1614": _ldc161x("LDC1614", 4),
     "LDC1612": _ldc161x("LDC1612", 2),
+    "LDC1314": _ldc131x("LDC1314", 4),
+    "LDC1312": _ldc131x("LDC1312", 2),
     "LDC1101": Converter(
         name="LDC1101", source="SNOSD01D, high-resolution L mode", channels=1, bits=24, frequency=(500e3, 10e6),
         R_p=(1.25e3, 90e3), clock=(1e6, 16e6), reference=(16e6, 16e6), ratio=4.0, amplitude=(1.2, 1.2),
@@ -175,6 +202,20 @@ def converter(name: str) -> Converter:
     if name not in CONVERTERS:
         raise ValueError(f"converter: must be one of {', '.join(CONVERTERS)}; got {name}")
     return CONVERTERS[name]
+
+
+def fault(code: float, part: Converter) -> str:
+    """Return what is wrong with a code as read, in words; "" where it may be of a coil.
+
+    Error flags stand above the code's bits; no frequency and one beyond the reference give zero and full scale.
+    """
+    whole, full = int(code), 2**part.bits - 1
+    told = [words for bit, words in part.flags if whole >> part.bits >> bit & 1]
+    if told or whole > full:
+        return f"the {part.name} flags {', '.join(told) or 'an error'}"
+    if whole == full:
+        return "full scale: the coil is open or does not swing, or its frequency is out of range"
+    return "zero: the coil is shorted or does not swing" if whole == 0 else ""
 
 
 def tank_frequency(L: ArrayLike, capacitance: float) -> Array:

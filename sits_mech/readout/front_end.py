@@ -77,11 +77,16 @@ def register_text(found: FrontEnd) -> str:
 
 
 def check_settings(part: Converter, clock: float | None, rcount: int) -> float:
-    """Return the clock, the part's greatest by default [Hz]; refuse one, or a count, that the part cannot have."""
+    """Return the clock, the part's greatest by default [Hz]; refuse one, or a count, that the part cannot have.
+
+    One beyond what may come from outside is the part's own oscillator.
+    """
     clock = part.clock[1] if clock is None else clock
-    if not part.clock[0] <= clock <= part.clock[1]:
-        low, high = part.clock
-        raise ValueError(f"clock: must be from {low:g} to {high:g} Hz for the {part.name}; got {clock:g} Hz")
+    low, high = part.clock
+    highest = part.internal[2] if part.internal else high
+    if not low <= clock <= highest:
+        own = f", or its own, up to {highest:g} Hz" if part.internal else ""
+        raise ValueError(f"clock: must be from {low:g} to {high:g} Hz{own} for the {part.name}; got {clock:g} Hz")
     if not part.rcount[0] <= rcount <= part.rcount[1] or rcount != int(rcount):
         low, high = part.rcount
         raise ValueError(f"rcount: must be from {low} to {high} for the {part.name}; got {rcount}")
@@ -115,6 +120,12 @@ def _warnings(found: FrontEnd, settle: Array) -> tuple[str, ...]:
     """Return what the part cannot follow."""
     part, lines = found.part, []
     n = len(found.settlecount)
+    if found.is_internal and part.internal:
+        least, typical, most = part.internal
+        lines.append(
+            f"the part's own oscillator is anywhere from {least:g} to {most:g} Hz, {typical:g} Hz as a rule: codes of "
+            f"all coils are off alike by up to {100.0 * (found.clock / least - 1.0):.0f} %, and drift with it"
+        )
     if n > part.channels:
         lines.append(f"{n} coils, but the {part.name} reads {part.channels}: take {-(-n // part.channels)} of them")
     for coil in range(n):

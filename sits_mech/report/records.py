@@ -65,7 +65,10 @@ def impedance_record(
     pose: Pose, found: Impedance, left_out: Sequence[Omission], seen: Terminals | None = None, *,
     more: Sequence[str] = (), half: str | None = None,
 ) -> Record:
-    """Return L and R at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
+    """Return L and R at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`.
+
+    ``L_coil`` is of each coil alone, the others open; ``L_terminal`` at its terminals, idle coils as the scene says.
+    """
     own, free = np.diagonal(found.L), np.diagonal(found.L0)
     matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}
     if found.error_L0 is not None:
@@ -76,6 +79,8 @@ def impedance_record(
         **found.convention,
         **matrices,
         "relative": own / free,
+        "L_coil": own,
+        **({} if seen is None else {"L_terminal": seen.L}),
         **({} if seen is None else {"terminals": _terminals(vars(seen))}),
         "report": report_record(found.report, left_out, more, half),
     }
@@ -104,10 +109,12 @@ def _terminals(seen: Mapping[str, Array]) -> Record:
     return found | {name: seen[name] for name in ("tank_frequency", "own_capacitance", "self_resonance")}
 
 
-def simulation_record(found: Simulation, left_out: Sequence[Omission] = ()) -> Record:
+def simulation_record(
+    found: Simulation, left_out: Sequence[Omission] = (), seen: Terminals | None = None
+) -> Record:
     """Return the whole chain at one load; ``report`` has one part for each physics, with what was left out of it."""
     layer = equilibrium_record(found.equilibrium, left_out, "mechanics")
-    coils = impedance_record(found.equilibrium.pose, found.impedance, left_out, half="magnetics")
+    coils = impedance_record(found.equilibrium.pose, found.impedance, left_out, seen, half="magnetics")
     reports = {"mechanics": layer["report"], "magnetics": coils["report"]}
     kept = None if found.promise is None else found.promise.record
     own = status_record(found.flags) | {"signals": found.signals.known, "report": reports, "promise": kept}

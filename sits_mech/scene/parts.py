@@ -208,7 +208,8 @@ class Readout(BaseModel):
     parallel_capacitance : float
         Of the resonant circuit [F].
     idle_coil : str
-        "shorted" (the LDC1614 grounds idle channels) or "open".
+        "shorted" (the LDC1614 grounds idle channels), "open", or "live": each tank swings all the time, as on chips of
+        their own.
     lead_inductance, lead_resistance : float
         In series with each coil [H, ohm].
     capacitance_coefficient, clock_coefficient : float
@@ -218,7 +219,7 @@ class Readout(BaseModel):
     model_config = _FROZEN
     converter: ConverterName = "LDC1614"
     parallel_capacitance: Capacitance = 330e-12
-    idle_coil: Literal["shorted", "open"] = "shorted"
+    idle_coil: Literal["shorted", "open", "live"] = "shorted"
     lead_inductance: Inductance = 0.0
     lead_resistance: Resistance = 0.0
     capacitance_coefficient: Coefficient = 0.0

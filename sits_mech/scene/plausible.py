@@ -7,7 +7,7 @@ which a kind of input is usual stands beside its bounds, as a `Usual` among the 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -82,6 +82,7 @@ def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
 
 def _found(part: BaseModel, path: str) -> Iterator[str]:
     """Yield the lines of a part and of what belongs to it."""
+    yield from _cancelling(getattr(part, "directions", ()), path)
     for name, field in type(part).model_fields.items():
         value = getattr(part, name)
         usual = next(_usual((field.annotation, *field.metadata)), None)
@@ -99,6 +100,14 @@ def _lines(value: Any, name: str, usual: Usual | None) -> Iterator[str]:
             yield from _found(each, f"{name}.{getattr(each, 'name', '')}.")
     elif usual is not None:
         yield from [line for number in _numbers(value) if (line := usual.slip(name, number))][:1]
+
+
+def _cancelling(ways: Sequence[int], path: str) -> Iterator[str]:
+    """Yield the line of a coil with layers in series that run against each other, whose fields cancel."""
+    if abs(sum(ways)) < len(ways):
+        shown = ", ".join(f"{way:+d}" for way in ways)
+        yield (f"implausible: {path}directions = {shown}: layers in series run against each other, their fields cancel "
+               "and little inductance is left")
 
 
 def _falling(silicone: Silicone) -> Iterator[str]:

@@ -157,10 +157,10 @@ def folder(sensor: Sensor, tmp_path: Path) -> Path:
 def test_invert_command(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Henry, per metre, per cent and plain numbers lead to the same forces."""
     ratio = relative(np.array(0.4), np.array(1.5))
-    L0 = bench.self_inductances(sensor)
+    L0, uneven = bench.self_inductances(sensor), by_tracks(sensor)
     written = [
-        [f"{1e6 * L0[k] * ratio[k]:.12g} uH" for k in (0, 1)],
-        [f"{100.0 * ratio[k]:.12g} %" for k in (0, 1)],
+        [f"{1e6 * (L0[k] * ratio[k] + uneven):.12g} uH" for k in (0, 1)],
+        [f"{100.0 * (L0[k] * ratio[k] + uneven) / (L0[k] + uneven):.12g} %" for k in (0, 1)],
         [f"{4e-4 * ratio[k]:.12g} H/m" for k in (0, 1)],
         [f"{4e-4 * ratio[k]:.12g}" for k in (0, 1)],
     ]
@@ -181,7 +181,7 @@ def test_invert_refuses_in_one_line(folder: Path, capsys: pytest.CaptureFixture[
     for words, message in [
         (["--l1", "50 %", "--l2", "50 %"], "must belong to a load of the calibration (F_x -1 to 1, F_z 0 to 4); got"),
         (["--l1", "85 %"], "--l1 --l2: must be given, one for each coil (C1, C2); got 1"),
-        (["--l1", "4e-4 H", "--l2", "4e-4 H"], "--l1: must be near the inductance in free space, 2.508e-06 H; the"),
+        (["--l1", "4e-4 H", "--l2", "4e-4 H"], "--l1: must be near the inductance in free space, 2.489e-06 H; the"),
         (["--l1", "5 mm", "--l2", "85 %"], "--l1: must be an inductance"),
     ]:
         assert run(["invert", str(folder), *words]) == 2
@@ -193,7 +193,8 @@ def test_invert_refuses_in_one_line(folder: Path, capsys: pytest.CaptureFixture[
 
 def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Coils by name in any order, codes of any clock: the same forces; both errors and the noise are said."""
-    ratio = relative(np.array(0.4), np.array(1.5))
+    L0, uneven = bench.self_inductances(sensor), by_tracks(sensor)
+    ratio = (L0 * relative(np.array(0.4), np.array(1.5)) + uneven) / (L0 + uneven)
     codes = bench.sensor_calibration(sensor, table(sensor)).codes(0.4, 1.5)
     for words in (
         ["--reading", f"C2={100.0 * ratio[1]:.12g} %", "--l1", f"{100.0 * ratio[0]:.12g} %"],

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.terminals import tank_frequency, terminal_impedance, with_capacitance
+from sits_mech.analysis.terminals import pulling, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.scene.sensor import Coil, Readout
 
@@ -66,3 +66,19 @@ def test_tank_frequency_is_where_the_reactance_vanishes():
     assert found == pytest.approx(low, rel=1e-10)
     assert found < 1 / (2 * np.pi * np.sqrt(L1 * C))
     assert np.isnan(tank_frequency(200.0 + 1j * OMEGA * L1, C, OMEGA))
+
+
+def test_live_tanks_are_coupled_resonators() -> None:
+    """Equal ones split by k, whatever the losses; unlike ones shift by M^2 over their difference."""
+    live, k = Readout(idle_coil="live"), abs(L[0, 1]) / L[0, 0]
+    Z = terminal_impedance(1j * OMEGA * L, [2.0, 2.0], live, OMEGA)
+    np.testing.assert_allclose(np.sort(Z.imag / OMEGA / L[0, 0]), [1.0 - k, 1.0 + k], rtol=1e-12)
+    np.testing.assert_allclose(Z.real, 2.0, rtol=1e-12)
+    apart = L + np.diag([0.0, 0.5e-6])
+    two = terminal_impedance(1j * OMEGA * apart, [2.0, 3.0], live, OMEGA)
+    shift = L[0, 1] ** 2 / 0.5e-6
+    np.testing.assert_allclose(two.imag / OMEGA - np.diag(apart), [-shift, shift], rtol=2e-2)
+    batch = terminal_impedance(np.stack([1j * OMEGA * L, 1j * OMEGA * apart]), [2.0, 3.0], live, OMEGA)
+    np.testing.assert_allclose(batch[1], two, rtol=1e-12)
+    (line,) = pulling(1j * OMEGA * L, ["A", "B"], OMEGA)
+    assert "A and B are 0 % apart" in line and "k = 1.9 %" in line and pulling(1j * OMEGA * apart, "AB", OMEGA) == ()

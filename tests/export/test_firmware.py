@@ -22,6 +22,7 @@ from sits_mech.scene.sensor import changed
 COMPILER = shutil.which("gcc") or shutil.which("cc") or ""
 pytestmark = pytest.mark.skipif(not COMPILER, reason="no C compiler (gcc or cc)")
 STATUS = np.array([OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION])
+FAULTS = "flags", "full scale", "zero"
 PROGRAM = """
 #include <inttypes.h>
 #include <stdio.h>
@@ -76,7 +77,7 @@ def asked(program: Path, what: str, rows: np.ndarray) -> tuple[np.ndarray, np.nd
     done = subprocess.run([str(program)], input=lines, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.returncode
     found = np.array([[int(word) for word in line.split()] for line in done.stdout.splitlines()])
-    return STATUS[found[:, 0]], found[:, 1:]
+    return np.array([*STATUS, "other", *FAULTS])[found[:, 0]], found[:, 1:]
 
 
 def units(cal: Calibration) -> np.ndarray:
@@ -214,8 +215,11 @@ def test_what_is_outside(source: Source, program: Path) -> None:
         assert asked(program, "c", 1e6 * there[None])[0] == OUTSIDE
         codes = np.rint(cal.forward(there))[None]
         assert asked(program, "f", codes)[0] == cal.inverse(codes).status[0] == OUTSIDE
-    wild = np.array([[0, 0], [2**28 - 1, 0], [0, 2**28 - 1], [2**28 - 1, 2**28 - 1], [2**32 - 1, 2**32 - 1]])
+    wild = np.array([[1, 1], [2**28 - 2, 1], [1, 2**28 - 2], [2**28 - 2, 2**28 - 2]])
     assert np.all(asked(program, "f", wild)[0] == OUTSIDE)
+    well = int(np.rint(cal.forward(middle))[0])
+    faults = np.array([[well, 2**28 - 1], [0, well], [0x1B3D3D64, well], [2**32 - 1, 0]])  # full scale, zero, flags
+    assert asked(program, "f", faults)[0].tolist() == ["full scale", "zero", "flags", "flags"]
     ends = np.array([[-(2**31), -(2**31)], [2**31 - 1, 2**31 - 1], [0, -(2**31)]])
     assert np.all(asked(program, "c", ends)[0] == OUTSIDE)
 
@@ -263,7 +267,7 @@ def test_size_and_stack(source: Source, tmp_path: Path) -> None:
         rows = [line.split() for line in next(tmp_path.glob("*.su")).read_text().splitlines()]
         used = {row[0].split(":")[-1].split(".")[0]: int(row[1]) for row in rows}
         leaves = max(used.pop("sits_map", 0), used.pop("sits_solve", 0) + used.pop("sits_step", 0))
-        names = ("forces", "forces_to", "fit", "down_by", "scaled", "length", "times")
+        names = ("forces", "forces_to", "fault", "fit", "down_by", "scaled", "length", "times")
         deepest = sum(used.get(f"sits_{name}", 0) for name in names)
         assert 0.4 * stated["Stack"] < leaves + deepest < stated["Stack"]
 

@@ -9,11 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.chain.models import magnetic_model
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source
 from sits_mech.export.spice import netlist
-from sits_mech.quantities import Impedance, SolveReport, Wrench
+from sits_mech.quantities import Impedance, Pose, SolveReport, Wrench
 from sits_mech.report.folder import read_calibration
+from sits_mech.scene.sensor import load_sensor
 
 HERTZ = 5e6
 
@@ -80,23 +83,40 @@ def test_nodal_equations(found: Impedance) -> None:
     np.testing.assert_allclose(Z, found.R + np.diag(found.R_dc) + 2j * np.pi * HERTZ * found.L, rtol=1e-8, atol=1e-8)
 
 
+def simulated(netlist_text: str, lines: list[str], folder: Path) -> dict[int, complex]:
+    """Return the voltages that ngspice finds at the pins p1, p2 of two coils, driven as some lines say."""
+    (folder / "coils.cir").write_text(netlist_text)
+    bench = ["bench", ".include coils.cir", "X1 p1 0 p2 0 sits_coils", *lines, f".ac lin 1 {HERTZ} {HERTZ}"]
+    control = [".control", "set numdgt=12", "run", "print v(p1) v(p2)", ".endc", ".end"]
+    (folder / "bench.cir").write_text("\n".join([*bench, *control, ""]))
+    done = subprocess.run(["ngspice", "-b", "bench.cir"], cwd=folder, capture_output=True, text=True, timeout=60)
+    numbers = re.findall(r"v\(p(\d)\) = (\S+),(\S+)", done.stdout)
+    assert len(numbers) == 2, done.stdout + done.stderr
+    return {int(pin): complex(float(real), float(imaginary)) for pin, real, imaginary in numbers}
+
+
 @pytest.mark.skipif(shutil.which("ngspice") is None, reason="ngspice is not installed")
 def test_ngspice_agrees(tmp_path: Path) -> None:
     """One ampere through each coil in turn, the other open: the voltages are the matrix's columns."""
-    (tmp_path / "coils.cir").write_text(netlist(["C1", "C2"], PAIR))
     Z = np.zeros((2, 2), dtype=complex)
     for j in range(2):
         drive = [f"I{i} 0 p{i} AC {int(i == j + 1)}" for i in (1, 2)]
-        bench = ["bench", ".include coils.cir", "X1 p1 0 p2 0 sits_coils", *drive, f".ac lin 1 {HERTZ} {HERTZ}"]
-        control = [".control", "set numdgt=12", "run", "print v(p1) v(p2)", ".endc", ".end"]
-        (tmp_path / "bench.cir").write_text("\n".join([*bench, *control, ""]))
-        done = subprocess.run(["ngspice", "-b", "bench.cir"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
-        numbers = re.findall(r"v\(p(\d)\) = (\S+),(\S+)", done.stdout)
-        assert len(numbers) == 2, done.stdout + done.stderr
-        for pin, real, imaginary in numbers:
-            Z[int(pin) - 1, j] = complex(float(real), float(imaginary))
+        for pin, voltage in simulated(netlist(["C1", "C2"], PAIR), drive, tmp_path).items():
+            Z[pin - 1, j] = voltage
     expected = PAIR.R + np.diag(PAIR.R_dc) + 2j * np.pi * HERTZ * PAIR.L
     np.testing.assert_allclose(Z, expected, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.skipif(shutil.which("ngspice") is None, reason="ngspice is not installed")
+def test_the_circuit_shows_what_inductance_shows_at_the_terminals(tmp_path: Path) -> None:
+    """Skin and proximity effect, target and idle coil included: L to 1e-4, R to 1e-3."""
+    sensor, pose = load_sensor("biorob2018"), Pose(0.3e-3, 1.5e-3)
+    found = magnetic_model(sensor, "sheets", 1e-1, [pose])[0].impedance(pose, HERTZ)
+    seen, _ = at_terminals(sensor, found)
+    Z = simulated(netlist(["C1", "C2"], found), ["I1 0 p1 AC 1", "R9 p2 0 1e-9"], tmp_path)[1]
+    assert seen is not None and seen.L[0] < found.L[0, 0]
+    assert Z.imag / (2.0 * np.pi * HERTZ) == pytest.approx(seen.L[0], rel=1e-4)
+    assert Z.real == pytest.approx(seen.R[0], rel=1e-3)
 
 
 def test_what_is_no_inductance() -> None:

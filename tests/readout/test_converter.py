@@ -10,6 +10,7 @@ from sits_mech.readout.converter import (
     code_of,
     conversion_time,
     converter,
+    fault,
     frequency_of,
     inductance_noise,
     no_registers,
@@ -156,7 +157,7 @@ def test_what_cannot_be_set_is_refused() -> None:
     assert {"LDC1614", "LDC1612", "LDC1101"} <= CONVERTERS.keys()
     with pytest.raises(ValueError, match=f"^converter: must be one of {', '.join(CONVERTERS)}; got LDC9$"):
         converter("LDC9")
-    with pytest.raises(ValueError, match="clock: must be from 2e.06 to 4e.07 Hz for the LDC1614; got 1e.08 Hz"):
+    with pytest.raises(ValueError, match="clock: must be from 2e.06 to 4e.07 Hz, or its own, up to .*; got 1e.08"):
         front_end(LDC1614, [2e-6], [1.0], 330e-12, clock=1e8)
     with pytest.raises(ValueError, match="rcount: must be from 9 to 65535 for the LDC1614; got 3"):
         front_end(LDC1614, [2e-6], [1.0], 330e-12, rcount=3)
@@ -168,3 +169,27 @@ def test_noise_is_that_of_the_largest_inductance() -> None:
     """Of each coil over all its loads: a relative deviation of the frequency is twice that of L."""
     found = front_end(LDC1614, [[2.3e-6, 2.0e-6], [2.2e-6, 2.1e-6]], np.full((2, 2), 2.7), 330e-12, noise=1e-8)
     assert found.noise == pytest.approx([2.0 * 2.3e-6 * 1e-8, 2.0 * 2.1e-6 * 1e-8])
+
+
+def test_faults_have_their_words() -> None:
+    """Flags above the code's bits, full scale, zero; none of a code, nor of the next part's."""
+    part = converter("LDC1614")
+    assert fault(38701223, part) == "" and fault(2**28 - 2, part) == ""
+    assert "full scale: the coil is open" in fault(2**28 - 1, part) and "zero: " in fault(0, part)
+    assert fault(0x1B3D3D64, part) == "the LDC1614 flags the amplitude"
+    assert fault(0xC0000001, part) == "the LDC1614 flags over-range, under-range"
+    assert "flags an error" in fault(2**24, converter("LDC1101"))
+    assert "full scale" in fault(2**12 - 1, converter("LDC1314"))
+
+
+def test_the_own_oscillator_is_a_clock() -> None:
+    """Beyond what may come from outside; its register says so, and a warning how far codes may be off."""
+    L, R = np.full((1, 2), 2.4e-6), np.full((1, 2), 2.6)
+    own, outside = (front_end(converter("LDC1614"), L, R, 330e-12, clock=clock) for clock in (43.4e6, 40e6))
+    assert own.is_internal and not outside.is_internal and own.reference == 21.7e6
+    assert dict((name, value) for _, name, value in own.registers)["CONFIG"] == 0x1401
+    assert any("off alike by up to 24 %" in line for line in own.warnings)
+    with pytest.raises(ValueError, match="from 2e.06 to 4e.07 Hz, or its own, up to 5.5e.07 Hz for .*; got 6e"):
+        front_end(converter("LDC1614"), L, R, 330e-12, clock=60e6)
+    with pytest.raises(ValueError, match="from 1e.06 to 1.6e.07 Hz for the LDC1101"):
+        front_end(converter("LDC1101"), L[:, :1], R[:, :1], 220e-12, clock=43.4e6)

@@ -25,6 +25,7 @@ def test_nothing_is_said_of_the_catalogue(name: str) -> None:
         ("coils.0.centre=[-4, 0]", "coils.C1.centre = -4 m; a coordinate of such a sensor is usually up to 0.2 m"),
         ('frequency="5 mHz"', "frequency = 0.005 Hz; the frequency of such a sensor is usually 1 Hz to 1e+09 Hz"),
         ('elastomer.material={law="neo-hookean", shear_modulus="30 Pa", bulk_modulus="3 MPa"}', "modulus of 30 Pa"),
+        ("coils.0.directions=[1, -1]", "coils.C1.directions = +1, -1: layers in series run against each other"),
         (YEOH % "", "yeoh with c20 = -2e+03 Pa has no fitted_range and is unstable from a stretch of"),
     ],
 )

@@ -13,13 +13,16 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.analysis.bench import with_idle
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
+from sits_mech.analysis.built.force_maps import table_of
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.measured import Measured
 from sits_mech.scene.sensor import SceneError
 
 STRANGE = 0.01
 """Probability of readings below which they are doubted."""
+_CLEARLY = 16.0  # of chi^2, by which idle coils the other way fit readings better: four deviations
 _LIKELY = 0.05  # probability of readings that are mended
 _GRAVITY = 9.80665  # [m/s^2]
 _FACTORS = {
@@ -42,6 +45,29 @@ def mistake(prior: Prior, measured: Measured, found: Adaptation | None, **noise:
         if p > best:
             best, words = p, text
     return words
+
+
+def other_idle(prior: Prior, measured: Measured, found: Adaptation | None, **noise: Any) -> str:
+    """Return in words that readings are rather of idle coils the other way, "" where they are not.
+
+    The readings are made what they would be the scene's way, by the difference of the table's own, and fitted anew.
+    """
+    sensor, known = prior.sensor, np.all(np.isfinite(measured.forces), axis=1)
+    if len(sensor.coils) < 2 or not np.any(known):
+        return ""
+    own = sensor.readout.idle_coil
+    other = "shorted" if own == "open" else "open"
+    table = table_of(with_idle(sensor, other), prior.data, prior.forces)
+    forces = np.where(np.isfinite(measured.forces), measured.forces, 0.0)[None]
+    step = prior.table.at(forces)[0][0] - table.at(forces)[0][0]
+    try:
+        again = adapt(prior, replace(measured, L=measured.L + step), **noise)
+    except (SceneError, ValueError):
+        return ""
+    if again.chi_square > (np.inf if found is None else found.chi_square) - _CLEARLY:
+        return ""
+    return (f"the readings are rather with idle coils {other}, the scene has them {own}: read them so, or set "
+            f"readout.idle_coil")
 
 
 def _mended(prior: Prior, measured: Measured) -> Iterator[tuple[str, Measured]]:

@@ -45,6 +45,7 @@ def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
         for name, value, deviation in zip(found.names, found.values, found.deviations, strict=True) if name in known
     }
     return {
+        "convention": f"at the terminals, idle coils {prior.sensor.readout.idle_coil}",
         "unknowns": unknowns,
         "alike": [list(pair) for pair in _alike(found)],
         "p_value": found.p_value,
@@ -75,7 +76,7 @@ def shown_unknown(name: str, value: float | None, deviation: float) -> str:
 
 def adaptation_table(record: dict[str, Any], title: str) -> Table:
     """Return what readings told as a table."""
-    rows = []
+    rows = [("readings", record["convention"])]
     for name, one in record["unknowns"].items():
         text = shown_unknown(name, one["value"], one["deviation"])
         rows.append((name, text if one["identified"] else f"{text}: as known before"))

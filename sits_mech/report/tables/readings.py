@@ -72,7 +72,7 @@ def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | N
 
 def inversion_table(record: Record) -> Table:
     """Return the forces of a reading."""
-    rows = []
+    rows = [("readings", record["convention"])] if "convention" in record else []
     for name, force in record["forces"].items():
         unit, noise = shown_unit(name), record["error_by_noise"][name]
         size = max(map(abs, record["domain"][name]))

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space import far, neighbours
+from sits_mech.magnetics.space import far, neighbours, plates
 from sits_mech.magnetics.space.divisions import prepared, prepared_near
 from sits_mech.magnetics.space.far import _weights, seen_from
 from sits_mech.magnetics.space.fields import Blocks
@@ -26,8 +25,8 @@ def over(*places: str) -> object:
 
 def found(sensor: object) -> tuple[np.ndarray, np.ndarray]:
     """Return Delta L and R from the beginning on."""
-    for plates in (prepared, prepared_near):
-        plates.cache_clear()
+    for each in (prepared, prepared_near):
+        each.cache_clear()
     answer = sheets(sensor, 1e-1).impedance(POSES, 2e6)
     return answer.L - answer.L0, answer.R
 
@@ -51,7 +50,7 @@ def test_a_target_seen_cell_by_cell_is_that_of_polynomials(monkeypatch: pytest.M
     """In company too: 1e-3 of the largest."""
     sensor = over('"1 mm","0 mm","-1.2 mm"')
     L, R = found(sensor)
-    monkeypatch.setattr(model, "is_near", lambda *_: True)
+    monkeypatch.setattr(plates, "is_near", lambda *_: True)
     near = found(sensor)
     np.testing.assert_allclose(near[0], L, rtol=0, atol=1e-3 * np.abs(L).max())
     np.testing.assert_allclose(near[1], R, rtol=0, atol=5e-3 * np.abs(R).max())

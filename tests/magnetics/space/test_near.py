@@ -10,10 +10,10 @@ import pytest
 from common.infinite_plate import Layer, coil_change
 
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
+from sits_mech.magnetics.space import plates as preparing
 from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.near import Near
 from sits_mech.memory import held
@@ -120,7 +120,7 @@ def test_plates_and_what_they_answer_are_gone_with_their_preparation(monkeypatch
     """Counters of a thousand plates, and factors of sixteen, held plates beyond any limit of memory."""
     plates: list[weakref.ref[object]] = []
     for name in ("prepared", "prepared_near"):
-        make = getattr(model, name)
+        make = getattr(preparing, name)
         make.cache_clear()
 
         def made(*given, make=make):  # type: ignore[no-untyped-def]
@@ -128,7 +128,7 @@ def test_plates_and_what_they_answer_are_gone_with_their_preparation(monkeypatch
             plates.extend(map(weakref.ref, found))
             return found
 
-        monkeypatch.setattr(model, name, made)
+        monkeypatch.setattr(preparing, name, made)
     below = '{name="below",shape="rectangle",width="6 mm",length="5 mm",thickness="0.2 mm",material="copper"'
     scene = load_sensor("biorob2018", [f'conductors=[{below},centre=["1 mm","0 mm","-1.5 mm"]}}]', "target.width=6e-3"])
     for gap in (5e-4, 2e-3):
@@ -143,8 +143,8 @@ def test_plates_and_what_they_answer_are_gone_with_their_preparation(monkeypatch
 
 def test_memory_of_a_plate_has_its_factors(monkeypatch: pytest.MonkeyPatch, sensor: Sensor) -> None:
     """Those of three frequencies at a time, which are a plate's as much as its matrices."""
-    plates, make, sizes = list[Near](), model.prepared_near, []
-    monkeypatch.setattr(model, "prepared_near", lambda *given: plates.extend(found := make(*given)) or found)
+    plates, make, sizes = list[Near](), preparing.prepared_near, []
+    monkeypatch.setattr(preparing, "prepared_near", lambda *given: plates.extend(found := make(*given)) or found)
     for frequency in (5.0e6, 4.9e6, 4.8e6, 4.7e6):
         sheets(sensor, 1e-1).impedance(Pose(0.0, 5e-4), frequency)
         sizes.append(held(plates[0]))
