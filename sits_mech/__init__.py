@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
-    from sits_mech.analysis.bench import sensor_calibration
+    from sits_mech.analysis.bench import sensor_calibration, terminal_calibration
     from sits_mech.analysis.envelope import envelope
     from sits_mech.analysis.spectrum import spectrum
     from sits_mech.batch.run import open_sweep
@@ -32,10 +32,11 @@ __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
     "crosstalk", "design", "envelope", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "open_sweep",
     "plan", "save_sensor", "sensitivity", "sensor_calibration", "show", "simulate", "slopes", "spectrum", "sweep",
+    "terminal_calibration",
 ]
 
 _HOMES = {
-    "analysis.bench": ("sensor_calibration",),
+    "analysis.bench": ("sensor_calibration", "terminal_calibration"),
     "analysis.envelope": ("envelope",),
     "chain.calibrate": ("calibrate",),
     "chain.derivatives.gradient": ("gradient",),

@@ -179,7 +179,7 @@ def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[
     try:
         found = adapted(prior, measured, **noises)
     except SceneError as error:
-        said = mistake(prior, measured, None, **noises)
+        said = other_idle(prior, measured, None, **noises) or mistake(prior, measured, None, **noises)
         raise SceneError(f"{error}{f'; {said}' if said else ''}") from None
     if said := other_idle(prior, measured, found, **noises):
         raise SceneError(f"{measured.source}: {said}")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import tracks_under_target as study
 
+from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.models import magnetic_model
 from sits_mech.geometry.collision import placed_plates
 from sits_mech.magnetics.axis_fem import axisymmetric_fem
@@ -15,7 +16,9 @@ from sits_mech.magnetics.space.sources import Posed
 from sits_mech.magnetics.tracks import Tracked, Tracks, with_tracks
 from sits_mech.quantities import Pose
 from sits_mech.rotations import rotation_matrix
+from sits_mech.scene.parameters import TEMPERATURE, parameter
 from sits_mech.scene.sensor import load_sensor
+from sits_mech.scene.thermal import warmed
 
 MM, MODELS = 1e-3, (axisymmetric, axisymmetric_fem, sheets)
 ROWS = {(row["coil"], row["frequency"], row["gap"]): row for row in study.STORED["rows"]}
@@ -122,3 +125,23 @@ def test_slopes_hold_it() -> None:
     even = sheets(sensor, 1e-2)
     _, bare, _ = pose_slopes(sensor, even, pose, 5e6, ["d_v"])
     assert slope[0, 0, 0, 0] == pytest.approx(exact, rel=1e-4) and abs(bare[0, 0, 0, 0] / exact - 1.0) > 5e-3
+
+
+def test_drift_by_the_metal_is_that_of_warmer_scenes() -> None:
+    """Tracks and target together, in L and in L0: the slope by conductivity against two scenes 10 K apart."""
+    sensor, pose = study.scene("biorob2018", 5e6, 1.0), Pose(0.0, MM)
+    copper = {"conductivity": None, "material": "copper"}
+    sensor = sensor.model_copy(update={
+        "coils": (sensor.coils[0].model_copy(update={"conductivity": None}),),
+        "target": sensor.target and sensor.target.model_copy(update=copper),
+    })
+    model = Tracked(axisymmetric(sensor, 1e-3), sensor)
+    number = parameter(sensor, TEMPERATURE + "conductivity")
+    found = at_fixed_poses(sensor, (model, "axisymmetric", 1e-3), Pose.of(pose.components[None]), [number])
+    ends = []
+    for dT in (5.0, -5.0):
+        warm = warmed(sensor, {"conductivity": dT})
+        ends.append(Tracked(axisymmetric(warm, 1e-3), warm).impedance(pose, 5e6))
+    assert found.L[0, 0, 0, 0] == pytest.approx((ends[0].L - ends[1].L)[0, 0] / 10.0, rel=2e-2)
+    assert found.L0[0, 0] == pytest.approx((ends[0].L0 - ends[1].L0)[0, 0] / 10.0, rel=1e-2)
+    assert found.L0[0, 0] / ends[0].L0[0, 0] > 3e-5  # 38 ppm/K, of which a board has 15 beside it

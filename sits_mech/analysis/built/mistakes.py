@@ -64,7 +64,7 @@ def other_idle(prior: Prior, measured: Measured, found: Adaptation | None, **noi
         again = adapt(prior, replace(measured, L=measured.L + step), **noise)
     except (SceneError, ValueError):
         return ""
-    if again.chi_square > (np.inf if found is None else found.chi_square) - _CLEARLY:
+    if again.p_value < STRANGE if found is None else again.chi_square > found.chi_square - _CLEARLY:
         return ""
     return (f"the readings are rather with idle coils {other}, the scene has them {own}: read them so, or set "
             f"readout.idle_coil")

@@ -4,14 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from sits_mech.analysis.bench import absolute, table_impedance, with_idle
 from sits_mech.analysis.built.adaptation import adapt
-from sits_mech.analysis.built.mistakes import mistake
-from sits_mech.analysis.built.prior import Prior
+from sits_mech.analysis.built.force_maps import table_of
+from sits_mech.analysis.built.mistakes import mistake, other_idle
+from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
-from sits_mech.scene.sensor import SceneError
+from sits_mech.readout.loads import varied
+from sits_mech.scene.sensor import SceneError, Sensor
 
-from .conftest import bench_of
+from .conftest import LOADS, bench_of
 
 GRAVITY = 9.80665
 
@@ -47,3 +51,41 @@ def test_slips_are_named(prior: Prior, slip, words: str) -> None:
         found = None
     assert found is None or found.p_value < 0.01
     assert np.any([word in mistake(prior, bench, found) for word in words.split("|")])
+
+
+@pytest.fixture(scope="module")
+def coupled(cheap: tuple[Sensor, xr.Dataset]) -> Prior:
+    """The same sensor in henry, its coils coupled by a tenth: shorted ones take 1 % of each other."""
+    sensor, data = cheap
+    found, _ = absolute(sensor, table_impedance(data))
+    L, root = found.L.copy(), np.sqrt(np.diagonal(found.L, axis1=-2, axis2=-1))
+    L[..., 0, 1] = L[..., 1, 0] = -0.1 * root[..., 0] * root[..., 1]
+    dims = (*varied(data), "coil", "coil_2")
+    parts = {name: (dims, values) for name, values in (("L", L), ("R", found.R), ("error_L", found.error_L),
+                                                       ("error_R", found.error_R))}
+    scale = float(found.L0[0, 0] / data["L0"].to_numpy()[0, 0])
+    parts |= {name: scale * data[name] for name in ("shared_L", "alone_L")}
+    henry = data.assign(**parts, L0=(dims[-2:], found.L0))
+    return prior_of(sensor, henry.assign_attrs(unit_L="H", tracks="uneven"), ["modulus=1+-0.1", "lead=0+-5e-9"])
+
+
+@pytest.mark.parametrize("idle", ["open", "shorted"])
+def test_idle_coils_the_other_way_are_found(coupled: Prior, idle: str) -> None:
+    """A bench of open coils is none of the scene's shorted ones; its own way nothing is said."""
+    own, names = coupled.sensor, coupled.forces
+    L = table_of(with_idle(own, idle), coupled.data, names).at(LOADS[None])[0][0]
+    noise = coupled.noise * np.random.default_rng(2).standard_normal(L.shape)
+    bench = Measured(LOADS, L + noise, "bench.csv")
+    try:
+        found = adapt(coupled, bench)
+    except SceneError:  # nothing that is unknown explains them
+        found = None
+    said = other_idle(coupled, bench, found)
+    assert own.readout.idle_coil == "shorted" and bool(said) == (idle == "open")
+    assert said == "" or "rather with idle coils open, the scene has them shorted" in said
+
+
+def test_a_section_knows_no_idle_coils(prior: Prior) -> None:
+    """Its tables are of coils alone: both ways fit alike, and nothing is said."""
+    bench = bench_of(prior)
+    assert other_idle(prior, bench, adapt(prior, bench)) == ""
