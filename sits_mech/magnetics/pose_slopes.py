@@ -42,7 +42,9 @@ def pose_slopes(
     by_pose = []
     for values, whole, free in ((near.L, found.L[0], found.L0), (near.R, found.R[0], 0.0)):
         slope = _slopes(values, stencil, steps)
-        by_pose.append(slope if coarse is None else slope * _shares(whole - free, values[0] - free)[..., None])
+        if coarse is not None and (free is found.L0 or not found.uneven):  # R of tracks is beside that of the plate
+            shares = _shares(whole - free, values[0] - (near.L0 if free is found.L0 else 0.0))
+        by_pose.append(slope if coarse is None else slope * shares[..., None])
     shared = None if found.shared_L is None else found.shared_L[:, 0]
     parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
     return replace(found, **parts, shared_L=shared), by_pose[0], by_pose[1]

@@ -125,10 +125,14 @@ def with_tracks(tracks: Tracks, found: Impedance, change: Complex | None = None)
     alone, off = (np.diag([getattr(own, name) for own in tracks.responses]) for name in ("alone", "error"))
     omega = 2 * np.pi * found.frequency
     L0, both, error_L0 = found.L0 + alone.imag / omega, alone + more, off.imag / omega
+    shared = found.shared_L
+    if change is not None:  # poses and coils have one factor in common
+        own = (np.sign(more.imag) * error.imag / omega)[None]
+        shared = own if shared is None else np.concatenate([shared, own])
     most = float(np.abs(found.L - found.L0).max(initial=0.0))
     relative = np.max(error.imag, initial=0.0) / omega / most if most > 0.0 else error_L0.max() / L0.max()
     return replace(
         found, L=found.L + both.imag / omega, R=found.R + both.real, L0=L0, error_L=found.error_L + error.imag / omega,
-        error_R=found.error_R + error.real + off.real, uneven=True, error_L0=error_L0,
+        error_R=found.error_R + error.real + off.real, uneven=True, error_L0=error_L0, shared_L=shared,
         report=replace(found.report, estimated_error=found.report.estimated_error + float(relative)),
     )
