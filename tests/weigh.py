@@ -25,8 +25,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 55_900, "core lines": 31_140, "tokens": 479_300, "named numbers": 574, "branching functions": 43,
-    "long signatures": 37, "skipped formats": 0, "large files": 3, "entered in space": 96, "entered in the plane": 104,
+    "lines": 56_850, "core lines": 31_900, "tokens": 488_800, "named numbers": 584, "branching functions": 49,
+    "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 100, "entered in the plane": 104,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

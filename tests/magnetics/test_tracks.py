@@ -85,7 +85,7 @@ def test_b_off_the_axis_is_that_of_a_small_loop() -> None:
 def test_mirrored_poses_and_reciprocity() -> None:
     """To rounding: what metal does in the tracks follows the scene's symmetry."""
     sensor = load_sensor("biorob2018")
-    model = Tracked(sheets(sensor, 1e-2), sensor)
+    model = Tracked(sheets(sensor, 1e-1), sensor)
     one, two = (model.impedance(Pose(sign * 0.3 * MM, 1.5 * MM, sign * 0.02), 5e6) for sign in (1.0, -1.0))
     for name in ("L", "R"):
         np.testing.assert_allclose(getattr(one, name), getattr(two, name)[::-1, ::-1], rtol=1e-9)

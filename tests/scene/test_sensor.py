@@ -242,7 +242,7 @@ REFUSED = {
     'elastomer.material={law="neo-hookean", shear_modulus="2 mm", bulk_modulus=1}': "shear_modulus: must be a",
     'elastomer.material={law="neo-hookean", shear_modulus=1, bulk_modulus=-1}': r"bulk_modulus must be a positive",
     "elastomer.diameter=20 mm": r"elastomer: width must not be given for a cylinder",
-    "readout.idle_coil=loose": r"readout.idle_coil: must be 'shorted' or 'open'",
+    "readout.idle_coil=loose": r"readout.idle_coil: must be 'shorted', 'open' or 'live'",
     "substrate_radius=1 mm": r"substrate_radius must be at least",
     "colour=red": r"colour: the key must be one of",
 }
