@@ -46,7 +46,7 @@ def scene(name: str, frequency: float, gap: float | None) -> Sensor:
 def measured(row: dict[str, Any]) -> dict[str, Any]:
     """Return one line: R and L beside the reference, and of even current."""
     sensor, gap, f = scene(row["coil"], row["frequency"], row["gap"]), row["gap"], row["frequency"]
-    model, pose = axisymmetric(sensor, 1e-3), Pose(0.0, MM if gap is None else gap * MM)
+    model, pose = axisymmetric(sensor, 1e-2), Pose(0.0, MM if gap is None else gap * MM)
     found, even = Tracked(model, sensor).impedance(pose, f), model.impedance(pose, f)
     R, before = (float(each.R[0, 0] + each.R_dc[0]) for each in (found, even))
     before += float(track_spectrum(sensor.coils[0], [f]).R[0] - even.R_dc[0])
