@@ -46,6 +46,8 @@ from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.modes import skin_depth
+from sits_mech.magnetics.space.far import Asked as Field
+from sits_mech.magnetics.space.fields import HELD
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate
 from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
@@ -204,23 +206,19 @@ class Sheets:
         for part, each in zip(parts, plates, strict=True):
             notes += [note.with_numbers(part=part.title) if part.title else note for note in each.notes]
         seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places)
-        points = None if tracks is None else tracks.points(min(clear))
+        gap = min(clear)
+        asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
         if sensor.conductors:
-            values, field = self._together(parts, plates, seen, frequency[0]), None
-            for part, plate in zip(parts, plates, strict=True) if points is not None else ():
-                own = replace(seen, turns=part.turns, places=part.places)
-                more = plate.divisions[0].field(own, frequency[0], points)
-                field = more if field is None else field + more
+            values = self._together(parts, plates, seen, frequency[0])
+            uneven = None if asked is None else _field_of_all(parts, plates, seen, frequency[0], asked)
         else:
-            values, field = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0], points)
+            values, uneven = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0], asked)
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
         forced = ROUGH / 2 * (rung.along[0] == rung.along[1])
         left, error, lost = _told(value, left, plates, forced * bool(large), bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        uneven = np.zeros((2, *value.shape), dtype=complex)
-        if tracks is not None and field is not None:
-            uneven = tracks.change(min(clear), field)
+        uneven = np.zeros((2, *value.shape), dtype=complex) if uneven is None else uneven
         return _Change(value, error, np.stack([left, lost * value]), uneven, unknowns, tuple(notes))
 
     def _together(
@@ -276,6 +274,21 @@ def not_representable(sensor: Sensor) -> Refusal | None:
         if part.shape != "rectangle":
             return Refusal(f"{name}.shape", "be rectangle for sheets where a part is of ferrite", part.shape)
     return overlapping(sensor)
+
+
+def _field_of_all(
+    parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float, asked: Field
+) -> Complex:
+    """Return what is asked of the field of plates, each by the coils alone, some poses after others."""
+    found, step = list[Complex](), max(1, HELD // (asked.points.size * len(seen.coils)))
+    for first in range(0, len(seen.places), step):
+        some, total = slice(first, first + step), None
+        for part, plate in zip(parts, plates, strict=True):
+            own = replace(seen, turns=part.turns, places=part.places)
+            B = plate.divisions[0].field(own if len(part.turns) == 1 else own.some(some), frequency, asked.points)
+            total = B if total is None else total + B
+        found.append(asked.of(np.asarray(total)))
+    return np.concatenate(found, axis=1)
 
 
 def _told(

@@ -25,7 +25,7 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import CACHED, Potential
 from sits_mech.magnetics.modes import Modes
-from sits_mech.magnetics.space.far import Answered, Far, answers_to, few_points, radiated
+from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, few_points, radiated
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, Nodes, side_by_side
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import kept_by_first
@@ -60,12 +60,11 @@ class Sheeted:
         return Blocks(self.columns[-1].stop, tuple((np.r_[own], part.admittance(omega)) for own, part in parts))
 
     def reactions(
-        self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, points: Array | None = None
+        self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, asked: Asked | None = None
     ) -> tuple[list[Complex], Complex | None]:
         """Return Delta Z of a plate for n coils, one symmetric array (p, n, n) [ohm] a division; it is the first.
 
-        With it B of the first one's currents by each coil, (p, k, 3, n) [T/A], at points (k, 3) below, where these are
-        given. All are as prepared together; frequency [Hz].
+        With it what is asked of B of the first one's currents. All are as prepared together; frequency [Hz].
         """
         n, p, omega = len(seen.coils), len(seen.places), 2 * np.pi * frequency
         results, field = np.empty((len(divisions), p, n, n), dtype=complex), list[Complex]()
@@ -77,17 +76,18 @@ class Sheeted:
             else:
                 found = _reaction(tuple(divisions), drive, levels, omega)
             results[:, some] = found[:, *pairs]
-            if points is not None:
+            if asked is not None:
                 own = np.take_along_axis(drive, rank[..., None], axis=1)
-                field += _field(self, own, (seen.turns[some], seen.places[some]), omega, points)
-        return list(results), np.concatenate(field) if field else None
+                fields = _fields(self, own, (seen.turns[some], seen.places[some]), omega, asked.points)
+                field += map(asked.of, fields)
+        return list(results), np.concatenate(field, axis=1) if field else None
 
     def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
-        """Return B of the plate's currents as `reactions` does."""
+        """Return B of the plate's currents by each coil at points (k, 3) below, (p, k, 3, n) [T/A]."""
         found = list[Complex]()
         for some, drive, rank, _ in _drives(self, seen):
             own, poses = np.take_along_axis(drive, rank[..., None], axis=1), (seen.turns[some], seen.places[some])
-            found += _field(self, own, poses, 2 * np.pi * frequency, points)
+            found += _fields(self, own, poses, 2 * np.pi * frequency, points)
         return np.concatenate(found)
 
     def answered(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, far: Far) -> list[Answered]:
@@ -166,14 +166,17 @@ def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> _Order:
     return box.nodes(order), found
 
 
-def _field(plate: Sheeted, drive: Array, poses: tuple[Array, Array], omega: float, points: Array) -> list[Complex]:
-    """Return B of what drives (p, n, r) cause, some poses after others, (p, k, 3, n) [T/A]."""
+def _fields(
+    plate: Sheeted, drive: Array, poses: tuple[Array, Array], omega: float, points: Array
+) -> Iterator[Complex]:
+    """Yield B of what drives (p, n, r) cause, some poses after others, (p, k, 3, n) [T/A]."""
     at, moments = _moments(plate, omega)
     turned = np.swapaxes(poses[0], 1, 2)
     answer: Complex = (drive.reshape(-1, drive.shape[2]) @ moments).view(complex)
     each, places = answer.reshape(*drive.shape[:2], -1, 3) @ turned[:, None], at @ turned + poses[1][:, None]
     step = max(1, CACHED // (len(points) * len(at)))
-    return [biot_savart(places[k : k + step], each[k : k + step], points) for k in range(0, len(places), step)]
+    for k in range(0, len(places), step):
+        yield biot_savart(places[k : k + step], each[k : k + step], points)
 
 
 @kept_by_first(4)

@@ -17,7 +17,7 @@ Source: N. Halko, P. G. Martinsson, J. A. Tropp, SIAM Rev. 53 (2011) 217: random
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, Protocol
@@ -54,13 +54,21 @@ class Plate(Hashable, Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of a plate's field: B at points (k, 3) below, by each coil (p, k, 3, n), to (2, p, n, n)."""
+
+    points: Array
+    of: Callable[[Complex], Complex]
+
+
 class Moving(Plate, Protocol):
     """A division that answers coils in its poses, it and the plate's other ones, which see the same of these."""
 
     def reactions(
-        self, divisions: Sequence[Any], seen: Posed, frequency: float, points: Array | None = None
+        self, divisions: Sequence[Any], seen: Posed, frequency: float, asked: Asked | None = None
     ) -> tuple[list[Complex], Complex | None]:
-        """Return Delta Z of each division (p, n, n) [ohm], symmetric, and B at points below (p, k, 3, n) [T/A]."""
+        """Return Delta Z of each division (p, n, n) [ohm], symmetric, and what is asked of the first one's field."""
         ...
 
     def field(self, seen: Posed, frequency: float, points: Array) -> Complex:

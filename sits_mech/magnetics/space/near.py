@@ -25,7 +25,7 @@ from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import DEPTHS, beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
 from sits_mech.magnetics.space.coupling import biot_savart
-from sits_mech.magnetics.space.far import Answered, Far, answers_to
+from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, field_means, side_by_side
 from sits_mech.magnetics.space.modes import combined
 from sits_mech.magnetics.space.sources import Cells, Posed, Sources
@@ -76,12 +76,12 @@ class Near:
         ))
 
     def reactions(
-        self, divisions: Sequence[Near], seen: Posed, frequency: float, points: Array | None = None
+        self, divisions: Sequence[Near], seen: Posed, frequency: float, asked: Asked | None = None
     ) -> tuple[list[Complex], Complex | None]:
-        """Return what a plate does to the coils' impedance, and its field; as `Sheeted.reactions`."""
+        """Return what a plate does to the coils' impedance, and what is asked of its field; as `Sheeted.reactions`."""
         _check_field(divisions, seen)
         omega, n = 2 * np.pi * frequency, len(seen.coils)
-        both = [_reaction(plate, seen, omega, points if plate is self else None) for plate in divisions]
+        both = [_reaction(plate, seen, omega, asked if k == 0 else None) for k, plate in enumerate(divisions)]
         return [Z[..., :n] for Z, _ in both], both[0][1]
 
     def answered(self, divisions: Sequence[Near], seen: Posed, frequency: float, far: Far) -> list[Answered]:
@@ -101,7 +101,8 @@ class Near:
             own = (points - seen.places[0]) @ seen.turns[0]
             return np.asarray(seen.turns[0] @ _resting(self, omega, own.tobytes()))[None]
         _check_field([self], seen)
-        return np.asarray(_reaction(self, seen, omega, points)[1])
+        (found,) = np.asarray(_reaction(self, seen, omega, Asked(points, lambda B: B[None]))[1])
+        return np.asarray(found)
 
     @property
     def seen(self) -> int:
@@ -175,11 +176,11 @@ def _check_field(divisions: Sequence[Near], seen: Posed) -> None:
 
 
 def _reaction(
-    plate: Near, seen: Posed, omega: float, points: Array | None = None
+    plate: Near, seen: Posed, omega: float, asked: Asked | None = None
 ) -> tuple[Complex, Complex | None]:
     """Return Delta Z of a division and, to its right, Y of coils' fields and combinations, shape (p, n, n + r).
 
-    With it the field at points where these are given.
+    With it what is asked of the field, pose by pose.
     """
     n = len(seen.coils)
     result, field = np.empty((len(seen.places), n, n + plate.seen), dtype=complex), list[Complex]()
@@ -189,13 +190,12 @@ def _reaction(
         driving = plate.cells.means(seen.some(some))
         fluxes = [driven(part.problem, driving) * part.unit for part in plate.classes]
         result[some] = beyond(partial(_answer, plate, fluxes, n), omega, plate.highest)
-        if points is not None:
-            poses = zip(seen.turns[some], seen.places[some], strict=True)
-            field += [
-                turn @ _field(plate, omega, [B[k * n : (k + 1) * n] for B in fluxes], (points - place) @ turn)
-                for k, (turn, place) in enumerate(poses)
-            ]
-    return result, np.array(field) if field else None
+        if asked is None:
+            continue
+        for k, (turn, place) in enumerate(zip(seen.turns[some], seen.places[some], strict=True)):
+            own = [B[k * n : (k + 1) * n] for B in fluxes]
+            field.append(asked.of((turn @ _field(plate, omega, own, (asked.points - place) @ turn))[None]))
+    return result, np.concatenate(field, axis=1) if field else None
 
 
 def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Complex:
