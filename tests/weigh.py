@@ -25,7 +25,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 56_850, "core lines": 31_900, "tokens": 488_800, "named numbers": 584, "branching functions": 49,
+    "lines": 56_900, "core lines": 31_950, "tokens": 489_100, "named numbers": 584, "branching functions": 49,
     "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 100, "entered in the plane": 104,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
