@@ -28,7 +28,7 @@ import numpy as np
 from sits_mech.analysis.terminals import own_capacitance, pulling, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
-from sits_mech.magnetics.coils.resistance import track_resistance, track_response
+from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.tracks import Tracks, with_tracks
 from sits_mech.notes import Note, Omission, OmissionKind
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, kept_report
@@ -165,8 +165,7 @@ def _terminals(sensor: Sensor, found: Impedance) -> Terminals:
     shape, capacitance = Z.real.shape, sensor.readout.parallel_capacitance
     tank = with_capacitance(Z, capacitance, omega)
     own = np.broadcast_to([own_capacitance(coil) for coil in windings], shape)
-    highest = max(found.frequency, sensor.frequency)
-    alone = [track_response(coil, found.frequency, highest).alone for coil in windings]
+    alone = [own.alone for own in Tracks(sensor.coils, found.frequency, sensor.frequency).responses]
     R_ac, shift = R_dc + np.real(alone), np.imag(alone) / omega
     return Terminals(
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),

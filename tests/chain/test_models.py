@@ -35,22 +35,13 @@ from sits_mech.magnetics.pose_slopes import within
 from sits_mech.magnetics.tracks import Tracked
 from sits_mech.notes import Omission, OmissionKind
 from sits_mech.quantities import POSE, Equilibrium, Impedance, Pose, SolveReport, Wrench
-from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
+from sits_mech.scene.sensor import SceneError, load_sensor
+
+from .stand_ins import BACKING, COAXIAL, LONG, Coils, coils_for_all
 
 SENSOR = load_sensor("biorob2018")
-REPORT = SolveReport("any", 1, 1, 0.0, 0.0, 0.0)
 LOAD, REST, BESIDE = Wrench(F_z=0.5), Pose(0.0, 2e-3), Pose(1e-4, 2e-3)
 PRESSED, SHEARED = Wrench(F_z=1.0), Wrench(F_x=0.1)
-LONG = ("elastomer.length=0.2", "target.length=0.2")
-COAXIAL = (
-    'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
-    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
-    'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}',
-)
-BACKING = (
-    'conductors=[{name="backing", material="ferrite", shape="disc", centre=["0 mm", "-1 mm"], diameter="18 mm", '
-    'thickness="0.5 mm"}]',
-)
 SHEET = (BACKING[0].replace('"disc"', '"rectangle"').replace("diameter", 'width="18 mm", length'),)
 METAL = (BACKING[0].replace("ferrite", "copper"),)
 FREE = ('target.net_current="free"', 'target.planar_boundary_radius="0.1 m"')
@@ -343,30 +334,11 @@ def test_the_question_of_loads_knows_what_moves() -> None:
     assert magnetic_question(SENSOR, 0.1).pose is None
 
 
-@dataclass(frozen=True)
-class Coils:
-    """Answers with a mark of the scene and the tolerance that it was made for."""
-
-    sensor: Sensor
-    tolerance: float
-    absolute: bool = False
-
-    def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        n = len(self.sensor.coils)
-        L = (2e-6 - 1e-4 * (3e-3 - np.asarray(pose.d_v)))[..., None, None] * np.eye(n)
-        return Impedance(frequency, L, 0.0 * L, 2e-6 * np.eye(n), np.ones(n), 0.0 * L, 0.0 * L, "H", REPORT)
-
-
 @pytest.fixture
 def coils(monkeypatch: pytest.MonkeyPatch) -> list[Coils]:
     """The coils that were made, by whatever name."""
-    made = list[Coils]()
-
-    def make(sensor: Sensor, tolerance: float) -> Coils:
-        made.append(Coils(sensor, tolerance))
-        return made[-1]
-
-    monkeypatch.setattr(models, "MAGNETICS", {name: replace(each, factory=make) for name, each in MAGNETICS.items()})
+    made, every = coils_for_all(0.0)
+    monkeypatch.setattr(models, "MAGNETICS", every)
     return made
 
 

@@ -1,7 +1,7 @@
 """Plans: what is solved and why, what is left out, the error to expect, what finer answers would take."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,21 +27,13 @@ from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.modes import skin_depths
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative
-from sits_mech.quantities import Bounded, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import Bounded, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.report.notes import sentence, sentences
-from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import load_sensor
+
+from .stand_ins import BACKING, COAXIAL, LONG, Coils, coils_for_all
 
 K = OmissionKind
-LONG = ("elastomer.length=0.2", "target.length=0.2")
-COAXIAL = (
-    'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
-    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
-    'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}',
-)
-BACKING = (
-    'conductors=[{name="backing", material="ferrite", shape="disc", centre=["0 mm", "-1 mm"], diameter="18 mm", '
-    'thickness="0.5 mm"}]',
-)
 SENSOR, REST, LOAD = load_sensor("biorob2018"), Pose(0.0, 2e-3), Wrench(F_z=0.5)
 OPEN = 'readout.idle_coil="open"'
 REPORT = SolveReport("any", 1, 1, 0.0, 0.07, 0.0)
@@ -236,32 +228,10 @@ def candidate(model: Description, error: float, cost: Cost | None) -> Candidate:
     return Candidate(model, None if cost else Refusal("a", "b", "c"), 0.01, error, (), cost)
 
 
-@dataclass(frozen=True)
-class Coils:
-    """Answers by the height alone, or fails."""
-
-    sensor: Sensor
-    tolerance: float
-    fails: bool = False
-
-    def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        if self.fails:
-            raise SolveFailed("no", REPORT)
-        n = len(self.sensor.coils)
-        L = (2e-6 - 1e-4 * (3e-3 - np.asarray(pose.d_v)))[..., None, None] * np.eye(n)
-        return Impedance(frequency, L, 0.0 * L, 2e-6 * np.eye(n), np.ones(n), 0.0 * L, 0.0 * L, "H", REPORT)
-
-
 @pytest.fixture
 def coils(monkeypatch: pytest.MonkeyPatch) -> list[Coils]:
     """The coils that were made, by whatever name."""
-    made = list[Coils]()
-
-    def make(sensor: Sensor, tolerance: float) -> Coils:
-        made.append(Coils(sensor, tolerance))
-        return made[-1]
-
-    every = {name: replace(each, factory=make) for name, each in MAGNETICS.items()}
+    made, every = coils_for_all(0.07)
     monkeypatch.setattr(planning, "MAGNETICS", every)
     return made
 
@@ -289,7 +259,7 @@ def test_a_coarse_answer_at_rest_is_for_sizes_that_need_it(
 
 
 def test_without_a_place_or_an_answer_sizes_are_those_beforehand(monkeypatch: pytest.MonkeyPatch) -> None:
-    failing = replace(MAGNETICS["planar"], factory=lambda sensor, tolerance: Coils(sensor, tolerance, fails=True))
+    failing = replace(MAGNETICS["planar"], factory=lambda *given: Coils(*given, fails=True, error=0.07))
     fails = {"planar": failing}
     monkeypatch.setattr(planning, "MAGNETICS", fails)
     for sensor in (SENSOR, SENSOR.model_copy(update={"elastomer": None})):
@@ -305,7 +275,7 @@ def test_a_load_is_looked_at_by_what_a_coarse_model_shows(
 ) -> None:
     """Its error is of the signals, of the pose where there are none; that of the coils grows with their tolerance."""
     rest = Equilibrium(LOAD, REST, Pose(0.0, 1e-3), np.zeros(0), REPORT)
-    field = replace(MAGNETICS["planar"], factory=lambda sensor, tolerance: Coils(sensor, tolerance, fails))
+    field = replace(MAGNETICS["planar"], factory=lambda sensor, tolerance: Coils(sensor, tolerance, fails, error=0.07))
     monkeypatch.setattr(planning, "MECHANICS", {"block": lambda sensor, tolerance: (sensor, tolerance)})
     monkeypatch.setattr(planning, "MAGNETICS", {"planar": field})
     monkeypatch.setattr(planning, "goal_of", lambda sensor, field, poses: field.impedance(poses[0], 1e6) and goal)
