@@ -7,8 +7,8 @@ of each model,
 
 at the same pose and frequency, is what the section leaves out of each entry: the ends of tracks and plates, the
 roundness of coils and targets, the pitch of spirals. The space's comes of `sheets` on its coarsest rung, within a few
-percent of the change in some tenths of a second; its own error is added. Of a target longer or
-wider than the coils see, as much counts as lies under them and a coil's diameter and two gaps beyond.
+percent of the change in about a second; its own error is added. Of a target longer or wider than the coils see, as much
+counts as lies under them and a coil's diameter and two gaps beyond.
 
 Range: no size is known where `sheets` does not hold the scene (permeable targets, curved substrates) or takes long
 (among other metal).

@@ -205,7 +205,7 @@ class Sheets:
         notes = [*large]
         for part, each in zip(parts, plates, strict=True):
             notes += [note.with_numbers(part=part.title) if part.title else note for note in each.notes]
-        seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places)
+        seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places, rung.step)
         gap = min(clear)
         asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
         if sensor.conductors:

@@ -6,8 +6,8 @@ the axis):
     A = (-y, x, 0) P,   P = M(a, rho, z - z_k) / (2 pi rho^2).
 
 P of all the coil's rings together is smooth over the distance from them: for many points it is tabulated once and
-interpolated (cubic splines in ln z and, with its mirror image, in s; together less than 2e-6 off). From a clearance c
-on, of windings from b to B,
+interpolated (cubic splines in ln z and, with its mirror image, in s; in steps h of both less than 2e-6 (h/0.04)^4
+off). From a clearance c on, of windings from b to B,
 
     s = f(rho) - f(0),   f(rho) = i / c + asinh(3 t + 9/2 t^3) / 3,   t = (rho - i) / c,   i = rho clipped to [b, B],
 
@@ -47,9 +47,10 @@ from sits_mech.memory import beyond_memory, check_seconds
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
+STEP = 0.04
+"""Of tables, in distances to the windings."""
 _RIGHT = 3e-4  # error of a track's field by filaments, of its size: no more than plates' divisions show of L
 _STEPLESS = 1e-5  # the same where fewer filaments will do: no step shows in what is interpolated
-_STEP = 0.04  # of tables, in distances to the windings
 _POINT = 9e-8  # s of processor time that a filament of a ring takes at a point
 _POSES = 30  # whose points of a plate a table may outnumber: as many cost the same without one
 _TRACK = 5e-8  # s that a straight filament does, or a wave across a ring
@@ -134,16 +135,18 @@ def _tracks(coil: Coil, windings: str, counts: tuple[int, int]) -> Potential:
     return track_potential(coil_tracks(coil, windings), *map(gauss_rule, counts))
 
 
-def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float], points: int) -> Potential:
+def winding_potential(
+    winding: Coil, windings: str, region: tuple[float, float, float], points: int, step: float = STEP
+) -> Potential:
     """Return a function that gives A of a coil about z anywhere in a region, (p, 3, q) to (p, c, q); c = 2 without A_z.
 
     `region`: distance from which on it is right, and height on which rings are tabulated; greatest height and distance
     from the axis [m], which what is found at a point does not depend on. `windings` are "rings" or "spiral"; `points`
-    are those of a pose, by which a table pays or not.
+    are those of a pose, by which a table in some steps [distance to the windings] pays or not.
     """
     if not winding.is_round or windings == "spiral":
         return _straight(winding, windings, region[0])
-    lowest, axis = region[0], Radial(winding, region[0])
+    lowest, axis = region[0], Radial(winding, region[0], step)
     least = 2 * _PAD * (_PAD + axis.steps(winding.outer_diameter / 2))  # nodes of a table, whatever the poses
     if least > _POSES * points:
         return lambda at: np.swapaxes(
@@ -151,7 +154,7 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
         )[:, :2]
     highest, farthest = (2.0 ** math.ceil(math.log2(size)) for size in region[1:])  # few tables serve all poses
     columns = _PAD + math.ceil(axis.steps(farthest))
-    rows = 2 * _PAD + math.ceil(math.log(highest / lowest) / _STEP)
+    rows = 2 * _PAD + math.ceil(math.log(highest / lowest) / step)
     return _table(axis, columns, rows).potential
 
 
@@ -168,14 +171,15 @@ class Radial:
 
     coil: Coil
     clearance: float
+    step: float = STEP  # in the clearance
 
     def steps(self, rho: Array | float) -> Any:
-        """Return s of the module docstring [_STEP]."""
-        return (self._from_windings(rho) - self._from_windings(0.0)) / _STEP
+        """Return s of the module docstring [`step`]."""
+        return (self._from_windings(rho) - self._from_windings(0.0)) / self.step
 
     def at(self, steps: Integers) -> Any:
         """Return the distance from the axis after so many steps [m]."""
-        s, c = _STEP * steps + self._from_windings(0.0), self.clearance
+        s, c = self.step * steps + self._from_windings(0.0), self.clearance
         i = self._wound(c * s)
         return i + c * _BEND * np.sinh(np.arcsinh(np.sinh(3.0 * (s - i / c)) / _BEND) / 3.0)
 
@@ -201,9 +205,9 @@ class _Table:
     def potential(self, points: Array) -> Array:
         """Return A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
-        rho, below = np.hypot(x, y), z < math.exp(self.start + 0.5 * _PAD * _STEP)
+        rho, below = np.hypot(x, y), z < math.exp(self.start + 0.5 * _PAD * self.axis.step)
         height = np.log(np.where(below, 1.0, z))
-        place = np.stack([self.axis.steps(rho), (height - self.start) / _STEP])
+        place = np.stack([self.axis.steps(rho), (height - self.start) / self.axis.step])
         P = map_coordinates(self.values, place, order=3, mode="mirror", prefilter=False)
         if below.any():
             P[below] = ring_profile(self.axis.coil, rho[below], z[below], self.axis.clearance)
@@ -213,8 +217,8 @@ class _Table:
 @lru_cache(maxsize=16)
 def _table(axis: Radial, columns: int, rows: int) -> _Table:
     """Return P of a coil's rings at so many distances from the axis, and heights about its clearance and above."""
-    start = math.log(axis.clearance) - _PAD * _STEP
-    rho, z = axis.at(np.arange(columns))[:, None], np.exp(start + _STEP * np.arange(rows))
+    start = math.log(axis.clearance) - _PAD * axis.step
+    rho, z = axis.at(np.arange(columns))[:, None], np.exp(start + axis.step * np.arange(rows))
     return _Table(axis, spline_filter(ring_profile(axis.coil, rho, z, axis.clearance), order=3, mode="mirror"), start)
 
 

@@ -112,7 +112,7 @@ def _drives(plate: Sheeted, seen: Posed) -> Iterator[tuple[slice, Array, Integer
     width = plate.columns[-1].stop
     centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
     region, points = _region(box, seen, centres), math.prod(box.order)
-    fields = [winding_potential(kind, seen.windings, region, points) for kind in kinds]
+    fields = [winding_potential(kind, seen.windings, region, points, seen.step) for kind in kinds]
     step = max(1, HELD // (len(which) * width))
     for start in range(0, len(seen.places), step):
         some = slice(start, start + step)

@@ -64,7 +64,7 @@ def divided_plate(
         note = Note.of(NoteKind.FERRITE, permeability=metal.relative_permeability, boxes=cores[0].sheets)
         return Divided(cores, 0.0, 0.0, 1.0, (note,))
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
-    asked: Any = plate, part.outline, replace(rung, few=False), scale  # few are errors, not divisions
+    asked: Any = plate, part.outline, replace(rung, few=False, step=0.0), scale  # neither divides
     divisions = prepared_near(*asked, sources or clear[1], part.become) if near else prepared(*asked, part.become)
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     lost, margin = (0.0, _NEAR) if near and sources is None else (unseen(divisions[0].box), 1.0)

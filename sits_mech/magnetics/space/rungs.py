@@ -25,6 +25,7 @@ from typing import TypeVar
 import numpy as np
 
 from sits_mech.geometry.outline import Outline
+from sits_mech.magnetics.coils.ring_field import STEP
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Target
@@ -53,6 +54,7 @@ class Rung:
     along: tuple[int, int, int]  # levels of the cells along the plate, the coarsest first
     across: tuple[int, int, int]  # levels of its sheets, the coarsest first
     terms: float  # digits (natural logarithm) the coils' field keeps
+    step: float = STEP  # of tables of the coils' field, in distances to the windings
     few: bool = False  # so few cells that all of what is extrapolated is its error
     single: bool = False  # the coarsest division is all: no extrapolation, no error
 
@@ -64,7 +66,7 @@ LADDER = (
     (2e-3, Rung(along=(4, 5, 6), across=(3, 4, 5), terms=9.0)),
     (1e-3, Rung(along=(4, 5, 6), across=(4, 5, 6), terms=10.0)),
 )
-ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0, few=True)  # for parts, or where memory is short
+ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0, step=4 * STEP, few=True)  # where memory is short
 DIVISIONS = 5  # of a plate: levels along and across, one of them twice
 _STEM = 4  # level along on which the sheets are refined
 _ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds

@@ -22,7 +22,7 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import Radial, coil_potential, ring_profile, winding_potential
+from sits_mech.magnetics.coils.ring_field import STEP, Radial, coil_potential, ring_profile, winding_potential
 from sits_mech.magnetics.space.fields import Box, chebyshev, chebyshev_points, to_coefficients
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.memory import latest
@@ -94,6 +94,7 @@ class Posed:
     windings: str  # "rings" or "spiral"
     turns: Array  # (p, 3, 3) rotations
     places: Array  # (p, 3) of the bottom face's centre [m]
+    step: float = STEP  # of tables of the coils' field, in distances to the windings
 
     def some(self, poses: slice) -> Posed:
         """Return it in some of the poses."""
@@ -155,7 +156,7 @@ class Cells:
         centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
         reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
         region = self.box.clearance, float(world[:, 2].max()), reach
-        fields = [winding_potential(kind, seen.windings, region, points.size // 3) for kind in kinds]
+        fields = [winding_potential(kind, seen.windings, region, points.size // 3, seen.step) for kind in kinds]
         found = np.empty((g, 2, n * self.through.shape[1], 3, len(places), len(which)))
         for c, kind in enumerate(which):
             A = fields[kind](world - centres[c][:, None])
