@@ -110,6 +110,12 @@ class Cells:
     box: Box  # of its clearance from the coils, and the order of polynomials through its thickness
 
     @cached_property
+    def size(self) -> float:
+        """Root of the largest cell's area [m]."""
+        x, y = self.plan.nodes[self.plan.cells].T
+        return float(np.sqrt(np.abs((x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])).max() / 2))
+
+    @cached_property
     def points(self) -> tuple[Array, Array]:
         """Return points (g, n, q, k, 3) of the cells' images on the polynomials' heights, and weights (n, q).
 
