@@ -159,8 +159,9 @@ class Solver:
             except Collision as error:
                 return _Overload(f"overload: {error}", _HARD, np.nan, load)
         rough, unsure, load = max(found, key=lambda each: each[0])
-        with suppress(SolveFailed, Collision):  # where finer meshes do not get there, the first ones stand
-            return _Overload("", *self._strain(sensor, load, finely=True), load, rough)
+        if rough:  # by small strain nothing finer is known
+            with suppress(SolveFailed, Collision):  # where finer meshes do not get there, the first ones stand
+                return _Overload("", *self._strain(sensor, load, finely=True), load, rough)
         return _Overload("", rough, unsure, load, rough)
 
     def _strain(self, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
