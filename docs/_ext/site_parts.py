@@ -1,6 +1,7 @@
 """What do the pages need beside Sphinx? Blocks that run, equations as MathML, pages made of other files.
 
 Equations are turned into MathML while the site is built: every present browser draws it, without script or network.
+``python docs/_ext/site_parts.py`` runs the commands alone; a site that is built afterwards finds that they have run.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class Run(Directive):
         return [nodes.literal_block(text, text, language="console")]
 
 
-def run_pages(app: Sphinx) -> None:
+def run_pages() -> None:
     """Run the blocks of every page whose blocks, or the package, have changed."""
     every = [page for pattern in RUN for page in sorted(HERE.glob(pattern))]
     pages = [page for page in every if re.search(r"^`{3,}\{run\}", page.read_text(), re.M)]
@@ -104,12 +105,17 @@ def block_math(self: Any, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
-def made(app: Sphinx) -> None:
-    """Make what other files say into pages."""
+def run_commands() -> None:
+    """Run what pages and the keys of answers ask for, where it has not run yet."""
     (MADE / "extra").mkdir(parents=True, exist_ok=True)
     with started():
-        run_pages(app)
+        run_pages()
         answer_keys(HERE, MADE)
+
+
+def made(app: Sphinx) -> None:
+    """Make what other files say into pages."""
+    run_commands()
     studies(HERE, MADE)
     schemas(HERE, MADE)
     modules(HERE)
@@ -124,3 +130,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_html_math_renderer("mathml", inline_renderers=(inline_math, None), block_renderers=(block_math, None))
     app.connect("builder-inited", made)
     return {"parallel_read_safe": True}
+
+
+if __name__ == "__main__":
+    run_commands()

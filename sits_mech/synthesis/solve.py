@@ -158,10 +158,11 @@ class Solver:
                 return _Overload(f"overload: {error}", _hard(error, sensor, load), np.nan, load)
             except Collision as error:
                 return _Overload(f"overload: {error}", _HARD, np.nan, load)
-        strain, unsure, load = max(found, key=lambda each: each[0])
-        with suppress(SolveFailed, Collision):  # where finer meshes do not get there, the first ones stand
-            return _Overload("", *self._strain(sensor, load, finely=True), load)
-        return _Overload("", strain, unsure, load)
+        rough, unsure, load = max(found, key=lambda each: each[0])
+        if rough:  # by small strain nothing finer is known
+            with suppress(SolveFailed, Collision):  # where finer meshes do not get there, the first ones stand
+                return _Overload("", *self._strain(sensor, load, finely=True), load, rough)
+        return _Overload("", rough, unsure, load, rough)
 
     def _strain(self, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
         """Return the largest strain under a load over the silicone's known range, and its error.
@@ -183,8 +184,7 @@ class Solver:
 
         Zero for a variable where no neighbouring design carries the load.
         """
-        found, load = np.zeros(len(design.x)), worst.load
-        here = self._strain(self.requirements.space.sensor(design), load)[0]
+        found, load, here = np.zeros(len(design.x)), worst.load, worst.rough
         for (k, x), way in product(enumerate(design.x), (_WIDE, -_WIDE)):
             if found[k] or not 0.0 <= x + way <= 1.0:
                 continue
@@ -255,6 +255,7 @@ class _Overload(NamedTuple):
     strain: float  # largest, over the silicone's known range; nan where that is not known
     error: float  # of the strain
     load: Wrench  # of the largest strain
+    rough: float = np.nan  # strain on the first meshes
 
 
 def errors_of(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:

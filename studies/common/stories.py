@@ -14,7 +14,7 @@ from sits_mech.synthesis.run import design
 from sits_mech.synthesis.search import MOST
 
 REQUIREMENTS = Path(__file__).parents[1] / "requirements"
-QUICK, FEW = "button_any", 1  # what a coarse run answers: designs on one axis; so many designs
+QUICK, FEW = "low_profile", 1  # what a coarse run answers: sizes alone; so many designs
 
 
 def answer_stories(stories: Sequence[str], coarse: bool, folder: Path) -> None:
@@ -23,7 +23,7 @@ def answer_stories(stories: Sequence[str], coarse: bool, folder: Path) -> None:
     Parameters
     ----------
     stories : sequence of str
-        Names of files in ``studies/requirements``; a coarse run reads them all and answers a round button instead.
+        Names of files in ``studies/requirements``; a coarse run reads them all and answers a flat pad instead.
     coarse : bool
         Whether a search ends with its first design.
     folder : Path

@@ -7,6 +7,7 @@ import pytest
 
 from sits_mech.analysis.spectrum import at_terminals, spectrum
 from sits_mech.chain.models import magnetic_model
+from sits_mech.magnetics.coils import resistance
 from sits_mech.notes import OmissionKind, unpacked_omissions
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
@@ -83,6 +84,17 @@ def test_spectrum_carries_the_terminals(free: Sensor) -> None:
     assert np.all(data["R_track"][1] > 1.02 * data["R_dc"]) and np.all(data["shift"] < 0.0)
 
 
+def test_fewer_filaments_than_asked_have_the_whole_step_as_error(free: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It holds what all of them give, whose error is ten times less and more."""
+    every = magnetic_model(free, "sheets")[0].impedance(POSE, 5e6)
+    monkeypatch.setattr(resistance, "_MOST", 400)
+    other = free.model_copy(update={"frequency": 5.01e6})  # whose filaments are others than those that are kept
+    few = magnetic_model(other, "sheets")[0].impedance(POSE, 5e6)
+    off = np.abs(few.R - every.R)[0, 0]
+    assert 0.0 < off < few.error_R[0, 0] and few.error_R[0, 0] > 10.0 * every.error_R[0, 0]
+
+
+@pytest.mark.slow
 def test_beyond_what_the_tracks_can_be_divided_for(free: Sensor) -> None:
     """By fewer filaments, the whole step between two divisions as the error."""
     model, _ = magnetic_model(free, "sheets")

@@ -54,7 +54,7 @@ def test_zero_is_usual() -> None:
 
 
 def test_strict_makes_them_errors(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["inductance", "biorob2018", "--dv", "2 mm", "--set", 'frequency="5 mHz"', "--accept"]
+    words = ["inductance", "biorob2018", "--dv", "2 mm", "--set", 'frequency="5 mHz"', "--tolerance", "0.1", "--accept"]
     assert run(words) == 0
     assert "biorob2018: implausible: frequency" in capsys.readouterr().err
     assert run([*words, "--strict"]) == 2

@@ -60,17 +60,21 @@ def test_a_design_that_cannot_carry_its_load_says_so() -> None:
 
 
 def test_a_neighbour_that_comes_to_the_coils_leaves_no_slope(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The design itself carries its load: it is answered."""
+    """The design itself carries its load: it is answered, on the first meshes once."""
+    solved = list[tuple[Sensor, bool]]()
 
     def touching(self: Solver, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
+        solved.append((sensor, finely))
         if sensor.elastomer is None or sensor.elastomer.thickness != pytest.approx(2.25e-3):
             raise Collision("pose: the target must stay above the coil plane")
         return 0.3, 0.1
 
     monkeypatch.setattr(Solver, "_strain", touching)
-    worst = SOLVER._overload(SOLVER.requirements.space.sensor(Design((), (0.5,))))
+    sensor = SOLVER.requirements.space.sensor(Design((), (0.5,)))
+    worst = SOLVER._overload(sensor)
     assert worst[:3] == ("", 0.3, 0.1)
     assert SOLVER._strain_slopes(Design((), (0.5,)), worst) == pytest.approx(0.0)
+    assert solved.count((sensor, False)) == solved.count((sensor, True)) == 1
 
 
 def silicone(**more: Any) -> dict[str, Any]:

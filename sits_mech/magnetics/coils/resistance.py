@@ -117,11 +117,18 @@ def track_response(coil: Coil, frequency: float, highest: float) -> TrackRespons
     )
 
 
+@lru_cache(maxsize=128)
 def rough_shift(coil: Coil, frequency: float) -> float:
     """Return about what uneven current takes from a coil's inductance, by two filaments along each side [H]."""
-    rings = standing_rings(coil)
-    alone, *_ = _series(rings, _modes(rings, (2, 2)), frequency)
+    alone, *_ = _series(*_rough(coil), frequency)
     return alone.imag / (2.0 * np.pi * frequency)
+
+
+@lru_cache(maxsize=32)
+def _rough(coil: Coil) -> tuple[Sections, Modes]:
+    """Return rings and their modes by two filaments along each side; every scene of a batch asks for its coils'."""
+    rings = standing_rings(coil)
+    return rings, _modes(rings, (2, 2))
 
 
 @lru_cache(maxsize=128)
