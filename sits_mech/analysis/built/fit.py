@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import OptimizeResult, least_squares, lsq_linear
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 from scipy.stats import t as student
 
 from sits_mech.quantities import Array
@@ -114,6 +114,7 @@ class ParameterFit:
     rms_before: float  # the same at the first values
     chi_square: float  # in units of the noise, or of each range
     variance: float  # multiplies the parameters' covariance
+    p_value: float  # probability of more than this chi^2; NaN where the noise is not known
 
 
 def fit_parameters(
@@ -148,12 +149,13 @@ def fit_parameters(
     variance = max(chi_square / freedom, least)
     covariance = spread * variance * np.outer(sizes, sizes)
     widths = np.where(flat, np.inf, within * np.sqrt(np.diagonal(spread) * variance) * sizes)
+    p_value = np.nan if noise is None else float(chi2.sf(chi_square, freedom))
     safe = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
     off = y - model(np.stack([found.x, start]))
     rms, before = (float(np.sqrt(np.nanmean((each / ranges) ** 2))) for each in off)
     return ParameterFit(
         tuple(each.name for each in free), found.x, widths, spread / np.outer(safe, safe), covariance, off[0],
-        rms, before, chi_square, variance,
+        rms, before, chi_square, variance, p_value,
     )
 
 

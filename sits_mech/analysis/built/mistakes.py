@@ -6,23 +6,24 @@ would show, if it is far likelier than the readings as they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
-from sits_mech.analysis.bench import with_idle
+from sits_mech.analysis.bench import other_way
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
-from sits_mech.analysis.built.force_maps import table_of
+from sits_mech.analysis.built.fit import ParameterFit
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.measured import Measured
-from sits_mech.scene.sensor import SceneError
+from sits_mech.scene.sensor import SceneError, Sensor
 
 STRANGE = 0.01
 """Probability of readings below which they are doubted."""
-_CLEARLY = 16.0  # of chi^2, by which idle coils the other way fit readings better: four deviations
+_CLEARLY = 16.0  # of chi^2 over its variance, by which idle coils the other way fit readings better: four deviations
 _LIKELY = 0.05  # probability of readings that are mended
 _GRAVITY = 9.80665  # [m/s^2]
 _FACTORS = {
@@ -47,29 +48,26 @@ def mistake(prior: Prior, measured: Measured, found: Adaptation | None, **noise:
     return words
 
 
-def other_idle(prior: Prior, measured: Measured, found: Adaptation | None, **noise: Any) -> str:
+def other_convention(
+    sensor: Sensor, data: xr.Dataset | None, found: ParameterFit | None, fitted: Callable[[str], ParameterFit]
+) -> str:
     """Return in words that readings are rather of idle coils the other way, "" where they are not.
 
-    The readings are made what they would be the scene's way, by the difference of the table's own, and fitted anew.
+    `data` is the table that is fitted, if it is one; `found` the fit of the readings as `sensor` has its idle coils,
+    None where there is none, and `fitted` gives that with idle coils as they are named.
     """
-    sensor, known = prior.sensor, np.all(np.isfinite(measured.forces), axis=1)
-    if len(sensor.coils) < 2 or not np.any(known):
-        return ""
     own = sensor.readout.idle_coil
-    other = "shorted" if own == "open" else "open"
-    table = table_of(with_idle(sensor, other), prior.data, prior.forces)
-    forces = np.where(np.isfinite(measured.forces), measured.forces, 0.0)[None]
-    step = prior.table.at(forces)[0][0] - table.at(forces)[0][0]
-    if not np.any(step):  # as of tables in section: both ways are one
+    other = other_way(own)
+    if len(sensor.coils) < 2 or (data is not None and data.attrs["unit_L"] != "H"):  # then both ways are one
         return ""
     try:
-        again = adapt(prior, replace(measured, L=measured.L + step), **noise)
-    except (SceneError, ValueError):
+        again = fitted(other)
+    except ValueError:
         return ""
-    if again.p_value < STRANGE if found is None else again.chi_square > found.chi_square - _CLEARLY:
+    gain = 0.0 if found is None else (found.chi_square - again.chi_square) / again.variance
+    if again.p_value < STRANGE if found is None else gain < _CLEARLY:
         return ""
-    return (f"the readings are rather with idle coils {other}, the scene has them {own}: read them so, or set "
-            f"readout.idle_coil")
+    return f"the readings are rather with idle coils {other} than {own}: --idle {other}"
 
 
 def _mended(prior: Prior, measured: Measured) -> Iterator[tuple[str, Measured]]:
