@@ -168,9 +168,10 @@ def with_idle(sensor: Sensor, idle: str | None) -> Sensor:
     return sensor.model_copy(update={"readout": readout})
 
 
-def other_way(idle: str) -> str:
-    """Return what idle coils that are taken for `idle` may be instead."""
-    return "shorted" if idle == "open" else "open"
+def other_way(idle: str) -> tuple[str, str]:
+    """Return what idle coils that are taken for `idle` may be instead, and in words that they rather are."""
+    other = "shorted" if idle == "open" else "open"
+    return other, f"the readings are rather with idle coils {other} than {idle}: --idle {other}"
 
 
 def convention(sensor: Sensor, read: str = "L at the terminals") -> str:

@@ -26,7 +26,6 @@ from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
     from sits_mech.analysis.built.adaptation import Adaptation
-    from sits_mech.analysis.built.fit import ParameterFit
     from sits_mech.analysis.built.prior import Prior
     from sits_mech.analysis.built.production import Production
     from sits_mech.analysis.measured import Measured, Tank
@@ -121,7 +120,7 @@ def adapt(
         return 0
     measured = _read(prior, Path(str(bench)), known.tank(prior))
     prior = known.read(prior, measured.coded)
-    found, said = _adapted(prior if idle is None else prior.read_by(idle), measured, known.noises)
+    found, said = _adapted(prior.read_by(idle), measured, known.noises)
     record = tables.adaptation_record(found, said)
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
     if said:
@@ -195,19 +194,12 @@ def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
 def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[Adaptation, str]:
     """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing."""
     from sits_mech.analysis.built.adaptation import adapt as adapted
-    from sits_mech.analysis.built.mistakes import STRANGE, mistake, other_convention
+    from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake
 
-    def fitted(idle: str) -> ParameterFit:
-        """Return the fit of the readings with idle coils as they are named."""
-        return adapted(prior.read_by(idle), measured, **noises).posterior.fit
-
-    try:
-        found = adapted(prior, measured, **noises)
-    except SceneError as error:
-        said = other_convention(prior.sensor, prior.data, None, fitted) or mistake(prior, measured, None, **noises)
-        raise SceneError(f"{error}{f'; {said}' if said else ''}") from None
-    if said := other_convention(prior.sensor, prior.data, found.posterior.fit, fitted):
-        raise SceneError(f"{measured.source}: {said}")
+    found = as_read(
+        prior.sensor, prior.data, measured.source, lambda idle: adapted(prior.read_by(idle), measured, **noises),
+        lambda: mistake(prior, measured, None, **noises),
+    )
     return found, mistake(prior, measured, found, **noises) if found.p_value < STRANGE else ""
 
 

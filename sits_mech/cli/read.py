@@ -218,7 +218,7 @@ def compare(
 
     from sits_mech.analysis.bench import convention, with_idle
     from sits_mech.analysis.built import comparison
-    from sits_mech.analysis.built.mistakes import other_convention
+    from sits_mech.analysis.built.mistakes import as_read
     from sits_mech.analysis.measured import read_measured
     from sits_mech.readout.loads import fixed, several
     from sits_mech.report.folder import read_calibration
@@ -236,19 +236,9 @@ def compare(
     asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
     one = si_of(noise, "H", "--noise")
     parts = [part.strip() for part in asked.split(",")]
-
-    def fitted(way: str | None) -> comparison.Comparison:
-        """Return the readings beside the model, with idle coils as they are named."""
-        return comparison.compare(with_idle(sensor, way), data, bench, parts, noise=one, magnetics=magnetics)
-
     read = with_idle(sensor, idle)
-    try:
-        found = fitted(idle)
-    except SceneError as error:
-        said = other_convention(read, data, None, lambda way: fitted(way).fit)
-        raise SceneError(f"{error}{f'; {said}' if said else ''}") from None
-    if said := other_convention(read, data, found.fit, lambda way: fitted(way).fit):
-        raise SceneError(f"{measured}: {said}")
+    found = as_read(read, data, measured, lambda way: comparison.compare(
+        with_idle(sensor, way), data, bench, parts, noise=one, magnetics=magnetics))
     if picture is not None:
         save_figure(comparison_figure(found, names), picture)
         warn(f"written to {picture}")

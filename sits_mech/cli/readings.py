@@ -121,10 +121,10 @@ def other_convention(sensor: Sensor, data: xr.Dataset, values: Array, idle: str 
     """Return in words that readings in henry are of a load with idle coils the other way; "" where they are not."""
     from sits_mech.analysis.bench import other_way, terminal_calibration
 
-    other = other_way(idle or sensor.readout.idle_coil)
+    other, words = other_way(idle or sensor.readout.idle_coil)
     if len(sensor.coils) < 2 or terminal_calibration(sensor, data, other).inverse(values).status != "ok":
         return ""
-    return f"with idle coils {other} they are of a load: --idle {other}"
+    return words
 
 
 def _inductance(cal: Calibration, k: int, written: tuple[str, str], scale: tuple[float, float] | None) -> float:

@@ -145,11 +145,12 @@ def fit_parameters(
     flat = np.linalg.norm(jacobian, axis=0) < 1e-12
     spread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12, hermitian=True)
     freedom, chi_square = numbers + known - len(free), float(np.sum(found.fun**2))
-    least, within = (own**2, student.ppf(0.975, freedom)) if noise is None else (1.0, norm.ppf(0.975))
+    least, within, p_value = own**2, student.ppf(0.975, freedom), np.nan
+    if noise is not None:
+        least, within, p_value = 1.0, norm.ppf(0.975), float(chi2.sf(chi_square, freedom))
     variance = max(chi_square / freedom, least)
     covariance = spread * variance * np.outer(sizes, sizes)
     widths = np.where(flat, np.inf, within * np.sqrt(np.diagonal(spread) * variance) * sizes)
-    p_value = np.nan if noise is None else float(chi2.sf(chi_square, freedom))
     safe = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
     off = y - model(np.stack([found.x, start]))
     rms, before = (float(np.sqrt(np.nanmean((each / ranges) ** 2))) for each in off)

@@ -9,18 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import other_way
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
+from sits_mech.analysis.built.comparison import Comparison
 from sits_mech.analysis.built.fit import ParameterFit
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.measured import Measured
 from sits_mech.scene.sensor import SceneError, Sensor
 
+Fitted = TypeVar("Fitted", Adaptation, Comparison)
 STRANGE = 0.01
 """Probability of readings below which they are doubted."""
 _CLEARLY = 16.0  # of chi^2 over its variance, by which idle coils the other way fit readings better: four deviations
@@ -48,26 +50,38 @@ def mistake(prior: Prior, measured: Measured, found: Adaptation | None, **noise:
     return words
 
 
-def other_convention(
-    sensor: Sensor, data: xr.Dataset | None, found: ParameterFit | None, fitted: Callable[[str], ParameterFit]
-) -> str:
-    """Return in words that readings are rather of idle coils the other way, "" where they are not.
+def as_read(
+    sensor: Sensor, data: xr.Dataset | None, source: object, fitted: Callable[[str], Fitted],
+    otherwise: Callable[[], str] = str,
+) -> Fitted:
+    """Return the fit of readings with idle coils as `sensor` has them; `fitted` makes it of what idle coils are.
 
-    `data` is the table that is fitted, if it is one; `found` the fit of the readings as `sensor` has its idle coils,
-    None where there is none, and `fitted` gives that with idle coils as they are named.
+    `data` is the table that is fitted, None without one. Raises SceneError where the readings of `source` are rather of
+    idle coils the other way, and as `fitted`, then with what else may be wrong, in words.
     """
     own = sensor.readout.idle_coil
-    other = other_way(own)
-    if len(sensor.coils) < 2 or (data is not None and data.attrs["unit_L"] != "H"):  # then both ways are one
-        return ""
     try:
-        again = fitted(other)
+        found = fitted(own)
+    except SceneError as error:
+        again = _other_fit(sensor, data, fitted)
+        said = otherwise() if again is None or again.p_value < STRANGE else other_way(own)[1]
+        raise SceneError(f"{error}{said and '; '}{said}") from None
+    again = _other_fit(sensor, data, fitted)
+    if again is not None and found.fit.chi_square - again.chi_square > _CLEARLY * again.variance:
+        raise SceneError(f"{source}: {other_way(own)[1]}")
+    return found
+
+
+def _other_fit(
+    sensor: Sensor, data: xr.Dataset | None, fitted: Callable[[str], Fitted]
+) -> ParameterFit | None:
+    """Return the fit with idle coils the other way, None where there is none or both ways are one."""
+    if len(sensor.coils) < 2 or (data is not None and data.attrs["unit_L"] != "H"):
+        return None
+    try:
+        return fitted(other_way(sensor.readout.idle_coil)[0]).fit
     except ValueError:
-        return ""
-    gain = 0.0 if found is None else (found.chi_square - again.chi_square) / again.variance
-    if again.p_value < STRANGE if found is None else gain < _CLEARLY:
-        return ""
-    return f"the readings are rather with idle coils {other} than {own}: --idle {other}"
+        return None
 
 
 def _mended(prior: Prior, measured: Measured) -> Iterator[tuple[str, Measured]]:

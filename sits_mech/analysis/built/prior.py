@@ -73,9 +73,10 @@ class Prior:
         Either as before by None.
         """
         sensor = with_idle(self.sensor, idle)
-        table = self.table if sensor == self.sensor else table_of(sensor, self.data, self.forces)
         setup = replace(self.setup, sensor=sensor, tank=self.setup.tank if tank is None else tank)
-        return replace(self, sensor=sensor, setup=setup, table=table, _slopes={})
+        if setup == self.setup:
+            return self
+        return replace(self, sensor=sensor, setup=setup, table=table_of(sensor, self.data, self.forces), _slopes={})
 
     @property
     def known(self) -> tuple[Known, ...]:

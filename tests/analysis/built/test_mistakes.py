@@ -8,10 +8,9 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis.bench import absolute, loads_over, table_impedance, with_idle
-from sits_mech.analysis.built.adaptation import adapt
-from sits_mech.analysis.built.fit import ParameterFit
+from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.force_maps import table_of
-from sits_mech.analysis.built.mistakes import mistake, other_convention
+from sits_mech.analysis.built.mistakes import as_read, mistake
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.cli.main import run
@@ -73,17 +72,9 @@ def coupled(cheap: tuple[Sensor, xr.Dataset]) -> Prior:
     return prior_of(sensor, henry.assign_attrs(unit_L="H", tracks="uneven"), ["modulus=1+-0.1", "lead=0+-5e-9"])
 
 
-def adapted(prior: Prior, bench: Measured, idle: str) -> ParameterFit:
-    """What readings tell with idle coils as they are named."""
-    return adapt(prior.read_by(idle), bench).posterior.fit
-
-
-def fit_of(prior: Prior, bench: Measured) -> ParameterFit | None:
-    """What readings tell, None where nothing that is unknown explains them."""
-    try:
-        return adapt(prior, bench).posterior.fit
-    except SceneError:
-        return None
+def read(prior: Prior, bench: Measured) -> Adaptation:
+    """What readings tell, with idle coils as the prior has them."""
+    return as_read(prior.sensor, prior.data, bench.source, lambda idle: adapt(prior.read_by(idle), bench))
 
 
 @pytest.mark.parametrize("idle", ["open", "shorted"])
@@ -94,10 +85,10 @@ def test_idle_coils_the_other_way_are_found(coupled: Prior, idle: str) -> None:
     noise = coupled.noise * np.random.default_rng(2).standard_normal(L.shape)
     bench = Measured(LOADS, L + noise, "bench.csv")
     assert own.readout.idle_coil == "shorted"
-    said = other_convention(own, coupled.data, fit_of(coupled, bench), lambda way: adapted(coupled, bench, way))
-    assert said == ("the readings are rather with idle coils open than shorted: --idle open" if idle == "open" else "")
-    read = coupled.read_by(idle)
-    assert other_convention(read.sensor, read.data, fit_of(read, bench), lambda way: adapted(coupled, bench, way)) == ""
+    assert read(coupled.read_by(idle), bench).p_value > 0.01
+    if idle == "open":
+        with pytest.raises(SceneError, match="the readings are rather with idle coils open than shorted: --idle open"):
+            read(coupled, bench)
 
 
 @pytest.mark.parametrize(("idle", "said", "code"), [("open", None, 2), ("shorted", "open", 2), ("open", "open", 0),
@@ -124,5 +115,6 @@ def test_a_comparison_tests_the_other_convention(
 
 def test_a_section_knows_no_idle_coils(prior: Prior) -> None:
     """Its tables are of coils alone: both ways are one, nothing is said, and nothing fitted for it."""
-    fit = adapt(prior, bench_of(prior)).posterior.fit
-    assert other_convention(prior.sensor, prior.data, fit, lambda way: pytest.fail(way)) == ""
+    found, asked = adapt(prior, bench_of(prior)), []
+    assert as_read(prior.sensor, prior.data, "bench.csv", lambda idle: asked.append(idle) or found) is found
+    assert asked == ["shorted"]
