@@ -33,6 +33,8 @@ _COMPONENTS = {
 }
 _VARIABLES = {name: (shown_unit(name), words) for name, words in _COMPONENTS.items()} | {
     "L": ("{L}", "inductance"),
+    "L_coil": ("{L}", "inductance of each coil alone, the others open"),
+    "L_terminal": ("H", "inductance at each coil's terminals, leads and idle coils included"),
     "L0": ("{L}", "inductance without target"),
     "R": ("{R}", "resistance without that of direct current"),
     "R_dc": ("{R}", "direct-current resistance"),

@@ -162,20 +162,41 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     return replace(found, model_error=error, in_codes=partial(code_calibration, sensor, data))
 
 
-def idle_coils(sensor: Sensor, idle: str | None = None) -> str:
-    """Return what idle coils are for readings in henry: as asked for, as a converter has them, else open."""
-    return idle or (sensor.readout.idle_coil if sensor.readout.converter != "none" else "open")
+def with_idle(sensor: Sensor, idle: str | None) -> Sensor:
+    """Return a sensor whose idle coils are "open", "shorted" or "live", by None as they are."""
+    readout = sensor.readout.model_copy(update={} if idle is None else {"idle_coil": idle})
+    return sensor.model_copy(update={"readout": readout})
 
 
-def with_idle(sensor: Sensor, idle: str) -> Sensor:
-    """Return a sensor whose idle coils are "open" or "shorted"."""
-    return sensor.model_copy(update={"readout": sensor.readout.model_copy(update={"idle_coil": idle})})
+def other_way(idle: str) -> tuple[str, str]:
+    """Return what idle coils that are taken for `idle` may be instead, and in words that they rather are."""
+    other = "shorted" if idle == "open" else "open"
+    return other, f"the readings are rather with idle coils {other} than {idle}: --idle {other}"
+
+
+def convention(sensor: Sensor, read: str = "L at the terminals") -> str:
+    """Return in words what readings of a sensor are."""
+    return f"{read}, idle coils {sensor.readout.idle_coil}"
+
+
+def with_terminals(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
+    """Return a table with ``L_coil`` [its unit], each coil alone, and in henry ``L_terminal`` [H], (*varied, coil).
+
+    The latter is what a converter or a meter reads: with leads, idle coils as the scene says. A table per metre of
+    depth has none, its model knows nothing of idle coils. NaN where a load has no result.
+    """
+    found = table_impedance(data)
+    each = {"L_coil": diagonals(found.L)}
+    if found.unit_L == "H":
+        each["L_terminal"] = terminals(sensor, data)[0]["L"].to_numpy()
+    return data.assign({name: ((*varied(data), "coil"), values) for name, values in each.items()})
 
 
 def terminal_calibration(sensor: Sensor, data: xr.Dataset, idle: str | None = None) -> Calibration:
     """Return the calibration of what a converter or a meter reads [H]: at the terminals, with leads and idle coils.
 
-    These are "open" or "shorted", as of `idle_coils`. Raises ValueError when the table holds too few loads.
+    These are "open", "shorted" or "live" by `idle`, else as the scene says. Raises ValueError when the table holds too
+    few loads.
 
     Examples
     --------
@@ -185,7 +206,7 @@ def terminal_calibration(sensor: Sensor, data: xr.Dataset, idle: str | None = No
     >>> known.inverse(known.forward(0.1, 0.4)).forces.round(3).tolist()
     [0.1, 0.4]
     """
-    known, as_read = sensor_calibration(sensor, data), with_idle(sensor, idle_coils(sensor, idle))
+    known, as_read = sensor_calibration(sensor, data), with_idle(sensor, idle)
     found = absolute(as_read, table_impedance(data))[0]
     none = np.zeros_like(found.L0)
     free, _ = at_terminals(as_read, replace(found, L=found.L0, R=none, error_L=none, error_R=none))

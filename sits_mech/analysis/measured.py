@@ -87,6 +87,7 @@ class Measured:
     source: str  # file it came from
     poses: Array | None = None  # (m, 6) of the target, set by stages, as `POSE` [m, rad]; d_v infinite: no target
     depth: Array | None = None  # (m,) that the target was pressed down by from where it rests [m]
+    coded: bool = False  # whether inductances are of codes
 
 
 def read_measured(
@@ -160,7 +161,7 @@ def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measur
     _check_others(sheet, forces, asked.held)
     depth = sheet.values("depth", "m") if "depth" in file.columns else None
     _check_finite(source, [L, loads] if depth is None else [L, loads, depth])
-    return Measured(loads, L, source, None, depth)
+    return Measured(loads, L, source, None, depth, coils[0].startswith("code"))
 
 
 def _rows(file: _Written, used: Sequence[str], unseen: Sequence[str]) -> Array:

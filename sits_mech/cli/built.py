@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, progress_bar, warn
-from sits_mech.cli.options import Clock, Folder, Json, Output, Quantity, app, check_readable, clock_of, flag, si_of
+from sits_mech.cli.options import (
+    Clock,
+    Folder,
+    Idle,
+    Json,
+    Output,
+    Quantity,
+    app,
+    check_readable,
+    clock_of,
+    flag,
+    si_of,
+)
 from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
@@ -50,6 +62,10 @@ class Known:
         prior = prior_of(sensor, data, _listed(self.free), noise=si_of(self.noise, "H", "--noise"))
         return prior if self.lot is None else known_by(prior, self.lot)
 
+    def read(self, prior: Prior, coded: bool) -> Prior:
+        """Return the sensor as codes show it, or a meter, which knows of no tank unless its capacitance is named."""
+        return prior if coded or "capacitance" in self.free else prior.read_by(tank=False)
+
     def tank(self, prior: Prior) -> Tank | None:
         """Return how codes become inductances."""
         from sits_mech.analysis.built.comparison import tank_of
@@ -68,7 +84,7 @@ def adapt(
     bench: Annotated[Path | None, Parameter(help="CSV: F_x, F_z, ..., L1 [uH] or code1, ..., depth [mm].")] = None,
     plan: Annotated[int | None, Parameter(help="How many loads to choose, before anything is read.")] = None,
     rig: Annotated[Rigs, Parameter(help="What the loads are made with; use: what is read without a bench.")] = "stage",
-    known: Known = Known(),
+    known: Known = Known(), idle: Idle = None,
     check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
     strict: Annotated[bool, flag("Refuse readings that hardly are of such a sensor.")] = False,
     output: Output = None, as_json: Json = False,
@@ -76,7 +92,8 @@ def adapt(
     """Which sensor was built? A few readings correct a calibration, or --plan says which loads to read.
 
     Five readings under known loads (--bench) find what is not known of the built sensor: modulus, gap, tilt, leads, the
-    load cell's scale. With -o scene and table of what was found are written as a calibration, for invert and export,
+    load cell's scale. Inductances are those at the terminals; ones that clearly fit idle coils the other way are
+    refused. With -o scene and table of what was found are written as a calibration, for invert and export,
     and unit.h, the constants of this unit for the firmware of the calibration that was adapted.
 
     Example: sits-mech adapt calibration --plan 5 --rig stage
@@ -87,8 +104,8 @@ def adapt(
         raise SceneError(f"adapt: must have either --bench FILE or --plan N; got {'both' if bench else 'none'}")
     if plan is not None and plan < 1:
         raise SceneError(f"plan: must be one or more loads; got {plan}")
-    if plan is not None and (check is not None or strict or output is not None):
-        raise SceneError("--plan: must be given without --check, --strict and -o, which are of readings")
+    if plan is not None and (strict or any(each is not None for each in (check, idle, output))):
+        raise SceneError("--plan: must be given without --check, --strict, --idle and -o, which are of readings")
     if bench is not None:
         check_readable(bench, "a readable measurement")
 
@@ -101,7 +118,9 @@ def adapt(
         chosen = plan_loads(prior, plan, rig, **known.noises)
         answer(tables.plan_record(chosen), tables.plan_tables(chosen), as_json)
         return 0
-    found, said = _adapted(prior, _read(prior, Path(str(bench)), known.tank(prior)), known.noises)
+    measured = _read(prior, Path(str(bench)), known.tank(prior))
+    prior = known.read(prior, measured.coded)
+    found, said = _adapted(prior.read_by(idle), measured, known.noises)
     record = tables.adaptation_record(found, said)
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
     if said:
@@ -111,7 +130,7 @@ def adapt(
     if strict and tables.verdict(record).startswith("hardly"):
         raise SceneError(f"{bench}: must be readings of such a sensor; {tables.verdict(record)}")
     if output is not None:
-        _write(found, output)
+        _write(replace(found, prior=prior), output)
     return 0
 
 
@@ -149,6 +168,7 @@ def lot(
     prior = known.prior(folder)
     spread, held, coils = spread_of(prior, _listed(within)), fixed(prior.data), prior.sensor.coil_names
     units = read_units(bench, prior.forces, coils, known.tank(prior), held)
+    prior = known.read(prior, all(one.coded for one in units.values()))
     with progress_bar("units") as progress:
         found = produced(prior, units, spread, progress=progress, **known.noises)
     chosen = plan_loads(found.next, plan, rig, **known.noises)
@@ -174,15 +194,12 @@ def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
 def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[Adaptation, str]:
     """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing."""
     from sits_mech.analysis.built.adaptation import adapt as adapted
-    from sits_mech.analysis.built.mistakes import STRANGE, mistake, other_idle
+    from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake
 
-    try:
-        found = adapted(prior, measured, **noises)
-    except SceneError as error:
-        said = other_idle(prior, measured, None, **noises) or mistake(prior, measured, None, **noises)
-        raise SceneError(f"{error}{f'; {said}' if said else ''}") from None
-    if said := other_idle(prior, measured, found, **noises):
-        raise SceneError(f"{measured.source}: {said}")
+    found = as_read(
+        prior.sensor, prior.data, measured.source, lambda idle: adapted(prior.read_by(idle), measured, **noises),
+        lambda: mistake(prior, measured, None, **noises),
+    )
     return found, mistake(prior, measured, found, **noises) if found.p_value < STRANGE else ""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
@@ -52,6 +52,10 @@ MAGNETICS = ("auto", "axisymmetric", "planar", "sheets", "axisymmetric-fem", "pl
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=", ".join(MECHANICS))]
 Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=", ".join(MAGNETICS))]
 Clock = Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")]
+Idle = Annotated[
+    Literal["open", "shorted", "live"] | None,
+    Parameter(help="What the other coils are while one is read; by default as the scene says."),
+]
 Warmth = Annotated[Quantity | None, Parameter(help="Temperature of all parts; by default the scene's (20 degC).")]
 Warmths = Annotated[Quantity | None, Parameter(help='Of all parts: one temperature, or a range "first:last:count".')]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]

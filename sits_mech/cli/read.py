@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -13,6 +13,7 @@ from sits_mech.cli.options import (
     Case,
     Clock,
     Folder,
+    Idle,
     Json,
     Magnetics,
     Quantity,
@@ -35,16 +36,13 @@ if TYPE_CHECKING:
     from sits_mech.silicone.material import Silicone
 
 
-Idle = Literal["open", "shorted", "live"]
-
-
 @app.command
 def invert(
     folder: Folder, *,
     reading: Annotated[tuple[str, ...], Parameter(negative="", help='Inductance of a coil by name: "C1=91.2 %".')] = (),
     code: Annotated[tuple[str, ...], Parameter(negative="", help="Code of the converter: C1=38900874.")] = (),
     clock: Clock = None,
-    idle: Annotated[Idle | None, Parameter(help="What the other coils are while one is read; as the scene's.")] = None,
+    idle: Idle = None,
     temperature: Annotated[Quantity | None, Parameter(help="Measured temperature of the sensor.")] = None,
     as_json: Json = False,
     **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: inductance of each coil by number.")],
@@ -52,7 +50,7 @@ def invert(
     """Which forces belong to these readings? One per coil: in H, in "%" of free space, or in the table's unit.
 
     Inductances are those at the terminals, as a converter or a meter reads them, with leads, and idle coils as the
-    scene's converter has them; without a converter each coil is read alone, the others open.
+    scene says: those of the catalogue shorted, open by default where a scene has no converter.
 
     With --temperature a calibration made with --drift is corrected along its slopes; the sensor is then solved at the
     load found, one to three times of a few seconds, to correct what the straight lines leave out.
@@ -201,11 +199,13 @@ def compare(
     free: Annotated[str, Parameter(help='To fit: modulus, "gap=0+-0.3 mm", a key of the scene, ...')] = "",
     noise: Annotated[Quantity | None, Parameter(help="Noise of a reading, the weight of the data.")] = None,
     magnetics: Magnetics = "auto",
-    clock: Clock = None,
+    clock: Clock = None, idle: Idle = None,
     output: Annotated[Path | None, output_of("Picture of data and model.")] = None,
     as_json: Json = False,
 ) -> int:
     """How far is a measurement from the model, and which modulus, gap, leads, tilt, ... fit it best?
+
+    Inductances are those at the terminals; ones that clearly fit idle coils the other way are refused.
 
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
@@ -216,7 +216,9 @@ def compare(
         raise SceneError(f"--magnetics: must be given with a scene alone, a calibration has its own; got {magnetics}")
     check_readable(measured, "a readable measurement")
 
+    from sits_mech.analysis.bench import convention, with_idle
     from sits_mech.analysis.built import comparison
+    from sits_mech.analysis.built.mistakes import as_read
     from sits_mech.analysis.measured import read_measured
     from sits_mech.readout.loads import fixed, several
     from sits_mech.report.folder import read_calibration
@@ -234,13 +236,15 @@ def compare(
     asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
     one = si_of(noise, "H", "--noise")
     parts = [part.strip() for part in asked.split(",")]
-    found = comparison.compare(sensor, data, bench, parts, noise=one, magnetics=magnetics)
+    read = with_idle(sensor, idle)
+    found = as_read(read, data, measured, lambda way: comparison.compare(
+        with_idle(sensor, way), data, bench, parts, noise=one, magnetics=magnetics))
     if picture is not None:
         save_figure(comparison_figure(found, names), picture)
         warn(f"written to {picture}")
-    convention = f"at the terminals, idle coils {sensor.readout.idle_coil}"
-    rows = [("readings", convention), *comparison_rows(found)]
-    answer({"convention": convention} | comparison_record(found, names), [key_table(str(measured), rows)], as_json)
+    rows = [("readings", convention(read)), *comparison_rows(found)]
+    record = {"convention": convention(read)} | comparison_record(found, names)
+    answer(record, [key_table(str(measured), rows)], as_json)
     return 0
 
 

@@ -108,23 +108,23 @@ def _named(coils: Sequence[str], option: str, text: str) -> tuple[int, str, str]
 
 def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts, idle: str | None) -> Asked:
     """Return written inductances and the calibration at the terminals, in henry."""
-    from sits_mech.analysis.bench import idle_coils, self_inductances, terminal_calibration
+    from sits_mech.analysis.bench import convention, self_inductances, terminal_calibration, with_idle
 
     cal, free = terminal_calibration(sensor, data, idle), np.diagonal(data["L0"].to_numpy())
     per_metre, even = str(data.attrs["unit_L"]) == "H/m", self_inductances(sensor)
     scales = [(float(m), float(L0)) if per_metre else None for m, L0 in zip(free, even, strict=True)]
     each = [_inductance(cal, k, written, scales[k]) for k, written in enumerate(texts)]
-    return Asked(cal, np.array(each), cal.L0, f"L at the terminals, idle coils {idle_coils(sensor, idle)}")
+    return Asked(cal, np.array(each), cal.L0, convention(with_idle(sensor, idle)))
 
 
 def other_convention(sensor: Sensor, data: xr.Dataset, values: Array, idle: str | None) -> str:
     """Return in words that readings in henry are of a load with idle coils the other way; "" where they are not."""
-    from sits_mech.analysis.bench import idle_coils, terminal_calibration
+    from sits_mech.analysis.bench import other_way, terminal_calibration
 
-    other = "shorted" if idle_coils(sensor, idle) == "open" else "open"
+    other, words = other_way(idle or sensor.readout.idle_coil)
     if len(sensor.coils) < 2 or terminal_calibration(sensor, data, other).inverse(values).status != "ok":
         return ""
-    return f"with idle coils {other} they are of a load: --idle {other}"
+    return words
 
 
 def _inductance(cal: Calibration, k: int, written: tuple[str, str], scale: tuple[float, float] | None) -> float:
@@ -147,12 +147,12 @@ def _inductance(cal: Calibration, k: int, written: tuple[str, str], scale: tuple
 
 def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | None) -> Asked:
     """Return written codes and the calibration in codes."""
-    from sits_mech.analysis.bench import code_calibration
+    from sits_mech.analysis.bench import code_calibration, convention
 
     cal = code_calibration(sensor, data, clock=clock_of(clock, sensor.readout.converter))
     part = converter(sensor.readout.converter)
     values = np.array([_code(cal, k, written, part) for k, written in enumerate(texts)])
-    return Asked(cal, values, -0.5 * values, f"codes of the converter, idle coils {sensor.readout.idle_coil}")
+    return Asked(cal, values, -0.5 * values, convention(sensor, "codes of the converter"))
 
 
 def _code(cal: Calibration, k: int, written: tuple[str, str], part: Converter | None = None) -> float:

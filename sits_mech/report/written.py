@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.bench import with_terminals
+from sits_mech.labels import labelled
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import answered, request_of, varied, wrench_of
@@ -31,6 +33,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path, *, layer: 
 
     Return one line for each picture that could not be drawn.
     """
+    data = labelled(with_terminals(sensor, data))
     save_table(data, folder / "result.nc")
     write_text(folder / "result.csv", csv_text(data))
     save_sensor(sensor, folder / "scene.toml")

@@ -208,8 +208,8 @@ class Readout(BaseModel):
     parallel_capacitance : float
         Of the resonant circuit [F].
     idle_coil : str
-        "shorted" (the LDC1614 grounds idle channels), "open", or "live": each tank swings all the time, as on chips of
-        their own.
+        "shorted" (the LDC1614 grounds idle channels), "open" (as a meter reads them, where there is no converter), or
+        "live": each tank swings all the time, as on chips of their own.
     lead_inductance, lead_resistance : float
         In series with each coil [H, ohm].
     capacitance_coefficient, clock_coefficient : float
@@ -224,6 +224,13 @@ class Readout(BaseModel):
     lead_resistance: Resistance = 0.0
     capacitance_coefficient: Coefficient = 0.0
     clock_coefficient: Coefficient = 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _metered(cls, given: Any) -> Any:
+        """Let idle coils be open where there is no converter, unless they are said to be something else."""
+        metered = isinstance(given, dict) and given.get("converter") == "none"
+        return {"idle_coil": "open"} | given if metered else given
 
 
 class Tolerances(BaseModel):

@@ -10,10 +10,20 @@ import xarray as xr
 from sits_mech.analysis import bench
 from sits_mech.cli.main import run
 from sits_mech.cli.read import _loop
+from sits_mech.labels import unit_of
 from sits_mech.magnetics.coils.resistance import track_spectrum
 from sits_mech.quantities import Impedance, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
-from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
+from sits_mech.scene.sensor import (
+    Sensor,
+    changed,
+    load_sensor,
+    save_sensor,
+    scene_hash,
+    scene_table,
+    scene_text,
+    sensor_from,
+)
 from sits_mech.store import save_table
 from sits_mech.version import __version__
 
@@ -111,6 +121,44 @@ def test_idle_coil_of_a_model_in_henry(sensor: Sensor) -> None:
     opened, _ = bench.terminals(changed(sensor, ['readout.idle_coil="open"']), table(sensor, "H"))
     taken = (opened["L"] - shorted["L"]).sel(F_x=0.0, F_z=0.0, coil="C1")
     assert missing == () and float(taken) == pytest.approx(0.02**2 / 0.85 * 2.5e-6, rel=0.01)
+
+
+def test_coils_and_terminals_beside_each_other(sensor: Sensor) -> None:
+    """By hand: the diagonal of L, and with it lead and shorted coil; nothing where a load has no result."""
+    led = changed(sensor, ['readout.lead_inductance="50 nH"'])
+    data = table(led, "H").assign_attrs(tracks="uneven")
+    data["status"][0, 0] = "stalled"
+    found = bench.with_terminals(led, data)
+    assert found["L_coil"].dims == found["L_terminal"].dims == ("F_x", "F_z", "coil")
+    np.testing.assert_array_equal(found["L_coil"].sel(coil="C2"), data["L"].sel(coil="C2", coil_2="C2"))
+    L = found.sel(F_x=0.0, F_z=0.0, coil="C1")
+    M = 0.02 * 2.5e-6
+    assert float(L["L_coil"] + 50e-9 - L["L_terminal"]) == pytest.approx(M**2 / (0.85 * 2.5e-6 + 50e-9), rel=0.01)
+    assert found["L_terminal"][0, 0].isnull().all() and found["L_terminal"].notnull().sum() == 2 * (7 * 7 - 1)
+    assert unit_of("L_coil[C1]", "H/m") == "H/m" and unit_of("L_terminal[C1]", "H") == "H"
+
+
+def test_a_table_of_one_load_that_failed_has_no_terminals(sensor: Sensor) -> None:
+    """All NaN, and no error; a table per metre has coils alone."""
+    data = table(sensor, "H")
+    data["status"][:] = "stalled"
+    assert bench.with_terminals(sensor, data)["L_terminal"].isnull().all()
+    assert {"L_coil", "L_terminal"} & set(bench.with_terminals(sensor, table(sensor))) == {"L_coil"}
+
+
+def test_idle_coils_are_open_where_there_is_no_converter(sensor: Sensor) -> None:
+    """As a meter reads them, unless the scene says otherwise; what a scene says is written to its file."""
+    none = {"readout": {"converter": "none"}}
+    bare = sensor_from(scene_table(sensor) | none)
+    assert bare.readout.idle_coil == "open" and sensor.readout.idle_coil == "shorted"
+    said = sensor_from(scene_table(sensor) | {"readout": {"converter": "none", "idle_coil": "shorted"}})
+    assert said.readout.idle_coil == "shorted" and changed(bare, []).readout == bare.readout
+    data = table(bare, "H").assign_attrs(tracks="uneven")
+    opened = data["L"].sel(coil="C1", coil_2="C1")
+    np.testing.assert_allclose(bench.with_terminals(bare, data)["L_terminal"].sel(coil="C1"), opened, rtol=1e-12)
+    known = bench.terminal_calibration(bare, data), bench.sensor_calibration(bare, data)
+    read, own = (each.forward(0.3, 1.0) for each in known)
+    np.testing.assert_allclose(read, own, rtol=1e-9)
 
 
 def test_settings_follow_the_scene(sensor: Sensor) -> None:

@@ -38,6 +38,8 @@ def test_netcdf_has_units(source: Source, tmp_path: Path) -> None:
     np.testing.assert_array_equal(data["L"], source.data["L"])
     found = {name: data[name].attrs.get("units") for name in ("F_x", "d_h", "alpha", "L", "error_R", "L_v_percent")}
     assert found == {"F_x": "N", "d_h": "m", "alpha": "rad", "L": "H/m", "error_R": "ohm/m", "L_v_percent": "%"}
+    np.testing.assert_array_equal(data["L_coil"].sel(coil="C1"), data["L"].sel(coil="C1", coil_2="C1"))
+    assert data["L_coil"].attrs["units"] == "H/m" and "L_terminal" not in data
     assert "units" not in data["status"].attrs
 
 

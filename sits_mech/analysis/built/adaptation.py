@@ -132,9 +132,14 @@ class Adaptation:
         return np.sqrt(np.diagonal(self.covariance))
 
     @property
+    def fit(self) -> ParameterFit:
+        """The fit of all unknowns, of what loads were misread by as well."""
+        return self.posterior.fit
+
+    @property
     def p_value(self) -> float:
         """The probability that such a sensor fits its readings worse."""
-        return float(chi2.sf(self.chi_square, self.numbers))
+        return self.fit.p_value
 
     @property
     def p_structured(self) -> float:

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import OptimizeResult, least_squares, lsq_linear
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 from scipy.stats import t as student
 
 from sits_mech.quantities import Array
@@ -114,6 +114,7 @@ class ParameterFit:
     rms_before: float  # the same at the first values
     chi_square: float  # in units of the noise, or of each range
     variance: float  # multiplies the parameters' covariance
+    p_value: float  # probability of more than this chi^2; NaN where the noise is not known
 
 
 def fit_parameters(
@@ -144,7 +145,9 @@ def fit_parameters(
     flat = np.linalg.norm(jacobian, axis=0) < 1e-12
     spread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12, hermitian=True)
     freedom, chi_square = numbers + known - len(free), float(np.sum(found.fun**2))
-    least, within = (own**2, student.ppf(0.975, freedom)) if noise is None else (1.0, norm.ppf(0.975))
+    least, within, p_value = own**2, student.ppf(0.975, freedom), np.nan
+    if noise is not None:
+        least, within, p_value = 1.0, norm.ppf(0.975), float(chi2.sf(chi_square, freedom))
     variance = max(chi_square / freedom, least)
     covariance = spread * variance * np.outer(sizes, sizes)
     widths = np.where(flat, np.inf, within * np.sqrt(np.diagonal(spread) * variance) * sizes)
@@ -153,7 +156,7 @@ def fit_parameters(
     rms, before = (float(np.sqrt(np.nanmean((each / ranges) ** 2))) for each in off)
     return ParameterFit(
         tuple(each.name for each in free), found.x, widths, spread / np.outer(safe, safe), covariance, off[0],
-        rms, before, chi_square, variance,
+        rms, before, chi_square, variance, p_value,
     )
 
 

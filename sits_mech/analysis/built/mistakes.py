@@ -6,23 +6,26 @@ would show, if it is far likelier than the readings as they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+import xarray as xr
 
-from sits_mech.analysis.bench import with_idle
+from sits_mech.analysis.bench import other_way
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
-from sits_mech.analysis.built.force_maps import table_of
+from sits_mech.analysis.built.comparison import Comparison
+from sits_mech.analysis.built.fit import ParameterFit
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.measured import Measured
-from sits_mech.scene.sensor import SceneError
+from sits_mech.scene.sensor import SceneError, Sensor
 
+Fitted = TypeVar("Fitted", Adaptation, Comparison)
 STRANGE = 0.01
 """Probability of readings below which they are doubted."""
-_CLEARLY = 16.0  # of chi^2, by which idle coils the other way fit readings better: four deviations
+_CLEARLY = 16.0  # of chi^2 over its variance, by which idle coils the other way fit readings better: four deviations
 _LIKELY = 0.05  # probability of readings that are mended
 _GRAVITY = 9.80665  # [m/s^2]
 _FACTORS = {
@@ -47,29 +50,38 @@ def mistake(prior: Prior, measured: Measured, found: Adaptation | None, **noise:
     return words
 
 
-def other_idle(prior: Prior, measured: Measured, found: Adaptation | None, **noise: Any) -> str:
-    """Return in words that readings are rather of idle coils the other way, "" where they are not.
+def as_read(
+    sensor: Sensor, data: xr.Dataset | None, source: object, fitted: Callable[[str], Fitted],
+    otherwise: Callable[[], str] = str,
+) -> Fitted:
+    """Return the fit of readings with idle coils as `sensor` has them; `fitted` makes it of what idle coils are.
 
-    The readings are made what they would be the scene's way, by the difference of the table's own, and fitted anew.
+    `data` is the table that is fitted, None without one. Raises SceneError where the readings of `source` are rather of
+    idle coils the other way, and as `fitted`, then with what else may be wrong, in words.
     """
-    sensor, known = prior.sensor, np.all(np.isfinite(measured.forces), axis=1)
-    if len(sensor.coils) < 2 or not np.any(known):
-        return ""
     own = sensor.readout.idle_coil
-    other = "shorted" if own == "open" else "open"
-    table = table_of(with_idle(sensor, other), prior.data, prior.forces)
-    forces = np.where(np.isfinite(measured.forces), measured.forces, 0.0)[None]
-    step = prior.table.at(forces)[0][0] - table.at(forces)[0][0]
-    if not np.any(step):  # as of tables in section: both ways are one
-        return ""
     try:
-        again = adapt(prior, replace(measured, L=measured.L + step), **noise)
-    except (SceneError, ValueError):
-        return ""
-    if again.p_value < STRANGE if found is None else again.chi_square > found.chi_square - _CLEARLY:
-        return ""
-    return (f"the readings are rather with idle coils {other}, the scene has them {own}: read them so, or set "
-            f"readout.idle_coil")
+        found = fitted(own)
+    except SceneError as error:
+        again = _other_fit(sensor, data, fitted)
+        said = otherwise() if again is None or again.p_value < STRANGE else other_way(own)[1]
+        raise SceneError(f"{error}{said and '; '}{said}") from None
+    again = _other_fit(sensor, data, fitted)
+    if again is not None and found.fit.chi_square - again.chi_square > _CLEARLY * again.variance:
+        raise SceneError(f"{source}: {other_way(own)[1]}")
+    return found
+
+
+def _other_fit(
+    sensor: Sensor, data: xr.Dataset | None, fitted: Callable[[str], Fitted]
+) -> ParameterFit | None:
+    """Return the fit with idle coils the other way, None where there is none or both ways are one."""
+    if len(sensor.coils) < 2 or (data is not None and data.attrs["unit_L"] != "H"):
+        return None
+    try:
+        return fitted(other_way(sensor.readout.idle_coil)[0]).fit
+    except ValueError:
+        return None
 
 
 def _mended(prior: Prior, measured: Measured) -> Iterator[tuple[str, Measured]]:

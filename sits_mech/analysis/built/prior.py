@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import sensor_front_end, table_inductances
+from sits_mech.analysis.bench import sensor_front_end, table_inductances, with_idle
 from sits_mech.analysis.built.force_maps import Table, layer_slopes, shared_poses, table_of, told
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
@@ -66,6 +66,17 @@ class Prior:
     def bench(self, forces: Array, *, loose: bool = False, depth: bool = False) -> LoadedBench:
         """Return the model of what rows of loads show."""
         return LoadedBench(self.setup, self.table, forces, self.slopes, True, loose, depth)
+
+    def read_by(self, idle: str | None = None, *, tank: bool | None = None) -> Prior:
+        """Return the sensor as another bench reads it: what its idle coils are, and whether a `tank` tells inductances.
+
+        Either as before by None.
+        """
+        sensor = with_idle(self.sensor, idle)
+        setup = replace(self.setup, sensor=sensor, tank=self.setup.tank if tank is None else tank)
+        if setup == self.setup:
+            return self
+        return replace(self, sensor=sensor, setup=setup, table=table_of(sensor, self.data, self.forces), _slopes={})
 
     @property
     def known(self) -> tuple[Known, ...]:

@@ -12,7 +12,8 @@
     axis_x, axis_z       where the axis is that stages turn it about, from the centre of its bottom face, which goes to
                          c + a - R_set a with a = (axis_x, 0, axis_z) [m]
     lead                 l, inductance of the leads besides the scene's [H]
-    capacitance          c, of the tank besides the scene's C, with which frequencies became inductances [F]
+    capacitance          c, of the tank besides the scene's C, with which frequencies became inductances; nothing to
+                         those that a meter shows [F]
     target.width, ...    a number of the scene by its key, a star for every entry of a list; L is the parabola through
                          the models at v and v +- 2 s for what is v +- s beforehand, and several keys add up
 
@@ -69,6 +70,7 @@ class Setup:
     sensor: Sensor
     parameters: tuple[Known, ...]  # in the order of the columns of P below
     model: Callable[[Sensor], MagneticModel]
+    tank: bool = True  # whether inductances are read by the tank's frequency, not by a meter
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -132,7 +134,7 @@ class Setup:
         for number, each in enumerate(self.parameters):
             if each.name == "lead":
                 slopes[..., number] += gain
-            if each.name == "capacitance":
+            if each.name == "capacitance" and self.tank:
                 slopes[..., number] += (self._shown(0, places) + lead) / C
             if each in self._keys:
                 ends = [here | {each.name: here[each.name] + way * each.deviation} for way in (-_KEY, _KEY)]
@@ -141,8 +143,9 @@ class Setup:
         return slopes
 
     def _here(self, P: Array) -> dict[str, Array]:
-        """Return the values of each parameter by name, shape (k,)."""
-        return dict(zip(self.names, P.T, strict=True))
+        """Return the values of each parameter that readings depend on by name, shape (k,)."""
+        each = zip(self.names, P.T, strict=True)
+        return {name: values for name, values in each if self.tank or name != "capacitance"}
 
     def free(self, poses: Array, ends: Mapping[str, Free]) -> tuple[Free, ...]:
         """Return the parameters to be fitted with first values, ends and sizes.

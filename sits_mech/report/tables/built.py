@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from sits_mech.analysis.bench import loads_over
+from sits_mech.analysis.bench import convention, loads_over
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.delivered import MOST, Delivered
 from sits_mech.analysis.built.load_plan import LoadPlan
@@ -45,7 +45,7 @@ def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
         for name, value, deviation in zip(found.names, found.values, found.deviations, strict=True) if name in known
     }
     return {
-        "convention": f"at the terminals, idle coils {prior.sensor.readout.idle_coil}",
+        "convention": convention(prior.sensor),
         "unknowns": unknowns,
         "alike": [list(pair) for pair in _alike(found)],
         "p_value": found.p_value,

@@ -1,19 +1,22 @@
 """Slips in a bench file are named: columns, signs, units; honest readings have none."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import absolute, table_impedance, with_idle
-from sits_mech.analysis.built.adaptation import adapt
+from sits_mech.analysis.bench import absolute, loads_over, table_impedance, with_idle
+from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.force_maps import table_of
-from sits_mech.analysis.built.mistakes import mistake, other_idle
+from sits_mech.analysis.built.mistakes import as_read, mistake
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
+from sits_mech.cli.main import run
 from sits_mech.readout.loads import varied
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor, save_sensor
+from sits_mech.store import save_table
 
 from .conftest import LOADS, bench_of
 
@@ -69,6 +72,11 @@ def coupled(cheap: tuple[Sensor, xr.Dataset]) -> Prior:
     return prior_of(sensor, henry.assign_attrs(unit_L="H", tracks="uneven"), ["modulus=1+-0.1", "lead=0+-5e-9"])
 
 
+def read(prior: Prior, bench: Measured) -> Adaptation:
+    """What readings tell, with idle coils as the prior has them."""
+    return as_read(prior.sensor, prior.data, bench.source, lambda idle: adapt(prior.read_by(idle), bench))
+
+
 @pytest.mark.parametrize("idle", ["open", "shorted"])
 def test_idle_coils_the_other_way_are_found(coupled: Prior, idle: str) -> None:
     """A bench of open coils is none of the scene's shorted ones; its own way nothing is said."""
@@ -76,16 +84,37 @@ def test_idle_coils_the_other_way_are_found(coupled: Prior, idle: str) -> None:
     L = table_of(with_idle(own, idle), coupled.data, names).at(LOADS[None])[0][0]
     noise = coupled.noise * np.random.default_rng(2).standard_normal(L.shape)
     bench = Measured(LOADS, L + noise, "bench.csv")
-    try:
-        found = adapt(coupled, bench)
-    except SceneError:  # nothing that is unknown explains them
-        found = None
-    said = other_idle(coupled, bench, found)
-    assert own.readout.idle_coil == "shorted" and bool(said) == (idle == "open")
-    assert said == "" or "rather with idle coils open, the scene has them shorted" in said
+    assert own.readout.idle_coil == "shorted"
+    assert read(coupled.read_by(idle), bench).p_value > 0.01
+    if idle == "open":
+        with pytest.raises(SceneError, match="the readings are rather with idle coils open than shorted: --idle open"):
+            read(coupled, bench)
+
+
+@pytest.mark.parametrize(("idle", "said", "code"), [("open", None, 2), ("shorted", "open", 2), ("open", "open", 0),
+                                                    ("shorted", None, 0)])
+def test_a_comparison_tests_the_other_convention(
+    coupled: Prior, idle: str, said: str | None, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As `adapt` does, and with the same words, noise known or not; what is read the right way names it first."""
+    save_table(coupled.data, tmp_path / "result.nc")
+    save_sensor(coupled.sensor, tmp_path / "scene.toml")
+    loads = loads_over(np.array([-0.4, 0.1]), np.array([0.4, 1.8]), 4)
+    L = coupled.read_by(idle).table.at(loads[None])[0][0] + 1e-11 * np.random.default_rng(4).standard_normal((16, 2))
+    rows = [",".join(f"{number:.12g}" for number in row) for row in np.column_stack([loads, L])]
+    (tmp_path / "bench.csv").write_text("\n".join(["F_x [N], F_z [N], L1 [H], L2 [H]", *rows]) + "\n")
+    words = ["compare", str(tmp_path), str(tmp_path / "bench.csv"), "--free", "modulus"]
+    for more in ([], ["--noise", "10 pH"]):
+        assert run([*words, *more, *([] if said is None else ["--idle", said])]) == code
+        shown = capsys.readouterr()
+        if code:
+            assert f"rather with idle coils {idle} than {said or 'shorted'}: --idle {idle}" in shown.err
+        else:
+            assert f"L at the terminals, idle coils {idle}" in shown.out.splitlines()[1]
 
 
 def test_a_section_knows_no_idle_coils(prior: Prior) -> None:
-    """Its tables are of coils alone: both ways fit alike, and nothing is said."""
-    bench = bench_of(prior)
-    assert other_idle(prior, bench, adapt(prior, bench)) == ""
+    """Its tables are of coils alone: both ways are one, nothing is said, and nothing fitted for it."""
+    found, asked = adapt(prior, bench_of(prior)), []
+    assert as_read(prior.sensor, prior.data, "bench.csv", lambda idle: asked.append(idle) or found) is found
+    assert asked == ["shorted"]
