@@ -216,6 +216,7 @@ def compare(
         raise SceneError(f"--magnetics: must be given with a scene alone, a calibration has its own; got {magnetics}")
     check_readable(measured, "a readable measurement")
 
+    from sits_mech.analysis.bench import tank_of
     from sits_mech.analysis.built import comparison
     from sits_mech.analysis.measured import read_measured
     from sits_mech.readout.loads import fixed, several
@@ -228,7 +229,7 @@ def compare(
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
     hertz, names = clock_of(clock, sensor.readout.converter), sensor.coil_names
     tank, loads, held = (
-        (None, (), None) if data is None else (comparison.tank_of(sensor, data, hertz), several(data), fixed(data))
+        (None, (), None) if data is None else (tank_of(sensor, data, hertz), several(data), fixed(data))
     )
     bench = read_measured(measured, loads, names, tank, held)
     asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
@@ -294,12 +295,15 @@ def _warn_of(
 
 def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]:
     """Return the drift of a calibrated sensor with temperature; nothing, and why, where readings have no inverse."""
-    from sits_mech.analysis.bench import coil_table
+    from sits_mech.analysis.bench import code_slopes, coil_table
     from sits_mech.analysis.drift import drift
     from sits_mech.report.tables.drift import drift_record
 
     try:
-        found = drift(cal, coil_table(sensor, data)["slope_T_L_by"])
+        if sensor.readout.converter == "none":
+            found = drift(cal, coil_table(sensor, data)["slope_T_L_by"])
+        else:
+            found = drift(cal.code_calibration, code_slopes(sensor, data).squeeze(drop=True))
     except ValueError as error:
         warn(f"drift with temperature: {error}")
         return {}

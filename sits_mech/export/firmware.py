@@ -66,7 +66,9 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
 
 def _own_error(read: Readings) -> float:
     """Return the largest estimated error of a load of the table, by its inductance, in codes."""
-    return 0.0 if read.codes is None else float(np.nanmax(0.5 * read.codes * read.error_L / read.L))
+    if read.codes is None or read.front is None:
+        return 0.0
+    return float(np.nanmax(0.5 * (read.codes + read.front.below) * read.error_L / read.L))
 
 
 def _in_words(cal: Calibration, codes: float) -> str:

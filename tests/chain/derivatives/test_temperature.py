@@ -187,9 +187,11 @@ def test_the_bench_sees_the_sensor_at_its_temperature(data: xr.Dataset) -> None:
     for name, scene in (("cold", cold), ("warm", warm)):
         front[name], own[name] = sensor_front_end(scene, data)[0], terminals(scene, data)[0]
     assert np.all(own["warm"]["R"] > 1.02 * own["cold"]["R"])
-    L = own["cold"]["L"].to_numpy()
-    ratio = codes_of(warm, front["cold"], L) / codes_of(cold, front["cold"], L)
-    np.testing.assert_allclose(ratio, (1 + 600e-6) ** -0.5 / (1 - 40e-6), rtol=1e-12)
+    L, R = (own["cold"][name].to_numpy() for name in ("L", "R"))
+    each = [codes_of(scene, front["cold"], L, lossy) for lossy in (0.0 * R, R) for scene in (warm, cold)]
+    np.testing.assert_allclose(each[0] / each[1], (1 + 600e-6) ** -0.5 / (1 - 40e-6), rtol=1e-12)
+    damping = np.sqrt([1.0 - R**2 * 330e-12 * c / L for c in (1 + 600e-6, 1.0)])
+    np.testing.assert_allclose([each[2] / each[0], each[3] / each[1]], damping, rtol=1e-12)
 
 
 def scripted(forces: list[float], error: float) -> Callable[[xr.Dataset], Inverse]:
