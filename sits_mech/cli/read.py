@@ -216,8 +216,8 @@ def compare(
         raise SceneError(f"--magnetics: must be given with a scene alone, a calibration has its own; got {magnetics}")
     check_readable(measured, "a readable measurement")
 
-    from sits_mech.analysis.bench import tank_of
     from sits_mech.analysis.built import comparison
+    from sits_mech.analysis.codes import tank_of
     from sits_mech.analysis.measured import read_measured
     from sits_mech.readout.loads import fixed, several
     from sits_mech.report.folder import read_calibration
@@ -295,7 +295,8 @@ def _warn_of(
 
 def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]:
     """Return the drift of a calibrated sensor with temperature; nothing, and why, where readings have no inverse."""
-    from sits_mech.analysis.bench import code_slopes, coil_table
+    from sits_mech.analysis.bench import coil_table
+    from sits_mech.analysis.codes import code_slopes
     from sits_mech.analysis.drift import drift
     from sits_mech.report.tables.drift import drift_record
 

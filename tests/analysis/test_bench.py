@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis import bench
+from sits_mech.analysis.codes import tank_of
 from sits_mech.analysis.measured import read_measured
 from sits_mech.cli.main import run
 from sits_mech.cli.read import _loop
@@ -132,7 +133,7 @@ def test_codes_become_the_inductances_they_are_of(sensor: Sensor, keys: tuple[st
     each = zip(codes["load"].values, codes.values.tolist(), strict=True)
     rows = "\n".join(f"{x},{z},{a!r},{b!r}" for (x, z), (a, b) in each)
     (tmp_path / "bench.csv").write_text(f"F_x,F_z,code1,code2\n{rows}\n")
-    tank = bench.tank_of(scene, data)
+    tank = tank_of(scene, data)
     back = read_measured(tmp_path / "bench.csv", ("F_x", "F_z"), ("C1", "C2"), tank)
     L, R = (seen[name].to_numpy().reshape(-1, 2) for name in ("L", "R"))
     np.testing.assert_allclose(tank.resistance(L), R, rtol=2e-4)

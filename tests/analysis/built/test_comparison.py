@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import sensor_calibration, tank_of, terminals
+from sits_mech.analysis.bench import sensor_calibration, terminals
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.comparison import compare
+from sits_mech.analysis.codes import tank_of
 from sits_mech.analysis.measured import Measured, read_measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
