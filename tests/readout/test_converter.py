@@ -116,7 +116,7 @@ def test_noise_scales_and_rounds() -> None:
 def test_settings_of_a_pair() -> None:
     """Two coils of 2.3 uH and 2.7 ohm with 330 pF: every figure from the data sheet's formulas."""
     found = front_end(LDC1614, [[2.3e-6, 2.3e-6], [2.25e-6, 2.3e-6]], np.full((2, 2), 2.7), 330e-12, rcount=2000)
-    f = 1.0 / (2.0 * np.pi * np.sqrt(2.3e-6 * 330e-12))
+    f = np.sqrt(1.0 / (2.3e-6 * 330e-12) - (2.7 / 2.3e-6) ** 2) / (2.0 * np.pi)
     Q = 2.0 * np.pi * f * 2.3e-6 / 2.7
     assert (found.reference, found.input_divider, found.reference_divider) == (40e6, 1, 1)
     assert found.settlecount[1] == np.ceil(Q * 40e6 / (16 * f)) and found.frequency[1, 0] == pytest.approx(f)
