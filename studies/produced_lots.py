@@ -23,13 +23,14 @@ import numpy as np
 from common.outputs import study_arguments, write_rows
 from common.twins import CELL, LAWS, NARROWEST, SOFTEST, STIFFEST, Truth, inverted, loads, made
 
-from sits_mech.analysis.bench import code_calibration, codes_of, sensor_front_end
+from sits_mech.analysis.bench import code_calibration
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.constants import constants_of, inverse
 from sits_mech.analysis.built.delivered import MOST, delivered
 from sits_mech.analysis.built.load_plan import LoadPlan, plan_loads
 from sits_mech.analysis.built.prior import SURE, Prior, load_noise_of, prior_of
 from sits_mech.analysis.built.production import Production, produced
+from sits_mech.analysis.codes import unit_codes
 from sits_mech.analysis.measured import Measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array
@@ -105,7 +106,7 @@ def read_by(found: Adaptation, cal: Calibration, unit: Unit, grid: Array) -> Rea
     ranges, L, prior = np.ptp(grid, axis=0), unit.shown(grid), found.prior
     off = inverted(found, L, grid) - grid
     own = constants_of(found, cal)
-    codes = own.codes(codes_of(prior.sensor, sensor_front_end(prior.sensor, prior.data)[0], L))
+    codes = own.codes(unit_codes(prior.sensor, prior.data, L))
     start = np.asarray(np.linalg.solve(own.factor, (grid - own.shift).T).T)
     by_constants = own.forces(inverse(cal, codes, start)[0]) - grid
     held = float(np.mean(np.abs(off) < SURE * found.force_deviations(grid)[1]))

@@ -64,6 +64,7 @@ PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN
 UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
     "magnetics/space/plates.py": "tests/magnetics/space/test_near.py: plates of scenes, near, far and at rest",
+    "analysis/codes.py": "tests/analysis/test_bench.py: codes back to L, and their slopes beside those of tables",
     "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
     "analysis/material/uniaxial.py": "tests/silicone/test_uniaxial.py: every law, with rate and softening",
     "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",

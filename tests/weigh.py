@@ -11,8 +11,8 @@
     entered in the plane    the same, by the models planar and planar
 
 Who lowers a count lowers its ceiling; a capability may raise it, in a commit that says which: last elements on an
-axis, notes and omissions as values, answers in section that hold their ends, and readings with idle coils either way,
-tested and tabulated. Run ``python tests/weigh.py``.
+axis, notes and omissions as values, answers in section that hold their ends, readings with idle coils either way, and
+codes that hold the tank's losses, with the window of an output gain. Run ``python tests/weigh.py``.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 56_960, "core lines": 31_950, "tokens": 489_600, "named numbers": 584, "branching functions": 49,
+    "lines": 57_190, "core lines": 32_050, "tokens": 492_200, "named numbers": 585, "branching functions": 49,
     "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 100, "entered in the plane": 104,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

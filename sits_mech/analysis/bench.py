@@ -224,19 +224,25 @@ def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = 
     has no settings for this sensor or the table holds too few loads.
     """
     front, _ = sensor_front_end(sensor, data, clock=clock)
-    L = terminals(sensor, data)[0]["L"]
-    codes = xr.DataArray(codes_of(sensor, front, L.to_numpy()), dims=L.dims, coords=L.coords)
-    rate = 0.5 * np.nanmax((codes / L).to_numpy().reshape(-1, len(front.noise)), axis=0)  # code over L^(-1/2)
+    codes, L = table_codes(sensor, data, front), terminals(sensor, data)[0]["L"]
+    whole = ((codes + front.below) / L).to_numpy()
+    rate = 0.5 * np.nanmax(whole.reshape(-1, len(front.noise)), axis=0)  # code over L^(-1/2)
     table = data[["status"]].assign(L=codes).assign_attrs(unit_L="code")
     found = calibration(table, noise=(rate * front.noise).tolist())
     return replace(found, model_error=rate * model_errors(sensor, data))
 
 
-def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:
-    """Return the unrounded codes of inductances at the terminals [H]; NaN where there is none."""
-    good, f = np.isfinite(L), np.full(L.shape, np.nan)
-    f[good] = tank_frequency(L[good], at_temperature(sensor).readout.parallel_capacitance)
-    return code_of(f, front.part, clock_factor(sensor) * front.reference, front.input_divider)
+def codes_of(sensor: Sensor, front: FrontEnd, L: Array, R: Array) -> Array:
+    """Return the unrounded codes of L [H] and R [ohm] at the terminals, (..., n); NaN where there is none."""
+    C, reference = at_temperature(sensor).readout.parallel_capacitance, clock_factor(sensor) * front.reference
+    f = tank_frequency(np.where(np.isfinite(L), L, np.inf), C, R)
+    return code_of(f, front.part, reference, front.input_divider, gain=front.gain, offset=front.offset)
+
+
+def table_codes(sensor: Sensor, data: xr.Dataset, front: FrontEnd) -> xr.DataArray:
+    """Return the unrounded codes of a table, dims (*varied(data), coil)."""
+    seen = terminals(sensor, data)[0]
+    return seen["L"].copy(data=codes_of(sensor, front, *(seen[name].to_numpy() for name in ("L", "R"))))
 
 
 def coil_table(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
@@ -307,5 +313,4 @@ def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
         front, missing = sensor_front_end(sensor, data)
     except ValueError as reason:
         return Readings(L, error, L0, None, None, (str(reason),))
-    seen = terminals(sensor, data)[0]["L"].to_numpy()
-    return Readings(L, error, L0, front, codes_of(sensor, front, seen), missing)
+    return Readings(L, error, L0, front, table_codes(sensor, data, front).to_numpy(), missing)

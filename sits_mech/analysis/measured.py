@@ -6,7 +6,7 @@ without one):
     F_x [N], M_x [N mm], ...    the forces and moments that the model varies; others must be as it has them, or
     d_v [mm], alpha [deg], ...  where stages have put the target, zero without a column; d_v = inf: no target
     L1 [uH], L2 [uH], ...       the inductance of each coil at its terminals, by number or by name (L_C1), or
-    code1, code2, ...           the converter's codes, from which L = 1 / ((2 pi f)^2 C), f = code d_in f_ref / 2^bits
+    code1, code2, ...           the converter's codes, whose tank has that L, with R where all coils show theirs
     depth [mm]                  beside loads: how far the target was pressed down from where it rests without load
     unit                        of which sensor of several the row is (`read_units`)
 
@@ -16,11 +16,12 @@ A load that was not measured is nan; other rows with nan are passed over.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sits_mech.analysis.columns import cells_of, headed, number_rows
 from sits_mech.memory import input_text
@@ -35,12 +36,18 @@ _SAME = 1e-3  # of a load that the model has as one value: what a bench's zero m
 
 @dataclass(frozen=True)
 class Tank:
-    """How codes become inductances: part, capacitance [F], reference frequency [Hz], divider of the input."""
+    """How codes become inductances: part, capacitance [F], reference frequency [Hz], divider of the input.
+
+    With output gain and offset, and the coils' R [ohm] where they show L (..., n) [H]; None: none.
+    """
 
     part: Converter
     capacitance: float
     reference: float
     divider: int = 1
+    gain: int = 1
+    offset: ArrayLike = 0
+    resistance: Callable[[Array], Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -153,7 +160,7 @@ def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measur
         raise SceneError(f"{source}: must hold at least {least} rows of numbers; got {len(rows)}")
     sheet = Sheet(source, file.columns, rows)
     _check_coils(sheet, asked.coils)
-    L = np.stack([_inductance(sheet, name, asked.tank) for name in coils], -1)
+    L = _inductances(sheet, coils, asked.tank)
     if moved:
         _check_finite(source, [L])
         return Measured(np.zeros((len(rows), 0)), L, source, _poses(sheet))
@@ -259,14 +266,28 @@ def _coil(file: _Written, number: int, title: str) -> str:
     return name
 
 
-def _inductance(sheet: Sheet, name: str, tank: Tank | None) -> Array:
-    """Return the inductance of a coil, given or from codes [H]."""
-    if name.startswith("l"):
-        return sheet.values(name, "H")
+def _check_codes(sheet: Sheet, names: Sequence[str], codes: Array, part: Converter) -> None:
+    """Refuse codes (m, n) of a coil that was not read."""
+    for (row, k), code in np.ndenumerate(codes):
+        if np.isfinite(code) and (why := fault(code, part)):
+            must = "must be of a coil that is read; got a fault"
+            raise SceneError(f"{sheet.source}: row {row + 1}, {names[k]}: {must}, {why}")
+
+
+def _inductances(sheet: Sheet, names: Sequence[str], tank: Tank | None) -> Array:
+    """Return the inductances of the coils, given or from codes, shape (m, n) [H]."""
+    coded = [name.startswith("code") for name in names]
+    values = np.stack([sheet.values(name, "" if of else "H") for name, of in zip(names, coded, strict=True)], -1)
+    if not any(coded):
+        return values
     if tank is None:
+        name = names[coded.index(True)]
         raise SceneError(f"{sheet.source}: the column {name} must come with a converter; the scene has none for it")
-    codes = sheet.values(name, "")
-    for row, code in enumerate(codes.tolist(), start=1):
-        if np.isfinite(code) and (why := fault(code, tank.part)):
-            raise SceneError(f"{sheet.source}: row {row}, {name}: must be of a coil that is read; got a fault, {why}")
-    return tank_inductance(frequency_of(codes, tank.part, tank.reference, tank.divider), tank.capacitance)
+    codes = np.where(coded, values, 1.0)
+    _check_codes(sheet, names, codes, tank.part)
+    f = frequency_of(codes, tank.part, tank.reference, tank.divider, gain=tank.gain, offset=tank.offset)
+    L = np.where(coded, tank_inductance(f, tank.capacitance), values)
+    for _ in range(4):  # each leaves some 1e-3 of an error
+        R = np.zeros(1) if tank.resistance is None else tank.resistance(L)
+        L = np.where(coded, tank_inductance(f, tank.capacitance, R), values)
+    return L

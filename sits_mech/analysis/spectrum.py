@@ -25,14 +25,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sits_mech.analysis.terminals import own_capacitance, pulling, tank_frequency, terminal_impedance, with_capacitance
+from sits_mech.analysis.terminals import own_capacitance, pulling, terminal_impedance, with_capacitance
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.tracks import Tracks, with_tracks
 from sits_mech.notes import Note, Omission, OmissionKind
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, kept_report
-from sits_mech.readout.converter import CONVERTERS
+from sits_mech.readout.converter import CONVERTERS, tank_frequency
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature
 
@@ -169,7 +169,7 @@ def _terminals(sensor: Sensor, found: Impedance) -> Terminals:
     R_ac, shift = R_dc + np.real(alone), np.imag(alone) / omega
     return Terminals(
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
-        tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega), own,
+        tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z.imag / omega, capacitance, Z.real), own,
         1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * np.where(own > 0.0, own, np.nan))),
     )
 

@@ -13,9 +13,7 @@ with the small losses left out are the eigenvectors v of L, leads included,
 
 so that equal tanks are split by their coupling k, L (1 +- k).
 
-A capacitance across the terminals gives ``Z_i / (1 + j omega C Z_i)``, which is real, and the tank at resonance, at
-
-    omega_0^2 = 1 / (L C) - (R / L)^2.
+A capacitance across the terminals gives ``Z_i / (1 + j omega C Z_i)``, real where the tank swings (`tank_frequency`).
 
 A coil's own capacitance is the energy between its tracks: with v the voltage at a place over that of the coil, falling
 from 1 to 0 in proportion to the length in series,
@@ -51,7 +49,7 @@ from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.constants import epsilon_0
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
@@ -109,17 +107,6 @@ def with_capacitance(Z: ArrayLike, capacitance: float, omega: float) -> Complex:
     """Return impedances [ohm] with a capacitance [F] across their terminals."""
     Z = np.asarray(Z, dtype=complex)
     return Z / (1.0 + 1j * omega * capacitance * Z)
-
-
-def tank_frequency(Z: ArrayLike, capacitance: float, omega: float) -> NDArray[np.float64]:
-    """Return where coils of impedance Z [ohm] at `omega` resonate with a capacitance [F] across them [Hz].
-
-    With the L and R of that `omega`; NaN for a coil that is damped too much to resonate.
-    """
-    Z = np.asarray(Z, dtype=complex)
-    L = Z.imag / omega
-    square = 1.0 / (L * capacitance) - (Z.real / L) ** 2
-    return np.sqrt(np.where(square > 0.0, square, np.nan)) / (2.0 * np.pi)
 
 
 @lru_cache(maxsize=64)

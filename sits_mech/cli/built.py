@@ -68,7 +68,7 @@ class Known:
 
     def tank(self, prior: Prior) -> Tank | None:
         """Return how codes become inductances."""
-        from sits_mech.analysis.built.comparison import tank_of
+        from sits_mech.analysis.codes import tank_of
 
         return tank_of(prior.sensor, prior.data, clock_of(self.clock, prior.sensor.readout.converter))
 

@@ -219,6 +219,7 @@ def compare(
     from sits_mech.analysis.bench import convention, with_idle
     from sits_mech.analysis.built import comparison
     from sits_mech.analysis.built.mistakes import as_read
+    from sits_mech.analysis.codes import tank_of
     from sits_mech.analysis.measured import read_measured
     from sits_mech.readout.loads import fixed, several
     from sits_mech.report.folder import read_calibration
@@ -230,7 +231,7 @@ def compare(
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
     hertz, names = clock_of(clock, sensor.readout.converter), sensor.coil_names
     tank, loads, held = (
-        (None, (), None) if data is None else (comparison.tank_of(sensor, data, hertz), several(data), fixed(data))
+        (None, (), None) if data is None else (tank_of(sensor, data, hertz), several(data), fixed(data))
     )
     bench = read_measured(measured, loads, names, tank, held)
     asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
@@ -299,11 +300,15 @@ def _warn_of(
 def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]:
     """Return the drift of a calibrated sensor with temperature; nothing, and why, where readings have no inverse."""
     from sits_mech.analysis.bench import coil_table
+    from sits_mech.analysis.codes import code_slopes
     from sits_mech.analysis.drift import drift
     from sits_mech.report.tables.drift import drift_record
 
     try:
-        found = drift(cal, coil_table(sensor, data)["slope_T_L_by"])
+        if sensor.readout.converter == "none":
+            found = drift(cal, coil_table(sensor, data)["slope_T_L_by"])
+        else:
+            found = drift(cal.code_calibration, code_slopes(sensor, data).squeeze(drop=True))
     except ValueError as error:
         warn(f"drift with temperature: {error}")
         return {}

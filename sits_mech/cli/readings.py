@@ -147,12 +147,13 @@ def _inductance(cal: Calibration, k: int, written: tuple[str, str], scale: tuple
 
 def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | None) -> Asked:
     """Return written codes and the calibration in codes."""
-    from sits_mech.analysis.bench import code_calibration, convention
+    from sits_mech.analysis.bench import code_calibration, convention, sensor_front_end
 
-    cal = code_calibration(sensor, data, clock=clock_of(clock, sensor.readout.converter))
+    hertz = clock_of(clock, sensor.readout.converter)
+    cal, below = code_calibration(sensor, data, clock=hertz), sensor_front_end(sensor, data, clock=hertz)[0].below
     part = converter(sensor.readout.converter)
     values = np.array([_code(cal, k, written, part) for k, written in enumerate(texts)])
-    return Asked(cal, values, -0.5 * values, convention(sensor, "codes of the converter"))
+    return Asked(cal, values, -0.5 * (values + below), convention(sensor, "codes of the converter"))
 
 
 def _code(cal: Calibration, k: int, written: tuple[str, str], part: Converter | None = None) -> float:

@@ -3,7 +3,7 @@
 The map, the domain and the starting points are laid down in `fixed_point`; the header (``firmware.h.in``) has the
 arithmetic of the inverse for any number of forces, and as many coils or more: the same polynomials, the same least
 squares, the same statuses. What one built sensor differs by is a struct that firmware reads at run time
-(analysis/built/constants.py), bound to its header by a checksum of the calibrated inductances.
+(analysis/built/constants.py), bound to its header by a checksum of the calibrated impedances.
 
 Neglected: noise.
 """
@@ -66,7 +66,9 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
 
 def _own_error(read: Readings) -> float:
     """Return the largest estimated error of a load of the table, by its inductance, in codes."""
-    return 0.0 if read.codes is None else float(np.nanmax(0.5 * read.codes * read.error_L / read.L))
+    if read.codes is None or read.front is None:
+        return 0.0
+    return float(np.nanmax(0.5 * (read.codes + read.front.below) * read.error_L / read.L))
 
 
 def _in_words(cal: Calibration, codes: float) -> str:
@@ -138,8 +140,9 @@ def header(source: Source, found: FixedPoint) -> str:
 
 
 def identity(data: xr.Dataset) -> str:
-    """Return what constants of units and the header of a calibration have in common: its inductances, to the bit."""
-    return f"0x{zlib.crc32(np.ascontiguousarray(data['L'].to_numpy(), dtype='<f8').tobytes()):08X}"
+    """Return what constants of units and the header of a calibration have in common: its L and R, to the bit."""
+    values = np.stack([data[name].transpose(*data["L"].dims).to_numpy() for name in ("L", "R")])
+    return f"0x{zlib.crc32(np.ascontiguousarray(values, dtype='<f8').tobytes()):08X}"
 
 
 def unit_numbers(data: xr.Dataset, forces: Sequence[str], constants: Constants) -> dict[str, int | str]:

@@ -21,7 +21,7 @@ from sits_mech.scene.sensor import SceneError
 
 FACET_BITS, WEIGHT_BITS, SLOPE_BITS, IMAGE_BITS, SEED_STEPS = 28, 20, 20, 12, 64  # after the point; of a cell
 _MOST = 62  # bits of a number of the header
-_BITS, _FRACTION = 28, 12  # the most of forces and of codes
+_BITS, _FRACTION = 28, 24  # the most of forces and of codes, of which a part of 12 bits changes by few
 _SETTLED = 4  # change of codes by the last step, in the last bits, or twice what rounding is worth
 _STRIDE = {1: 8, 2: 8, 3: 5}  # of the fine grid, for starting points
 _FEW = 16  # starting points of a part that no strided node lies in

@@ -242,21 +242,26 @@ def calibration(
     is for tables per metre of depth: the table's relative change is taken of it. `noise` of each coil weighs, equal by
     default. ValueError when there is no force with more than one value, or too few loads.
     """
-    names = several(data)
-    if not names:
-        raise ValueError("table: must hold at least two values of a force; got one load")
-    data = data.isel({name: 0 for name in varied(data) if name not in names})
-    own = _own(data["L"]).transpose(*names, "coil")
-    good = np.isfinite(own.to_numpy()).all(axis=-1)
-    if "status" in data:
-        good &= answered(data).transpose(*names).to_numpy()
-    points = tensor_grid(*(data[name].to_numpy() for name in names))[good]
+    names, points, values = own_values(data, "L")
     table_L0 = _own(data["L0"]).to_numpy() if "L0" in data else np.full(data.sizes["coil"], np.nan)
-    unit, values = str(data.attrs.get("unit_L", "H")), own.to_numpy()[good]
+    unit = str(data.attrs.get("unit_L", "H"))
     if L0 is not None:
         unit, values, table_L0 = "H", values / table_L0 * np.asarray(L0), np.asarray(L0, dtype=float)
     coils = tuple(str(name) for name in data["coil"].to_numpy())
     return calibration_of(points, values, forces=names, coils=coils, free=(unit, table_L0), noise=noise)
+
+
+def own_values(data: xr.Dataset, name: str) -> tuple[tuple[str, ...], Array, Array]:
+    """Return forces of more than one value, loads with an answer (m, d), and a coil's own L or R there (m, n)."""
+    names = several(data)
+    if not names:
+        raise ValueError("table: must hold at least two values of a force; got one load")
+    data = data.isel({each: 0 for each in varied(data) if each not in names})
+    own = _own(data[name]).transpose(*names, "coil").to_numpy()
+    good = np.isfinite(own).all(axis=-1)
+    if "status" in data:
+        good &= answered(data).transpose(*names).to_numpy()
+    return names, tensor_grid(*(data[each].to_numpy() for each in names))[good], own[good]
 
 
 def _own(matrix: xr.DataArray) -> xr.DataArray:

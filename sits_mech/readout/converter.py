@@ -1,12 +1,13 @@
 """Model an inductance-to-digital converter: frequency, code, resistance, drive, noise of a coil, and back.
 
-A coil L with R in series and C across it, driven at its parallel resonance:
+A coil L with R in series and C across it swings at w = 2 pi f where its impedance is real, which then is R_p:
 
-    f = 1 / (2 pi sqrt(L C)),    Q = 2 pi f L / R,    R_p = (2 pi f L)^2 / R = L / (R C)
-    code = 2^bits (f / d_in) / f_ref,    f_ref = f_clock / d_ref
+    w^2 = 1 / (L C) - (R / L)^2,    L = (1 + sqrt(1 - (2 w C R)^2)) / (2 w^2 C),    Q = w L / R,    R_p = L / (R C)
     amplitude = (4 / pi) R_p I_drive
+    code = g 2^bits (f / d_in / f_ref - OFFSET / 2^16),    f_ref = f_clock / d_ref
 
-d_in and d_ref the part's dividers.
+d_in and d_ref the part's dividers, g its output gain: of its 16 bits a part of 12 shows those from the gain on, a
+window of 1/g of the reference frequency that OFFSET moves. Beyond the window bits are lost.
 
 Noise: the part counts for T = 16 RCOUNT / f_ref and places the N = f T edges it sees to within a period of the
 reference; a line through them has the relative error of its slope
@@ -16,9 +17,9 @@ reference; a line through them has the relative error of its slope
 1.5 is set by the one figure that the makers' note SNOA944 is quoted with: 8e-7 at f / f_ref = 0.1 and RCOUNT = 2048.
 It is a default, not a measurement of your board. Then sigma_L / L = 2 sigma_f / f.
 
-Neglected: the shift of the zero of phase by 1 / (2 Q^2), the same for all loads but for Q's change; phase noise of the
-reference. Sources: data sheets SNOSCY9A (LDC1612, LDC1614) and SNOSD01D (LDC1101), their pages on the web read for the
-limits, the registers and 16 RCOUNT + 4; as quoted by published drivers of the parts: the drive's 32 currents, 692 ns +
+Neglected: delay of the part's driver; phase noise of the reference. Sources: data sheets SNOSCY9A (LDC1612, LDC1614),
+SNOSCZ0A (LDC1312, LDC1314: gain and offset) and SNOSD01D (LDC1101), their pages on the web read for the limits, the
+registers and 16 RCOUNT + 4; as quoted by published drivers of the parts: the drive's 32 currents, 692 ns +
 5 / f_ref, 35 MHz for one coil alone, and of the LDC1101 16 RCOUNT + 55, MIN_FREQ and R_p_min.
 """
 
@@ -54,6 +55,9 @@ def registers_161x(found: FrontEnd) -> Registers:
     dividers = (found.input_divider << 12) | found.reference_divider
     rows += [(0x14 + k, f"CLOCK_DIVIDERS{k}", dividers) for k in range(n)]
     rows += [(0x1E + k, f"DRIVE_CURRENT{k}", int(found.drive[k]) << 11) for k in range(n)]
+    if found.gain > 1:
+        rows += [(0x0C + k, f"OFFSET{k}", int(found.offset[k])) for k in range(n)]
+        rows.append((0x1C, "RESET_DEV", found.part.gains.index(found.gain) << 9))
     highest = float(found.frequency.max())
     deglitch = next((code for width, code in _DEGLITCH if highest < width), _DEGLITCH[-1][1])
     sequence = (1 << 15) | (max(n - 2, 0) << 13) if n > 1 else 0
@@ -103,6 +107,7 @@ class Converter:
     divide_from: float = np.inf  # frequency of the coil from which on it must be divided [Hz]
     stops_below: float = 0.0  # amplitude below which the oscillation may stop, peak [V]
     register_bits: int = 16
+    gains: tuple[int, ...] = (1,)  # of the output, ascending, of all channels
     flags: tuple[tuple[int, str], ...] = ()  # bits above a code that tell of a conversion that failed
     internal: tuple[float, float, float] | None = None  # its own oscillator: least, typical, greatest [Hz]
     registers: Callable[[FrontEnd], Registers] = no_registers  # what it is set up with
@@ -129,6 +134,8 @@ class FrontEnd:
     noise: Array  # (n,) of each inductance, one standard deviation [H]
     warnings: tuple[str, ...]  # what the part cannot follow
     registers: tuple[tuple[int, str, int], ...]  # address, name and value of each
+    gain: int  # of the output
+    offset: Array  # (n,) integers, OFFSETx
 
     @property
     def clock(self) -> float:
@@ -139,6 +146,18 @@ class FrontEnd:
     def is_internal(self) -> bool:
         """Whether the part's own oscillator is the clock: a frequency that none from outside may have."""
         return self.part.internal is not None and self.clock > self.part.clock[1] * (1.0 + 1e-9)
+
+    @property
+    def below(self) -> Array:
+        """Codes that the offset takes away, (n,): a code and these are in proportion to the frequency."""
+        return self.gain * 2.0 ** (self.part.bits - 16) * self.offset
+
+    @property
+    def window(self) -> Array:
+        """Frequencies of the least and the greatest code, (n, 2) [Hz]; beyond them a code says something else."""
+        ends = np.array([0.0, 2.0**self.part.bits])
+        return frequency_of(ends, self.part, self.reference, self.input_divider, gain=self.gain,
+                            offset=self.offset[:, None])
 
     @property
     def period(self) -> float:
@@ -177,8 +196,8 @@ def _ldc161x(name: str, channels: int) -> Converter:
 
 
 def _ldc131x(name: str, channels: int) -> Converter:
-    """Return the 12-bit parts at a gain of one, otherwise as those of 28 bits."""
-    return replace(_ldc161x(name, channels), bits=12, source="SNOSCY9A's sister SNOSCZ0A, output gain 1")
+    """Return the 12-bit parts, whose window the output gain narrows, otherwise as those of 28 bits."""
+    return replace(_ldc161x(name, channels), bits=12, source="SNOSCZ0A", gains=(1, 4, 8, 16))
 
 
 CONVERTERS: Mapping[str, Converter] = {
@@ -213,22 +232,29 @@ def fault(code: float, part: Converter) -> str:
     told = [words for bit, words in part.flags if whole >> part.bits >> bit & 1]
     if told or whole > full:
         return f"the {part.name} flags {', '.join(told) or 'an error'}"
+    beyond = ", or its frequency is out of range" + " of the window of gain and offset" * (len(part.gains) > 1)
     if whole == full:
-        return "full scale: the coil is open or does not swing, or its frequency is out of range"
-    return "zero: the coil is shorted or does not swing" if whole == 0 else ""
+        return f"full scale: the coil is open or does not swing{beyond}"
+    return f"zero: the coil is shorted or does not swing{beyond * (len(part.gains) > 1)}" if whole == 0 else ""
 
 
-def tank_frequency(L: ArrayLike, capacitance: float) -> Array:
-    """Return the resonance [Hz] of inductances [H] with a capacitance [F]; both must be positive (ValueError)."""
-    L = np.asarray(L, dtype=float)
+def tank_frequency(L: ArrayLike, capacitance: float, R: ArrayLike = 0.0) -> Array:
+    """Return where inductances [H] with R [ohm] in series resonate with a capacitance [F] across them [Hz].
+
+    NaN of one that is damped too much to resonate; L and capacitance must be positive (ValueError).
+    """
+    L, R = np.asarray(L, dtype=float), np.asarray(R, dtype=float)
     if not (capacitance > 0.0 and np.all(L > 0.0)):
         raise ValueError(f"L and capacitance: must be positive; got at least {np.min(L):g} H and {capacitance:g} F")
-    return 1.0 / (2.0 * np.pi * np.sqrt(L * capacitance))
+    square = 1.0 / (L * capacitance) - (R / L) ** 2
+    return np.asarray(np.sqrt(np.where(square > 0.0, square, np.nan)) / (2.0 * np.pi))
 
 
-def tank_inductance(frequency: ArrayLike, capacitance: float) -> Array:
-    """Return the inductance [H] that resonates at a frequency [Hz] with a capacitance [F]."""
-    return 1.0 / ((2.0 * np.pi * np.asarray(frequency, dtype=float)) ** 2 * capacitance)
+def tank_inductance(frequency: ArrayLike, capacitance: float, R: ArrayLike = 0.0) -> Array:
+    """Return the inductance [H] that resonates at a frequency [Hz]; `tank_frequency` backwards, NaN where none does."""
+    omega = 2.0 * np.pi * np.asarray(frequency, dtype=float)
+    square = 1.0 - (2.0 * omega * capacitance * np.asarray(R, dtype=float)) ** 2
+    return np.asarray((1.0 + np.sqrt(np.where(square >= 0.0, square, np.nan))) / (2.0 * omega**2 * capacitance))
 
 
 def parallel_resistance(L: ArrayLike, R: ArrayLike, capacitance: float) -> Array:
@@ -236,14 +262,23 @@ def parallel_resistance(L: ArrayLike, R: ArrayLike, capacitance: float) -> Array
     return np.asarray(L, dtype=float) / (np.asarray(R, dtype=float) * capacitance)
 
 
-def code_of(frequency: ArrayLike, part: Converter, reference: float, divider: int = 1) -> Array:
-    """Return the code [-], not rounded, of coil frequencies [Hz] with a reference frequency [Hz] and input divider."""
-    return 2.0**part.bits * np.asarray(frequency, dtype=float) / (divider * reference)
+def code_of(
+    frequency: ArrayLike, part: Converter, reference: float, divider: int = 1, *, gain: int = 1, offset: ArrayLike = 0
+) -> Array:
+    """Return the code [-], not rounded, of coil frequencies [Hz] with a reference frequency [Hz] and input divider.
+
+    `gain` is that of the output, `offset` the register OFFSETx of each coil.
+    """
+    share = np.asarray(frequency, dtype=float) / (divider * reference)
+    return np.asarray(gain * 2.0**part.bits * (share - np.asarray(offset) / 2.0**16))
 
 
-def frequency_of(code: ArrayLike, part: Converter, reference: float, divider: int = 1) -> Array:
+def frequency_of(
+    code: ArrayLike, part: Converter, reference: float, divider: int = 1, *, gain: int = 1, offset: ArrayLike = 0
+) -> Array:
     """Return the coil's frequency [Hz] of codes; `code_of` backwards."""
-    return np.asarray(code, dtype=float) * divider * reference / 2.0**part.bits
+    share = np.asarray(code, dtype=float) / (gain * 2.0**part.bits) + np.asarray(offset) / 2.0**16
+    return np.asarray(share * divider * reference)
 
 
 def conversion_time(rcount: int, part: Converter, reference: float) -> float:
@@ -251,12 +286,14 @@ def conversion_time(rcount: int, part: Converter, reference: float) -> float:
     return (16.0 * rcount + part.overhead) / reference
 
 
-def relative_noise(frequency: ArrayLike, part: Converter, reference: float, rcount: int, divider: int = 1) -> Array:
+def relative_noise(
+    frequency: ArrayLike, part: Converter, reference: float, rcount: int, divider: int = 1, *, gain: int = 1
+) -> Array:
     """Return the default relative noise of the frequency, one standard deviation: counting and rounding [-]."""
     f = np.asarray(frequency, dtype=float) / divider
     duration = 16.0 * rcount / reference
     counting = _NOISE / (reference * duration * np.sqrt(f * duration))
-    rounding = 1.0 / (np.sqrt(12.0) * code_of(f, part, reference))
+    rounding = 1.0 / (np.sqrt(12.0) * code_of(f, part, reference, gain=gain))
     return np.asarray(np.hypot(counting, rounding))
 
 

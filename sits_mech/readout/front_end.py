@@ -4,12 +4,13 @@ For every coil over all loads, L from L_low to L_high with R_p from R_p_low to R
 
     input divider      the part's least that keeps f below f_ref / 4 and is no 1 from 8.75 MHz on
     SETTLECOUNT        at least Q f_ref / (16 f), for the amplitude to settle after the switch to a channel
+    gain, OFFSET       the largest gain of the output that keeps the codes of each coil in the middle half of its window
     drive              the largest current whose amplitude (4/pi) R_p I stays below the greatest allowed at R_p_high
                        (parts that regulate it, as the LDC1101: the largest R_p_min below 0.8 R_p_low)
     time of a coil     settling 16 SETTLECOUNT / f_ref + conversion (16 RCOUNT + 4) / f_ref + switch 692 ns + 5 / f_ref
 
 The channels go one after the other; an idle coil is grounded by the part. A single coil neither settles nor switches
-between conversions. Sources: data sheets SNOSCY9A and SNOSD01D.
+between conversions. Sources: data sheets SNOSCY9A, SNOSCZ0A and SNOSD01D.
 """
 
 from __future__ import annotations
@@ -49,7 +50,9 @@ def front_end(
         raise ValueError(f"noise: must be a positive relative deviation; got {noise:g}")
     if L.shape != R.shape or not L.size or not (np.all(np.isfinite(L)) and np.all(R > 0.0)):
         raise ValueError(f"L and R: must be finite, positive and of one shape; got {L.shape} and {R.shape}")
-    f, R_p = tank_frequency(L, capacitance), parallel_resistance(L, R, capacitance)
+    f, R_p = tank_frequency(L, capacitance, R), parallel_resistance(L, R, capacitance)
+    if np.isnan(f).any():
+        raise ValueError(f"R: must let every coil swing, below sqrt(L / C); got up to {R.max():.4g} ohm")
     divider, reference_divider = _dividers(part, float(f.max()), clock, L.shape[1])
     reference = clock / reference_divider
     Q = 2.0 * np.pi * f * L / R
@@ -61,11 +64,13 @@ def front_end(
     several = min(L.shape[1], part.channels) > 1
     switching = 16.0 * settle / reference + part.switch[0] + part.switch[1] / reference
     times = conversion_time(rcount, part, reference) + several * switching
-    relative = np.max(relative_noise(f, part, reference, rcount, divider), axis=0) if noise is None else noise
+    gain, offset = _window(part, f / (divider * reference))
+    own = relative_noise(f, part, reference, rcount, divider, gain=gain)
+    relative = np.max(own, axis=0) if noise is None else noise
     found = FrontEnd(
         part, reference, rcount, divider, reference_divider, np.minimum(settle, 0xFFFF), drive, _ends(f),
-        _ends(code_of(f, part, reference, divider)), _ends(R_p), _ends(Q), _ends(amplitude), times,
-        float(1.0 / times.sum()), inductance_noise(L.max(axis=0), relative), (), (),
+        _ends(code_of(f, part, reference, divider, gain=gain, offset=offset)), _ends(R_p), _ends(Q), _ends(amplitude),
+        times, float(1.0 / times.sum()), inductance_noise(L.max(axis=0), relative), (), (), gain, offset,
     )
     return replace(found, warnings=_warnings(found, settle), registers=part.registers(found))
 
@@ -105,6 +110,14 @@ def _dividers(part: Converter, highest: float, clock: float, coils: int) -> tupl
     reference = clock / reference_divider
     fits = [d for d in part.dividers if highest / d < reference / part.ratio and (d > 1 or highest < part.divide_from)]
     return (fits[0] if fits else part.dividers[-1]), reference_divider
+
+
+def _window(part: Converter, share: Array) -> tuple[int, Array]:
+    """Return output gain and offsets (n,) of frequencies over the reference (m, n)."""
+    low, high = share.min(axis=0), share.max(axis=0)
+    gain = max((gain for gain in part.gains if np.max(high - low) <= 0.5 / gain), default=1)
+    middle = np.rint(2.0**16 * (0.5 * (low + high) - 0.5 / gain))
+    return gain, np.maximum(middle, 0.0) if gain > 1 else np.zeros(len(low))
 
 
 def _drive(part: Converter, R_p: Array) -> Array:

@@ -47,7 +47,7 @@ class Pads(VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.rest = self.twin.read(np.zeros((1, 6))).codes
-        self.sigma = 0.5 * numbers["sigma_L"] * self.rest
+        self.sigma = 0.5 * numbers["sigma_L"] * (self.rest + numbers["below"])
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Return the first observations of pads without load, each with a new goal."""

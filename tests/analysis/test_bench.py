@@ -1,6 +1,7 @@
 """What a bench sees: absolute inductances, terminals, settings, forces from readings, by a table made by hand."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis import bench
+from sits_mech.analysis.codes import tank_of
+from sits_mech.analysis.measured import read_measured
 from sits_mech.cli.main import run
 from sits_mech.cli.read import _loop
 from sits_mech.labels import unit_of
@@ -27,6 +30,7 @@ from sits_mech.scene.sensor import (
 from sits_mech.store import save_table
 from sits_mech.version import __version__
 
+WARM = ('temperature="50 degC"', 'readout.capacitance_coefficient="30 ppm/K"', 'readout.clock_coefficient="-2 ppm/K"')
 F_X, F_Z = np.linspace(-1.0, 1.0, 7), np.linspace(0.0, 4.0, 7)
 
 
@@ -161,12 +165,38 @@ def test_idle_coils_are_open_where_there_is_no_converter(sensor: Sensor) -> None
     np.testing.assert_allclose(read, own, rtol=1e-9)
 
 
+def lossy(sensor: Sensor, data: xr.Dataset) -> np.ndarray:
+    """R of the coils at the terminals, alike under all loads of a table per metre [ohm]."""
+    own = track_spectrum(sensor.coils[0], [sensor.frequency])
+    return 16.0 * bench.self_inductances(sensor) / 4e-4 + float(own.R[0])
+
+
+@pytest.mark.parametrize("keys", [(), ('readout.converter="LDC1314"',), WARM])
+def test_codes_become_the_inductances_they_are_of(sensor: Sensor, keys: tuple[str, ...], tmp_path: Path) -> None:
+    """Of the table's loads, as a file of a bench, with the window of a part of 12 bits, warm tracks and capacitor."""
+    scene, data = changed(sensor, list(keys)), table(sensor, "H")
+    data["R"] = data["R"] * (1.0 + 0.02 * data["F_z"] + 0.01 * data["F_x"] * xr.DataArray([1.0, -1.0], dims="coil"))
+    seen, front = bench.terminals(scene, data)[0], bench.sensor_front_end(scene, data)[0]
+    codes = bench.table_codes(scene, data, front).stack(load=("F_x", "F_z")).transpose("load", "coil")
+    each = zip(codes["load"].values, codes.values.tolist(), strict=True)
+    rows = "\n".join(f"{x},{z},{a!r},{b!r}" for (x, z), (a, b) in each)
+    (tmp_path / "bench.csv").write_text(f"F_x,F_z,code1,code2\n{rows}\n")
+    tank = tank_of(scene, data)
+    back = read_measured(tmp_path / "bench.csv", ("F_x", "F_z"), ("C1", "C2"), tank)
+    L, R = (seen[name].to_numpy().reshape(-1, 2) for name in ("L", "R"))
+    np.testing.assert_allclose(tank.resistance(L), R, rtol=2e-4)
+    np.testing.assert_allclose(back.L, L, rtol=5e-7)
+    lossless = read_measured(tmp_path / "bench.csv", ("F_x", "F_z"), ("C1", "C2"), replace(tank, resistance=None))
+    assert np.all(lossless.L > (1.0 + 1e-4) * L)
+
+
 def test_settings_follow_the_scene(sensor: Sensor) -> None:
     """Frequency by hand, the part of the scene, no part, a clock."""
     data = table(sensor)
     found, missing = bench.sensor_front_end(sensor, data, clock=20e6, rcount=4096)
     L = bench.self_inductances(sensor)[0] * relative(np.array(-1.0), np.array(4.0))[0] + by_tracks(sensor)
-    assert found.frequency[0, 1] == pytest.approx(1.0 / (2.0 * np.pi * np.sqrt(L * 330e-12)), rel=1e-9)
+    R = lossy(sensor, data)[0]
+    assert found.frequency[0, 1] == pytest.approx(np.sqrt(1.0 / (L * 330e-12) - (R / L) ** 2) / (2.0 * np.pi), rel=1e-9)
     assert found.part.name == "LDC1614" and found.reference == 20e6 and any("5e+06 Hz" in text for text in missing)
     other, _ = bench.sensor_front_end(changed(sensor, ['readout.converter="LDC1612"']), data)
     assert other.part.name == "LDC1612"
@@ -180,7 +210,7 @@ def test_codes_of_forces(sensor: Sensor) -> None:
     known = bench.sensor_calibration(led, table(led))
     F = np.random.default_rng(2).uniform([-1.0, 0.0], [1.0, 4.0], (20, 2))
     L = bench.self_inductances(led) * relative(*F.T) + 50e-9 + by_tracks(led)
-    f = 1.0 / (2.0 * np.pi * np.sqrt(L * 330e-12))
+    f = np.sqrt(1.0 / (L * 330e-12) - (lossy(led, table(led)) / L) ** 2) / (2.0 * np.pi)
     np.testing.assert_allclose(known.codes(F), 2.0**28 * f / 40e6, rtol=1e-7)
     np.testing.assert_array_equal(known.codes(*F.T), known.codes(F))
     np.testing.assert_array_equal(known.forward(F[0]), known.forward(*F[0]))

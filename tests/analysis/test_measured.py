@@ -1,6 +1,8 @@
 """Measurements that are read: loads, poses, codes; what cannot be read is refused."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,6 +55,26 @@ def test_codes_become_inductances(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.L, L, rtol=5e-8)
     with pytest.raises(ValueError, match="column code1 must come with a converter"):
         read_measured(path, NAMES, COILS)
+
+
+@pytest.mark.parametrize(
+    ("name", "window", "step"),
+    [("LDC1614", {}, 5e-8), ("LDC1314", {"gain": 16, "offset": np.array([7000, 6900])}, 3e-4)],
+)
+@pytest.mark.parametrize("second", ["code2", "L2"])
+def test_codes_of_lossy_coils(name: str, window: dict[str, Any], step: float, second: str, tmp_path: Path) -> None:
+    """R follows the inductances of all coils, whether given or by codes; to the code's own step, 8e-4 off without."""
+    slopes, constant = np.array([[2e5, -1e5], [1e5, 3e5]]), np.array([2.5, 1.5])
+    L = np.array([[2.1e-6, 2.2e-6], [2.0e-6, 2.3e-6], [2.05e-6, 2.25e-6], [1.9e-6, 2.4e-6]])
+    f = tank_frequency(L, 330e-12, L @ slopes + constant)
+    codes = np.round(code_of(f, CONVERTERS[name], 40e6, **window))
+    columns = codes[:, 0].tolist(), (codes if second == "code2" else L)[:, 1].tolist()
+    path = written(tmp_path, f"F_x,F_z,code1,{second}\n" + "\n".join(f"0,{k},{a},{b}" for k, (a, b) in
+                                                                     enumerate(zip(*columns, strict=True))))
+    tank = Tank(CONVERTERS[name], 330e-12, 40e6, **window, resistance=lambda L: L @ slopes + constant)
+    np.testing.assert_allclose(read_measured(path, NAMES, COILS, tank).L, L, rtol=step)
+    lossless = read_measured(path, NAMES, COILS, replace(tank, resistance=None))
+    assert np.all(lossless.L[:, 0] / L[:, 0] > 1.0007)
 
 
 def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:

@@ -206,6 +206,22 @@ def test_three_axes_of_the_catalogue(tmp_path: Path) -> None:
     assert len(found) == 10_000
 
 
+def test_the_window_of_a_part_of_twelve_bits(source: Source, tmp_path: Path) -> None:
+    """Gain and offsets are among the registers, codes are in their window, whose ends are faults; as Python has it."""
+    narrow = Source(changed(source.sensor, ['readout.converter="LDC1314"']), source.data)
+    export(narrow, "c", tmp_path / "table.h")
+    cal, program = code_calibration(narrow.sensor, narrow.data), compiled(tmp_path)
+    found = np.rint(cal.forward(inside(cal, 200)))
+    agreed(cal, program, found, {OK, OUTSIDE, AMBIGUOUS} & set(cal.inverse(found).status))
+    front = readings(narrow.sensor, narrow.data).front
+    text = (tmp_path / "table.h").read_text()
+    assert front is not None and front.gain == 16 and "#define SITS_FULL UINT32_C(4095)" in text
+    rows = [f"{{0x{0x0C + k:02X}, 0x{int(offset):04X}}}" for k, offset in enumerate(front.offset)]
+    assert all(row in text for row in (*rows, "{0x1C, 0x0600}"))
+    faults = np.array([[4095, 2048], [2048, 0], [0x1800, 2048]])
+    assert asked(program, "f", faults)[0].tolist() == ["full scale", "zero", "flags"]
+
+
 def test_what_is_outside(source: Source, program: Path) -> None:
     """Beyond the table, no codes of a coil at all, the far ends of the integers: refused, nothing overflows."""
     cal = code_calibration(source.sensor, source.data)

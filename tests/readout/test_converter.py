@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from sits_mech.readout.converter import (
     CONVERTERS,
@@ -33,6 +34,54 @@ def test_tank_by_hand() -> None:
     assert R_p == pytest.approx((2.0 * np.pi * float(f) * 10e-6) ** 2 / 4.0, rel=1e-12)
     with pytest.raises(ValueError, match="L and capacitance: must be positive; got at least 1 H and 0 F"):
         tank_frequency(1.0, 0.0)
+
+
+@pytest.mark.parametrize("R", [0.5, 2.7, 30.0])
+def test_a_lossy_tank_swings_where_its_admittance_is_real(R: float) -> None:
+    """By a root of Im(1 / (R + j w L) + j w C), and L comes back from there; none where 1/R^2 C/L leaves no root."""
+    L, C = 2.4e-6, 330e-12
+
+    def susceptance(f: float) -> float:
+        omega = 2.0 * np.pi * f
+        return float((1.0 / (R + 1j * omega * L) + 1j * omega * C).imag)
+
+    f = float(tank_frequency(L, C, R))
+    assert f == pytest.approx(brentq(susceptance, 3e6, 7e6, xtol=1e-6, rtol=1e-15), rel=1e-12)
+    Q = 2.0 * np.pi * f * L / R
+    assert f / float(tank_frequency(L, C)) - 1.0 == pytest.approx(-0.5 / Q**2, rel=1.0 / Q**2)
+    assert float(tank_inductance(f, C, R)) == pytest.approx(L, rel=1e-13)
+    at_f = 1.0 / (1.0 / (R + 2j * np.pi * f * L) + 2j * np.pi * f * C)
+    assert float(parallel_resistance(L, R, C)) == pytest.approx(at_f.real, rel=1e-12)
+    assert np.isnan(tank_frequency(L, C, 90.0)) and np.isnan(tank_inductance(6e6, C, 90.0))
+    with pytest.raises(ValueError, match=r"R: must let every coil swing, below sqrt\(L / C\); got up to 90 ohm"):
+        front_end(LDC1614, [L], [90.0], C)
+
+
+def test_the_window_of_the_output_gain() -> None:
+    """SNOSCZ0A, 7.3.3: of the result 0x07A3 gain 1 shows 0x07A, gain 16 0x7A3; OFFSET takes f_ref OFFSET / 2^16."""
+    part, f = CONVERTERS["LDC1314"], 40e6 * 0x07A3 / 2**16
+    assert [int(code_of(f, part, 40e6, gain=gain)) for gain in (1, 16)] == [0x07A, 0x7A3]
+    shifted = float(code_of(2.0 * f, part, 40e6, 2, gain=16, offset=0x700))
+    assert shifted == pytest.approx(0xA3, abs=1e-9)
+    assert float(frequency_of(shifted, part, 40e6, 2, gain=16, offset=0x700)) == pytest.approx(2.0 * f, rel=1e-14)
+
+
+@pytest.mark.parametrize(("far", "gain"), [(2.1e-6, 16), (1.3e-6, 8), (0.6e-6, 4), (0.25e-6, 1)])
+def test_the_gain_is_the_largest_whose_window_holds_the_coils(far: float, gain: int) -> None:
+    """Codes stay in its middle half; registers by the data sheet's addresses; its ends are codes 0 and 4096."""
+    found = front_end(CONVERTERS["LDC1312"], [[2.3e-6, 2.2e-6], [far, 2.1e-6]], np.full((2, 2), 1.0), 330e-12)
+    registers = {name: (address, value) for address, name, value in found.registers}
+    assert found.gain == gain and np.all((found.code > 0) & (found.code < 4096))
+    if gain == 1:
+        assert "RESET_DEV" not in registers and not found.offset.any()
+        return
+    assert np.all(np.abs(found.code - 2048) <= 1024 + gain)
+    assert registers["RESET_DEV"] == (0x1C, {4: 1, 8: 2, 16: 3}[gain] << 9)
+    assert [registers[f"OFFSET{k}"] for k in (0, 1)] == [(0x0C + k, found.offset[k]) for k in (0, 1)]
+    ends = found.reference * found.input_divider * (found.offset[:, None] / 2**16 + np.array([0, 1]) / gain)
+    np.testing.assert_allclose(found.window, ends, rtol=1e-12)
+    slope = (found.code + found.below[:, None]) / found.frequency
+    np.testing.assert_allclose(slope, gain * 4096 / found.reference / found.input_divider, rtol=1e-12)
 
 
 def test_code_and_back() -> None:
@@ -67,7 +116,7 @@ def test_noise_scales_and_rounds() -> None:
 def test_settings_of_a_pair() -> None:
     """Two coils of 2.3 uH and 2.7 ohm with 330 pF: every figure from the data sheet's formulas."""
     found = front_end(LDC1614, [[2.3e-6, 2.3e-6], [2.25e-6, 2.3e-6]], np.full((2, 2), 2.7), 330e-12, rcount=2000)
-    f = 1.0 / (2.0 * np.pi * np.sqrt(2.3e-6 * 330e-12))
+    f = np.sqrt(1.0 / (2.3e-6 * 330e-12) - (2.7 / 2.3e-6) ** 2) / (2.0 * np.pi)
     Q = 2.0 * np.pi * f * 2.3e-6 / 2.7
     assert (found.reference, found.input_divider, found.reference_divider) == (40e6, 1, 1)
     assert found.settlecount[1] == np.ceil(Q * 40e6 / (16 * f)) and found.frequency[1, 0] == pytest.approx(f)
@@ -179,7 +228,8 @@ def test_faults_have_their_words() -> None:
     assert fault(0x1B3D3D64, part) == "the LDC1614 flags the amplitude"
     assert fault(0xC0000001, part) == "the LDC1614 flags over-range, under-range"
     assert "flags an error" in fault(2**24, converter("LDC1101"))
-    assert "full scale" in fault(2**12 - 1, converter("LDC1314"))
+    for code in (2**12 - 1, 0):
+        assert "out of range of the window of gain and offset" in fault(code, converter("LDC1314"))
 
 
 def test_the_own_oscillator_is_a_clock() -> None:

@@ -14,13 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import sensor_front_end
 from sits_mech.analysis.built.fit import Free, Model, ParameterFit, fit_parameters
 from sits_mech.analysis.built.force_maps import layer_slopes, table_of
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
 from sits_mech.analysis.built.unknowns import LAYER, checked
-from sits_mech.analysis.measured import Measured, Tank
+from sits_mech.analysis.measured import Measured
 from sits_mech.chain.models import loaded_model, magnetic_model
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
 from sits_mech.readout.loads import points, request_of, several, wrench_of
@@ -42,20 +41,6 @@ class Comparison:
     predicted: Array  # (m, n), by the scene as it is [H]
     shear_modulus: float  # at small strain, as fitted [Pa]
     map_error: float  # between the table's loads, over each coil's range; 0 for measured poses
-
-
-def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tank | None:
-    """Return the scene's converter set for a table, as a tank from inductances to codes; None where it has no settings.
-
-    `clock` is external [Hz], by default the part's greatest.
-    """
-    try:
-        front, _ = sensor_front_end(sensor, data, clock=clock)
-    except ValueError:
-        if clock is not None:
-            raise
-        return None
-    return Tank(front.part, sensor.readout.parallel_capacitance, front.reference, front.input_divider)
 
 
 def compare(

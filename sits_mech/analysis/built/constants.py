@@ -20,8 +20,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from sits_mech.analysis.bench import code_calibration, codes_of, loads_over, sensor_front_end
+from sits_mech.analysis.bench import code_calibration, loads_over
 from sits_mech.analysis.built.adaptation import Adaptation
+from sits_mech.analysis.codes import unit_codes
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import Calibration
 
@@ -72,8 +73,7 @@ def constants_of(found: Adaptation, cal: Calibration | None = None) -> Constants
     cal = cal or code_calibration(prior.sensor, prior.data)
     s = float(found.values[found.names.index("modulus")]) if "modulus" in found.names else 1.0
     f = _grid(cal)
-    front, _ = sensor_front_end(prior.sensor, prior.data)
-    own = codes_of(prior.sensor, front, prior.bench(s * f).model(prior.used(found.values)[None])[0])
+    own = unit_codes(prior.sensor, prior.data, prior.bench(s * f).model(prior.used(found.values)[None])[0])
     seen = np.all(np.isfinite(own), axis=1)
     f, own = f[seen], own[seen]
     first = as_computed(cal)

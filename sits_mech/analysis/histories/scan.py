@@ -9,7 +9,7 @@ The channels go round in their order; channel k of scan s takes ``channel_time[k
 
 and a coil alone neither settles nor switches. Its code is the mean of the coil's frequency while it is counted,
 
-    code = round(2^bits/(d_in f_ref) (1/T) int_(t - T/2)^(t + T/2) f dt + noise),    f = 1/(2 pi sqrt(L(t) C)),
+    code = round(the code of (1/T) int_(t - T/2)^(t + T/2) f dt + noise),    f of L(t) and R(t) (readout/converter.py),
 
 with t the middle of its own window: a load that moves is smeared over T, as ``sin(pi nu T)/(pi nu T)`` at the frequency
 nu, and coils are read at different times. *Assumed*: a count of periods over the window, each of one weight; how the
@@ -60,16 +60,19 @@ class Samples:
 
 
 def scan(
-    front: FrontEnd, capacitance: float, time: ArrayLike, L: ArrayLike, *, seed: int | np.random.Generator | None = 0
+    front: FrontEnd, capacitance: float, time: ArrayLike, L: ArrayLike, R: ArrayLike = 0.0, *,
+    seed: int | np.random.Generator | None = 0,
 ) -> Samples:
     """Return the codes of a converter, all scans that end within the history, while inductances change.
 
-    `time` (k,) rises [s], `L` (k, n) is at the terminals [H]; `front` is set for these coils over their range; `seed`
-    is of the noise, None for none. The first channel begins to settle with the history. ValueError when time does not
-    rise, L is not one positive number for each time and coil, or there is no scan, or too many.
+    `time` (k,) rises [s], `L` (k, n) is at the terminals [H], and `R`, alike or one [ohm]; `front` is set for these
+    coils over their range; `seed` is of the noise, None for none. The first channel begins to settle with the history.
+    ValueError when time does not rise, L is not one positive number for each time and coil, or there is no scan, or too
+    many.
     """
     time, L = np.asarray(time, dtype=float), np.asarray(L, dtype=float)
     _check(front, time, L)
+    R = np.broadcast_to(np.asarray(R, dtype=float), L.shape)
     first = float(time[0])
     begin, window = windows(front)
     scans = int(np.floor((float(time[-1]) - first) / front.period * (1.0 + 1e-12)))
@@ -78,16 +81,21 @@ def scan(
     if scans * L.shape[1] > _MOST:
         raise ValueError(f"time: must hold at most {_MOST} samples; got {scans} scans of {front.period:.4g} s")
     opened = first + front.period * np.arange(scans)[:, None] + begin
-    frequency = tank_frequency(L, capacitance)
-    mean = np.stack([_mean(time, frequency[:, k], opened[:, k], window) for k in range(L.shape[1])], axis=1)
-    exact = code_of(mean, front.part, front.reference, front.input_divider)
+    frequency = tank_frequency(L, capacitance, R)
+    mean, lossy = (
+        np.stack([_mean(time, part[:, k], opened[:, k], window) for k in range(L.shape[1])], axis=1)
+        for part in (frequency, R)
+    )
     if seed is not None:
-        noise = np.random.default_rng(seed).standard_normal(exact.shape)
-        exact = exact * (1.0 + _deviation(front, capacitance) * noise)
+        noise = np.random.default_rng(seed).standard_normal(mean.shape)
+        mean = mean * (1.0 + _deviation(front, capacitance) * noise)
+    exact = code_of(mean, front.part, front.reference, front.input_divider, gain=front.gain, offset=front.offset)
     code = np.clip(np.rint(exact), 1, 2**front.part.bits - 1).astype(np.int64)
-    shown = frequency_of(code, front.part, front.reference, front.input_divider)
+    shown = frequency_of(
+        code, front.part, front.reference, front.input_divider, gain=front.gain, offset=front.offset
+    )
     ready = opened + window + front.part.overhead / front.reference
-    return Samples(opened + 0.5 * window, ready, code, tank_inductance(shown, capacitance), window, front.period)
+    return Samples(opened + 0.5 * window, ready, code, tank_inductance(shown, capacitance, lossy), window, front.period)
 
 
 def windows(front: FrontEnd) -> tuple[Array, float]:
@@ -107,9 +115,9 @@ def _mean(time: Array, frequency: Array, opened: Array, window: float) -> Array:
 
 def _deviation(front: FrontEnd, capacitance: float) -> Array:
     """Return the relative deviation of each coil's frequency without that of rounding, shape (n,)."""
-    lowest = front.frequency[:, 0]  # where the inductance is largest, of which the noise is
-    whole = front.noise / (2.0 * tank_inductance(lowest, capacitance))
-    rounding = 1.0 / (np.sqrt(12.0) * front.code[:, 0])
+    lossless = tank_inductance(front.frequency[:, 0], capacitance)  # where L is largest, of which the noise is
+    whole = front.noise * (1.0 + front.Q[:, 0] ** -2) / (2.0 * lossless)
+    rounding = 1.0 / (np.sqrt(12.0) * (front.code[:, 0] + front.below))
     return np.asarray(np.sqrt(np.maximum(whole**2 - rounding**2, 0.0)))
 
 
@@ -171,7 +179,8 @@ def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) ->
     front = replace(front, reference=clock_factor(sensor) * front.reference)
     time, load = data["time"].to_numpy(), np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
     every = np.interp(np.arange(_FINE * (len(time) - 1) + 1) / _FINE, np.arange(len(time)), time)
-    found = scan(front, C, every, between(time, load, seen.L)(every), seed=seed)
+    L, R = (between(time, load, part)(every) for part in (seen.L, seen.R))
+    found = scan(front, C, every, L, R, seed=seed)
     dims = ("scan", "coil")
     columns = {"code": found.code, "code_time": found.time, "code_ready": found.ready, "code_L": found.L}
     data = data.assign({name: (dims, values) for name, values in columns.items()})

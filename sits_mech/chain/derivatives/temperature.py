@@ -6,19 +6,20 @@ At a load held, by each cause c of scene/thermal.py alone, T the temperature of 
 
 derivatives of the whole chain (gradient.py): the pad's expansion and its modulus move the target, what metal conducts,
 plates and board change the coils where it stands. The capacitor and the clock change no inductance but what is read for
-one: with 1/((2 pi f)^2 C) taken at 20 degC,
+one: the tank at 20 degC that would swing as fast, over the clock, has
 
-    d ln L_read = d ln L + d ln C + 2 d ln f_clock,
+    d ln L_read = d ln L + d ln C + 2 d ln f_clock,    d ln R_read = d ln R + d ln C + d ln f_clock,
 
-and so stand in ``slope_T_L_by``, not in ``slope_T_L``. `at_other_temperature` moves a table along its slopes: a
-calibration at a temperature is a calibration. Straight lines leave a remainder, second derivatives (a gap that closes
-over 40 K, a dT of what resistivity changes): `read_at` solves the sensor itself at the load found F_k and T, and
+and so they stand in ``slope_T_L_by`` and ``slope_T_R_by``, not in ``slope_T_L``; R with the tracks' direct-current
+resistance. `at_other_temperature` moves a table along its slopes: a calibration at a temperature is a calibration, and
+its codes follow from L and R. Straight lines leave a remainder, second derivatives (a gap that closes over 40 K, a dT
+of what resistivity changes): `read_at` solves the sensor itself at the load found F_k and T, and
 
     F_k+1 = inverse(L_table + slope dT + r_k, reading),    r_k = L_read(F_k, T) - (L_table + slope dT)(F_k),
 
-three solves at most, each of which leaves of an error the share that slopes by force are off by. What the last one
-changed is the error. Neglected: slopes of mutual inductances, and of tables per metre the growth of a coil's own L0
-with its board (no change of shape), by which henries and codes grow but not shares of free space.
+R alike, three solves at most, each of which leaves of an error the share that slopes by force are off by. What the
+last one changed is the error. Neglected: slopes of mutual inductances, and of tables per metre the growth of a coil's
+own L0 with its board (no change of shape), by which henries and codes grow but not shares of free space.
 """
 
 from __future__ import annotations
@@ -34,10 +35,14 @@ from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.derivatives.gradient import Moved, columns_of, gradient, shown_change
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
+from sits_mech.geometry.windings import unnamed
+from sits_mech.magnetics.coils.loops import free_inductances
+from sits_mech.magnetics.coils.resistance import track_resistance
+from sits_mech.maps.surrogate import fit_map
 from sits_mech.quantities import POSE, Array, Equilibrium, Impedance, MagneticModel, Pose, SolveFailed, Wrench
-from sits_mech.readout.calibration import OK, Calibration, calibration
+from sits_mech.readout.calibration import OK, calibration, own_values
 from sits_mech.readout.inversion import Inverse
-from sits_mech.readout.loads import load_words, request_of, varied, wrench_of
+from sits_mech.readout.loads import load_words, request_of, several, varied, wrench_of
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
 from sits_mech.scene.sensor import REFERENCE, SceneError, Sensor
 from sits_mech.scene.thermal import CAUSES, at_temperature, celsius, check_temperature, clock_factor
@@ -54,19 +59,26 @@ def slopes_by_temperature(
 ) -> Columns:
     """Return the slopes of p loads by temperature, as columns of a table.
 
-    ``slope_T_L``, (p, coil), ``slope_T_L_by``, (p, thermal_cause, coil) [H/K or H/m/K], ``slope_T_d_h``, ..., (p,)
-    [m/K, rad/K]. `model` comes with its name and tolerance; `numbers` are those of `CHAINED` and which of them move the
-    target; `rests` hold the slopes of the loads' poses.
+    ``slope_T_L``, (p, coil), ``slope_T_L_by``, (p, thermal_cause, coil) [H/K or H/m/K], ``slope_T_R_by`` likewise
+    [ohm/K or ohm/m/K], ``slope_T_d_h``, ..., (p,) [m/K, rad/K]. `model` comes with its name and tolerance; `numbers`
+    are those of `CHAINED` and which of them move the target; `rests` hold the slopes of the loads' poses.
     """
     (every, moving), pose = numbers, Pose.of(poses_of(rests).value)
     own = np.array([rest.slopes.T for rest in rests]).reshape(len(rests), len(POSE), len(moving))
     moved = columns_of(every, moving, Moved(own, np.zeros_like(own)))
     direct = at_fixed_poses(sensor, model, pose, every)
-    change = np.einsum("piin->pni", shown_change(sensor, model[0], shown, pose, every, moved, direct).L)
-    L = np.einsum("pii->pi", shown.L)
-    by_cause = np.concatenate([change, L[:, None] * _read(sensor)[:, None]], axis=1)
-    found: Columns = {"slope_T_L": (("coil",), change.sum(axis=1))}
-    found |= {"slope_T_L_by": (("thermal_cause", "coil"), by_cause)}
+    change, read = shown_change(sensor, model[0], shown, pose, every, moved, direct), _read(sensor)[:, None]
+    tracks = _tracks(sensor, shown)
+    L, R = np.einsum("pii->pi", shown.L), np.einsum("pii->pi", shown.R) + tracks
+    by_L, by_R = (np.einsum("piin->pni", part) for part in (change.L, change.R))
+    for k, number in enumerate(every):
+        stencil = number.stencil()
+        there = [place.weight * _tracks(place.sensor, shown) for place in stencil.places]
+        by_R[:, k] += stencil.own * tracks + np.sum(there, axis=0)
+    found: Columns = {"slope_T_L": (("coil",), by_L.sum(axis=1))}
+    for name, own, whole, share in (("L", L, by_L, read), ("R", R, by_R, read * [[1.0], [0.5]])):
+        by_cause = np.concatenate([whole, own[:, None] * share], axis=1)
+        found[f"slope_T_{name}_by"] = (("thermal_cause", "coil"), by_cause)
     return found | {f"slope_T_{name}": ((), moved.pose[:, k].sum(axis=1)) for k, name in enumerate(POSE)}
 
 
@@ -81,6 +93,13 @@ def relative_slopes(
     L = np.diagonal(found.simulation.impedance.L)
     change = np.einsum("iin->ni", found.L) / L
     return np.concatenate([change, np.broadcast_to(_read(sensor)[:, None], (2, len(L)))])
+
+
+def _tracks(sensor: Sensor, shown: Impedance) -> Array:
+    """Return the direct-current resistance of the tracks in the unit of an impedance, (n,) [ohm or ohm/m]."""
+    coils = at_temperature(sensor).coils
+    R = np.array([*map(track_resistance, unnamed(coils))])
+    return R if shown.unit_L == "H" else R * np.diagonal(shown.L0) / np.diagonal(free_inductances(coils))
 
 
 def _read(sensor: Sensor) -> Array:
@@ -112,14 +131,21 @@ def at_other_temperature(sensor: Sensor, data: xr.Dataset, temperature: float) -
         raise SceneError(f"temperature: must be {celsius(sensor.temperature)}, that of the calibration, which was made "
                          f"without --drift; got {celsius(temperature)}")
     check_temperature(sensor, temperature)
-    return _shifted(data, data["slope_T_L_by"].sum("thermal_cause") * dT)
+    return changed_by(data, [dT * step.sum("thermal_cause") for step in slopes_of(data)])
 
 
-def _shifted(data: xr.Dataset, step: xr.DataArray) -> xr.Dataset:
-    """Return a table with another inductance of each coil itself."""
+def slopes_of(data: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return the slopes of L and R by cause; those of R are zero in tables that were made without."""
+    by_L = data["slope_T_L_by"]
+    return by_L, data.get("slope_T_R_by", xr.zeros_like(by_L))
+
+
+def changed_by(data: xr.Dataset, steps: Sequence[xr.DataArray]) -> xr.Dataset:
+    """Return a table whose coils' own L and R are larger by steps."""
     same = xr.DataArray(np.eye(data.sizes["coil"]), dims=("coil", "coil_2"),
                         coords={name: data[name] for name in ("coil", "coil_2")})
-    return data.assign(L=(data["L"] + step * same).transpose(*data["L"].dims))
+    each = zip(("L", "R"), steps, strict=True)
+    return data.assign({name: (data[name] + step * same).transpose(*data[name].dims) for name, step in each})
 
 
 def read_at(
@@ -141,7 +167,7 @@ def read_at(
         load = answer.forces if answer.status == OK else 0.5 * (known.low + known.high)
         if before is not None and np.array_equal(load, before):
             break
-        found, before = _shifted(moved, _remainder(sensor, moved, temperature, known, load)), load
+        found, before = changed_by(moved, _remainder(sensor, moved, temperature, load)), load
         was, old, answer = last, answer.forces, inverse(found)
         last = np.abs(answer.forces - old)
         errors = answer.error + np.nan_to_num(answer.error_by_model)
@@ -153,12 +179,13 @@ def read_at(
     return found, last
 
 
-def _remainder(sensor: Sensor, moved: xr.Dataset, temperature: float, known: Calibration, load: Array) -> xr.DataArray:
-    """Return what is read of each coil at a load less the table moved along its slopes, over ``coil``."""
+def _remainder(sensor: Sensor, moved: xr.Dataset, temperature: float, load: Array) -> list[xr.DataArray]:
+    """Return L and R as read of each coil at a load less the table moved along its slopes, over ``coil``."""
     request = request_of(moved)
     warm = sensor.model_copy(update={"temperature": temperature})
     one = moved.isel({name: 0 for name in varied(moved)})
-    forces = dict(zip(known.forces, load.tolist(), strict=True))
+    maps = [fit_map(*own_values(moved, name)) for name in ("L", "R")]
+    forces = dict(zip(several(moved), load.tolist(), strict=True))
     models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}
     try:
         solved = simulate(warm, replace(wrench_of(one), **forces), **models)
@@ -166,5 +193,8 @@ def _remainder(sensor: Sensor, moved: xr.Dataset, temperature: float, known: Cal
         raise SceneError(f"temperature: must be one at which the sensor can be solved; got {celsius(temperature)} with "
                          f"{load_words(forces)}: {error}") from error
     C = [at_temperature(one).readout.parallel_capacitance for one in (warm, sensor)]
-    read = np.diagonal(solved.impedance.L) * C[0] / C[1] * (clock_factor(warm) / clock_factor(sensor)) ** 2
-    return xr.DataArray(read - known.forward(load), dims="coil", coords={"coil": moved["coil"]})
+    shown, clock = solved.impedance, clock_factor(warm) / clock_factor(sensor)
+    L, R = np.diagonal(shown.L) * clock**2, (np.diagonal(shown.R) + _tracks(warm, shown)) * clock
+    read = C[0] / C[1] * L, C[0] / C[1] * R - _tracks(sensor, shown)
+    each = zip(read, maps, strict=True)
+    return [xr.DataArray(one - own.at(load), dims="coil", coords={"coil": moved["coil"]}) for one, own in each]

@@ -24,7 +24,7 @@ function wrenchOf(load) {
 function sampled() {
   const { L, codes } = seen, normal = () => Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
   if (!hasCodes) return L;
-  return byId("noise").checked ? codes.map((code, c) => Math.round(code * (1 - 0.5 * numbers.sigma_L[c] * normal()))) : codes;
+  return byId("noise").checked ? codes.map((code, c) => Math.round(code - (code + numbers.below[c]) * 0.5 * numbers.sigma_L[c] * normal())) : codes;
 }
 
 function readOut() {

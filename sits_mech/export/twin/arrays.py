@@ -51,7 +51,8 @@ ABOUT = {
     "creep_weights, creep_times": "of C(t) = 1 - sum c exp(-t/lambda), which undoes it [-, s]",
     "mullins": "(3,): r [-], m [Pa], beta [-] of the softening after the largest load; NaN: unknown. Not evaluated",
     "sigma_L": "(coils,): standard deviation of a reading over L, at rcount [-]; NaN without converter",
-    "reference, bits, input_divider, reference_divider, rcount": "code = 2^bits f/(input_divider reference)",
+    "reference, bits, input_divider, reference_divider, rcount": "2^bits f/(input_divider reference) is the code",
+    "gain, below": "of parts that show a window of it: gain times that less below, (coils,)",
     "capacitance": "across each coil [F]",
     "opened, conversion, channel_time": "(coils,): begin of counting in a scan, its length, all of a turn [s]",
     "slope_T_*": "by temperature over the table's loads: of inductances (..., coils) [H/K], poses [m/K, rad/K]",
@@ -184,7 +185,7 @@ def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[
     return found | {
         "sigma_L": front.noise / L, "reference": np.array(front.reference), "bits": np.array(front.part.bits),
         "input_divider": np.array(front.input_divider), "reference_divider": np.array(front.reference_divider),
-        "rcount": np.array(front.rcount), "conversion": counted,
+        "rcount": np.array(front.rcount), "gain": np.array(front.gain), "below": front.below, "conversion": counted,
         "opened": windows(front)[0], "channel_time": front.channel_time,
     }
 

@@ -58,6 +58,8 @@ def c_tables(numbers: Mapping[str, Any], about: str) -> str:
         "MOST_DEGREE": max(int(each.max()) for each in powers),
     }
     parts = [f"#define SITS_{name} {size}" for name, size in sizes.items()]
+    if codes:
+        parts.append(f"#define SITS_FULL UINT32_C({2 ** int(numbers['bits']) - 1})")
     for name, readings in _MAPS:
         parts += _map(name, numbers, readings)
     for name, sign in (("creep", -1.0), ("relaxation", 1.0)):  # of 1 + sum_j weight_j exp(-t/time_j)

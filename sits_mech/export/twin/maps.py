@@ -113,7 +113,7 @@ def readings_at(source: Source, pose: Pose, front: FrontEnd | None) -> Array:
     found, _ = absolute(sensor, model.impedance(pose, sensor.frequency))
     own = np.diagonal(found.L, axis1=-2, axis2=-1)
     seen = at_terminals(sensor, found)[0] if front is not None else None
-    return own if front is None or seen is None else np.hstack([own, codes_of(sensor, front, seen.L)])
+    return own if front is None or seen is None else np.hstack([own, codes_of(sensor, front, seen.L, seen.R)])
 
 
 def guess_of(cal: Calibration, base: Array, scale: Array) -> tuple[TwinMap, Array]:

@@ -13,7 +13,8 @@
  * Codes stay untouched without a converter. The arithmetic is that of twin.py, which has the formulas; all return the
  * same flags, which add up: SITS_OUTSIDE (held at the domain's edge, NaN at its middle), SITS_IGNORED (a component that
  * the map does not know is not what it was in the calibration), SITS_UNSOLVED (no single wrench shows the reading: it
- * is NaN). dt > 0 [s]; a NaN stays in the state, until sits_start.
+ * is NaN), with it of codes SITS_FAULT_FLAGS (the part's error flags stand above a code), SITS_FAULT_FULL (full scale:
+ * open, or out of range) or SITS_FAULT_ZERO (shorted, or it does not swing). dt > 0 [s]; a NaN stays in the state, until sits_start.
  * Functions of what the sensor has not (a map of poses, an inverse) are not there.
  *
  * sensor.h holds the numbers. Made by sits-mech; BSD-3-Clause.
@@ -32,6 +33,7 @@
 #include "sensor.h"
 
 enum { SITS_OUTSIDE = 1, SITS_IGNORED = 2, SITS_UNSOLVED = 4 };
+enum { SITS_FAULT_FLAGS = 8, SITS_FAULT_FULL = 16, SITS_FAULT_ZERO = 32 };
 
 #define SITS_STATE (SITS_WRENCH_D * (SITS_BRANCHES + 1))
 #define SITS_STEPS 8 /* of Newton's method; then how long, how far out, and the last one, scaled */
@@ -283,9 +285,25 @@ static inline int sits_estimate(const SITS_REAL L[SITS_COILS], SITS_REAL wrench[
 }
 
 #if SITS_CODES
+/* 0, or what is wrong with the first code that is of no coil; 32 bits as they are read, whatever their sign. */
+static inline int sits_fault(const int32_t codes[SITS_COILS])
+{
+    for (int c = 0; c < SITS_COILS; ++c)
+        if ((uint32_t)codes[c] > SITS_FULL)
+            return SITS_FAULT_FLAGS;
+        else if ((uint32_t)codes[c] == SITS_FULL || codes[c] == 0)
+            return codes[c] == 0 ? SITS_FAULT_ZERO : SITS_FAULT_FULL;
+    return 0;
+}
+
 static inline int sits_estimate_codes(const int32_t codes[SITS_COILS], SITS_REAL wrench[6])
 {
     SITS_REAL off[SITS_COILS];
+    const int fault = sits_fault(codes);
+    for (int i = 0; i < 6 && fault != 0; ++i)
+        wrench[i] = (SITS_REAL)NAN;
+    if (fault != 0)
+        return SITS_UNSOLVED | fault;
     for (int c = 0; c < SITS_COILS; ++c)
         off[c] = (SITS_REAL)(codes[c] - sits_wrench_base_codes[c]) / sits_scale_codes[c];
     return sits_found(off, SITS_COILS, sits_scale_codes, sits_directions_codes, SITS_GUESS_CODES_TERMS,

@@ -1,8 +1,9 @@
 // ---- the twin: what twin.py does with the same numbers, in its letters, of one wrench or reading at a time ----
 //   twin.read([F_x, F_z, M, F_y, M_x, M_z])                L [H] and codes of the coils, flags
 //   twin.estimate(L), twin.estimateCodes(codes)            wrench [N, N m], NaN where there is none, flags
+//   twin.fault(codes)                                      0, or the flag of a coil that was not read
 function twinOf(numbers) {
-  const OUTSIDE = 1, IGNORED = 2, UNSOLVED = 4, STEPS = 8, LONGEST = 0.3, REACH = 1.2, SETTLED = 1e-3, EDGE = 1e-5, SAME = 1e-9;
+  const OUTSIDE = 1, IGNORED = 2, UNSOLVED = 4, FAULT_FLAGS = 8, FAULT_FULL = 16, FAULT_ZERO = 32, STEPS = 8, LONGEST = 0.3, REACH = 1.2, SETTLED = 1e-3, EDGE = 1e-5, SAME = 1e-9;
   const clip = (v, end) => Math.min(end, Math.max(-end, v)), largest = (row) => Math.max(...row.map(Math.abs));
   const dot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0);
   const even = (v) => { const whole = Math.round(v); return whole - v === 0.5 && whole % 2 ? whole - 1 : whole; };
@@ -80,5 +81,16 @@ function twinOf(numbers) {
     over.columns.forEach((k, i) => { wrench[k] = good ? 0.5 * (clip(x[i], edge) * (over.high[i] - over.low[i]) + (over.high[i] + over.low[i])) : NaN; });
     return { wrench, flags: (largest(x) > edge ? OUTSIDE : 0) + (good ? 0 : UNSOLVED) };
   }
-  return { numbers, read, estimate: (L) => estimated("L", 0, L), estimateCodes: (codes) => estimated("codes", count, codes) };
+
+  // What is wrong with the first code that is of no coil.
+  function fault(codes) {
+    const full = 2 ** numbers.bits - 1, wrong = codes.find((code) => code <= 0 || code >= full);
+    return wrong === undefined ? 0 : wrong === 0 ? FAULT_ZERO : wrong === full ? FAULT_FULL : FAULT_FLAGS;
+  }
+
+  function estimateCodes(codes) {
+    const wrong = fault(codes);
+    return wrong ? { wrench: over.fixed.map(() => NaN), flags: UNSOLVED + wrong } : estimated("codes", count, codes);
+  }
+  return { numbers, read, estimate: (L) => estimated("L", 0, L), estimateCodes, fault };
 }

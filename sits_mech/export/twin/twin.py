@@ -41,6 +41,9 @@ POSE = ("d_h", "d_v", "alpha", "d_y", "alpha_x", "alpha_z")
 OUTSIDE, IGNORED, UNSOLVED = 1, 2, 4
 """Flags, which add up: held at the domain's edge, NaN at its middle; a component that the map does not know is
 not what it was in the calibration, and is ignored; no single wrench shows the reading, the estimate is NaN."""
+FAULT_FLAGS, FAULT_FULL, FAULT_ZERO = 8, 16, 32
+"""Besides `UNSOLVED`, of a coil that was not read: the part's error flags stand above a code; it is full scale (open,
+or out of range); it is zero (shorted, or it does not swing)."""
 _STEPS, _LONGEST, _REACH = 8, 0.3, 1.2  # of Newton's method, scaled: how many, how long, how far out
 _SETTLED, _EDGE, _SAME = 1e-3, 1e-5, 1e-9  # the last step; beyond the domain; of a component that is ignored
 
@@ -111,8 +114,13 @@ class Twin:
         if not self.numbers["codes"]:
             raise ValueError("codes: must be of a twin with a converter; this one has none")
         xp, count = _namespace(codes), len(self.coils)
+        _columns("codes", codes, count)
+        flags = _faults(xp, codes, 2 ** int(self.numbers["bits"]) - 1)
+        codes = xp.where((flags == 0)[:, None], codes, xp.zeros_like(codes))  # with flags they leave 32 bits
         whole = xp.asarray(codes, dtype=xp.int32) - _like(self._map("wrench").base[count:], codes, xp.int32)
-        return self._estimated(count, xp.asarray(whole, dtype=xp.asarray(1.0).dtype))
+        given = xp.asarray(whole, dtype=xp.asarray(1.0).dtype)
+        found = self._estimated(count, xp.where((flags == 0)[:, None], given, given + float("nan")))
+        return Estimate(found.wrench, found.flags + flags)
 
     def start(self, n: int, like: Any = None) -> Any:
         """Return the state of n pads that have rested without load; an array of the kind `like`.
@@ -298,6 +306,16 @@ def _least_squares(xp: Any, slopes: list[Any], off: Any) -> list[Any]:
         for j in range(i + 1, d):
             found[i] = found[i] - R[i, j] * found[j]
         found[i] = found[i] / R[i, i]
+    return found
+
+
+def _faults(xp: Any, codes: Any, full: int) -> Any:
+    """Return flags of what is wrong with the first of the codes (n, coils) that is of no coil, (n,); 0 without."""
+    found = 0 * xp.asarray(codes[:, 0] == 0, dtype=xp.int32)
+    for code in reversed([codes[:, k] for k in range(codes.shape[1])]):
+        kinds = (code == 0, FAULT_ZERO), (code == full, FAULT_FULL), ((code > full) | (code < 0), FAULT_FLAGS)
+        for wrong, flag in kinds:
+            found = xp.where(wrong, xp.zeros_like(found) + flag, found)
     return found
 
 

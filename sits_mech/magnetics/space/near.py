@@ -247,19 +247,21 @@ def _resting(plate: Near, omega: float, points: bytes) -> Complex:
 
 def _moments(plate: Near, omega: float, fluxes: Sequence[Complex], solved: _Solved) -> Complex:
     """Return the moments in all images of the cells of what fluxes (m, unknowns) drive, (m, images times cells, 3)."""
-    omega, total = min(omega, plate.highest), None
-    for part, factor, B, currents in zip(plate.classes, _factors(plate, omega), fluxes, solved(omega), strict=True):
-        loops, factors = part.problem.parts[2], part.problem.factors()
-        each = [m @ (currents * part.unit).T for m in loops]
-        if np.iscomplexobj(part.R):
-            back = lu_solve(factor, B.T, trans=1, check_finite=False).T
-            other = [m.conj() @ (back * part.unit).T for m in loops]
-            both = sum(np.einsum("gsab,bcm->mgsca", f, m) for f, m in ((factors, each), (factors.conj(), other)))
-        else:
-            both = 2.0 * np.einsum("gsab,bcm->mgsca", factors, each)
-        more = _weight(part) * np.asarray(both).reshape(len(B), -1, 3)
-        total = more if total is None else total + more
-    return np.asarray(-1j * omega * total)
+    omega = min(omega, plate.highest)
+    each = zip(plate.classes, _factors(plate, omega), fluxes, solved(omega), strict=True)
+    return np.asarray(-1j * omega * sum(_cell_moments(*one) for one in each))
+
+
+def _cell_moments(part: _Class, factor: Any, B: Complex, currents: Complex) -> Complex:
+    """Return a class's share of `_moments` over -j omega, by the currents that fluxes drive."""
+    loops, factors = part.problem.parts[2], part.problem.factors()
+    both = np.einsum("gsab,bcm->mgsca", factors, [m @ (currents * part.unit).T for m in loops])
+    if np.iscomplexobj(part.R):
+        back = lu_solve(factor, B.T, trans=1, check_finite=False).T
+        both += np.einsum("gsab,bcm->mgsca", factors.conj(), [m.conj() @ (back * part.unit).T for m in loops])
+    else:
+        both *= 2.0
+    return np.asarray(_weight(part) * both.reshape(len(B), -1, 3))
 
 
 def _shown(divisions: Sequence[Near]) -> Near:

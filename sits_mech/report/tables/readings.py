@@ -95,6 +95,7 @@ def front_end_record(found: FrontEnd, coils: Sequence[str], left_out: Sequence[s
     shown = ("frequency", "code", "R_p", "Q", "amplitude")
     each = {
         name: {item: getattr(found, item)[k].tolist() for item in shown}
+        | {"window": found.window[k].tolist(), "offset": int(found.offset[k])}
         | {"settlecount": int(found.settlecount[k]), "drive": int(found.drive[k])}
         | {"drive_current": found.part.drive[found.drive[k]], "noise_L": float(found.noise[k])}
         | {"channel_time": float(found.channel_time[k])}
@@ -107,6 +108,7 @@ def front_end_record(found: FrontEnd, coils: Sequence[str], left_out: Sequence[s
         "rcount": found.rcount,
         "input_divider": found.input_divider,
         "reference_divider": found.reference_divider,
+        "gain": found.gain,
         "rate": found.rate,
         "coils": each,
         "registers": [{"address": a, "name": name, "value": value} for a, name, value in found.registers],
@@ -124,6 +126,9 @@ def front_end_table(found: FrontEnd, coils: Sequence[str], left_out: Sequence[st
     for k, name in enumerate(coils):
         f, code, R_p = found.frequency[k], found.code[k], found.R_p[k]
         rows.append((name, f"{1e-6 * f[0]:.6g} to {1e-6 * f[1]:.6g} MHz, code {code[0]:.0f} to {code[1]:.0f}"))
+        if found.gain > 1:
+            low, high = 1e-6 * found.window[k]
+            rows.append(("", f"window {low:.4g} to {high:.4g} MHz, gain {found.gain}, offset {found.offset[k]:.0f}"))
         current = 1e6 * found.part.drive[found.drive[k]]
         swing = f"{found.amplitude[k, 0]:.3g} to {found.amplitude[k, 1]:.3g} V at {current:.4g} uA"
         rows.append(("", f"R_p {1e-3 * R_p[0]:.4g} to {1e-3 * R_p[1]:.4g} kohm, Q {found.Q[k, 0]:.3g}, {swing}"))

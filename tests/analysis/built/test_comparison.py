@@ -10,7 +10,8 @@ import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration, terminals
 from sits_mech.analysis.built import comparison
-from sits_mech.analysis.built.comparison import compare, tank_of
+from sits_mech.analysis.built.comparison import compare
+from sits_mech.analysis.codes import tank_of
 from sits_mech.analysis.measured import Measured, read_measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run

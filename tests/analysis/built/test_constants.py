@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.analysis.bench import code_calibration, codes_of, sensor_front_end
+from sits_mech.analysis.bench import code_calibration
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.constants import BEYOND, as_computed, constants_of, inverse
 from sits_mech.analysis.built.prior import Prior
+from sits_mech.analysis.codes import unit_codes
 from sits_mech.scene.sensor import SceneError, changed
 from tests.analysis.built.conftest import bench_of, unknowns
 
@@ -41,9 +42,8 @@ def test_a_unit_reads_its_forces(found: Adaptation) -> None:
     constants = constants_of(found, cal)
     forces = np.random.default_rng(0).uniform(0.8 * cal.low, 0.8 * cal.high, (40, 2))
     p = prior.used(found.values)
-    front = sensor_front_end(prior.sensor, prior.data)[0]
     loads = np.concatenate([forces, [[0.0, 0.0]]]) * p[prior.setup.names.index("modulus")]
-    own = codes_of(prior.sensor, front, prior.bench(loads).model(p[None])[0])
+    own = unit_codes(prior.sensor, prior.data, prior.bench(loads).model(p[None])[0])
     there = np.concatenate([forces, [[0.0, 0.0]]])
     f = inverse(cal, constants.codes(own), there)[0]
     errors = np.abs(constants.forces(f) - loads)[:-1] / (cal.high - cal.low)

@@ -131,6 +131,18 @@ def test_readings_are_those_of_python(real: str, off: float, ask: Ask, twin: Twi
         assert np.abs((found[:, 1::2] - own.codes) / scale[1]).max() < off + (0.0 if real == "double" else 1e-5)
 
 
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_faults_of_codes_are_those_of_python(real: str, ask: Ask, twin: Twin) -> None:
+    """Flags above the code's bits, full scale and zero, of either coil: no wrench, the same flags."""
+    well = twin.read(wrenches(0.5, 1)).codes[0].astype(float)
+    bad = np.array([2**28 - 1, 0, 0x1B3D3D64, -1, -(2**31) + 0x0B3D3D64], dtype=float)
+    rows = np.array([well, *([code, well[1]] for code in bad), *([well[0], code] for code in bad)])
+    flags, found = ask(real, "k", rows)
+    own = twin.estimate_codes(rows.astype(np.int64))
+    assert np.array_equal(flags, own.flags) and set(flags.tolist()) == {0, 12, 20, 36}
+    assert np.array_equal(np.isnan(found), np.isnan(own.wrench))
+
+
 @pytest.mark.parametrize("real, off", [("double", 1e-12), ("float", 1e-5)])
 def test_what_is_no_number_is_told_as_in_python(real: str, off: float, ask: Ask, twin: Twin) -> None:
     """Loads, poses, readings and steps of NaN: the same flags, inductances and codes, all of them numbers."""

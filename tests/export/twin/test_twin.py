@@ -1,5 +1,8 @@
 """The evaluator that is copied: the calibration's digits, its inverse, the pad in time, and other array libraries."""
 
+import json
+import shutil
+import subprocess
 from importlib import import_module
 from pathlib import Path
 
@@ -9,9 +12,10 @@ import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.export.source import Source
+from sits_mech.export.twin import twin as twin_module
 from sits_mech.export.twin.arrays import inverse_arrays, twin_arrays
 from sits_mech.export.twin.maps import over_wrenches
-from sits_mech.export.twin.twin import IGNORED, OUTSIDE, UNSOLVED, Twin
+from sits_mech.export.twin.twin import FAULT_FLAGS, FAULT_FULL, FAULT_ZERO, IGNORED, OUTSIDE, UNSOLVED, Twin
 from sits_mech.readout.calibration import Calibration, calibration_of
 from sits_mech.report.folder import read_calibration
 from sits_mech.silicone.history import relaxed_share, retardation
@@ -94,6 +98,43 @@ def test_estimates_the_wrench(twin: Twin, cal: Calibration, wrenches: np.ndarray
     assert np.all(np.abs(by_codes.wrench - wrenches)[:, :2] < worth) and not by_codes.flags.any()
     own = cal.inverse(found.L[:50])
     assert np.abs(back.wrench[:50, :2] - own.forces).max() < 1e-10
+
+
+FAULTS = {  # of two coils; the second time of each the well one first
+    "full": (2**28 - 1, FAULT_FULL), "zero": (0, FAULT_ZERO), "amplitude": (0x1B3D3D64, FAULT_FLAGS),
+    "under-range": (0x8B3D3D64, FAULT_FLAGS), "all": (2**32 - 1, FAULT_FLAGS),
+}
+
+
+@pytest.mark.parametrize("dtype", [np.int64, np.uint32, float])
+def test_codes_of_a_coil_that_is_not_read_are_faults(dtype: type, twin: Twin) -> None:
+    """Flags above the code's bits, full scale and zero, of the first coil that has one; a reading beside goes on."""
+    wrench = np.array([[0.2, 1.0, 0.0, 0.0, 0.0, 0.0]])
+    well = twin.read(wrench).codes[0].astype(np.int64)
+    rows, flags = [well], [0]
+    for code, flag in FAULTS.values():
+        rows += [np.array([code, well[1]]), np.array([well[0], code]), np.array([code, 0])]
+        flags += [UNSOLVED + flag] * 3
+    found = twin.estimate_codes(np.array(rows).astype(dtype))
+    assert found.flags.tolist() == flags and np.all(np.isnan(found.wrench[1:]))
+    assert found.wrench[0] == pytest.approx(wrench[0], abs=1e-4)
+
+
+@pytest.mark.skipif(not shutil.which("node"), reason="no node")
+def test_the_evaluator_in_javascript_knows_them(twin: Twin) -> None:
+    """The same flags of the same codes, and the wrench of a reading."""
+    well = twin.read(np.array([[0.2, 1.0, 0.0, 0.0, 0.0, 0.0]])).codes[0].tolist()
+    rows = [well, *([code, well[1]] for code, _ in FAULTS.values()), *([well[0], code] for code, _ in FAULTS.values())]
+    kept = {name: np.asarray(value).tolist() for name, value in twin.numbers.items() if not name.endswith("_float32")}
+    kept = {name: value for name, value in kept.items() if name not in ("mullins", "compliance")}  # with NaN
+    text = Path(twin_module.__file__).with_name("twin.js").read_text()
+    ask = f"const t = twinOf({json.dumps(kept)}); console.log(JSON.stringify({json.dumps(rows)}.map(t.estimateCodes)))"
+    done = subprocess.run(["node", "-"], input=f"{text}\n{ask}", capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    found, own = json.loads(done.stdout), twin.estimate_codes(np.array(rows))
+    assert [each["flags"] for each in found] == own.flags.tolist()
+    assert [each["wrench"][0] is None for each in found] == [False] + [True] * (len(rows) - 1)
+    assert found[0]["wrench"] == pytest.approx(own.wrench[0], abs=1e-12)
 
 
 def test_the_edge_is_held_and_told(twin: Twin, cal: Calibration) -> None:
