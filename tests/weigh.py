@@ -26,7 +26,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 57_190, "core lines": 32_050, "tokens": 492_200, "named numbers": 585, "branching functions": 49,
+    "lines": 57_200, "core lines": 32_050, "tokens": 492_200, "named numbers": 585, "branching functions": 49,
     "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 100, "entered in the plane": 104,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
