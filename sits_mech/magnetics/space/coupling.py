@@ -19,13 +19,12 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import CACHED, Potential
 from sits_mech.magnetics.modes import Modes
-from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, few_points, radiated
+from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, biot_savart, few_points, radiated
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, Nodes, side_by_side
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import kept_by_first
@@ -186,17 +185,6 @@ def _moments(plate: Sheeted, omega: float) -> tuple[Array, Array]:
     each = np.tensordot(carried, radiated(plate, np.eye(plate.columns[-1].stop)), axes=1)
     moments = plate.admittance(omega) @ each.reshape(-1, each.shape[2]).T / (1j * omega)
     return plate.box.points()[few], np.ascontiguousarray(moments).view(float)
-
-
-def biot_savart(at: Array, moments: Complex, points: Array) -> Complex:
-    """Return B of current moments (p, n, q, 3) [A m] at places (p, q, 3), at points (k, 3), (p, k, 3, n) [T]."""
-    x, y, z = (points[:, k, None] - at[:, None, :, k] for k in range(3))
-    square = x * x + y * y + z * z
-    weight = mu_0 / (4.0 * np.pi) / (square * np.sqrt(square))
-    x, y, z = x * weight, y * weight, z * weight
-    X, Y, Z = (np.ascontiguousarray(np.swapaxes(moments[..., k], 1, 2)).view(float) for k in range(3))
-    found = np.stack([z @ Y - y @ Z, x @ Z - z @ X, y @ X - x @ Y], axis=2)
-    return found.view(complex)
 
 
 @kept_by_first(8)

@@ -23,6 +23,7 @@ from itertools import product
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.constants import mu_0
 from scipy.linalg import qr, solve_triangular
 from scipy.spatial.distance import cdist
 
@@ -60,6 +61,17 @@ class Asked:
 
     points: Array
     of: Callable[[Complex], Complex]
+
+
+def biot_savart(at: Array, moments: Complex, points: Array) -> Complex:
+    """Return B of current moments (p, n, q, 3) [A m] at places (p, q, 3), at points (k, 3), (p, k, 3, n) [T]."""
+    x, y, z = (points[:, k, None] - at[:, None, :, k] for k in range(3))
+    square = x * x + y * y + z * z
+    weight = mu_0 / (4.0 * np.pi) / (square * np.sqrt(square))
+    x, y, z = x * weight, y * weight, z * weight
+    X, Y, Z = (np.ascontiguousarray(np.swapaxes(moments[..., k], 1, 2)).view(float) for k in range(3))
+    found = np.stack([z @ Y - y @ Z, x @ Z - z @ X, y @ X - x @ Y], axis=2)
+    return found.view(complex)
 
 
 class Moving(Plate, Protocol):

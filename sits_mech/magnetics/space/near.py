@@ -24,8 +24,7 @@ from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import DEPTHS, beyond
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
-from sits_mech.magnetics.space.coupling import biot_savart
-from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to
+from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, field_means, side_by_side
 from sits_mech.magnetics.space.modes import combined
 from sits_mech.magnetics.space.sources import Cells, Posed, Sources
