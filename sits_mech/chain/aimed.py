@@ -20,7 +20,7 @@ import numpy as np
 from sits_mech.chain.goal import HALF, Goal, goal_at
 from sits_mech.chain.interpolate import LoadGrid, poses_on_grid, solved_likely, worst
 from sits_mech.chain.models import MAGNETICS, loaded_model
-from sits_mech.chain.prices import Look, expected
+from sits_mech.chain.prices import SURE, Look, expected
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import Question
 from sits_mech.geometry.collision import Collision, check_clearance
@@ -30,8 +30,6 @@ from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle
 from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import FAILED, OK
-
-_SURE = 3.0  # of 74 loads none reached less than 0.39 of what was planned: beyond, a tolerance is missed for sure
 
 
 class Promise(NamedTuple):
@@ -74,7 +72,7 @@ class Aim:
 
     def refuse_beyond(self, planned: Look, where: str) -> None:
         """Raise SceneError for a tolerance that cannot be reached."""
-        if planned.error > _SURE * self.tolerance:
+        if planned.error > SURE * self.tolerance:
             can = f"{planned.error:.1g} can be reached in about {planned.seconds:.2g} s (--best)"
             raise SceneError(f"tolerance: must be one that can be reached at {where}; got {self.tolerance:g}: {can}")
 

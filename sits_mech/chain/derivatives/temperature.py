@@ -170,7 +170,8 @@ def read_at(
         found, before = changed_by(moved, _remainder(sensor, moved, temperature, load)), load
         was, old, answer = last, answer.forces, inverse(found)
         last = np.abs(answer.forces - old)
-        errors = answer.error + np.nan_to_num(answer.error_by_model)
+        by_model = np.where(answer.error_by_model <= known.high - known.low, answer.error_by_model, 0.0)
+        errors = answer.error + by_model  # beyond the range it says nothing of how often to solve
         if np.all(last < _SETTLED * errors):
             break
     if answer.status == OK and not np.all(last <= np.fmax(was, errors)):
