@@ -27,6 +27,7 @@ SIGNALS = ("dL_v", "dL_x", "dL_y")
 PAIR = ("L_v", "L_h")
 """Names of the published signals of one or two coils; with ``_percent`` those over L0."""
 Value = float | Array
+_ROUNDING = 1e-9  # of L0 [%]: signals that symmetry cancels come out as 1e-13
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,11 @@ class Signals:
     def known(self) -> dict[str, Value]:
         """Signals that the coils have, with their errors, by name."""
         return {name: value for name, value in vars(self).items() if value is not None}
+
+
+def moves(values: Array, errors: Array) -> bool:
+    """Return whether a signal changes by more than its errors and rounding, all in percent of L0."""
+    return bool(np.ptp(values) > 2.0 * max(float(np.max(errors)), _ROUNDING))
 
 
 def told(names: Container[Any]) -> tuple[str, ...]:

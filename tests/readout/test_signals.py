@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.readout.signals import combine, signals, told, weights_of
+from sits_mech.readout.signals import combine, moves, signals, told, weights_of
 
 RADIUS = 3.5e-3
 
@@ -66,6 +66,13 @@ def test_one_coil_has_a_sum_alone() -> None:
     for place in (0.0, 2.4e-19):
         found = combine(np.array([3.0]), weights_of([[place, 0.0]], RADIUS))
         np.testing.assert_array_equal(found, [3.0, 0.0, 0.0, 3.0, 0.0])
+
+
+def test_what_symmetry_cancels_does_not_move() -> None:
+    """Rounding that no error covers is no signal; a small one beyond its errors is."""
+    values = np.array([0.0, 1e-13, -2e-13])
+    assert not moves(values, 0.0 * values) and not moves(1e8 * values, np.full(3, 1e-4))
+    assert moves(1e8 * values, 0.0 * values)
 
 
 def test_what_does_not_fit_is_refused() -> None:

@@ -20,7 +20,7 @@ from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import POSE, WRENCH, Wrench
 from sits_mech.readout.loads import request_of
-from sits_mech.readout.signals import told
+from sits_mech.readout.signals import moves, told
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import joined, marked
 
@@ -69,7 +69,7 @@ def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:
     found = {}
     for name in (*POSE, *told(full)):
         own, other = full[name].to_numpy(), cheap[name].to_numpy()
-        span, error = float(np.ptp(own)), float(np.max(full[f"error_{name}"].to_numpy()))
-        if span > 2.0 * error:
+        span, error = float(np.ptp(own)), full[f"error_{name}"].to_numpy()
+        if moves(own, error) if name in told(full) else span > 2.0 * float(np.max(error)):
             found[name] = 100.0 * float(np.max(np.abs(own - other))) / span
     return found
