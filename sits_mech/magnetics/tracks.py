@@ -27,7 +27,7 @@ from sits_mech.magnetics.coils.resistance import TrackResponse, track_response
 from sits_mech.quantities import Array, Complex, Impedance, MagneticModel, Pose
 from sits_mech.scene.sensor import Coil, Sensor
 
-_FIELD = 0.03  # error of what metal changes of uneven current: of b by one division, and of filaments
+_FIELD = 0.015  # error of what metal changes of uneven current: of b by one division, and of filaments
 _BENT, _MOST = 0.02, 0.25  # the same of b that bends across a track, over (width/gap)^2, as seen, and at most
 
 

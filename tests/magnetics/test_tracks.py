@@ -40,6 +40,8 @@ def answered(make: object, name: str, frequency: float, gap: float) -> tuple[flo
     ("one layer", 5e6, 0.3, 3e-3), ("wide tracks", 5e6, 1.0, 6e-3), ("wide tracks", 1e6, 3.0, 1e-3),
     *(pytest.param(name, 5e6, gap, 1e-2, marks=pytest.mark.slow)
       for name in ("four layers", "thin tracks") for gap in (0.3, 3.0)),
+    *(pytest.param(name, 8e6, gap, 4e-3, marks=pytest.mark.slow)
+      for name in ("three layers", "heavy copper", "flex") for gap in (0.2, 2.0)),
 ])
 def test_solid_turns_by_another_code(name: str, frequency: float, gap: float, off: float) -> None:
     """R of the whole coil, and Delta L to 1e-3, within what is told; NGSolve, all turns solid copper in series."""
