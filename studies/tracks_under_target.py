@@ -2,8 +2,8 @@
 
 Eight coils of different fill and layers under a coaxial disc, every turn solid copper in series, by NGSolve
 (common/solid_turns.json, made by common/ngsolve_turns.py), gaps of 0.1 to 3 mm, 1 to 8 MHz, tracks 0.3 to 14 skin
-depths wide. The errors' constants are of the first five, and hold on the other three. Beside it what a model of even current gives with the losses of tracks alone. The reference's L is some
-3e-5 off by its far boundary.
+depths wide. The errors' constants are of the first five, and hold on the other three. Beside it what a model of even
+current gives with the losses of tracks alone. The reference's L is some 3e-5 off by its far boundary.
 
 Run ``python studies/tracks_under_target.py [--coarse] --output DIR``: the table and a figure of R and Q against the
 gap. Where NGSolve is installed one of its numbers is made anew.
