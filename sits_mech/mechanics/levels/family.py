@@ -64,6 +64,7 @@ from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
+from sits_mech.mechanics.equilibrium.patch import Patch, carried, patch_of, rim
 from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
 from sits_mech.mechanics.equilibrium.path import affordable, follow
 from sits_mech.memory import GIB, MEMORY, beyond_memory
@@ -116,6 +117,20 @@ class Levels:
     def size(self) -> int:
         """Length of the packed states of the first two levels."""
         return self.fine.size + self.coarse.size
+
+    def patch(self, level: int) -> Patch | None:
+        """Return the cells at rims that a level cuts, None if there are none or the level has no other cells."""
+        if level not in self._patches:
+            way, before = self.carrier(level), self.maker(level - 1)
+            cells = rim(before)[way.parents].any(axis=0) if way is not None else np.zeros(1, dtype=bool)
+            cut = self.terms[level, 0] != self.terms[level - 1, 0] and cells.any() and not cells.all()
+            self._patches[level] = patch_of(self.maker(level), cells) if cut else None
+        return self._patches[level]
+
+    @cached_property
+    def _patches(self) -> dict[int, Patch | None]:
+        """Patches by level."""
+        return {}
 
     def check_memory(self, level: int) -> Note | None:
         """Return a note on a level that exceeds memory, else None.
@@ -255,17 +270,25 @@ def _limit(value: Array, parts: Array, off: Array | float = 0.0) -> Limit:
 
 
 def prolonged(levels: Levels, level: int, state: State) -> State | None:
-    """Carry a state from the level before; None without a carrier.
+    """Carry a state from the level before; None without a carrier, or where a cell would be turned inside out.
 
-    There is none where cells at edges are cut: volume is kept in the coarse cell, not in its parts.
+    Where cells at rims are cut, volume is kept in the coarse cell, not in its parts: those are brought to rest between
+    the others (equilibrium/patch.py).
     """
     way, body = levels.carrier(level), levels.maker(level)
-    if way is None or levels.terms[level, 0] != levels.terms[level - 1, 0]:
+    if way is None:
         return None
-    u = np.asarray(way.displacements(state.u))
+    u, p = np.asarray(way.displacements(state.u)), way.pressures(state.p)
     u[body.bonded] = body.with_target(state.q)
+    patch = levels.patch(level)
+    if patch is not None:
+        size = float(np.linalg.norm(state.load))
+        found = carried(body, patch, unloaded(body).u, u, size)
+        if found is None:
+            return None
+        u, p[patch.cells] = found
     least = float(deformation(body.mesh, u)[1].min())
-    return State(u, state.q, way.pressures(state.p), state.load, min_J=least) if least > 0.0 else None
+    return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
 
 
 def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Approach]:
