@@ -51,8 +51,8 @@ one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache, wraps
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, lru_cache, partial, wraps
 from math import prod, sqrt
 from typing import Concatenate, NamedTuple, ParamSpec
 
@@ -63,13 +63,13 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.equilibrium.elimination import followed
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.patch import Patch, carried, patch_of, rim
 from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
 from sits_mech.mechanics.equilibrium.path import affordable, follow
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.scene.sensor import Sensor
 
 PAIR = 2
@@ -81,6 +81,7 @@ _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _EARLY, _UNSURE = 2.0, 0.5  # of what extrapolation adds, by two levels and by more: the powers may be off
 _FURTHER = 0.04  # of the limit of time: what a path beyond the second level may take
 _PARTS = 3  # of an error: two terms, and how far the limit moved
+_NEAR, _AT_END = 0.05, 0.01  # of the size of the load: forces in a patch at which its boundary moves on, and at its end
 _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
 NUMBER = 8  # bytes
 _FREE, _SHARED, _HELD = 0, 1, 2  # what an end of a box is: free, shared with another piece, held
@@ -100,6 +101,10 @@ class Levels:
     changed: Callable[[Sensor, int], Bonded | None] = lambda sensor, level: None
     rested: int = 6  # levels brought to rest at most; small strain uses all
 
+    def __post_init__(self) -> None:
+        """Cache the layers."""
+        object.__setattr__(self, "maker", cache(partial(self._made, self.maker)))
+
     def __len__(self) -> int:
         return len(self.terms)
 
@@ -118,19 +123,18 @@ class Levels:
         """Length of the packed states of the first two levels."""
         return self.fine.size + self.coarse.size
 
-    def patch(self, level: int) -> Patch | None:
-        """Return the cells at rims that a level cuts, None if there are none or the level has no other cells."""
-        if level not in self._patches:
-            way, before = self.carrier(level), self.maker(level - 1)
-            cells = rim(before)[way.parents].any(axis=0) if way is not None else np.zeros(1, dtype=bool)
-            cut = self.terms[level, 0] != self.terms[level - 1, 0] and cells.any() and not cells.all()
-            self._patches[level] = patch_of(self.maker(level), cells) if cut else None
-        return self._patches[level]
+    def cuts(self, level: int) -> bool:
+        """Whether a level cuts the cells at edges of the level before."""
+        return level > 0 and bool(self.terms[level, 0] != self.terms[level - 1, 0])
 
-    @cached_property
-    def _patches(self) -> dict[int, Patch | None]:
-        """Patches by level."""
-        return {}
+    def _made(self, make: Callable[[int], Bonded], level: int) -> Bonded:
+        """Return the layer of a level, which knows what parts of coarser cells lie at its rims."""
+        return replace(make(level), cut=partial(self._cut, level) if self.cuts(level) else None)
+
+    def _cut(self, level: int) -> Mask | None:
+        """Whether a cell is a part of one at a rim of the level before, (c,); None where that is unknown."""
+        way, before = self.carrier(level), self.maker(level - 1).patch
+        return None if way is None or before is None else np.asarray(before.cells[way.parents].any(axis=0))
 
     def check_memory(self, level: int) -> Note | None:
         """Return a note on a level that exceeds memory, else None.
@@ -273,20 +277,19 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     """Carry a state from the level before; None without a carrier, or where a cell would be turned inside out.
 
     Where cells at rims are cut, volume is kept in the coarse cell, not in its parts: those are brought to rest between
-    the others (equilibrium/patch.py).
+    the others (equilibrium/elimination.py).
     """
     way, body = levels.carrier(level), levels.maker(level)
     if way is None:
         return None
     u, p = np.asarray(way.displacements(state.u)), way.pressures(state.p)
     u[body.bonded] = body.with_target(state.q)
-    patch = levels.patch(level)
-    if patch is not None:
-        size = float(np.linalg.norm(state.load))
-        found = carried(body, patch, unloaded(body).u, u, size)
-        if found is None:
+    if levels.cuts(level) and (patch := body.patch) is not None:
+        size, begun = float(np.linalg.norm(state.load)), unloaded(body)
+        found = followed(body, patch, (begun.u, begun.p[patch.cells]), (u, state.q), (_NEAR * size, _AT_END * size))
+        if found.part < 1.0:
             return None
-        u, p[patch.cells] = found
+        u[patch.inner], p[patch.cells] = found.u[patch.inner], found.p
     least = float(deformation(body.mesh, u)[1].min())
     return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
 
@@ -300,16 +303,19 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
         body = levels.maker(level)
-        found = None
+        found, enough = None, 0.0
         if not given:
-            start = prolonged(levels, level, state) or unloaded(body)
-            found = approached(body, start, goal, held, _ENOUGH * body.length(state.q - before.q))
+            start, enough = prolonged(levels, level, state), _ENOUGH * body.length(state.q - before.q)
+            found = None if start is None else approached(body, start, goal, held, enough, eliminating=True)
+            found = found or approached(body, unloaded(body), goal, held, enough)
         if found is None and (given or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
             there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
             found = Approach(there.state, 0.0 * goal) if there.reached == 1.0 else None
         if found is None:
             return
         yield found
+        if body.length(found.off) > enough:  # finer cells settle later still
+            return
         before, state = state, found.state
 
 
