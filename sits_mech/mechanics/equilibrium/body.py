@@ -72,13 +72,13 @@ class Bonded:
 
     @cached_property
     def patch(self) -> Patch | None:
-        """The cells at its rims that steps may eliminate; None where these are all, or held by a guard on J."""
-        if self.guarded or self.law.guard > 0.0:
+        """The cells at its rims that steps may eliminate; None with contact or a guard, and where these are all."""
+        if self.parts or self.law.guard > 0.0 or self.faces.skin is None:
             return None
-        cells, skin = None if self.cut is None else self.cut(), self.faces.skin
-        if cells is None and skin is not None:
-            cells = at_rims(self.mesh, skin.surface.nodes, self.free)
-        return None if cells is None else patch_of(self.mesh, self.free, cells)
+        cells = self.cut() if self.cut is not None else None
+        if cells is None:
+            cells = at_rims(self.mesh, self.faces.skin.surface.nodes, self.free)
+        return patch_of(self.mesh, self.free, cells)
 
     @cached_property
     def rests(self) -> dict[bytes, Any]:

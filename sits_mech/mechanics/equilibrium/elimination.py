@@ -4,13 +4,13 @@ At a rim, where a free face meets a bonded one, strains are singular, and Newton
 cells there, with the target's place long settled. With their displacements I (element/patch.py), O all others and the
 target's motion q, the equations f = 0 of the layer are those of O and q alone,
 
-    f_O(u_O, u_I(u_O, q), q) = 0,        where    f_I(u_O, u_I, q) = 0    gives u_I.
+    f_O(u_O, u_I(u_O, q), q) = 0,        where    f_I(u_O, u_I) = 0    gives u_I.
 
 A step of Newton's method on the whole layer, as far as J stays positive outside of the patch, moves O and q; then I is
-brought to rest again. The step is shortened where |f_O| does not fall: it is that problem's merit function, as the
-potential, with K/mu of 1000, lets only tiny steps down.
+brought to rest again. The step is shortened where |f_O| does not fall: that problem's merit function, as the potential,
+where K is much larger than mu, lets only steps of some sqrt(mu/K) down.
 
-The patch follows its boundary, B, by parts of the way b that is left of it. A step is that of
+The patch follows its boundary B by parts of the way b that is left of it. A step is that of
 
     (K_II + d L_II) du_I = -f_I - (K + d L)_IB du_B,       du_B = b,   or 0 while f_I is not small,
 
@@ -18,7 +18,7 @@ as far as J stays positive. The damping d grows until no pivot is negative: cell
 and a rest is looked for that is stable by itself.
 
 Source: X.-C. Cai, D. Keyes, SIAM J. Sci. Comput. 24 (2002) 183; F.-N. Hwang, X.-C. Cai, Comput. Methods Appl. Mech.
-Engng 196 (2007) 1603.
+Engng 196 (2007) 1603. Without contact.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.assembly import Factored, Stiffness
+from sits_mech.mechanics.element.assembly import Factored
 from sits_mech.mechanics.element.kernel import (
     deformed,
     element_forces,
@@ -42,17 +42,15 @@ from sits_mech.mechanics.element.patch import Patch
 from sits_mech.mechanics.element.target import moved
 from sits_mech.mechanics.equilibrium.body import ROUNDING, Bonded, State, deformed_state, smallest_volume
 from sits_mech.mechanics.equilibrium.linearisation import MIN_J_KEPT, Factor, Gradient, Step, gradient, increments
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array
 
-_MOST = 40  # factorisations of a patch on its way
+_MOST = 40  # factorisations of a patch on its way: 34 are the most that a way took that was gone (test_elimination.py)
 _BETWEEN = 8  # steps after which B moves on anyway
-_LEAST = 0.02  # of what is left of the way: less is not gone at once, there is more damping instead
 _DAMPED, _MORE, _TOO_STIFF = 0.1, 4.0, 100.0  # least damping [shear moduli], how it grows, and its end
-_RISES, _FALLS = 1.5, 0.3  # of f_I: damping grows beyond the one, and is let go below the other
-_SMALL, _LEFT = 5e-3, 0.1  # of the load's size, f_I at which B moves on; of |f_O|, f_I at the end
-_SHORTEN, _SHORTEST, _TRIES = 0.3, 0.05, 3  # of a step: each time, at most; how often where |f_O| does not fall
-_FALL, _AT_REST = 0.1, 1e-10  # of a step's part, by which |f_O| has to fall; of the load's size, f_I at rest
-_CALM = 0.05  # |f_O|, over the load's size, below which a step may raise it
+_RISES, _FALLS = 1.5, 0.3  # of f_I in a step: damping grows beyond the one, and shrinks below the other
+_SMALL, _LEFT = 5e-3, 0.1  # of the load's size, f_I at which B moves on; of |f_O|, f_I at its end
+_SHORTEN, _SHORTEST = 0.3, 0.05  # of a step, each time and at most: three tries
+_FALL, _CALM = 0.1, 0.05  # of a step's part, by which |f_O| has to fall; of the load's size, |f_O| that may rise
 
 
 class Followed(NamedTuple):
@@ -64,106 +62,87 @@ class Followed(NamedTuple):
 
 
 def followed(
-    body: Bonded, patch: Patch, start: tuple[Array, Array], end: tuple[Array, Array], small: tuple[float, float]
+    body: Bonded, patch: Patch, start: tuple[Array, Array], end: Array, small: tuple[float, float]
 ) -> Followed:
     """Move a patch's boundary from where it is to its end, and bring I to rest.
 
-    `start`: displacements of the layer, and the patch's pressures; `end`: displacements, and q; `small`: norms of f_I
-    at which B moves on, and at which I is at rest.
+    `start`: displacements of the layer, and the patch's pressures; `end`: displacements; `small`: norms of f_I at which
+    B moves on, and at which I is at rest.
     """
-    (here, p), (way, q), inner, law = start, end, patch.inner, body.law.part(patch.cells)
-    way = way - here
-    way[inner] = 0.0
-    left, damped, before, since, count = 1.0 * bool(way.any()), 0.0, np.inf, 0, 0
-    while count < _MOST:
+    (here, p), way = start, end - start[0]
+    way[patch.inner] = 0.0
+    left, damped, before, since, spent = 1.0 * bool(way.any()), 0.0, np.inf, _BETWEEN, 0
+    while spent < _MOST and damped <= _TOO_STIFF:
         known = deformed(patch.mesh, here)
-        found = element_forces(patch.mesh, law, body.K, here, known, body.swelling)
-        terms = [term for part in body.parts if len((term := part(here, q)).numbers)]
-        forces = found.forces + sum((term.forces[: len(here)] for term in terms), np.zeros(len(here)))
-        size = float(np.linalg.norm(forces[inner]))
+        forces = element_forces(patch.mesh, body.law.part(patch.cells), body.K, here, known, body.swelling).forces
+        size = float(np.linalg.norm(forces[patch.inner]))
         if left == 0.0 and size <= small[1]:
             break
-        if since > 1 and size > _RISES * before:
-            damped = max(_MORE * damped, _DAMPED)
-        elif size < _FALLS * before:
-            damped = damped / _MORE if damped > _DAMPED / _MORE else 0.0
-        stiffness = element_stiffness(patch.mesh, law, body.K, here, p, known)
-        numbers, own = (patch.mesh.dofs, *(each.numbers for each in terms)), [each.stiffness for each in terms]
-        factor, values, damped, tries = _stable(patch, numbers, (stiffness, *own), damped)
-        count += tries
+        moves = left > 0.0 and (size <= small[0] or since >= _BETWEEN)
+        damped = _damping(damped, size / before)
+        factor, stiffness, damped, tries = _stable(body, patch, (here, p), damped)
+        step, spent = left * way * moves, spent + tries
         if factor is None:
             break
-        moves = left > 0.0 and (size <= small[0] or since >= _BETWEEN or count == tries)
-        step = left * way if moves else np.zeros_like(way)
-        step[inner] = factor.solve(-(forces + (_product(numbers, values, step) if moves else 0.0))[inner])
+        pushed = forces + summed(patch.mesh.dofs, (stiffness @ step[patch.mesh.dofs][..., None])[..., 0], len(step))
+        step[patch.inner] = factor.solve(-pushed[patch.inner])
         volume = known.J - body.swelling + (kinematics(known.F).H * gradients(patch.mesh, step)).sum(axis=-1)
-        part, least = 1.0, MIN_J_KEPT * min(found.min_J, 1.0)
-        while part > _LEAST and not deformed(patch.mesh, here + part * step).J.min() > least:
+        part, least = 1.0, MIN_J_KEPT * min(float(known.J.min()), 1.0)
+        while part > _SHORTEST and not deformed(patch.mesh, here + part * step).J.min() > least:
             part *= 0.5
-        if part <= _LEAST:
-            if damped >= _TOO_STIFF:
-                break
-            damped, since = max(_MORE * damped, _DAMPED), since + 1
-            continue
+        if part <= _SHORTEST:
+            part, since = 0.0, since - 1
         here, p = here + part * step, p + part * (body.K * volumes(patch.mesh, volume) - p)
-        if moves:
-            left, before, since = left * (1.0 - part), np.inf, 0
-        else:
-            before, since = size, since + 1
-            damped = max(_MORE * damped, _DAMPED) if part < 1.0 else damped
+        left, since, before = (left * (1.0 - part), 0, np.inf) if moves and part else (left, since + 1, size)
+        damped = max(_MORE * damped, _DAMPED) if part < 1.0 and not (moves and part) else damped
     return Followed(here, p, 1.0 - left)
 
 
+def _damping(damped: float, change: float) -> float:
+    """Return the damping after a step that changed f_I by a factor."""
+    if change > _RISES:
+        return max(_MORE * damped, _DAMPED)
+    if change < _FALLS:
+        return damped / _MORE if damped > _DAMPED / _MORE else 0.0
+    return damped
+
+
 def _stable(
-    patch: Patch, numbers: tuple[Integers, ...], values: Stiffness, damped: float
-) -> tuple[Factored | None, Stiffness, float, int]:
-    """Factor K_II + d L_II, d as given or the least more that leaves no negative pivot; return d and the tries."""
-    tries, own = 0, patch.pattern.following(numbers)
+    body: Bonded, patch: Patch, at: tuple[Array, Array], damped: float
+) -> tuple[Factored | None, Array, float, int]:
+    """Return the factored K_II + d L_II and K + d L, d as given or the least more without negative pivot; d; tries."""
+    stiffness, tries = element_stiffness(patch.mesh, body.law.part(patch.cells), body.K, *at), 0
     while damped <= _TOO_STIFF:
-        each = (values[0] + damped * patch.laplacian if damped else values[0], *values[1:])
-        factor, tries = own.factored(each), tries + 1
+        each, tries = (stiffness + damped * patch.laplacian if damped else stiffness), tries + 1
+        factor = patch.pattern.factored((each,))
         if factor is not None and not factor.negative:
             return factor, each, damped, tries
         damped = max(_MORE * damped, _DAMPED)
-    return None, values, damped, tries
-
-
-def _product(numbers: tuple[Integers, ...], values: Stiffness, step: Array) -> Array:
-    """Return the stiffnesses times displacements (n,), those of q held."""
-    n = len(step)
-    full, found = np.concatenate([step, np.zeros(6)]), np.zeros(n + 6)
-    for own, each in zip(numbers, values, strict=True):
-        found += summed(own, (each @ full[own][..., None])[..., 0], n + 6)
-    return found[:n]
+    return None, stiffness, damped, tries
 
 
 def eliminated(
     body: Bonded, patch: Patch, here: State, found: Gradient, factor: Factor, way: Step
 ) -> tuple[State, float, Gradient] | None:
     """Return the state after a part of Newton's step with the patch at rest, that part, and the gradient there."""
-    step, before = increments(body, here, factor, way), _outside(patch, found)
-    size, least = max(float(np.linalg.norm(here.load)), ROUNDING * body.K), np.inf
-    best: tuple[State, float, Gradient] | None = None
-    part, tries = 1.0, 0
-    while part > _SHORTEST and tries < _TRIES:
-        there = _gone(body, patch, here, (*step, way), part, (_SMALL * size, max(_LEFT * before, _AT_REST * size)))
-        if isinstance(there, float):
-            part *= there
-            continue
-        after, tries = gradient(body, there), tries + 1
-        left = _outside(patch, after)
-        if best is None or left < least:
-            best, least = (there, part, after), left
-        if left <= max((1.0 - _FALL * part) * before, _CALM * size):
-            break
+    step, before, best = increments(body, here, factor, way), _outside(patch, found), None
+    size, least, part = max(float(np.linalg.norm(here.load)), ROUNDING * body.K), np.inf, 1.0
+    while part > _SHORTEST:
+        there = _gone(body, patch, here, (*step, way), part, (_SMALL * size, _LEFT * before))
+        if there is not None:
+            after = gradient(body, there)
+            if (left := _outside(patch, after)) < least:
+                best, least = (there, part, after), left
+            if left <= max((1.0 - _FALL * part) * before, _CALM * size):
+                break
         part *= _SHORTEN
     return best
 
 
 def _gone(
     body: Bonded, patch: Patch, here: State, step: tuple[Array, Array, Step], part: float, small: tuple[float, float]
-) -> State | float:
-    """Return the state after a part of a step, or by how much it is to be shortened.
+) -> State | None:
+    """Return the state after a part of a step, None if that turns cells inside out or the patch cannot follow.
 
     A patch that the step would turn inside out follows its boundary from where it is.
     """
@@ -171,18 +150,15 @@ def _gone(
     u, q, p = here.u + part * linear, moved(here.q, part * way.q), here.p + part * (p_full - here.p)
     u[body.bonded] = body.with_target(q)
     before, J = deformed_state(body, here).J.min(axis=1), deformed(body.mesh, u).J.min(axis=1)
-    held = [bool(J[own].min() > MIN_J_KEPT * min(float(before[own].min()), 1.0)) for own in (cells, ~cells)]
-    if not held[1]:
-        return 0.5
-    start = (u, p[cells]) if held[0] else (here.u, here.p[cells])
-    after = followed(body, patch, start, (u, q), small)
-    if after.part < 1.0:
-        return max(after.part, _SHORTEN)
+    good, outside = (J[own].min() > MIN_J_KEPT * min(float(before[own].min()), 1.0) for own in (cells, ~cells))
+    if not outside:
+        return None
+    after = followed(body, patch, (u, p[cells]) if good else (here.u, here.p[cells]), u, small)
     u[patch.inner], p[cells] = after.u[patch.inner], after.p
     known = deformed(body.mesh, u)
     min_J = smallest_volume(body, u, everywhere=False, known=known)
-    if not min_J > 0.0:
-        return _SHORTEN
+    if after.part < 1.0 or not min_J > 0.0:
+        return None
     return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * way.forces, known=known)
 
 

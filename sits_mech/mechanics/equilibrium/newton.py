@@ -62,6 +62,7 @@ LONGEST = 1.5
 
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
+_CALM = 1e-2  # residual at which a target that stays is at rest
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
 _LEAST_CLEAR = 0.1  # of the target's way, by which a place that is no better tells nothing
 _LEAST_SWELLING = 0.05  # part of it
@@ -180,7 +181,8 @@ def approached(
         if way is None or gone is None:
             break
         here, off, found = replace(gone[0], iterations=count), np.abs(way.q), gone[2]
-        if gone[1] == 1.0 and body.length(off) <= enough:
+        calm = patch is None or _residual(body, here, found, aim_of(here, goal, held, None)) <= _CALM
+        if calm and gone[1] == 1.0 and body.length(off) <= enough:
             break
     if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
         return None

@@ -286,7 +286,7 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     u[body.bonded] = body.with_target(state.q)
     if levels.cuts(level) and (patch := body.patch) is not None:
         size, begun = float(np.linalg.norm(state.load)), unloaded(body)
-        found = followed(body, patch, (begun.u, begun.p[patch.cells]), (u, state.q), (_NEAR * size, _AT_END * size))
+        found = followed(body, patch, (begun.u, begun.p[patch.cells]), u, (_NEAR * size, _AT_END * size))
         if found.part < 1.0:
             return None
         u[patch.inner], p[patch.cells] = found.u[patch.inner], found.p
