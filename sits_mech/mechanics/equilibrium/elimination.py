@@ -79,7 +79,7 @@ def followed(
         if left == 0.0 and size <= small[1]:
             break
         moves = left > 0.0 and (size <= small[0] or since >= _BETWEEN)
-        damped = _damping(damped, size / before)
+        damped = _damping(damped, size, before)
         factor, stiffness, damped, tries = _stable(body, patch, (here, p), damped)
         step, spent = left * way * moves, spent + tries
         if factor is None:
@@ -98,11 +98,11 @@ def followed(
     return Followed(here, p, 1.0 - left)
 
 
-def _damping(damped: float, change: float) -> float:
-    """Return the damping after a step that changed f_I by a factor."""
-    if change > _RISES:
+def _damping(damped: float, size: float, before: float) -> float:
+    """Return the damping after a step with |f_I| after and before it."""
+    if size > _RISES * before:
         return max(_MORE * damped, _DAMPED)
-    if change < _FALLS:
+    if size < _FALLS * before:
         return damped / _MORE if damped > _DAMPED / _MORE else 0.0
     return damped
 

@@ -59,7 +59,6 @@ _SHORTEST = 1e-3  # part of a step
 _ROUNDING = 1e-12  # of the potential, and of a shear modulus everywhere in the layer
 _ARMIJO = 1e-4  # share of the fall that a step's slope promises, below which the step is shortened
 _STEEP, _LEAST_STEP = 0.5, 0.05  # slope at the end of a step over that at its beginning; smallest share of it at once
-_BLENDS = 12  # times that cells are drawn towards a safe state, by a quarter each
 MIN_J_KEPT = 0.2
 """A step may not shrink the smallest volume ratio below this fraction of its value."""
 
@@ -225,30 +224,6 @@ def _overshot(before: float, found: Gradient, way: Step) -> float:
     if before >= 0.0 or after <= -_STEEP * before:
         return 1.0
     return min(max(before / (before - after), _LEAST_STEP), _SHORTEN)
-
-
-def stepped_around(body: Bonded, here: State, factor: Factor, way: Step) -> State | None:
-    """Take Newton's step, only partly in cells that it would invert; None if that fails."""
-    (linear, p_full), (_, dq, forces, _) = increments(body, here, factor, way), way
-    u, near, q = here.u + linear, here.u.copy(), moved(here.q, dq)
-    u[body.bonded] = near[body.bonded] = body.with_target(q)
-    found = drawn(body, u, near, MIN_J_KEPT * min(here.min_J, 1.0))
-    if found is None:
-        return None
-    return replace(here, u=found[0], q=q, p=p_full, min_J=found[1], load=here.load + forces, known=None)
-
-
-def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, float] | None:
-    """Blend displacements towards `near` until J > `least`; return them and their smallest J, or None."""
-    share = np.zeros(len(body.mesh.nodes))
-    for _ in range(_BLENDS):
-        blend = u + np.repeat(share, len(body.mesh.axes)) * (near - u)
-        J = deformed(body.mesh, blend).J.min(axis=1)
-        if J.min() > least:
-            return blend, float(J.min())
-        touched = np.unique(body.mesh.cells[least >= J])
-        share[touched] = np.minimum(share[touched] + 0.25, 1.0)
-    return None
 
 
 def increments(body: Bonded, here: State, factor: Factor, way: Step) -> tuple[Array, Array]:

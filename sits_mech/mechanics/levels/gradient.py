@@ -37,14 +37,16 @@ from sits_mech.mechanics.element.kernel import element_forces, small_strain_forc
 from sits_mech.mechanics.element.target import all_six, bonded_tangent, moved, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, unpacked
 from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
     Factor,
     Gradient,
+    Step,
     factored,
     gradient,
     hidden_stiffness,
-    stepped_around,
+    stepped,
     way_of,
 )
 from sits_mech.mechanics.levels.answer import errors_of
@@ -207,12 +209,21 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
     way = way_of(body, here, before, factor, Aim(held, np.zeros(body.components)))
     if way is None or body.length(way.q) <= _AT_REST * body.length(here.q):
         return here, B, factor.stiffness
-    after = stepped_around(body, here, factor, way)
+    after = _whole_step(body, here, before, factor, way)
     if after is None or not _left(gradient(body, after)) < _FALLS * _left(before):
         return None
     on_free, on_target = _along_motions(body, after, B)
     B = B - factor.of_free.solve(on_free)
     return after, B, on_target + B.T @ on_free
+
+
+def _whole_step(body: Bonded, here: State, found: Gradient, factor: Factor, way: Step) -> State | None:
+    """Take a whole step, cells at rims eliminated where there are any."""
+    if body.patch is None:
+        after = stepped(body, here, found, factor, way, np.zeros(body.components, dtype=bool))
+    else:
+        after = eliminated(body, body.patch, here, found, factor, way)
+    return after[0] if after is not None and after[1] == 1.0 else None
 
 
 def _left(found: Gradient) -> float:
