@@ -41,11 +41,18 @@ from sits_mech.mechanics.element.kernel import (
 from sits_mech.mechanics.element.patch import Patch
 from sits_mech.mechanics.element.target import moved
 from sits_mech.mechanics.equilibrium.body import ROUNDING, Bonded, State, deformed_state, smallest_volume
-from sits_mech.mechanics.equilibrium.linearisation import MIN_J_KEPT, Factor, Gradient, Step, gradient, increments
+from sits_mech.mechanics.equilibrium.linearisation import (
+    MIN_J_KEPT,
+    Factor,
+    Gradient,
+    Step,
+    gradient,
+    increments,
+    stepped,
+)
 from sits_mech.quantities import Array
 
 _MOST = 40  # factorisations of a patch on its way: 34 are the most that a way took that was gone (test_elimination.py)
-_BETWEEN = 8  # steps after which B moves on anyway
 _DAMPED, _MORE, _TOO_STIFF = 0.1, 4.0, 100.0  # least damping [shear moduli], how it grows, and its end
 _RISES, _FALLS = 1.5, 0.3  # of f_I in a step: damping grows beyond the one, and shrinks below the other
 _SMALL, _LEFT = 5e-3, 0.1  # of the load's size, f_I at which B moves on; of |f_O|, f_I at its end
@@ -53,7 +60,7 @@ _SHORTEN, _SHORTEST = 0.3, 0.05  # of a step, each time and at most: three tries
 _FALL, _CALM = 0.1, 0.05  # of a step's part, by which |f_O| has to fall; of the load's size, |f_O| that may rise
 
 
-class Followed(NamedTuple):
+class Relaxed(NamedTuple):
     """A patch that followed its boundary."""
 
     u: Array  # displacements of the layer, I at rest
@@ -61,41 +68,44 @@ class Followed(NamedTuple):
     part: float  # of the boundary's way that was gone
 
 
-def followed(
+def relaxed(
     body: Bonded, patch: Patch, start: tuple[Array, Array], end: Array, small: tuple[float, float]
-) -> Followed:
+) -> Relaxed:
     """Move a patch's boundary from where it is to its end, and bring I to rest.
 
     `start`: displacements of the layer, and the patch's pressures; `end`: displacements; `small`: norms of f_I at which
     B moves on, and at which I is at rest.
     """
-    (here, p), way = start, end - start[0]
-    way[patch.inner] = 0.0
-    left, damped, before, since, spent = 1.0 * bool(way.any()), 0.0, np.inf, _BETWEEN, 0
-    while spent < _MOST and damped <= _TOO_STIFF:
-        known = deformed(patch.mesh, here)
-        forces = element_forces(patch.mesh, body.law.part(patch.cells), body.K, here, known, body.swelling).forces
-        size = float(np.linalg.norm(forces[patch.inner]))
+    (here, p), way, mesh, inner = start, end - start[0], patch.mesh, patch.inner
+    way[inner] = 0.0
+    left, damped, before, spent = 1.0 * bool(way.any()), 0.0, np.inf, 0
+    while spent < _MOST:
+        known = deformed(mesh, here)
+        forces = element_forces(mesh, body.law.part(patch.cells), body.K, here, known, body.swelling).forces
+        size = float(np.linalg.norm(forces[inner]))
         if left == 0.0 and size <= small[1]:
             break
-        moves = left > 0.0 and (size <= small[0] or since >= _BETWEEN)
-        damped = _damping(damped, size, before)
-        factor, stiffness, damped, tries = _stable(body, patch, (here, p), damped)
+        moves = left > 0.0 and (size <= small[0] or not spent)
+        factor, stiffness, damped, tries = _stable(body, patch, (here, p), _damping(damped, size, before))
         step, spent = left * way * moves, spent + tries
         if factor is None:
             break
-        pushed = forces + summed(patch.mesh.dofs, (stiffness @ step[patch.mesh.dofs][..., None])[..., 0], len(step))
-        step[patch.inner] = factor.solve(-pushed[patch.inner])
-        volume = known.J - body.swelling + (kinematics(known.F).H * gradients(patch.mesh, step)).sum(axis=-1)
-        part, least = 1.0, MIN_J_KEPT * min(float(known.J.min()), 1.0)
-        while part > _SHORTEST and not deformed(patch.mesh, here + part * step).J.min() > least:
-            part *= 0.5
-        if part <= _SHORTEST:
-            part, since = 0.0, since - 1
-        here, p = here + part * step, p + part * (body.K * volumes(patch.mesh, volume) - p)
-        left, since, before = (left * (1.0 - part), 0, np.inf) if moves and part else (left, since + 1, size)
-        damped = max(_MORE * damped, _DAMPED) if part < 1.0 and not (moves and part) else damped
-    return Followed(here, p, 1.0 - left)
+        pushed = forces + summed(mesh.dofs, (stiffness @ step[mesh.dofs][..., None])[..., 0], len(step))
+        step[inner] = factor.solve(-pushed[inner])
+        volume = known.J - body.swelling + (kinematics(known.F).H * gradients(mesh, step)).sum(axis=-1)
+        part = _part(patch, here, step, MIN_J_KEPT * min(float(known.J.min()), 1.0))
+        here, p = here + part * step, p + part * (body.K * volumes(mesh, volume) - p)
+        left, before = left * (1.0 - part * moves), np.inf if moves * part else size
+        damped = max(_MORE * damped, _DAMPED) if before == size and part < 1.0 else damped
+    return Relaxed(here, p, 1.0 - left)
+
+
+def _part(patch: Patch, here: Array, step: Array, least: float) -> float:
+    """Return the part of a step, halved and halved again, up to which a patch keeps J > `least`; 0 if little."""
+    part = 1.0
+    while part > _SHORTEST and not deformed(patch.mesh, here + part * step).J.min() > least:
+        part *= 0.5
+    return part * (part > _SHORTEST)
 
 
 def _damping(damped: float, size: float, before: float) -> float:
@@ -122,9 +132,14 @@ def _stable(
 
 
 def eliminated(
-    body: Bonded, patch: Patch, here: State, found: Gradient, factor: Factor, way: Step
+    body: Bonded, here: State, found: Gradient, factor: Factor, way: Step
 ) -> tuple[State, float, Gradient] | None:
-    """Return the state after a part of Newton's step with the patch at rest, that part, and the gradient there."""
+    """Return the state after a part of Newton's step with the patch at rest, that part, and the gradient there.
+
+    Without a patch the potential is descended.
+    """
+    if (patch := body.patch) is None:
+        return stepped(body, here, found, factor, way, np.zeros(body.components, dtype=bool), falling=True)
     step, before, best = increments(body, here, factor, way), _outside(patch, found), None
     size, least, part = max(float(np.linalg.norm(here.load)), ROUNDING * body.K), np.inf, 1.0
     while part > _SHORTEST:
@@ -153,7 +168,7 @@ def _gone(
     good, outside = (J[own].min() > MIN_J_KEPT * min(float(before[own].min()), 1.0) for own in (cells, ~cells))
     if not outside:
         return None
-    after = followed(body, patch, (u, p[cells]) if good else (here.u, here.p[cells]), u, small)
+    after = relaxed(body, patch, (u, p[cells]) if good else (here.u, here.p[cells]), u, small)
     u[patch.inner], p[cells] = after.u[patch.inner], after.p
     known = deformed(body.mesh, u)
     min_J = smallest_volume(body, u, everywhere=False, known=known)

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -62,7 +63,6 @@ LONGEST = 1.5
 
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
-_CALM = 1e-2  # residual at which a target that stays is at rest
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
 _LEAST_CLEAR = 0.1  # of the target's way, by which a place that is no better tells nothing
 _LEAST_SWELLING = 0.05  # part of it
@@ -164,25 +164,22 @@ def approached(
     """Return the target nearly at rest, or None where that does not show.
 
     Steps end where one moves the target's edge by at most `enough` [thicknesses], long before the last corner is at
-    rest; that last move is the error. Cells at rims are eliminated if so asked, or else the
-    potential is descended.
+    rest; that last move is the error. `eliminating`: with the cells at rims at rest by themselves
+    after each step, and forces small at the end; without, the potential is descended.
     """
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
     found, off = gradient(body, here), np.full(body.components, np.inf)
-    patch = body.patch if eliminating else None
+    take = eliminated if eliminating else partial(stepped, held=held, falling=True)
     for count in range(1, MOST + 1):
         factor = None  # its memory is needed for the next one
-        factor = factored(body, here, found)
-        way = None if factor is None else way_of(body, here, found, factor, aim_of(here, goal, held, None))
-        gone = None if factor is None or way is None else (
-            stepped(body, here, found, factor, way, held, falling=True) if patch is None
-            else eliminated(body, patch, here, found, factor, way)
-        )
+        factor, aim = factored(body, here, found), aim_of(here, goal, held, None)
+        way = None if factor is None else way_of(body, here, found, factor, aim)
+        gone = None if factor is None or way is None else take(body, here, found, factor, way)
         if way is None or gone is None:
             break
         here, off, found = replace(gone[0], iterations=count), np.abs(way.q), gone[2]
-        calm = patch is None or _residual(body, here, found, aim_of(here, goal, held, None)) <= _CALM
-        if calm and gone[1] == 1.0 and body.length(off) <= enough:
+        stays = gone[1] == 1.0 and body.length(off) <= enough
+        if stays and (not eliminating or _residual(body, here, found, aim) <= _NEAR):
             break
     if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
         return None

@@ -27,10 +27,10 @@ The 2.2 is measured, in the plane alone (in space contact is taken to show its o
 20/20/2 mm, of three laws, at loads where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12
 and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of them in the median, 1.5 at most.
 
-The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps, from rest where cells at
-edges are cut and from the state of the level before where they are not, end when the target stays; corners need not
-come to rest for that, and a step that no other can follow, as one would turn a corner inside out, is the last: what it
-may be off by is in the error.
+The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps from the state of the level
+before, cells at rims eliminated (equilibrium/elimination.py), end when the target stays. Where these cells cannot
+follow, and in contact, steps go from rest down the potential; corners need not come to rest for that, and a step that
+no other can follow, as one would turn a corner inside out, is the last: what it may be off by is in the error.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1,
 dual weighted residuals; J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse solutions.
@@ -63,7 +63,7 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
-from sits_mech.mechanics.equilibrium.elimination import followed
+from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
 from sits_mech.mechanics.equilibrium.path import affordable, follow
@@ -286,7 +286,7 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     u[body.bonded] = body.with_target(state.q)
     if levels.cuts(level) and (patch := body.patch) is not None:
         size, begun = float(np.linalg.norm(state.load)), unloaded(body)
-        found = followed(body, patch, (begun.u, begun.p[patch.cells]), u, (_NEAR * size, _AT_END * size))
+        found = relaxed(body, patch, (begun.u, begun.p[patch.cells]), u, (_NEAR * size, _AT_END * size))
         if found.part < 1.0:
             return None
         u[patch.inner], p[patch.cells] = found.u[patch.inner], found.p
@@ -303,11 +303,8 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
         body = levels.maker(level)
-        found, enough = None, 0.0
-        if not given:
-            start, enough = prolonged(levels, level, state), _ENOUGH * body.length(state.q - before.q)
-            found = None if start is None else approached(body, start, goal, held, enough, eliminating=True)
-            found = found or approached(body, unloaded(body), goal, held, enough)
+        enough = 0.0 if given else _ENOUGH * body.length(state.q - before.q)
+        found = None if given else _nearly(levels, level, state, aim, enough)
         if found is None and (given or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
             there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
             found = Approach(there.state, 0.0 * goal) if there.reached == 1.0 else None
@@ -317,6 +314,14 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
         if body.length(found.off) > enough:  # finer cells settle later still
             return
         before, state = state, found.state
+
+
+def _nearly(levels: Levels, level: int, state: State, aim: tuple[Held, Array], enough: float) -> Approach | None:
+    """Return the target nearly at rest on a level, from the level before or else from rest."""
+    (held, goal), body, found = aim, levels.maker(level), None
+    if (start := prolonged(levels, level, state)) is not None:
+        found = approached(body, start, goal, held, enough, eliminating=True)
+    return found or approached(body, unloaded(body), goal, held, enough)
 
 
 class Memory(NamedTuple):

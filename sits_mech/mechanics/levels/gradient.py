@@ -42,11 +42,9 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
     Factor,
     Gradient,
-    Step,
     factored,
     gradient,
     hidden_stiffness,
-    stepped,
     way_of,
 )
 from sits_mech.mechanics.levels.answer import errors_of
@@ -209,21 +207,12 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
     way = way_of(body, here, before, factor, Aim(held, np.zeros(body.components)))
     if way is None or body.length(way.q) <= _AT_REST * body.length(here.q):
         return here, B, factor.stiffness
-    after = _whole_step(body, here, before, factor, way)
-    if after is None or not _left(gradient(body, after)) < _FALLS * _left(before):
+    gone = eliminated(body, here, before, factor, way)
+    if gone is None or gone[1] < 1.0 or not _left(gone[2]) < _FALLS * _left(before):
         return None
-    on_free, on_target = _along_motions(body, after, B)
+    on_free, on_target = _along_motions(body, gone[0], B)
     B = B - factor.of_free.solve(on_free)
-    return after, B, on_target + B.T @ on_free
-
-
-def _whole_step(body: Bonded, here: State, found: Gradient, factor: Factor, way: Step) -> State | None:
-    """Take a whole step, cells at rims eliminated where there are any."""
-    if body.patch is None:
-        after = stepped(body, here, found, factor, way, np.zeros(body.components, dtype=bool))
-    else:
-        after = eliminated(body, body.patch, here, found, factor, way)
-    return after[0] if after is not None and after[1] == 1.0 else None
+    return gone[0], B, on_target + B.T @ on_free
 
 
 def _left(found: Gradient) -> float:

@@ -10,7 +10,7 @@ from sits_mech.mechanics.block import meshes_in_line
 from sits_mech.mechanics.element.kernel import deformed, element_forces, element_stiffness
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.elimination import eliminated, followed
+from sits_mech.mechanics.equilibrium.elimination import eliminated, relaxed
 from sits_mech.mechanics.equilibrium.linearisation import aim_of, factored, gradient, way_of
 from sits_mech.mechanics.equilibrium.newton import SETTLED, approached, newton
 from sits_mech.mechanics.equilibrium.path import follow
@@ -50,7 +50,7 @@ def test_a_patch_returns_to_the_rest_that_it_was_moved_from():
     body, state = line()[0].fine, rested(1, 0.2, 0.8)
     u = state.u.copy()
     u[body.patch.inner] += 2e-3 * np.random.default_rng(0).normal(size=len(body.patch.inner))
-    found = followed(body, body.patch, (u, state.p[body.patch.cells]), u, (1.0, 1e-10))
+    found = relaxed(body, body.patch, (u, state.p[body.patch.cells]), u, (1.0, 1e-10))
     assert found.part == 1.0
     np.testing.assert_allclose(found.u, state.u, atol=1e-8)
     np.testing.assert_allclose(found.p, state.p[body.patch.cells], atol=1e-5 * np.abs(state.p).max())
@@ -60,7 +60,7 @@ def test_a_patch_goes_with_its_boundary_from_the_undeformed_state():
     """To the boundary of a layer at rest: inside at rest, too, and stable."""
     body, state = line()[0].fine, rested(1, 0.5, 2.0)
     patch, begun = body.patch, rest(body)
-    found = followed(body, patch, (begun.u, begun.p[patch.cells]), state.u, (0.05, 1e-9))
+    found = relaxed(body, patch, (begun.u, begun.p[patch.cells]), state.u, (0.05, 1e-9))
     assert found.part == 1.0 and inner_forces(body, found.u) <= 1e-9
     boundary = np.setdiff1d(patch.mesh.dofs, patch.inner)
     np.testing.assert_allclose(found.u[boundary], state.u[boundary], atol=1e-12)
@@ -74,7 +74,7 @@ def test_a_patch_that_cannot_follow_says_how_far_it_went():
     patch, begun, u = body.patch, rest(body), rest(body).u
     u = u.copy()
     u[body.bonded] = body.with_target(np.array([0.0, -1.2, 0.0]))
-    assert followed(body, patch, (begun.u, begun.p[patch.cells]), u, (0.05, 1e-9)).part < 1.0
+    assert relaxed(body, patch, (begun.u, begun.p[patch.cells]), u, (0.05, 1e-9)).part < 1.0
 
 
 def steps(body, load, most):
@@ -87,7 +87,7 @@ def steps(body, load, most):
             break
         factor = factored(body, here, found)
         way = way_of(body, here, found, factor, aim_of(here, load, HELD, None))
-        here = eliminated(body, body.patch, here, found, factor, way)[0]
+        here = eliminated(body, here, found, factor, way)[0]
     return left, here
 
 
