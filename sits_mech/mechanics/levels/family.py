@@ -123,13 +123,10 @@ class Levels:
         """Length of the packed states of the first two levels."""
         return self.fine.size + self.coarse.size
 
-    def cuts(self, level: int) -> bool:
-        """Whether a level cuts the cells at edges of the level before."""
-        return level > 0 and bool(self.terms[level, 0] != self.terms[level - 1, 0])
-
     def _made(self, make: Callable[[int], Bonded], level: int) -> Bonded:
-        """Return the layer of a level, which knows what parts of coarser cells lie at its rims."""
-        return replace(make(level), cut=partial(self._cut, level) if self.cuts(level) else None)
+        """Return the layer of a level, which knows what parts of coarser cells lie at its rims, if those are cut."""
+        cuts = level > 0 and self.terms[level, 0] != self.terms[level - 1, 0]
+        return replace(make(level), cut=partial(self._cut, level) if cuts else None)
 
     def _cut(self, level: int) -> Mask | None:
         """Whether a cell is a part of one at a rim of the level before, (c,); None where that is unknown."""
@@ -284,7 +281,7 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
         return None
     u, p = np.asarray(way.displacements(state.u)), way.pressures(state.p)
     u[body.bonded] = body.with_target(state.q)
-    if levels.cuts(level) and (patch := body.patch) is not None:
+    if body.cut is not None and (patch := body.patch) is not None:
         size, begun = float(np.linalg.norm(state.load)), unloaded(body)
         found = relaxed(body, patch, (begun.u, begun.p[patch.cells]), u, (_NEAR * size, _AT_END * size))
         if found.part < 1.0:
