@@ -39,7 +39,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import erf
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.silicone.energy import PointState, isochoric_stress
 from sits_mech.silicone.kinematics import Kinematics
 from sits_mech.silicone.material import Silicone, Softening
@@ -70,7 +70,7 @@ class Step:
         """Return that of some points, counted along one axis."""
         return replace(self, h=self.h.reshape(-1, self.h.shape[-1])[some], most=self.most.reshape(-1)[some])
 
-    def of_elements(self, some: slice) -> Step:
+    def of_elements(self, some: slice | Mask) -> Step:
         """Return that of some elements, the first axis."""
         return replace(self, h=self.h[some], most=self.most[some])
 

@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.element.mesh import MixedMesh, Points
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.silicone.energy import Energy, Stress, isochoric_energy, isochoric_stress
 from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
 from sits_mech.silicone.material import Silicone
@@ -47,7 +47,7 @@ class Law(NamedTuple):
         """Return the law of points with a past, one at each quadrature point (silicone/points.py)."""
         return law_of(self.silicone, self.guard, past)
 
-    def part(self, some: slice) -> Law:
+    def part(self, some: slice | Mask) -> Law:
         """Return the law of some of the elements."""
         return self if self.past is None else self.after(self.past.of_elements(some))
 

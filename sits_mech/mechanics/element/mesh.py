@@ -39,7 +39,7 @@ import numpy as np
 from skfem import Basis, Mesh, MeshQuad, MeshQuad2
 from skfem.element import Element, ElementHex2, ElementQuad2, ElementTetCCR
 
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 
 SQUARE, BRICK, TETRAHEDRON = ElementQuad2(), ElementHex2(), ElementTetCCR()
 """Elements of the displacements."""
@@ -93,7 +93,7 @@ class MixedMesh:
         """Nodes in the rectangle, shape (n, d) [thicknesses]."""
         return self.nodes if self.flat is None else self.flat
 
-    def part(self, some: slice) -> MixedMesh:
+    def part(self, some: slice | Mask) -> MixedMesh:
         """Return some of the elements on the same nodes, without their nodal points."""
         inside = Points(*(each[some] for each in self.inside))
         return MixedMesh(self.nodes, self.cells[some], inside, self.chi[some], flat=self.flat)

@@ -24,14 +24,17 @@ import numpy as np
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
 from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed
 from sits_mech.mechanics.element.mesh import MixedMesh
+from sits_mech.mechanics.element.patch import Patch, at_rims, patch_of
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.folds import SelfContact
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 
 ROOM = 2**25
 """Bytes of the states that a body remembers: 25 on the finest mesh of a pad, 800 on its second one."""
+ROUNDING = 1e-5
+"""Of K: the least force that a residual is taken over."""
 _Asked = ParamSpec("_Asked")
 _Rest = TypeVar("_Rest")
 
@@ -41,7 +44,7 @@ class Bonded:
     """A meshed layer with its target and law: all that stays the same from load to load.
 
     `shared` gives a pattern common to the bodies of one mesh; `hidden` that of displacements hidden by half symmetry,
-    if any.
+    if any; `cut` which cells are parts of those at rims of a coarser mesh, None if it has no such parts.
     """
 
     mesh: MixedMesh
@@ -57,6 +60,7 @@ class Bonded:
     guarded: bool = False  # a part keeps J > 0 at the elements' nodes: no step may pass it
     shared: Callable[[], Pattern] | None = None
     hidden: Callable[[], Pattern] | None = None
+    cut: Callable[[], Mask | None] | None = None
     swelling: float = 1.0  # volume of the unconstrained silicone over that of the mesh
 
     @cached_property
@@ -65,6 +69,16 @@ class Bonded:
         if self.shared is not None:
             return self.shared()
         return self._made(self.free)
+
+    @cached_property
+    def patch(self) -> Patch | None:
+        """The cells at its rims that steps may eliminate; None with contact or a guard, and where these are all."""
+        if self.parts or self.law.guard > 0.0 or self.faces.skin is None:
+            return None
+        cells = self.cut() if self.cut is not None else None
+        if cells is None:
+            cells = at_rims(self.mesh, self.faces.skin.surface.nodes, self.free)
+        return patch_of(self.mesh, self.free, cells)
 
     @cached_property
     def rests(self) -> dict[bytes, Any]:

@@ -59,8 +59,8 @@ _SHORTEST = 1e-3  # part of a step
 _ROUNDING = 1e-12  # of the potential, and of a shear modulus everywhere in the layer
 _ARMIJO = 1e-4  # share of the fall that a step's slope promises, below which the step is shortened
 _STEEP, _LEAST_STEP = 0.5, 0.05  # slope at the end of a step over that at its beginning; smallest share of it at once
-_BLENDS = 12  # times that cells are drawn towards a safe state, by a quarter each
-_MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
+MIN_J_KEPT = 0.2
+"""A step may not shrink the smallest volume ratio below this fraction of its value."""
 
 
 class Arc(NamedTuple):
@@ -194,14 +194,14 @@ def stepped(
     measured = falling and loose and way.part == 0.0 and np.isfinite(found.energy)
     if measured and slope > 0.0:
         way, slope = Step._make(-part for part in way), -slope
-    (linear, p_full), (_, dq, forces, _), part = _increments(body, here, factor, way), way, 1.0
+    (linear, p_full), (_, dq, forces, _), part = increments(body, here, factor, way), way, 1.0
     rounding = _ROUNDING * (float(body.mesh.inside.weights.sum()) + abs(found.energy))
     while part > _SHORTEST:
         u, q = here.u + part * linear, moved(here.q, part * dq)
         u[body.bonded] = body.with_target(q)
         known = deformed(body.mesh, u)
         min_J = smallest_volume(body, u, everywhere=False, known=known)
-        if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
+        if min_J > MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
             there = replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known)
             after = gradient(body, there)
@@ -226,31 +226,7 @@ def _overshot(before: float, found: Gradient, way: Step) -> float:
     return min(max(before / (before - after), _LEAST_STEP), _SHORTEN)
 
 
-def stepped_around(body: Bonded, here: State, factor: Factor, way: Step) -> State | None:
-    """Take Newton's step, only partly in cells that it would invert; None if that fails."""
-    (linear, p_full), (_, dq, forces, _) = _increments(body, here, factor, way), way
-    u, near, q = here.u + linear, here.u.copy(), moved(here.q, dq)
-    u[body.bonded] = near[body.bonded] = body.with_target(q)
-    found = drawn(body, u, near, _MIN_J_KEPT * min(here.min_J, 1.0))
-    if found is None:
-        return None
-    return replace(here, u=found[0], q=q, p=p_full, min_J=found[1], load=here.load + forces, known=None)
-
-
-def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, float] | None:
-    """Blend displacements towards `near` until J > `least`; return them and their smallest J, or None."""
-    share = np.zeros(len(body.mesh.nodes))
-    for _ in range(_BLENDS):
-        blend = u + np.repeat(share, len(body.mesh.axes)) * (near - u)
-        J = deformed(body.mesh, blend).J.min(axis=1)
-        if J.min() > least:
-            return blend, float(J.min())
-        touched = np.unique(body.mesh.cells[least >= J])
-        share[touched] = np.minimum(share[touched] + 0.25, 1.0)
-    return None
-
-
-def _increments(body: Bonded, here: State, factor: Factor, way: Step) -> tuple[Array, Array]:
+def increments(body: Bonded, here: State, factor: Factor, way: Step) -> tuple[Array, Array]:
     """Return Newton's step of all displacements, and the pressures after it."""
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = way.free

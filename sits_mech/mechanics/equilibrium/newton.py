@@ -23,11 +23,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, remembered, rest, smallest_volume
+from sits_mech.mechanics.equilibrium.body import (
+    ROUNDING,
+    Bonded,
+    State,
+    deformed_state,
+    remembered,
+    rest,
+    smallest_volume,
+)
+from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
     Arc,
@@ -51,7 +61,6 @@ MOST = 16
 LONGEST = 1.5
 """Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 
-_ROUNDING = 1e-5  # of K: the least force that a residual is taken over
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
@@ -149,23 +158,28 @@ def newton(
 
 
 @remembered
-def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> Approach | None:
+def approached(
+    body: Bonded, start: State, goal: Array, held: Held, enough: float, *, eliminating: bool = False
+) -> Approach | None:
     """Return the target nearly at rest, or None where that does not show.
 
     Steps end where one moves the target's edge by at most `enough` [thicknesses], long before the last corner is at
-    rest; that last move is the error.
+    rest; that last move is the error. `eliminating`: with the cells at rims at rest by themselves
+    after each step, and forces small at the end; without, the potential is descended.
     """
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
     found, off = gradient(body, here), np.full(body.components, np.inf)
+    take = eliminated if eliminating else partial(stepped, held=held, falling=True)
     for count in range(1, MOST + 1):
         factor = None  # its memory is needed for the next one
-        factor = factored(body, here, found)
-        way = None if factor is None else way_of(body, here, found, factor, aim_of(here, goal, held, None))
-        gone = None if factor is None or way is None else stepped(body, here, found, factor, way, held, falling=True)
+        factor, aim = factored(body, here, found), aim_of(here, goal, held, None)
+        way = None if factor is None else way_of(body, here, found, factor, aim)
+        gone = None if factor is None or way is None else take(body, here, found, factor, way)
         if way is None or gone is None:
             break
         here, off, found = replace(gone[0], iterations=count), np.abs(way.q), gone[2]
-        if gone[1] == 1.0 and body.length(off) <= enough:
+        stays = gone[1] == 1.0 and body.length(off) <= enough
+        if stays and (not eliminating or _residual(body, here, found, aim) <= _NEAR):
             break
     if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
         return None
@@ -241,7 +255,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
 
 def _residual(body: Bonded, here: State, found: Gradient, aim: Aim) -> float:
     """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
-    size = max(float(np.linalg.norm(here.load)), _ROUNDING * body.K)
+    size = max(float(np.linalg.norm(here.load)), ROUNDING * body.K)
     left = float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target))) / size
     left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
     return left if left > SETTLED or np.isfinite(found.energy) else np.inf

@@ -27,10 +27,10 @@ The 2.2 is measured, in the plane alone (in space contact is taken to show its o
 20/20/2 mm, of three laws, at loads where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12
 and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of them in the median, 1.5 at most.
 
-The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps, from rest where cells at
-edges are cut and from the state of the level before where they are not, end when the target stays; corners need not
-come to rest for that, and a step that no other can follow, as one would turn a corner inside out, is the last: what it
-may be off by is in the error.
+The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps from the state of the level
+before, cells at rims eliminated (equilibrium/elimination.py), end when the target stays. Where these cells cannot
+follow, and in contact, steps go from rest down the potential; corners need not come to rest for that, and a step that
+no other can follow, as one would turn a corner inside out, is the last: what it may be off by is in the error.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1,
 dual weighted residuals; J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse solutions.
@@ -51,8 +51,8 @@ one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache, wraps
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, lru_cache, partial, wraps
 from math import prod, sqrt
 from typing import Concatenate, NamedTuple, ParamSpec
 
@@ -63,12 +63,13 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
 from sits_mech.mechanics.equilibrium.path import affordable, follow
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.scene.sensor import Sensor
 
 PAIR = 2
@@ -80,6 +81,7 @@ _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _EARLY, _UNSURE = 2.0, 0.5  # of what extrapolation adds, by two levels and by more: the powers may be off
 _FURTHER = 0.04  # of the limit of time: what a path beyond the second level may take
 _PARTS = 3  # of an error: two terms, and how far the limit moved
+_NEAR, _AT_END = 0.05, 0.01  # of the size of the load: forces in a patch at which its boundary moves on, and at its end
 _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
 NUMBER = 8  # bytes
 _FREE, _SHARED, _HELD = 0, 1, 2  # what an end of a box is: free, shared with another piece, held
@@ -99,6 +101,10 @@ class Levels:
     changed: Callable[[Sensor, int], Bonded | None] = lambda sensor, level: None
     rested: int = 6  # levels brought to rest at most; small strain uses all
 
+    def __post_init__(self) -> None:
+        """Cache the layers."""
+        object.__setattr__(self, "maker", cache(partial(self._made, self.maker)))
+
     def __len__(self) -> int:
         return len(self.terms)
 
@@ -116,6 +122,16 @@ class Levels:
     def size(self) -> int:
         """Length of the packed states of the first two levels."""
         return self.fine.size + self.coarse.size
+
+    def _made(self, make: Callable[[int], Bonded], level: int) -> Bonded:
+        """Return the layer of a level, which knows what parts of coarser cells lie at its rims, if those are cut."""
+        cuts = level > 0 and self.terms[level, 0] != self.terms[level - 1, 0]
+        return replace(make(level), cut=partial(self._cut, level) if cuts else None)
+
+    def _cut(self, level: int) -> Mask | None:
+        """Whether a cell is a part of one at a rim of the level before, (c,); None where that is unknown."""
+        way, before = self.carrier(level), self.maker(level - 1).patch
+        return None if way is None or before is None else np.asarray(before.cells[way.parents].any(axis=0))
 
     def check_memory(self, level: int) -> Note | None:
         """Return a note on a level that exceeds memory, else None.
@@ -255,17 +271,24 @@ def _limit(value: Array, parts: Array, off: Array | float = 0.0) -> Limit:
 
 
 def prolonged(levels: Levels, level: int, state: State) -> State | None:
-    """Carry a state from the level before; None without a carrier.
+    """Carry a state from the level before; None without a carrier, or where a cell would be turned inside out.
 
-    There is none where cells at edges are cut: volume is kept in the coarse cell, not in its parts.
+    Where cells at rims are cut, volume is kept in the coarse cell, not in its parts: those are brought to rest between
+    the others (equilibrium/elimination.py).
     """
     way, body = levels.carrier(level), levels.maker(level)
-    if way is None or levels.terms[level, 0] != levels.terms[level - 1, 0]:
+    if way is None:
         return None
-    u = np.asarray(way.displacements(state.u))
+    u, p = np.asarray(way.displacements(state.u)), way.pressures(state.p)
     u[body.bonded] = body.with_target(state.q)
+    if body.cut is not None and (patch := body.patch) is not None:
+        size, begun = float(np.linalg.norm(state.load)), unloaded(body)
+        found = relaxed(body, patch, (begun.u, begun.p[patch.cells]), u, (_NEAR * size, _AT_END * size))
+        if found.part < 1.0:
+            return None
+        u[patch.inner], p[patch.cells] = found.u[patch.inner], found.p
     least = float(deformation(body.mesh, u)[1].min())
-    return State(u, state.q, way.pressures(state.p), state.load, min_J=least) if least > 0.0 else None
+    return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
 
 
 def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Approach]:
@@ -277,17 +300,25 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
         body = levels.maker(level)
-        found = None
-        if not given:
-            start = prolonged(levels, level, state) or unloaded(body)
-            found = approached(body, start, goal, held, _ENOUGH * body.length(state.q - before.q))
+        enough = 0.0 if given else _ENOUGH * body.length(state.q - before.q)
+        found = None if given else _nearly(levels, level, state, aim, enough)
         if found is None and (given or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
             there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
             found = Approach(there.state, 0.0 * goal) if there.reached == 1.0 else None
         if found is None:
             return
         yield found
+        if body.length(found.off) > enough:  # finer cells settle later still
+            return
         before, state = state, found.state
+
+
+def _nearly(levels: Levels, level: int, state: State, aim: tuple[Held, Array], enough: float) -> Approach | None:
+    """Return the target nearly at rest on a level, from the level before or else from rest."""
+    (held, goal), body, found = aim, levels.maker(level), None
+    if (start := prolonged(levels, level, state)) is not None:
+        found = approached(body, start, goal, held, enough, eliminating=True)
+    return found or approached(body, unloaded(body), goal, held, enough)
 
 
 class Memory(NamedTuple):

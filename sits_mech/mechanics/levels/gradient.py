@@ -37,6 +37,7 @@ from sits_mech.mechanics.element.kernel import element_forces, small_strain_forc
 from sits_mech.mechanics.element.target import all_six, bonded_tangent, moved, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, unpacked
 from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
     Factor,
@@ -44,7 +45,6 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     factored,
     gradient,
     hidden_stiffness,
-    stepped_around,
     way_of,
 )
 from sits_mech.mechanics.levels.answer import errors_of
@@ -207,12 +207,12 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
     way = way_of(body, here, before, factor, Aim(held, np.zeros(body.components)))
     if way is None or body.length(way.q) <= _AT_REST * body.length(here.q):
         return here, B, factor.stiffness
-    after = stepped_around(body, here, factor, way)
-    if after is None or not _left(gradient(body, after)) < _FALLS * _left(before):
+    gone = eliminated(body, here, before, factor, way)
+    if gone is None or gone[1] < 1.0 or not _left(gone[2]) < _FALLS * _left(before):
         return None
-    on_free, on_target = _along_motions(body, after, B)
+    on_free, on_target = _along_motions(body, gone[0], B)
     B = B - factor.of_free.solve(on_free)
-    return after, B, on_target + B.T @ on_free
+    return gone[0], B, on_target + B.T @ on_free
 
 
 def _left(found: Gradient) -> float:

@@ -65,9 +65,12 @@ def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
             return there
     here = start is not None and control.given.items() <= vars(start.wrench).items()
     onwards = start is not None and 0 <= number < PAIR and (here or control.out_of_plane != ())
-    free = _on(line, range(number if onwards else 0, PAIR), start, control)
-    if not line.auto or not _touches(line, free.found):
+    numbers = range(number if onwards else 0, PAIR)
+    free = _on(replace(line, deepest=min(line.deepest, 2)) if line.auto else line, numbers, start, control)
+    if not line.auto:
         return free
+    if not _touches(line, free.found):  # its first levels are remembered
+        return free if line.deepest <= 2 else _on(line, numbers, start, control)
     begin = _softly(line, free.found, control) if free.part == 1.0 else start
     held = _on(line, line.last, begin, control)
     if held.part < free.part:

@@ -67,12 +67,14 @@ def test_another_scene_of_the_same_pad_takes_its_rests(change: str, factors: lis
 
 
 def test_a_finer_answer_goes_on_from_the_meshes_before(factors: list[int]) -> None:
-    """What a smaller tolerance adds are finer meshes alone; the answer is that of a scene solved alone."""
+    """What a smaller tolerance adds are finer meshes, with rims of their own; the answer is that of a scene alone."""
     coarse = simulated()
     before = max(factors)
     factors.clear()
     fine = simulated(tolerance=3e-2)
-    assert factors and min(factors) > before
+    rims = block_pad(load_sensor("biorob2018")).half[0].maker(2).patch
+    assert rims is not None and len(rims.inner) in factors
+    assert min(set(factors) - {len(rims.inner)}) > before
     other_pad()
     assert shown(simulated(tolerance=3e-2)) == shown(fine) != shown(coarse)
 
