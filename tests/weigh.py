@@ -12,7 +12,8 @@
 
 Who lowers a count lowers its ceiling; a capability may raise it, in a commit that says which: last elements on an
 axis, notes and omissions as values, answers in section that hold their ends, readings with idle coils either way, and
-codes that hold the tank's losses, with the window of an output gain, and cells at rims that are eliminated. Run ``python tests/weigh.py``.
+codes that hold the tank's losses, with the window of an output gain, and cells at rims that are eliminated. Run
+``python tests/weigh.py``.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 57_510, "core lines": 32_370, "tokens": 494_700, "named numbers": 586, "branching functions": 50,
+    "lines": 57_520, "core lines": 32_370, "tokens": 494_700, "named numbers": 586, "branching functions": 50,
     "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 100, "entered in the plane": 104,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
