@@ -2,11 +2,11 @@
 
 Two meshes (0.1 to 0.5 s in space) have their own estimate e of the error. Where that is small enough the answer is
 theirs. Otherwise a third mesh and a fourth follow, which take so many times the seconds of the first two and leave so
-many times their error. Of many loads two are solved on these and correct all others; where that leaves too much, each
-is, if that may be enough. Those of pads are medians of 72 scenes and loads by chance, those of layers in the plane of
-ten, those of tables of nine; `studies/promises.py` draws other sixty, and compares predictions with results. Seconds
-are of processor time on one core of the machine that `studies/solve_costs.py` ran on, within a factor of some three
-elsewhere.
+many times their error. Of many loads two are solved on these and correct all others; where that surely leaves too
+much, each is, if that may be enough. Those of pads are medians of 72 scenes and loads by chance, those of layers in
+the plane of ten, those of tables of nine; `studies/promises.py` draws other sixty, and compares predictions with
+results. Seconds are of processor time on one core of the machine that `studies/solve_costs.py` ran on, within a factor
+of some three elsewhere.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
     else:
         compared = [(_COMPARED, times, max(share, _OF_ALL) * error) for times, share in shares]
         ways = compared[: 1 if tolerance >= MANY_ON_THREE else None]
-        if not wandered and alone[-1][-1] <= SURE * tolerance:
-            ways += alone
+        if not wandered and alone[-1][-1] <= SURE * tolerance < ways[-1][-1]:
+            ways = alone
     return next((way for way in ways if way[-1] <= tolerance), ways[-1])
 
 

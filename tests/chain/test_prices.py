@@ -96,11 +96,11 @@ def test_of_a_table_two_loads_are_compared() -> None:
 
 def test_of_a_table_each_load_is_solved_on_finer_meshes_where_two_leave_too_much() -> None:
     """At twice the price and more; not where loads wander, and not where that is surely not enough either."""
-    whole, each = (expected(FIRST, 0.02, tolerance, 12) for tolerance in (0.014, 1e-2))
-    assert each.error < 1e-2 and 2.0 * whole.seconds < each.seconds < 4.0 * whole.seconds
-    wandering, beyond = expected(replace(FIRST, iterations=40), 0.02, 1e-2, 12), expected(FIRST, 0.02, 1e-3, 12)
-    assert 1e-2 < wandering.error < 0.014 and "cannot be reached" in sentence(wandering.notes[0])
-    assert beyond.error > 1e-2 and beyond.seconds < each.seconds
+    whole, each = (expected(FIRST, 0.06, tolerance, 12) for tolerance in (1.3e-2, 1.1e-2))
+    assert whole.error > 0.03 > 1.5e-2 > each.error and 2.0 * whole.seconds < each.seconds < 10.0 * whole.seconds
+    wandering, beyond = expected(replace(FIRST, iterations=40), 0.06, 1.1e-2, 12), expected(FIRST, 0.06, 1e-3, 12)
+    assert wandering.error == whole.error and "cannot be reached" in sentence(wandering.notes[0])
+    assert beyond.error > 0.03 and beyond.seconds < each.seconds
 
 
 def test_layers_in_the_plane_have_finer_meshes_for_less() -> None:

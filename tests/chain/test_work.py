@@ -22,23 +22,40 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return found
 
 
+RIMS = {"biorob2018-w15": 2_774, "biorob2018": 2_198}  # unknowns of the third mesh's cells at rims
+
+
+def counts_of(name: str, counted: list[int]) -> tuple[int, int]:
+    """Return how many factorisations were of whole meshes, none beyond the third, and how many of cells at rims."""
+    assert 0 < max(counted) < 10_000
+    rims = counted.count(RIMS[name])
+    return len(counted) - rims, rims
+
+
 @pytest.mark.parametrize(
     ("name", "load", "most"),
-    [("biorob2018-w15", (0.5, 2.0), 16), pytest.param("biorob2018", (1.0, 2.0), 50, marks=pytest.mark.slow)],
+    [
+        ("biorob2018-w15", (0.5, 2.0), (15, 25)),
+        pytest.param("biorob2018", (1.0, 2.0), (50, 46), marks=pytest.mark.slow),
+    ],
 )
-def test_factorisations_of_a_load(name: str, load: tuple[float, float], most: int, counted: list[int]) -> None:
-    """From rest, three meshes and all checks: 14 of a moderate load, 44 of one beyond stretch two."""
+def test_factorisations_of_a_load(
+    name: str, load: tuple[float, float], most: tuple[int, int], counted: list[int]
+) -> None:
+    """From rest, three meshes and all checks: 13 of a moderate load, 45 of a large one; 22 and 41 of rims."""
     block_pad(load_sensor(name), 1e-2).equilibrium(Wrench(*load))
-    assert 0 < len(counted) <= most and max(counted) < 10_000
+    assert all(0 < own <= up for own, up in zip(counts_of(name, counted), most, strict=True))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "F_x", "F_z", "most"),
-    [("biorob2018-w15", 0.7, 2.8, 120), ("biorob2018", 0.4, 1.6, 135)],
+    [("biorob2018-w15", 0.7, 2.8, (112, 12)), ("biorob2018", 0.4, 1.6, (125, 12))],
 )
-def test_factorisations_of_a_table(name: str, F_x: float, F_z: float, most: int, counted: list[int]) -> None:
-    """Loads and tolerance by default: 114 and 127, none of a mesh beyond the third."""
+def test_factorisations_of_a_table(
+    name: str, F_x: float, F_z: float, most: tuple[int, int], counted: list[int]
+) -> None:
+    """Loads and tolerance by default: 109 and 121, and 9 of rims."""
     forces = {"F_x": [F_x * k / 4 for k in range(-4, 5)], "F_z": [F_z * k / 8 for k in range(9)]}
     calibrate(load_sensor(name), **forces)
-    assert 0 < len(counted) <= most and max(counted) < 10_000
+    assert all(0 < own <= up for own, up in zip(counts_of(name, counted), most, strict=True))
