@@ -5,7 +5,7 @@ tolerance of the range of each of their components, the target's edges included,
 of the map is added to the solver's, which is linear from load to load, as its signed parts are. A grid is solved whole
 where it is small, where a load fails, or where nothing is known of its error. A model of several meshes solves more
 than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from two loads
-(corrections.py), or found for each where that would leave too much (prices.py).
+(corrections.py), or found for each where that would surely leave too much (prices.py).
 """
 
 from __future__ import annotations

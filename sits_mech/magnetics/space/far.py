@@ -80,7 +80,7 @@ class Moving(Plate, Protocol):
     def reactions(
         self, divisions: Sequence[Any], seen: Posed, frequency: float, asked: Asked | None = None
     ) -> tuple[list[Complex], Complex | None]:
-        """Return Delta Z of each division (p, n, n) [ohm], symmetric, and what is asked of the first one's field."""
+        """Return Delta Z of each division (p, n, n) [ohm], symmetric, and what is asked of one's field."""
         ...
 
     def field(self, seen: Posed, frequency: float, points: Array) -> Complex:

@@ -164,8 +164,8 @@ def approached(
     """Return the target nearly at rest, or None where that does not show.
 
     Steps end where one moves the target's edge by at most `enough` [thicknesses], long before the last corner is at
-    rest; that last move is the error. `eliminating`: with the cells at rims at rest by themselves
-    after each step, and forces small at the end; without, the potential is descended.
+    rest; that last move is the error. `eliminating`: with the cells at rims at rest by themselves after each step, and
+    forces small at the end; without, the potential is descended.
     """
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
     found, off = gradient(body, here), np.full(body.components, np.inf)

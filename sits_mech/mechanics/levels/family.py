@@ -28,9 +28,10 @@ The 2.2 is measured, in the plane alone (in space contact is taken to show its o
 and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of them in the median, 1.5 at most.
 
 The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps from the state of the level
-before, cells at rims eliminated (equilibrium/elimination.py), end when the target stays. Where these cells cannot
-follow, and in contact, steps go from rest down the potential; corners need not come to rest for that, and a step that
-no other can follow, as one would turn a corner inside out, is the last: what it may be off by is in the error.
+before, cells at rims eliminated (equilibrium/elimination.py), end when the target stays. In contact they go down the
+potential, from rest where a cell of that state would be turned inside out, and from rest where cells at rims cannot
+follow; corners need not come to rest for that, and a step that no other can follow, as one would turn a corner inside
+out, is the last: what it may be off by is in the error.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1,
 dual weighted residuals; J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse solutions.
