@@ -33,7 +33,7 @@ def left_over(sensor: Sensor, data: xr.Dataset) -> tuple[float, float]:
     F_x, F_z = data["F_x"].to_numpy()[1::2], data["F_z"].to_numpy()[1::2]
     full = sensor_calibration(sensor, data)
     loads = np.stack(np.meshgrid(F_x, F_z, indexing="ij"), -1)
-    found = cal.inverse(full.forward(loads[..., 0], loads[..., 1])).forces
+    found = cal.inverse(full.forward(loads)).forces
     worst = np.nanmax(np.abs(found - loads), axis=(0, 1)) if np.isfinite(found).any() else np.full(2, np.nan)
     return float(worst[0]), float(worst[1])
 

@@ -126,7 +126,7 @@ def answer(it: Base, what: str, name: str, changes: list[str], tolerance: float)
     own, own_L0, own_error = it.share["far" if what in NOISES else model]
     if what in NOISES and np.allclose(error, own_error, rtol=0.05):  # one division: what is common is gone
         error = error * np.abs((share - own) / (1.0 - own))
-    load = it.known.forward(*LOAD)
+    load = it.known.forward(LOAD)
     moved = it.L0 * (share[1] - share[0] - own[1] + own[0])
     tared = it.known.inverse(load + moved).forces - np.array(LOAD)
     forget()  # plates are not kept: memory

@@ -443,7 +443,7 @@ def test_the_core_stands_alone() -> None:
         "simulate(sensor, Wrench(0.1, 0.5), **models)\n"
         "data = calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)\n"
         "known = calibration(data, [2e-6, 2e-6])\n"
-        "forces = known.inverse(known.forward(0.1, 0.4)).forces\n"
+        "forces = known.inverse(known.forward([0.1, 0.4])).forces\n"
         "assert abs(forces - [0.1, 0.4]).max() < 1e-3, forces\n"
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

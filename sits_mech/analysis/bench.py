@@ -152,7 +152,7 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     >>> known = sm.sensor_calibration(sensor, data)
     >>> known.forces
     ('F_x', 'F_z')
-    >>> known.inverse(known.forward(0.1, 0.4)).forces.round(3).tolist()
+    >>> known.inverse(known.forward(F_x=0.1, F_z=0.4)).forces.round(3).tolist()
     [0.1, 0.4]
     """
     free, noise = None if data.attrs["unit_L"] == "H" else self_inductances(sensor).tolist(), None
@@ -203,7 +203,7 @@ def terminal_calibration(sensor: Sensor, data: xr.Dataset, idle: str | None = No
     >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
     >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
     >>> known = sm.terminal_calibration(sensor, data)
-    >>> known.inverse(known.forward(0.1, 0.4)).forces.round(3).tolist()
+    >>> known.inverse(known.forward(F_x=0.1, F_z=0.4)).forces.round(3).tolist()
     [0.1, 0.4]
     """
     known, as_read = sensor_calibration(sensor, data), with_idle(sensor, idle)

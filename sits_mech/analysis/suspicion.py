@@ -76,7 +76,7 @@ def _components(cal: Calibration, reading: Array, others: tuple[Sequence[str], A
     near = cal.map.unscaled(cal.search.solved(reading[None], np.zeros((3, len(reading))))[0][0])
     rest = _off_table(cal, np.clip(0.0, cal.low, cal.high))  # where the slopes of the others are known
     here, found = _off_table(cal, near), []
-    r = here @ ((reading - cal.forward(near)) * cal.weights)
+    r = here @ ((reading - cal.map.at(near)) * cal.weights)
     for name, slopes, most in zip(others[0], np.transpose(others[1]), others[2], strict=True):
         s = slopes * cal.weights
         along, least = here @ s, _SEEN * np.linalg.norm(s)
@@ -90,7 +90,7 @@ def _components(cal: Calibration, reading: Array, others: tuple[Sequence[str], A
 
 def _off_table(cal: Calibration, forces: Array) -> Array:
     """Return the projection (n, n) of weighted readings onto what the table's forces do not change."""
-    Q = np.linalg.qr(cal.slopes(forces) * cal.weights[:, None])[0]
+    Q = np.linalg.qr(cal.map.slopes(forces) * cal.weights[:, None])[0]
     return np.asarray(np.eye(len(Q)) - Q @ Q.T)
 
 
@@ -102,6 +102,6 @@ def _coils(cal: Calibration, reading: Array, residual: float) -> list[str]:
         part = without_coil(cal, k)
         answer = part.inverse(others) if not part.unresolved else None
         if answer is not None and answer.status == OK and answer.residual <= _LESS * residual:
-            off = 100.0 * (reading[k] / cal.forward(answer.forces)[k] - 1.0)
+            off = 100.0 * (reading[k] / cal.map.at(answer.forces)[k] - 1.0)
             found.append(f"coil {name} ({off:+.2g} %)")
     return found

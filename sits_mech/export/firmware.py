@@ -129,7 +129,7 @@ def header(source: Source, found: FixedPoint) -> str:
         names=", ".join(f"SITS_{name.upper()} = {i}" for i, name in enumerate(cal.forces)),
         identity=identity(source.data), nominal=initializer(unit_numbers(source.data, cal.forces, as_computed(cal))),
         low=_row(low), range=_row(high - low),
-        rest=_row(np.rint(cal.forward(*np.clip(0.0, cal.low, cal.high))).astype(np.int64)), base=_row(found.base),
+        rest=_row(np.rint(cal.forward(np.clip(0.0, cal.low, cal.high))).astype(np.int64)), base=_row(found.base),
         register_rows=", ".join(f"{{0x{address:02X}, 0x{value:04X}}}" for address, _, value in registers),
         power=_rows(found.power), ends=_row(found.ends), coefficient=_rows(found.coefficient),
         weight=_row(found.weight), tolerance=_row(found.tolerance), far=_row(found.far),

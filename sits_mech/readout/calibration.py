@@ -12,7 +12,7 @@ Where either fails, every reading is tried against the other parts of the box; o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -22,12 +22,12 @@ from numpy.typing import ArrayLike
 
 from sits_mech.maps.domain import Domain, domain_of, hull_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import Array, tensor_grid
+from sits_mech.quantities import WRENCH, Array, Wrench, shown_unit, tensor_grid
 from sits_mech.readout.inversion import AMBIGUOUS as AMBIGUOUS
+from sits_mech.readout.inversion import MARGIN, Inverse, Search
 from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
 from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
-from sits_mech.readout.inversion import Inverse, Search
 from sits_mech.readout.loads import answered, check_enough, several, varied
 
 
@@ -89,21 +89,40 @@ class Calibration:
         """Largest error of predicting a load that is left out, over the coil's full scale."""
         return float(np.max(self.map.error / self.full_scale))
 
-    def forward(self, *forces: ArrayLike) -> Array:
+    def forward(
+        self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike
+    ) -> Array:
         """Return the inductances, shape (..., n) [unit], at forces.
 
         Parameters
         ----------
-        *forces : array_like
-            As many as `forces`, in their order and of one shape, or one array of shape (..., d) [N, N m].
+        forces : array_like, shape (..., d), or Wrench, optional
+            A table in the order of `forces` [N, N m], or one load.
+        beyond : bool
+            Answer loads beyond the table too, where a smooth map knows nothing.
+        **named : array_like
+            In place of a table: each force by its name, of shapes that broadcast [N, N m].
+
+        Raises
+        ------
+        ValueError
+            When a force is missing, unknown or not a number, or lies beyond the table by more than noise at rest does.
+
+        Examples
+        --------
+        >>> known.forward(F_x=0.1, F_z=0.4)  # or known.forward(sm.Wrench(F_x=0.1, F_z=0.4))
         """
-        return self.map.at(self._points(forces))
+        return self.map.at(self._points(forces, named, beyond))
 
-    def slopes(self, *forces: ArrayLike) -> Array:
+    def slopes(
+        self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike
+    ) -> Array:
         """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N], as `forward`."""
-        return self.map.slopes(self._points(forces))
+        return self.map.slopes(self._points(forces, named, beyond))
 
-    def codes(self, *forces: ArrayLike) -> Array:
+    def codes(
+        self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike
+    ) -> Array:
         """Return what the converter shows at forces, idle coils and leads included, as `forward`.
 
         Returns
@@ -114,9 +133,9 @@ class Calibration:
         Raises
         ------
         ValueError
-            When there is no converter, or the calibration is of inductances alone.
+            As `forward`; when there is no converter, or the calibration is of inductances alone.
         """
-        return self.code_calibration.map.at(self._points(forces))
+        return self.code_calibration.map.at(self._points(forces, named, beyond))
 
     @cached_property
     def code_calibration(self) -> Calibration:
@@ -125,14 +144,30 @@ class Calibration:
             raise ValueError("codes: must come from a sensor and its table; this calibration has inductances alone")
         return self.in_codes()
 
-    def _points(self, forces: Sequence[ArrayLike]) -> Array:
-        """Return forces as one array (..., d)."""
-        each, d = [np.asarray(force, dtype=float) for force in forces], len(self.forces)
-        if len(each) == 1 and each[0].shape[-1:] == (d,):
-            return each[0]
-        if len(each) != d:
-            raise ValueError(f"forces: must be {', '.join(self.forces)}; got {len(each)} values")
-        return np.stack(np.broadcast_arrays(*each), -1)
+    def _points(
+        self, forces: ArrayLike | Wrench | None, named: Mapping[str, ArrayLike], beyond: bool
+    ) -> Array:
+        """Return forces as one table (..., d), each within the range of the table unless `beyond`."""
+        if isinstance(forces, Wrench):
+            load = dict(zip(WRENCH, forces.components, strict=True))
+            named = {name: value for name, value in load.items() if value != 0.0 or name in self.forces} | dict(named)
+        elif forces is not None:
+            points = np.asarray(forces, dtype=float)
+            if named or points.shape[-1:] != (len(self.forces),):
+                shape = f"a table whose last axis holds {', '.join(self.forces)}, or each by its name"
+                raise ValueError(f"forces: must be {shape}; got shape {points.shape}")
+            named = dict(zip(self.forces, np.moveaxis(points, -1, 0), strict=True))
+        if set(named) != set(self.forces):
+            raise ValueError(f"forces: must be {', '.join(self.forces)}; got {', '.join(named) or 'none'}")
+        points = np.stack(np.broadcast_arrays(*(np.asarray(named[name], float) for name in self.forces)), -1)
+        out = ~(np.abs(self.map.scaled(points)) <= (np.inf if beyond else 1.0 + MARGIN))
+        if out.any():
+            k = int(np.argwhere(out)[0, -1])
+            name, unit = self.forces[k], shown_unit(self.forces[k])
+            value = points[..., k][out[..., k]].flat[0]
+            span = f"from {self.low[k]:.4g} to {self.high[k]:.4g} {unit}, as the table does"
+            raise ValueError(f"{name}: must lie {span}; got {value:.4g} {unit}")
+        return points
 
     def force_error(self, forces: ArrayLike, L_error: ArrayLike) -> Array:
         """Return how far each force is off, at most, when each inductance is off by its error, of either sign.

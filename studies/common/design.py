@@ -56,7 +56,7 @@ def table_row(sensor: Sensor, data: xr.Dataset) -> Row:
     noise = sensor_front_end(sensor, data)[0].noise
     resolution = cal.force_noise(loads, noise)
     row |= {"resolution_x": float(resolution[..., 0].max()), "resolution_z": float(resolution[..., 1].max())}
-    row["unique"] = float(np.mean(cal.inverse(cal.forward(loads[..., 0], loads[..., 1])).status == "ok"))
+    row["unique"] = float(np.mean(cal.inverse(cal.forward(loads)).status == "ok"))
     return row
 
 

@@ -93,7 +93,7 @@ def test_relative_change_of_the_rings(sensor: Sensor) -> None:
     """A table per metre gives henry by L0 of the rings; one in henry is taken as it is."""
     L0 = bench.self_inductances(sensor)
     cal = bench.sensor_calibration(sensor, table(sensor))
-    np.testing.assert_allclose(cal.forward(0.3, 1.0), L0 * relative(np.array(0.3), np.array(1.0)), rtol=1e-6)
+    np.testing.assert_allclose(cal.forward(F_x=0.3, F_z=1.0), L0 * relative(np.array(0.3), np.array(1.0)), rtol=1e-6)
     own = bench.sensor_calibration(sensor, table(sensor, "H"))
     np.testing.assert_allclose(own.L0, 2.5e-6, rtol=1e-12)
     np.testing.assert_allclose(bench.model_errors(sensor, table(sensor, "H")), 1e-5 * 2.5e-6 * 0.861, rtol=2e-3)
@@ -161,7 +161,7 @@ def test_idle_coils_are_open_where_there_is_no_converter(sensor: Sensor) -> None
     opened = data["L"].sel(coil="C1", coil_2="C1")
     np.testing.assert_allclose(bench.with_terminals(bare, data)["L_terminal"].sel(coil="C1"), opened, rtol=1e-12)
     known = bench.terminal_calibration(bare, data), bench.sensor_calibration(bare, data)
-    read, own = (each.forward(0.3, 1.0) for each in known)
+    read, own = (each.forward(F_x=0.3, F_z=1.0) for each in known)
     np.testing.assert_allclose(read, own, rtol=1e-9)
 
 
@@ -212,8 +212,8 @@ def test_codes_of_forces(sensor: Sensor) -> None:
     L = bench.self_inductances(led) * relative(*F.T) + 50e-9 + by_tracks(led)
     f = np.sqrt(1.0 / (L * 330e-12) - (lossy(led, table(led)) / L) ** 2) / (2.0 * np.pi)
     np.testing.assert_allclose(known.codes(F), 2.0**28 * f / 40e6, rtol=1e-7)
-    np.testing.assert_array_equal(known.codes(*F.T), known.codes(F))
-    np.testing.assert_array_equal(known.forward(F[0]), known.forward(*F[0]))
+    np.testing.assert_array_equal(known.codes(F_x=F[:, 0], F_z=F[:, 1]), known.codes(F))
+    np.testing.assert_array_equal(known.forward(F[0]), known.forward(F_x=F[0, 0], F_z=F[0, 1]))
     in_codes = bench.code_calibration(led, table(led), clock=32e6)
     np.testing.assert_allclose(in_codes.forward(F), 1.25 * known.codes(F), rtol=1e-9)
     assert in_codes.unit == "code" and np.all(in_codes.inverse(np.rint(in_codes.forward(F))).status == "ok")
@@ -273,7 +273,7 @@ def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest
     """Coils by name in any order, codes of any clock: the same forces; both errors and the noise are said."""
     L0, uneven = bench.self_inductances(sensor), by_tracks(sensor)
     ratio = (L0 * relative(np.array(0.4), np.array(1.5)) + uneven) / (L0 + uneven)
-    codes = bench.sensor_calibration(sensor, table(sensor)).codes(0.4, 1.5)
+    codes = bench.sensor_calibration(sensor, table(sensor)).codes(F_x=0.4, F_z=1.5)
     for words in (
         ["--reading", f"C2={100.0 * ratio[1]:.12g} %", "--l1", f"{100.0 * ratio[0]:.12g} %"],
         ["--code", f"C1={codes[0]:.0f}", "--code", f"C2={codes[1]:.0f}"],

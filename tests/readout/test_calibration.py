@@ -1,11 +1,13 @@
 """Round trips, refusals and folds of maps known in closed form."""
 
+import re
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.quantities import Wrench
 from sits_mech.readout.calibration import Calibration, calibration, calibration_of
 
 F_X, F_Z = np.linspace(-1.0, 1.0, 9), np.linspace(0.0, 4.0, 9)
@@ -43,7 +45,7 @@ def test_round_trip_and_work(counted: Callable) -> None:
     cal = calibration(table())
     assert cal.forces == ("F_x", "F_z") and cal.coils == ("C1", "C2") and cal.unit == "H" and cal.domain.regions == ()
     F = loads(cal, 50_000)
-    found, evaluations = counted(cal, cal.forward(*F.T))
+    found, evaluations = counted(cal, cal.forward(F))
     assert evaluations < 2.1
     assert np.all(found.status == "ok")
     np.testing.assert_allclose(found.forces, F, atol=1e-10)
@@ -58,7 +60,7 @@ def test_slopes_are_derivatives() -> None:
     cal = calibration(table())
     x, z, h = np.array([0.3]), np.array([1.7]), 1e-5
     by_x, by_z = (pair(x + h, z) - pair(x - h, z)) / (2 * h), (pair(x, z + h) - pair(x, z - h)) / (2 * h)
-    np.testing.assert_allclose(cal.slopes(x, z)[0], np.stack([by_x[0], by_z[0]], -1), rtol=2e-4)
+    np.testing.assert_allclose(cal.slopes(F_x=x, F_z=z)[0], np.stack([by_x[0], by_z[0]], -1), rtol=2e-4)
 
 
 def test_outside_is_said() -> None:
@@ -72,8 +74,27 @@ def test_outside_is_said() -> None:
     assert just.status.tolist() == ["ok", "outside"] * 2  # 0.02 of half the range, 2 N and 1 N, is let pass
     with pytest.raises(ValueError, match=r"must be of 2 coils \(C1, C2\); got shape \(3,\)"):
         cal.inverse([1.0, 2.0, 3.0])
-    with pytest.raises(ValueError, match="forces: must be F_x, F_z; got 1"):
+
+
+def test_forces_by_name() -> None:
+    """A table, names or a wrench; what is missing, unknown or beyond the table is refused in a line."""
+    cal = calibration(table())
+    np.testing.assert_array_equal(cal.forward([0.2, 1.0]), cal.forward(F_z=1.0, F_x=0.2))
+    np.testing.assert_array_equal(cal.forward([0.2, 1.0]), cal.forward(Wrench(F_x=0.2, F_z=1.0)))
+    assert cal.forward(F_x=[0.1, 0.2], F_z=1.0).shape == (2, 2) and np.all(np.isfinite(cal.forward(F_x=0.0, F_z=-0.03)))
+    for asked, words in (
+        ({}, "forces: must be F_x, F_z; got none"),
+        ({"F_x": 1.0}, "forces: must be F_x, F_z; got F_x"),
+        ({"F_x": 0.5, "F_z": 1.0, "F_y": 5.0}, "forces: must be F_x, F_z; got F_x, F_z, F_y"),
+        ({"F_x": 0.0, "F_z": 500.0}, "F_z: must lie from 0 to 4 N, as the table does; got 500 N"),
+    ):
+        with pytest.raises(ValueError, match=re.escape(words)):
+            cal.forward(**asked)
+    with pytest.raises(ValueError, match="got F_x, F_z, F_y"):
+        cal.slopes(Wrench(F_x=0.5, F_y=1.0))
+    with pytest.raises(ValueError, match="a table whose last axis holds F_x, F_z"):
         cal.forward(1.0)
+    assert np.all(np.isfinite(cal.forward(F_x=0.0, F_z=5.0, beyond=True)))
 
 
 def folded(F_x: np.ndarray, F_z: np.ndarray) -> np.ndarray:
@@ -131,7 +152,7 @@ def test_one_coil_and_one_force() -> None:
     single = table(lambda x, z: pair(0.0 * x, z)[..., :1], F_x=np.array([0.0]))
     cal = calibration(single)
     assert cal.forces == ("F_z",)
-    assert cal.inverse(cal.forward(2.2)).forces[0] == pytest.approx(2.2, abs=1e-9)
+    assert cal.inverse(cal.forward([2.2])).forces[0] == pytest.approx(2.2, abs=1e-9)
     both = calibration(table(lambda x, z: pair(x, z)[..., :1]))
     with pytest.raises(ValueError, match="1 cannot resolve 2 forces"):
         both.inverse([[2e-6]])
@@ -155,7 +176,7 @@ def test_relative_change_of_an_absolute_inductance() -> None:
     assert calibration(data).unit == "H/m"
     cal = calibration(data, [4.2e-6, 4.2e-6])
     assert cal.unit == "H"
-    np.testing.assert_allclose(cal.forward(0.0, 0.0), 2.0 * pair(0.0, 0.0), rtol=1e-6)
+    np.testing.assert_allclose(cal.forward([0.0, 0.0]), 2.0 * pair(0.0, 0.0), rtol=1e-6)
 
 
 def test_a_table_without_forces_is_refused() -> None:

@@ -60,7 +60,7 @@ def test_three_forces_come_back(count: int, counted: Callable) -> None:
     corners = CORNERS if count == 4 else np.array([[0.0, 1.0], [-0.87, -0.5], [0.87, -0.5]])
     cal, F = three_forces(corners), loads(20_000)
     assert cal.domain.regions == () and cal.domain.share == 1.0
-    found, evaluations = counted(cal, cal.forward(*F.T))
+    found, evaluations = counted(cal, cal.forward(F))
     assert evaluations < 4.0
     assert np.all(found.status == "ok") and np.max(found.residual) < 1e-9
     np.testing.assert_allclose(found.forces, F, atol=1e-10)
@@ -75,13 +75,13 @@ def test_an_answer_is_its_readings_own() -> None:
     L = coils(F)
     L[5], L[7, 1], L[9] = 1e-6, np.nan, coils(np.array([[0.2, 0.1, 2.3]]))
     whole = cal.inverse(L)
-    forward = cal.forward(*F.T)
+    forward = cal.forward(F)
     assert whole.status[[5, 7, 9]].tolist() == ["outside", "no solution", "outside"]
     for rows in ([0], [5], [7], [9], [4100], list(range(20, 3, -1))):
         part = cal.inverse(L[rows])
         for name in ("forces", "status", "error", "residual"):
             np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[rows])
-        np.testing.assert_array_equal(cal.forward(*F[rows].T), forward[rows])
+        np.testing.assert_array_equal(cal.forward(F[rows]), forward[rows])
 
 
 def folded(F: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -191,7 +191,7 @@ def test_an_answer_does_not_depend_on_the_start(count: int, function: Callable[.
     cal, random = three_forces(CORNERS[:count], function), np.random.default_rng(8)
     few = replace(cal, seeds=tuple(part[::60] for part in cal.seeds))
     middle, half = 0.5 * (cal.high + cal.low), 0.5 * (cal.high - cal.low)
-    L = cal.forward(middle + half * random.uniform(-1.3, 1.3, (4000, 3)))
+    L = cal.forward(middle + half * random.uniform(-1.3, 1.3, (4000, 3)), beyond=True)
     L += random.choice([0.0, 1e-3, 0.05, 1.0], (len(L), 1)) * cal.full_scale * random.normal(size=L.shape)
     every, some = cal.inverse(L), few.inverse(L)
     assert set(every.status) == {"ok", "outside", *(["no solution"] if count == 4 else [])}

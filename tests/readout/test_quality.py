@@ -153,7 +153,7 @@ def test_resolution_by_drawing() -> None:
     """The scatter of inverted noisy readings is what is reported."""
     cal = made(2e-10)
     F = np.tile([0.3, 2.0], (4000, 1))
-    noisy = cal.forward(*F.T) + 1e-11 * np.random.default_rng(1).standard_normal((4000, 2))
+    noisy = cal.forward(F) + 1e-11 * np.random.default_rng(1).standard_normal((4000, 2))
     reported = cal.force_noise([0.3, 2.0], [1e-11, 1e-11])
     np.testing.assert_allclose(cal.inverse(noisy).forces.std(axis=0), reported, rtol=0.05)
 
@@ -181,7 +181,7 @@ def test_hysteresis_of_two_branches() -> None:
     """Unloading shows the inductances of 0.1 N more: 2.5 % of the full scale of F_z."""
     cal = made()
     F = np.array([[0.0, 1.0], [0.5, 2.0], [-0.5, 3.0]])
-    branches = (cal.forward(*F.T), cal.forward(F[:, 0], F[:, 1] + 0.1))
+    branches = (cal.forward(F), cal.forward(F + [0.0, 0.1], beyond=True))
     found = quality(cal, [1e-12, 1e-12], branches=branches)
     np.testing.assert_allclose(found.hysteresis, [0.0, 0.025], atol=1e-9)
 

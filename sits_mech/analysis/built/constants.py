@@ -58,7 +58,7 @@ class Constants:
 
 def as_computed(cal: Calibration) -> Constants:
     """Return the numbers of the sensor as it is calibrated."""
-    rest, d = cal.forward(np.clip(0.0, cal.low, cal.high)), len(cal.forces)
+    rest, d = cal.map.at(np.clip(0.0, cal.low, cal.high)), len(cal.forces)
     none = np.zeros_like(rest)
     return Constants(np.rint(cal.map.coefficients[np.all(cal.map.powers == 0, axis=1)][0]), none, none, rest,
                      np.zeros(d), np.eye(d), np.zeros(d))
@@ -91,7 +91,7 @@ def _grid(cal: Calibration) -> Array:
 
 def _lines(cal: Calibration, base: Array, f: Array, own: Array) -> tuple[Array, Array]:
     """Return offset and gain of each coil that bring its codes nearest to the calibrated sensor's, (n,) each."""
-    off, middle = cal.forward(f) - own, own.mean(axis=0)
+    off, middle = cal.map.at(f) - own, own.mean(axis=0)
     gain = np.sum((own - middle) * off, axis=0) / np.maximum(np.sum((own - middle) ** 2, axis=0), 1e-300)
     return off.mean(axis=0) - gain * (middle - base), gain
 
@@ -130,15 +130,15 @@ def _fitted(cal: Calibration, first: Constants, f: Array, own: Array, s: float) 
     best = least_squares(residual, np.zeros(2 * n + d + d * d), jac=slopes, x_scale=_CHANGE, ftol=1e-3, max_nfev=_STEPS)
     kept = constants(best.x)
     left = np.quantile(np.abs(best.fun[: m * d].reshape(m, d)), 0.9, axis=0) / s
-    return replace(kept, rest=cal.forward(np.linalg.solve(kept.factor, -kept.shift)), left=left)
+    return replace(kept, rest=cal.map.at(np.linalg.solve(kept.factor, -kept.shift)), left=left)
 
 
 def inverse(cal: Calibration, codes: Array, start: Array) -> tuple[Array, Array]:
     """Return the forces (m, d) of the calibrated sensor at codes (m, n), and A of the module docstring, (m, d, n)."""
     f = start
     for _ in range(_NEWTON):
-        A = np.linalg.pinv(cal.weights[:, None] * cal.slopes(f)) * cal.weights
-        step = np.einsum("mdn,mn->md", A, codes - cal.forward(f))
+        A = np.linalg.pinv(cal.weights[:, None] * cal.map.slopes(f)) * cal.weights
+        step = np.einsum("mdn,mn->md", A, codes - cal.map.at(f))
         f = f + step
         if np.max(np.abs(step) / (cal.high - cal.low)) < _SETTLED:
             break

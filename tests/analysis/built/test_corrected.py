@@ -25,7 +25,8 @@ def test_the_corrected_table_reads_the_built_sensor(prior: Prior) -> None:
     true = unknowns(prior, **{name: value for name, value in OTHERWISE.items() if name != "cell"})
     shown = prior.bench(loads).model(true[None])[0]
     scale = prior.sensor.readout.parallel_capacitance / sensor.readout.parallel_capacitance
-    own = terminals(sensor, table)[0]["L"].to_numpy().reshape(-1, 2)[0] - known.forward(float(table["F_x"][0]), 0.0)
+    own = terminals(sensor, table)[0]["L"].to_numpy().reshape(-1, 2)[0]
+    own = own - known.forward(F_x=float(table["F_x"][0]), F_z=0.0)
     read = known.inverse(shown * scale - own)
     assert np.all(read.status == "ok")
     assert np.all(np.abs(read.forces - loads) <= read.error_by_model + read.error + 0.02)

@@ -155,7 +155,7 @@ def test_where_the_sensor_has_no_answer_nothing_is_read(data: xr.Dataset, monkey
 
     def inverse(table: xr.Dataset) -> Inverse:
         cal = sensor_calibration(scene, table)
-        return cal.inverse(cal.forward(0.1, 0.8))
+        return cal.inverse(cal.forward(F_x=0.1, F_z=0.8))
 
     def failing(*_: object, **__: object) -> None:
         raise SolveFailed("no equilibrium", SolveReport("", 0, 0, 0.0, 0.0, 0.0))

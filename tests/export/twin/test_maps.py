@@ -57,7 +57,7 @@ def test_both_outputs_share_their_terms(source: Source) -> None:
 def test_a_guess_is_near(source: Source) -> None:
     """Of readings over the whole box, within a twentieth of half the range."""
     cal = sensor_calibration(source.sensor, source.data)
-    base, scale = cal.forward(0.0, 1.0), cal.full_scale
+    base, scale = cal.forward(F_x=0.0, F_z=1.0), cal.full_scale
     guess, towards = guess_of(cal, base, scale)
     x = np.random.default_rng(3).uniform(-1.0, 1.0, (500, 2))
     off = (cal.map.at(cal.map.unscaled(x)) - base) / scale

@@ -147,7 +147,7 @@ def test_the_edge_is_held_and_told(twin: Twin, cal: Calibration) -> None:
     assert twin.read(beside).flags.tolist() == [IGNORED] * 2
     wrong = twin.estimate(np.array([cal.L0 * 2.0, np.full(2, np.nan)]))
     assert np.all(wrong.flags & UNSOLVED) and np.all(np.isnan(wrong.wrench))
-    near = twin.estimate(cal.forward(np.array([[1.015, 1.0], [1.05, 1.0]])))
+    near = twin.estimate(cal.forward([[1.015, 1.0], [1.05, 1.0]], beyond=True))
     assert near.flags.tolist() == [0, OUTSIDE] and near.wrench[:, 0] == pytest.approx([1.015, 1.02], abs=1e-9)
 
 
