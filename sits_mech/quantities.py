@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from numbers import Real
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -21,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sits_mech.notes import Note, Omission, packed, packed_omissions, unpacked, unpacked_omissions
 from sits_mech.status import FAILED, NOT_CARRIED
+from sits_mech.units import SceneError, shown
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -63,6 +65,10 @@ class Wrench:
     M_x: float = 0.0
     M_z: float = 0.0
 
+    def __post_init__(self) -> None:
+        """Refuse what is no number, such as "1 N"; raise SceneError with the component."""
+        _check_numbers(self, WRENCH, scalar=True)
+
     @property
     def components(self) -> Array:
         """All six, in the order of `WRENCH`, shape (6,) [N, N m]."""
@@ -104,6 +110,10 @@ class Pose:
     d_y: float | Array = 0.0
     alpha_x: float | Array = 0.0
     alpha_z: float | Array = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what holds no numbers, as a wrench does."""
+        _check_numbers(self, POSE, scalar=False)
 
     @classmethod
     def of(cls, components: Array) -> Pose:
@@ -380,6 +390,17 @@ class SolveFailed(Exception):
     def status(self) -> str:
         """What it is to a script, a word of status.py."""
         return NOT_CARRIED if self.report.status in tuple(Ended) else FAILED
+
+
+def _check_numbers(given: Wrench | Pose, names: Sequence[str], *, scalar: bool) -> None:
+    """Raise SceneError for the first component that is no real number, or no array of them."""
+    for name in names:
+        value = getattr(given, name)
+        if isinstance(value, float) or (scalar and isinstance(value, Real)):
+            continue
+        if scalar or np.asarray(value).dtype.kind not in "fiu":
+            kind = "a number" if scalar else "numbers"
+            raise SceneError(f"{name}: must be {kind} [{UNITS[name]}]; got {shown(value)}")
 
 
 def shown_unit(name: str) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from functools import cache
+from numbers import Real
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -123,9 +124,9 @@ def quantity(value: object, unit: str, name: str) -> float:
 
 def checked_tolerance(tolerance: float, least: float = 0.0) -> float:
     """Return an asked relative error; raise SceneError unless above zero, at least `least` and below one."""
-    if not (0.0 < tolerance < 1.0 and tolerance >= least):
-        raise SceneError(f"tolerance must lie between {least:g} and 1; got {tolerance}")
-    return tolerance
+    if not (isinstance(tolerance, Real) and 0.0 < tolerance < 1.0 and tolerance >= least):
+        raise SceneError(f"tolerance must lie between {least:g} and 1; got {shown(tolerance)}")
+    return float(tolerance)
 
 
 def quantity_range(text: str, unit: str, name: str) -> list[float]:

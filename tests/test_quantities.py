@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from sits_mech.quantities import (
     refuse_out_of_plane,
     shown_unit,
 )
+from sits_mech.units import SceneError
 
 MAP = np.array([[1.0, 2.0], [3.0, 0.0]])
 
@@ -106,3 +108,21 @@ def test_loads_are_finite(value: float) -> None:
     refuse_infinite(Wrench(F_z=1e308))
     with pytest.raises(ValueError, match="wrench: must be finite numbers"):
         refuse_infinite(Wrench(F_z=value))
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "words"),
+    [
+        (Wrench, {"F_z": "1 N"}, 'F_z: must be a number [N]; got "1 N"'),
+        (Wrench, {"M_x": None}, "M_x: must be a number [N*m]; got None"),
+        (Wrench, {"F_x": np.array([1.0, 2.0])}, "F_x: must be a number [N]; got array"),
+        (Pose, {"d_h": 0.0, "d_v": "1 mm"}, 'd_v: must be numbers [m]; got "1 mm"'),
+        (Pose, {"d_h": 0.0, "d_v": 1e-3, "alpha": [1j]}, "alpha: must be numbers [rad]; got [1j]"),
+    ],
+)
+def test_components_are_numbers(kind: type, values: dict[str, object], words: str) -> None:
+    """Quantities with units are refused by name; numbers of numpy, integers and lists are numbers."""
+    with pytest.raises(SceneError, match=re.escape(words)):
+        kind(**values)
+    assert Wrench(F_x=np.float32(0.5), F_z=np.int64(2)).components.tolist()[:2] == [0.5, 2.0]
+    assert Pose(0, [1e-3, 2e-3]).centre.shape == (2, 3)

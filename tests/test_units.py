@@ -4,6 +4,7 @@ import math
 import subprocess
 import sys
 
+import numpy as np
 import pint
 import pytest
 
@@ -47,9 +48,13 @@ def test_a_catalogued_sensor_needs_no_pint() -> None:
 
 def test_tolerance_is_checked_in_one_place() -> None:
     """Any share of one; what a model cannot promise is refused with what came."""
+    assert type(checked_tolerance(np.float32(0.5))) is float
     assert checked_tolerance(1e-3) == 1e-3 and checked_tolerance(1e-7, 1e-7) == 1e-7
     for wrong in (0.0, 1.0, -1.0, math.nan, math.inf):
         with pytest.raises(SceneError, match=f"tolerance must lie between 0 and 1; got {wrong}"):
+            checked_tolerance(wrong)
+    for wrong, words in (("1 %", '"1 %"'), (None, "None")):
+        with pytest.raises(SceneError, match=f"tolerance must lie between 0 and 1; got {words}"):
             checked_tolerance(wrong)
     with pytest.raises(SceneError, match="tolerance must lie between 1e-07 and 1; got 1e-08"):
         checked_tolerance(1e-8, 1e-7)

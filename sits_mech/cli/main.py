@@ -58,4 +58,9 @@ def main() -> None:
     for library in ("OPENBLAS", "OMP", "MKL"):  # read when numpy is first imported, by a command
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     keep_by_default()
+    if sys.stderr is None:  # closed by the shell
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+    if sys.stdout is None:
+        warn("error: stdout: must be open, it takes the answer; got a closed one (>/dev/null is open)")
+        sys.exit(2)
     sys.exit(run())

@@ -162,11 +162,11 @@ class LoadGrid:
         from sits_mech.scene.coils import usual_loads
 
         usual = usual_loads(sensor.coils)
-        if self.fx:
+        if self.fx is not None:
             usual.pop("F_y", None)
         ranges = {f"f{name[2]}": f"{0.0 if name == 'F_z' else -most} N:{most} N:9" for name, most in usual.items()}
-        own = {name: getattr(self, name) or ranges.get(name, "0") for name in ("fx", "fy", "fz")}
-        found = _in_si(replace(self, **own), LOAD_ARGUMENTS, quantity_or_range)
+        left = {name: text for name, text in ranges.items() if getattr(self, name) is None}
+        found = _in_si(replace(self, **left), LOAD_ARGUMENTS, quantity_or_range)
         return {name: values for name, values in found.items() if values != 0.0}
 
     def borne(self, sensor: Sensor, components: Mapping[str, Any], mechanics: str) -> dict[str, Any]:
@@ -241,8 +241,11 @@ def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, s
     """Return the options of a load or a pose in SI by the names of its components, each as `read` takes it."""
     from sits_mech.quantities import UNITS
 
-    written = {option: getattr(given, option) or "0" for option in arguments}
-    return {name: read(written[option], UNITS[name], f"--{option}") for option, name in arguments.items()}
+    written = {option: getattr(given, option) for option in arguments}
+    return {
+        name: 0.0 if written[option] is None else read(written[option], UNITS[name], f"--{option}")
+        for option, name in arguments.items()
+    }
 
 
 def clock_of(text: str | None, part: str) -> float | None:

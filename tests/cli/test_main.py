@@ -252,6 +252,9 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("inductance", "biorob2018-w22", "--dv", "2 mm", "--alpha", "20 deg"), "above the coil plane"),
     (("calibrate", "biorob2018", "--fx", "0 N:1 N", "-o", "unused"), "--fx: must be first:last:count"),
     (("calibrate", "biorob2018", "--fz", "0 N:1 N:1", "-o", "unused"), "--fz: must be first:last:count"),
+    (("calibrate", "biorob2018", "--fz", "", "-o", "unused"), '--fz: must be a force, such as "2 N"'),
+    (("pose", "biorob2018", "--fx", "", "--fz", "1 N"), '--fx: must be a force, such as "2 N"'),
+    (("inductance", "biorob2018", "--dv", ""), '--dv: must be a length, such as "2 mm"'),
     (("fit", "nowhere.csv"), "nowhere.csv"),
     (("view", "biorob2018", "--dv", "2 mm", "--fz", "1 N"), "--dv: must not be given together with a load"),
     (("view", "biorob2018", "--dv", "2 mm", "--kind", "layer"), "--kind layer: must have a load"),
@@ -279,6 +282,13 @@ def test_bad_input_is_one_line(capsys: Capture, tokens: tuple[str, ...], expecte
     """Which input, what it must be, what came; exit 2."""
     assert expected in refused(capsys, *tokens)
     assert not Path("unused").exists()
+
+
+def test_a_closed_stdout_is_one_line() -> None:
+    """An answer has to go somewhere; with stderr closed as well the exit code says it."""
+    for closed, lines in ((">&-", 1), (">&- 2>&-", 0)):
+        done = subprocess.run(["sh", "-c", f"{sys.executable} -m sits_mech catalog {closed}"], stderr=-1, text=True)
+        assert done.returncode == 2 and done.stderr.count("\n") == lines and "Traceback" not in done.stderr
 
 
 def test_a_search_of_nothing_leaves_no_folder(capsys: Capture, tmp_path: Path) -> None:

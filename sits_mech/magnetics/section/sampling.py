@@ -24,6 +24,8 @@ read backwards. Range: any proportion of w, t and g.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from sits_mech.quantities import Array, Complex
@@ -84,7 +86,7 @@ def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array
     matrix = np.zeros((places.size,) * 2)
     for image in mirrored(places):
         distance = np.abs(places[:, None] - image)
-        matrix -= np.log(np.maximum(distance, lengths / (2 * np.e)))
+        matrix -= np.log(np.maximum(distance, lengths / (2 * math.e)))
     potential = np.where(np.arange(places.size) < inner[0].size, 1.0, 0.0)
     ones = np.ones(places.size)
     # total charge zero: the potential at infinity is free
