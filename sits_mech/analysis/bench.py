@@ -11,6 +11,7 @@ leads are added in series.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,7 +28,8 @@ from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import FrontEnd, code_of, converter, tank_frequency
 from sits_mech.readout.front_end import front_end
 from sits_mech.readout.loads import answered, varied
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.readout.table_errors import TableErrors, table_errors
+from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
 from sits_mech.scene.thermal import at_temperature, clock_factor
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
@@ -158,8 +160,18 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     free, noise = None if data.attrs["unit_L"] == "H" else self_inductances(sensor).tolist(), None
     with suppress(ValueError):  # no converter, or none that can follow: all coils count alike
         noise = sensor_front_end(sensor, data)[0].noise.tolist()
-    found, error = calibration(data, free, noise), model_errors(sensor, data)
-    return replace(found, model_error=error, in_codes=partial(code_calibration, sensor, data))
+    found = calibration(data, free, noise)
+    return replace(
+        found, model_error=model_errors(sensor, data), table_errors=_table_errors(sensor, data, found.forces),
+        in_codes=partial(code_calibration, sensor, data),
+    )
+
+
+def _table_errors(sensor: Sensor, data: xr.Dataset, forces: Sequence[str]) -> TableErrors:
+    """Return the errors of a table in henry, with what its silicone's sources differ by."""
+    silicone = silicone_of(sensor)
+    modulus = 0.0 if silicone is None else float(np.log1p(silicone.spread or 0.0))
+    return table_errors(coil_table(sensor, data), forces, modulus)
 
 
 def with_idle(sensor: Sensor, idle: str | None) -> Sensor:
@@ -214,7 +226,7 @@ def terminal_calibration(sensor: Sensor, data: xr.Dataset, idle: str | None = No
     L0 = known.L0 + sensor.readout.lead_inductance if free is None else free.L
     table = data[["status"]].assign(L=L, L0=("coil", L0)).assign_attrs(unit_L="H")
     shown = calibration(table, noise=None if known.noise is None else known.noise.tolist())
-    return replace(shown, model_error=known.model_error)
+    return replace(shown, model_error=known.model_error, table_errors=known.table_errors)
 
 
 def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = None) -> Calibration:
@@ -229,7 +241,8 @@ def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = 
     rate = 0.5 * np.nanmax(whole.reshape(-1, len(front.noise)), axis=0)  # code over L^(-1/2)
     table = data[["status"]].assign(L=codes).assign_attrs(unit_L="code")
     found = calibration(table, noise=(rate * front.noise).tolist())
-    return replace(found, model_error=rate * model_errors(sensor, data))
+    errors = _table_errors(sensor, data, found.forces).scaled(rate)
+    return replace(found, model_error=rate * model_errors(sensor, data), table_errors=errors)
 
 
 def codes_of(sensor: Sensor, front: FrontEnd, L: Array, R: Array) -> Array:

@@ -23,6 +23,7 @@ from sits_mech.analysis.built.constants import BEYOND, Constants, as_computed
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
 from sits_mech.export.source import Source, comment
 from sits_mech.quantities import Array, Integers, shown_unit
+from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.converter import converter
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
@@ -110,12 +111,14 @@ def header(source: Source, found: FixedPoint) -> str:
     if max(np.abs(low).max(), np.abs(high).max()) > 2**31 / (1.0 + MARGIN):
         raise SceneError(f"--to c: must have forces below 2147 N and moments below 2.1 N m; got {_ranges(cal)}")
     worth = many * cal.force_error(0.5 * (cal.low + cal.high), np.ones(len(cal.coils)))
+    within = many * budget(cal, 0.5 * (cal.low + cal.high)).total
     one, d, n = 2.0**found.bits, len(cal.forces), len(cal.coils)
     return Template(page_file("firmware.h.in", "export")).substitute(
         name=comment(source.sensor.name), about=comment(source.about), version=__version__,
         part=source.sensor.readout.converter, ranges=_ranges(cal) + _held(source),
         coils=comment(", ".join(cal.coils)),
         forces=", ".join(f"{name} [{unit}]" for name, unit in zip(cal.forces, units, strict=True)),
+        forces_within=", ".join(f"{e:.2g} {u} of {f}" for f, e, u in zip(cal.forces, within, units, strict=True)),
         worth=", ".join(f"{w:.3g} {u} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
         fixed_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(read):.3g}",
         bytes=_bytes(found), stack=_stack(found), products=_products(found),

@@ -29,6 +29,7 @@ from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
 from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
 from sits_mech.readout.loads import answered, check_enough, several, varied
+from sits_mech.readout.table_errors import TableErrors
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ class Calibration:
         Starting points of Newton's method, in scaled forces, an array for each part of the domain, the valid first.
     noise, model_error : ndarray, shape (n,), optional
         Of each inductance: standard deviation of a reading, and estimated error of the table itself [unit].
+    table_errors : TableErrors, optional
+        The same over the loads, with what the loads share.
     in_codes : callable, optional
         What makes the calibration of the same loads in codes of a converter.
     """
@@ -72,6 +75,7 @@ class Calibration:
     seeds: tuple[Array, ...] = field(repr=False)
     noise: Array | None = None
     model_error: Array | None = None
+    table_errors: TableErrors | None = field(default=None, repr=False)
     in_codes: Callable[[], Calibration] | None = field(default=None, repr=False)
 
     @property

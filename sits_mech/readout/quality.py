@@ -23,16 +23,18 @@ Numbers only: measured tables go the same way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array, tensor_grid
+from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import OK, Calibration
 from sits_mech.readout.crosstalk import FORCES, nearest_none, response, slope_doubt
 from sits_mech.readout.observability import Observability, observability
+from sits_mech.readout.table_errors import error_parts, table_errors
 
 _FINE = {1: 33, 2: 33, 3: 17, 4: 9}  # loads along each component, by their number
 _READS = 1e-3  # of the largest possible weight: below it the coils share a coordinate, and no signal is along it
@@ -61,6 +63,7 @@ class Quality:
     resolution: Array  # (d, 3) least, median, greatest deviation by noise, infinite where not resolved [N, N m]
     by_model: Array  # (d, 3) least, median, greatest error of each force [N, N m]
     by_map: Array  # (d,) greatest that the map's error allows; NaN where there is no inverse [N, N m]
+    force_error: Array  # (d, 3) least, median, greatest half width that holds 90 % of readings (`budget`) [N, N m]
     condition: tuple[float, float]  # least and greatest; infinite where there are more forces than coils [-]
     seen: Observability  # which of the forces the coils resolve, in the middle of the table
     valid_share: float  # of the loads that have an inverse [-]
@@ -89,10 +92,12 @@ def quality(
     valid = flat[inside & cal.domain.valid(cal.map.scaled(flat)) & (cal.share > 0.0)]
     seen = observability(cal.forces, cal.map.slopes(0.5 * (cal.low + cal.high)), noise, span)
     fine = np.tile(seen.resolution[:, None], 3)
-    by_map = np.full(len(span), np.nan)
+    by_map, whole = np.full(len(span), np.nan), np.full((len(span), 3), np.nan)
     if len(valid):
         fine = _spread(cal.force_noise(valid, noise))
         by_map = np.max(cal.force_error(valid, cal.map.error), axis=0)
+        known = None if table is None else table_errors(table, cal.forces)
+        whole = _spread(budget(replace(cal, noise=noise, table_errors=cal.table_errors or known), valid).total)
     sums = _linear_sums(cal, flat)
     sums[[name not in seen.resolved for name in cal.forces]] = np.nan  # what no coil answers has no readout
     read = loads.copy(data=((cal.map.at(flat) - cal.map.at(flat).mean(axis=0)) @ sums.T).reshape(loads.shape))
@@ -101,7 +106,7 @@ def quality(
         cal.forces, cal.coils, np.stack([cal.low, cal.high], -1), cal.full_scale / cal.L0,
         _linear_error(table, np.eye(len(cal.L0))) / cal.L0, _linearity(cal, _own_sums(cal, table, sums)),
         cal.map.slopes(_least(cal)) / cal.L0[:, None], _slope_errors(cal, table),
-        _misread(read - loads, span), _linear_error(table, sums) / span, after, fine, by_model, by_map,
+        _misread(read - loads, span), _linear_error(table, sums) / span, after, fine, by_model, by_map, whole,
         _condition(cal, valid if len(valid) else flat[inside]), seen, cal.share, cal.no_inverse, cal.error,
         _hysteresis(cal, branches),
     )
@@ -152,27 +157,12 @@ def _linear_error(table: xr.Dataset | None, sums: Array) -> Array:
     """Return how far differences of sums (k, n) of inductances can be off by the errors of a table, shape (k,)."""
     if table is None:
         return np.full(len(sums), np.nan)
-    shared, alone, rest = _parts(table, tuple(str(name) for name in table["error_L"].dims[:-1]))
+    shared, alone, rest = error_parts(table, tuple(str(name) for name in table["error_L"].dims[:-1]))
     good = np.isfinite(rest).all(axis=-1)
     rest = rest[good]
     known = shared[:, good] @ sums.T, alone[:, good] @ sums.T
     own = np.max(np.abs(known[1]).sum(axis=0) + rest @ np.abs(sums).T, axis=0)
     return np.asarray((np.sqrt(2.0) if len(shared) else 2.0) * own + np.ptp(known[0], axis=1).sum(axis=0))
-
-
-def _parts(table: xr.Dataset, forces: tuple[str, ...]) -> tuple[Array, Array, Array]:
-    """Return the errors of the inductances at m loads: shared parts (j, m, n), own parts (k, m, n), the rest (m, n).
-
-    Shared and own parts have their signs.
-    """
-    whole = table["error_L"].transpose(*forces, "coil").to_numpy()
-    n = whole.shape[-1]
-    shared, alone = (
-        table[name].transpose(dim, *forces, "coil").to_numpy().reshape(-1, whole.size // n, n) if name in table
-        else np.zeros((0, whole.size // n, n)) for name, dim in (("shared_L", "part"), ("alone_L", "cause"))
-    )
-    rest = whole.reshape(-1, n) - np.abs(shared).sum(axis=0) - np.abs(alone).sum(axis=0)
-    return shared, alone, np.maximum(rest, 0.0)
 
 
 def _slope_errors(cal: Calibration, table: xr.Dataset | None) -> Array:
@@ -223,9 +213,9 @@ def _at_the_loads(cal: Calibration, table: xr.Dataset | None) -> tuple[Array, Ar
     good = found.status == OK
     if not good.any():
         return np.full((d, d), np.nan), np.full((d, 3), np.nan)
-    at, (shared, alone, rest) = loads.to_numpy()[good], _parts(table, cal.forces)
-    known = np.concatenate([shared, alone])[:, good.ravel()]
-    worth = cal.force_error(at, rest[good.ravel()])
+    at, (shared, alone, rest) = loads.to_numpy()[good], error_parts(table, cal.forces)
+    known = np.concatenate([shared, alone])[:, good]
+    worth = cal.force_error(at, rest[good])
     worth += np.abs(np.einsum("mdn,kmn->kmd", cal.answers(at), known)).sum(axis=0)
     return _misread(loads.copy(data=found.forces) - loads, cal.high - cal.low), _spread(worth)
 

@@ -285,8 +285,8 @@ def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest
         assert record["forces"]["F_z"] == pytest.approx(1.5, abs=1e-3)
         assert 0.0 < record["error_by_noise"]["F_z"] < 1e-3 < record["error_by_model"]["F_z"] < 0.1
         assert ("codes" in record) == (record["unit_L"] == "code") == ("--code" in words)
-        assert run(["invert", str(folder), *words]) == 0
-        assert "from the table's estimated errors" in (said := capsys.readouterr().out) and "noise" in said
+        assert run(["invert", str(folder), *words, "--budget"]) == 0
+        assert "N (90 %)" in (said := capsys.readouterr().out) and "by noise of the reading" in said
 
 
 @pytest.mark.parametrize(

@@ -184,7 +184,7 @@ def test_quality_command(
     assert run(["quality", str(tmp_path), "--modulus", "2 %", "--samples", "8"]) == 0
     said = capsys.readouterr()
     assert "modulus 100 %" in said.out and "by default the converter's" in said.err
-    assert "below its error" in said.out and "errors of loads" in said.out
+    assert "below its error" in said.out and "error (90 %)" in said.out
     assert run(["quality", str(tmp_path), "--modulus", "2 %", "--samples", "7"]) == 2
     assert "--samples: must be a power of two, such as 32; got 7" in capsys.readouterr().err
     assert run(["quality", str(tmp_path), "--gap", "2 N"]) == 2

@@ -31,8 +31,6 @@ from sits_mech.quantities import POSE, UNITS, Array, MagneticModel
 from sits_mech.readout.loads import points, request_of, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
-SURE = 1.645
-"""Deviations that 90 % of a normal distribution lie within."""
 HALF = 0.5
 """Deviation of a pose over its estimated error; d_h, d_v, alpha by studies/adapted_twins.py: 0.76, 0.23, 0.06 of
 biorob2018-w15, 0.24, 0.46, 0.11 of triaxial-4."""

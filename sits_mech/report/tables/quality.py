@@ -53,6 +53,7 @@ def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None
         "resolution": named(forces, found.resolution),
         "error_by_model": named(forces, found.by_model),
         "error_by_map": named(forces, found.by_map),
+        "force_error": named(forces, found.force_error),
         "condition": list(found.condition),
         "forces_seen": components_record(found.seen),
         "valid_share": found.valid_share,
@@ -119,7 +120,7 @@ def _component_rows(record: Record) -> list[tuple[str, str]]:
 
 def _amount(size: float, name: str) -> str:
     """Return an amount of a component of a load for a reader, in thousandths."""
-    return f"{short(1e3 * size)} m{shown_unit(name)}" if math.isfinite(size) else "not known"
+    return f"{short(1e3 * size, 2)} m{shown_unit(name)}" if math.isfinite(size) else "not known"
 
 
 def _scatter_record(scatter: ForceSpread) -> list[Record]:
@@ -202,16 +203,16 @@ def quality_tables(record: Record) -> list[Table]:
 
 
 def _force_table(record: Record) -> Table:
-    """Return range, linearity, and force errors by noise, by the loads and by the map, a line for each force."""
-    headings = ("force", "nonlinearity", "noise (1 sigma)", "errors of loads", "interpolation")
+    """Return range, linearity, and errors of forces by noise alone and in all, a line for each force."""
+    headings = ("force", "nonlinearity", "noise (1 sigma)", "error (90 %)")
     found = column_table("quality: linearity, and errors of the forces: median, smallest to largest", headings)
     for name, (low, high) in record["full_scale"].items():
-        fine, own = (_usual(record[key][name], name) for key in ("resolution", "error_by_model"))
+        fine, own = (_usual(record[key][name], name) for key in ("resolution", "force_error"))
         bend = _share(record["linearity"][name], record["error_linearity"][name], unit="%")
         span = f"{low:.4g} to {high:.4g} {shown_unit(name)}"
         if name not in record["forces_seen"]["resolved"]:
             fine = "not resolved"
-        found.add_row(f"{name}\n{span}", bend, fine, own, _amount(record["error_by_map"][name], name))
+        found.add_row(f"{name}\n{span}", bend, fine, own)
     return found
 
 

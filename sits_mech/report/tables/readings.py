@@ -10,6 +10,7 @@ from rich.table import Table
 
 from sits_mech.analysis.bench import loads_over
 from sits_mech.quantities import Array, shown_unit
+from sits_mech.readout.budget import SURE, budget
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration
 from sits_mech.readout.converter import FrontEnd
 from sits_mech.readout.front_end import register_text
@@ -17,6 +18,10 @@ from sits_mech.report.records import named
 from sits_mech.report.tables.solves import key_table, with_error
 
 Record = dict[str, Any]
+_CAUSES = {
+    "map": "the map between loads", "table": "the table's inductances", "silicone": "its sources, which differ",
+    "noise": "noise of the reading", "temperature": "what the correction for temperature leaves",
+}
 _SIDE, _MOST = 21, 10_000  # loads along each force, and in all
 
 
@@ -53,13 +58,16 @@ def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | N
     `by_temperature` (d,) is what temperature leaves in each force after a correction [N, N m].
     """
     found = cal.inverse(reading)
+    left = budget(cal, found.forces, temperature=by_temperature)
     ends = zip(cal.forces, cal.low, cal.high, strict=True)
     each = {"forces": found.forces, "error": found.error}
     each |= {name: getattr(found, name) for name in ("error_by_model", "error_by_noise")}
     each |= {} if by_temperature is None else {"error_by_temperature": by_temperature}
+    each |= {"force_error": left.total}
     shown = {"L" if cal.unit != "code" else "codes": reading} | ({"L0": cal.L0} if cal.unit != "code" else {})
     return {
         **{name: named(cal.forces, values) for name, values in each.items()},
+        "budget": {cause: named(cal.forces, SURE * part) for cause, part in left.parts.items()},
         "status": str(found.status),
         "residual": float(found.residual),
         **{name: named(cal.coils, values) for name, values in shown.items()},
@@ -70,20 +78,16 @@ def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | N
     }
 
 
-def inversion_table(record: Record) -> Table:
-    """Return the forces of a reading."""
+def inversion_table(record: Record, *, parts: bool = False) -> Table:
+    """Return the forces of a reading within their errors, on request with the parts of these."""
     rows = [("readings", record["convention"])] if "convention" in record else []
     for name, force in record["forces"].items():
-        unit, noise = shown_unit(name), record["error_by_noise"][name]
-        size = max(map(abs, record["domain"][name]))
-        parts = [f"{with_error(force, record['error'][name], size)} {unit} from interpolation"]
-        parts += [f"{record['error_by_model'][name]:.2g} from the table's estimated errors"]
-        if "error_by_temperature" in record:
-            parts += [f"{record['error_by_temperature'][name]:.2g} from the temperature"]
-        parts += [f"{noise:.2g} from the converter's noise"] if np.isfinite(noise) else []
-        rows.append((name, "; ".join(parts)))
+        unit, size = shown_unit(name), max(map(abs, record["domain"][name]))
+        rows.append((name, f"{with_error(force, record['force_error'][name], size)} {unit} (90 %)"))
+        if parts:
+            rows += [("", f"{each[name]:.2g} {unit} by {_CAUSES[cause]}") for cause, each in record["budget"].items()]
     span = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in record["domain"].items())
-    rows.append(("table", f"{span}; interpolation error {record['map_error']:.1e} of full scale"))
+    rows.append(("table", span))
     coils = record["codes" if record["unit_L"] == "code" else "L"]
     if len(coils) > len(record["forces"]):
         rows.append(("residual", f"{100.0 * record['residual']:.2g} % of the coils' range"))

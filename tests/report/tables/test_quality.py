@@ -65,9 +65,9 @@ def test_three_forces_by_three_coils() -> None:
     # of each load alone: 1e-13 of each coil is worth as much of F_z as all coils together move by
     assert record["error_by_model"]["F_z"][1] == pytest.approx(1e-13 / abs(PRESS), rel=1e-6)
     assert record["error_by_model"]["F_z"][0] == pytest.approx(1e-13 / abs(PRESS) / 1.1, rel=1e-6)
-    text = text_of(record)  # of 10 %: 2e-13 H of 8e-9 H, and a tenth of that of the full scale
+    text = text_of(record)  # 1e-13 H is 0.025 mN of a coil alone, two deviations; 10 %: 2e-13 H of 8e-9 H
     assert max(len(line) for line in text.splitlines()) <= 80
-    for word in ("its signal dL_x", "the inverse", "0.025 mN", "10.0000 +- 0.0028", "F_x, F_z, F_y; for all six"):
+    for word in ("its signal dL_x", "the inverse", "0.012 mN", "10.0000 +- 0.0028", "F_x, F_z, F_y; for all six"):
         assert word in text, word
 
 
@@ -76,7 +76,7 @@ def test_no_figure_below_its_error_is_printed() -> None:
     record = record_of(5e-9)
     text = text_of(record)
     assert record["crosstalk_before"]["F_z"]["F_x"] == pytest.approx(0.1)
-    assert "10.0" not in text and "?" in text and "1250 mN" in text and "< " in text
+    assert "10.0" not in text and "?" in text and "599 mN" in text and "< " in text
     line = next(line for line in text.splitlines() if "best linear sum" in line)
     assert "+-" not in line and line.count("<") == 3
 
