@@ -170,7 +170,7 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
 def _table_errors(sensor: Sensor, data: xr.Dataset, forces: Sequence[str]) -> TableErrors:
     """Return the errors of a table in henry, with what its silicone's sources differ by."""
     silicone = silicone_of(sensor)
-    modulus = 0.0 if silicone is None else float(np.log1p(silicone.spread or 0.0))
+    modulus = 0.0 if silicone is None else silicone.modulus_deviation or 0.0
     return table_errors(coil_table(sensor, data), forces, modulus)
 
 

@@ -4,7 +4,7 @@ With F the force of a reading L and A = dF/dL the inverse there, the standard de
 
     map            e A / 2               e the largest error of a load that is left out, of each coil
     table          A m / 2, A r / 2      m the parts of the errors of L that all loads share, with signs; r a coil's own
-    silicone       |F| ln(s) / 2         where sources of its modulus differ by the factor s: F is proportional to it
+    silicone       |F| s                 s the deviation of its modulus's logarithm: F is proportional to the modulus
     noise          A sigma               of each coil
     temperature    e / 2                 e what a correction for it leaves
 
@@ -54,7 +54,7 @@ def budget(cal: Calibration, forces: ArrayLike, *, temperature: ArrayLike | None
         common = np.einsum("mdn,kmn->kmd", A, shared / _TWO)
         parts["table"] = np.sqrt(np.sum(common**2, axis=0) + _joined(A, own / _TWO) ** 2)
         if cal.table_errors.modulus:
-            parts["silicone"] = np.abs(F) * cal.table_errors.modulus / _TWO
+            parts["silicone"] = np.abs(F) * cal.table_errors.modulus
     if cal.noise is not None:
         parts["noise"] = _joined(A, cal.noise)
     if temperature is not None:

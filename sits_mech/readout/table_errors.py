@@ -14,7 +14,7 @@ from sits_mech.quantities import Array, tensor_grid
 
 @dataclass(frozen=True)
 class TableErrors:
-    """Errors of a table's inductances over its loads, and of its silicone, two deviations each.
+    """Errors of a table's inductances over its loads, two deviations each, and what is not known of its silicone.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class TableErrors:
     own : ndarray, shape (*sizes, n)
         What is left, of each coil for itself [unit].
     modulus : float
-        Of the logarithm of the silicone's modulus.
+        Standard deviation of the logarithm of the silicone's modulus [-].
     """
 
     axes: tuple[Array, ...]

@@ -24,6 +24,7 @@ from sits_mech.units import SceneError, quantity, shown
 
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
 _LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
+_RANGE_OF_THREE = 1.693  # mean range of three normal numbers, in deviations
 _NUMBERS = {"rms": "Pa", "spread": "", "expansion": "1/K"}  # what is known of the constants
 _RANGES = {
     "fitted_range": ("", "smallest and largest strain"),
@@ -123,6 +124,11 @@ class Silicone:
     def known_stretch(self) -> float:
         """Largest stretch that the data behind the constants reach [-]; nan if unknown."""
         return float("nan") if self.fitted_range is None else 1.0 + self.fitted_range[1]
+
+    @property
+    def modulus_deviation(self) -> float | None:
+        """Standard deviation of the logarithm of its modulus, as sources scatter, three as a rule; None: unknown [-]."""
+        return None if self.spread is None else math.log1p(self.spread) / _RANGE_OF_THREE
 
     @property
     def has_history(self) -> bool:

@@ -23,7 +23,7 @@ def linear(**more: object) -> Calibration:
 def test_each_part_by_hand() -> None:
     """What moves both coils alike is a force along z alone, whatever the coils' own parts would make of it."""
     own, common = np.full((5, 5, 2), 2e-11), np.full((1, 5, 5, 2), 4e-11)
-    errors = TableErrors((F_X, F_Z), common, own, modulus=0.2)
+    errors = TableErrors((F_X, F_Z), common, own, modulus=0.1)
     found = budget(linear(table_errors=errors, noise=np.full(2, 1e-12)), AT, temperature=np.full((2, 2), 0.01))
     one = np.sqrt(2.0) / np.array([8e-9, 40e-9])  # N/H of independent coils
     np.testing.assert_allclose(found.parts["noise"], np.tile(1e-12 * one, (2, 1)), rtol=1e-6)
@@ -40,7 +40,7 @@ def test_nine_of_ten_sampled_sensors_are_within() -> None:
     """Sensors whose table, modulus and readings are off by random errors of these deviations."""
     rng, count = np.random.default_rng(5), 20_000
     shared = np.stack([1e-9 * np.ones((5, 5, 2)), 5e-10 * F_Z[None, :, None] * [1.0, -0.5] * np.ones((5, 1, 1))])
-    cal = linear(table_errors=TableErrors((F_X, F_Z), shared, np.full((5, 5, 2), 3e-10), 0.1), noise=np.full(2, 1e-10))
+    cal = linear(table_errors=TableErrors((F_X, F_Z), shared, np.full((5, 5, 2), 3e-10), 0.05), noise=np.full(2, 1e-10))
     F = np.array([0.4, 2.0])
     stiffer = np.exp(0.05 * rng.standard_normal((count, 1)))
     parts = np.array([[1e-9, 1e-9], [1e-9, -0.5e-9]])  # at F_z = 2 N

@@ -41,7 +41,6 @@ USUAL = {
     "cell": 0.01, "frame": 0.0175, "frame_x": 0.0175, "frame_z": 0.0175, "lead": 2e-8, "capacitance": 0.01,
 }
 """Deviations, of the thickness over the layer's, of the capacitance over the tank's [-]; others [m, rad, H]."""
-_THREE = 1.693  # mean range of three normal numbers, in deviations
 _UNKNOWN = 0.3  # of the modulus, without a source's spread
 _BESIDE = ("d_y", "alpha_x", "frame_x", "frame_z")
 _OFF_AXIS = ("d_h", "alpha", "frame", *_BESIDE)
@@ -137,8 +136,8 @@ def _usual(sensor: Sensor, name: str) -> Known:
     if stated:
         return Known(name, float(name in _FACTORS), stated)
     if name == "modulus":
-        spread = None if sensor.elastomer is None else sensor.elastomer.silicone.spread
-        return Known(name, 1.0, _UNKNOWN if spread is None else float(np.log1p(spread)) / _THREE)
+        scatter = None if sensor.elastomer is None else sensor.elastomer.silicone.modulus_deviation
+        return Known(name, 1.0, _UNKNOWN if scatter is None else scatter)
     of = {"capacitance": sensor.readout.parallel_capacitance}
     if sensor.elastomer is not None:
         of["thickness"] = sensor.elastomer.thickness
