@@ -11,6 +11,7 @@ slow load on virgin material. Rate and history (history.py) play a part where th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -127,7 +128,7 @@ class Silicone:
 
     @property
     def modulus_deviation(self) -> float | None:
-        """Standard deviation of the logarithm of its modulus, as sources scatter, three as a rule; None: unknown [-]."""
+        """Standard deviation of its modulus's logarithm, by its sources, three as a rule; None: unknown [-]."""
         return None if self.spread is None else math.log1p(self.spread) / _RANGE_OF_THREE
 
     @property
