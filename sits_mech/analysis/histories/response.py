@@ -99,7 +99,7 @@ def taken_layer(
     if mechanics == "auto":
         return mechanical_model(sensor, "block", tolerance, history.loads)
     if points:
-        raise SceneError(f"mechanics: must be auto, block or planar to follow every point; got {mechanics}")
+        raise SceneError(f"mechanics: must be auto, block, planar or axisymmetric to follow every point; got {mechanics}")
     return found
 
 

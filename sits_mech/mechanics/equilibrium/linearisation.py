@@ -150,7 +150,13 @@ def factored(body: Bonded, here: State, found: Gradient) -> Factor | None:
     T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
     numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
     made = _Linear(numbers, values, T, extra)
-    return _eliminated(body.pattern, made, slice(0, body.components), found.free)
+    own = _eliminated(body.pattern, made, slice(0, body.components), found.free)
+    return None if own is None else own._replace(stiffness=on_motions(body, own.stiffness))
+
+
+def on_motions(body: Bonded, S: Array) -> Array:
+    """Return the stiffness S of a target; of one that moves along an axis alone as on d_z on all three."""
+    return S[1, 1] * np.eye(len(S)) if body.mesh.hoop else S
 
 
 def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
@@ -251,7 +257,9 @@ def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[A
 def _border_by_q(body: Bonded, q: Array) -> Array:
     """Return the derivative of the border (bonded displacements and q) by (dc, dw), shape (b, 6)."""
     T = bonded_tangent(body.X, q)[:, list(body.mesh.axes)]
-    return np.concatenate([T.reshape(-1, 6), np.eye(6)])
+    found = np.concatenate([T.reshape(-1, 6), np.eye(6)])
+    found[:, : body.components] *= body.freed
+    return found
 
 
 def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> Factor | None:

@@ -45,6 +45,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     factored,
     gradient,
     hidden_stiffness,
+    on_motions,
     way_of,
 )
 from sits_mech.mechanics.levels.answer import errors_of
@@ -212,7 +213,7 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
         return None
     on_free, on_target = _along_motions(body, gone[0], B)
     B = B - factor.of_free.solve(on_free)
-    return gone[0], B, on_target + B.T @ on_free
+    return gone[0], B, on_motions(body, on_target + B.T @ on_free)
 
 
 def _left(found: Gradient) -> float:

@@ -9,8 +9,11 @@ the exponent of the corner, then go as ``m**(-2 k beta)`` until the order of the
 A target wider than its layer is bonded over all of it, and the corners above are those below; free faces that rise at
 its edge lie on the target's plane, which goes on beyond.
 
+A cylinder under a coaxial disc that is pressed alone is its section's half at x >= 0, turned about the axis: nodes on it
+have no u_r, the target no motion but along it.
+
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; per depth, forces by mu t and moments by
-mu t^2.
+mu t^2, about an axis by mu t^2 and mu t^3.
 
 Fillets have a stated edge radius, where the layer's free side faces meet the rigid plates. A sharp bonded corner is
 singular: displacements go as ``r**0.59`` at a right angle between a clamped and a free face of an incompressible layer,
@@ -47,8 +50,8 @@ import numpy as np
 
 from sits_mech.geometry.meshing.bricks import Outline
 from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
-from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed
-from sits_mech.mechanics.element.mesh import MixedMesh, fanned, section_mesh
+from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed, taken, taken_tangents
+from sits_mech.mechanics.element.mesh import MixedMesh, about_axis, fanned, section_mesh
 from sits_mech.mechanics.equilibrium.body import Bonded, border
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.faces.contact import Plane
@@ -75,6 +78,7 @@ class Fineness:
     fan: bool = False  # split the cells at singular corners into triangles (`fanned`)
     guard: float = 0.0  # pointwise part of the bulk modulus [shear moduli]
     depth: float = 0.0  # contact depth; 0: no contact [thicknesses]
+    axial: bool = False  # the half of a section at x >= 0, about the axis x = 0
 
 
 def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
@@ -87,7 +91,7 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = checked(fillet, t) if fillet.radius > 0.0 else fillet
-    own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)
+    own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan, fineness.axial)
     swelling = elastomer.free_stretch**3
     K = silicone.bulk_modulus / silicone.shear_modulus / swelling**2
     guard = min(fineness.guard, GUARD_SHARE * K)
@@ -113,9 +117,9 @@ class _Numbered:
 
 
 def side_faces(mesh: MixedMesh) -> list[Integers]:
-    """Return the nodes of the left and the right face, from the ground upwards."""
+    """Return the nodes of the left and the right face, from the ground upwards; about an axis the right one alone."""
     x, z = mesh.places.T
-    faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (x.min(), x.max()))
+    faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (x.min(), x.max())[mesh.hoop :])
     return [face[np.argsort(z[face])] for face in faces]
 
 
@@ -124,32 +128,39 @@ def top_faces(mesh: MixedMesh, half: float) -> list[Integers]:
     x, z = mesh.places.T
     if x.max() - half < 1e-9:
         return []
-    faces = (np.flatnonzero((z > 1.0 - 1e-9) & (side * x > half - 1e-9)) for side in (-1.0, 1.0))
+    faces = (np.flatnonzero((z > 1.0 - 1e-9) & (side * x > half - 1e-9)) for side in (-1.0, 1.0)[mesh.hoop :])
     return [face[np.argsort(np.abs(x[face]))] for face in faces]
 
 
-def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool) -> MixedMesh:
-    """Mesh layer and target of given half widths, with or without an edge radius."""
+def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool, axial: bool) -> MixedMesh:
+    """Mesh layer and target of given half widths, with or without an edge radius, or their half about the axis."""
     _, half_layer, half_target = fillet
+    least = -1e-9 if axial else -np.inf
     if fillet.radius > 0.0:
-        mesh = section_mesh(*fillet_lines(fillet, cells, grading), partial(drawn_in, fillet))
+        x, z = fillet_lines(fillet, cells, grading)
+        mesh = section_mesh(x[x >= least], z, partial(drawn_in, fillet))
         corners = [] if fillet.flush else [(-half_target, 1.0), (half_target, 1.0)]
-        return fanned(mesh, np.array(corners)) if fan and corners else mesh
-    breaks = [-half_layer, half_layer] if fillet.flush else [-half_layer, -half_target, half_target, half_layer]
-    counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
-    mesh = section_mesh(graded_lines(breaks, counts, grading), graded_segment(0.0, 1.0, cells, grading))
-    corners = [(-half_layer, 0.0), (half_layer, 0.0), (-half_target, 1.0), (half_target, 1.0)]
-    return fanned(mesh, np.array(corners)) if fan else mesh
+    else:
+        breaks = [-half_layer, half_layer] if fillet.flush else [-half_layer, -half_target, half_target, half_layer]
+        counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
+        x = graded_lines(breaks, counts, grading)
+        mesh = section_mesh(x[x >= least], graded_segment(0.0, 1.0, cells, grading))
+        corners = [(-half_layer, 0.0), (half_layer, 0.0), (-half_target, 1.0), (half_target, 1.0)]
+    own = np.array([corner for corner in corners if corner[0] >= least])
+    mesh = fanned(mesh, own) if fan and len(own) else mesh
+    return about_axis(mesh) if axial else mesh
 
 
 @lru_cache(maxsize=32)
-def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbered:
+def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool, axial: bool) -> _Numbered:
     """Make a mesh with bonds and faces, shared by bodies."""
-    mesh = _mesh(fillet, cells, grading, fan)
+    mesh = _mesh(fillet, cells, grading, fan, axial)
     x, z = mesh.nodes.T
     half = fillet.half_target
     top = (z > 1.0 - 1e-9) & (np.abs(x) < half + 1e-9)
-    free = np.flatnonzero(~np.repeat((z < 1e-9) | top, 2))
+    held = np.repeat((z < 1e-9) | top, 2)
+    held[::2] |= axial & (x < 1e-9)
+    free = np.flatnonzero(~held)
     bonded = 2 * np.flatnonzero(top)[:, None] + np.arange(2)
     X = np.column_stack([x[top], np.zeros((np.count_nonzero(top), 2))])
     sides, beside = side_faces(mesh), top_faces(mesh, half)
@@ -158,7 +169,8 @@ def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbere
     under = inner if not beside else above[:0]
     pairs = zip(sides, beside or sides, strict=True)
     lines = tuple(np.concatenate([side, face[::-1][1:]]) if beside else side for side, face in pairs)
-    faces = Faces(inner, under, above, Outline(half, _ENDLESS, False), lines, section_skin(mesh, lines))
+    outline = Outline(half, half if axial else _ENDLESS, axial)
+    faces = Faces(inner, under, above, outline, lines, section_skin(mesh, lines))
     ground, other = edges(mesh, sides), edges(mesh, beside) if beside else edges(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
@@ -178,11 +190,12 @@ def _pattern(own: _Numbered, guarded: bool, touching: bool) -> Pattern:
     return pattern(own.mesh, numbers, own.free, border(own.mesh, own.bonded))
 
 
-def layer_scales(sensor: Sensor) -> Scales:
-    """Return SI scales of motions and loads in plane strain, a force spread over the elastomer's length."""
+def layer_scales(sensor: Sensor, axial: bool = False) -> Scales:
+    """Return SI scales of motions and loads in plane strain, a force spread over the elastomer's length, or turned."""
     _, elastomer = layer_parts(sensor)
     t = elastomer.thickness
-    return Scales(t, elastomer.silicone.shear_modulus * t * elastomer.extent[1], elastomer.standoff)
+    deep = t if axial else elastomer.extent[1]
+    return Scales(t, elastomer.silicone.shear_modulus * t * deep, elastomer.standoff)
 
 
 def layer_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
@@ -286,16 +299,16 @@ class Guard:
         slope, weights = mesh.nodal
         F, J = deformation(mesh, u, mesh.nodal)
         state = kinematics(F)
-        e, q_, d, k = slope.shape
-        each = np.zeros((e, q_, d, d, d, k))  # F by an element's displacements
+        (e, q_, j, k), d = slope.shape, mesh.nodes.shape[1]
+        each = np.zeros((e, q_, d, j, d, k))  # F by an element's displacements
         for i in range(d):
             each[:, :, i, :, i] = slope
-        B = each.reshape(e, q_ * d * d, d * k)
+        B = each.reshape(e, q_ * d * j, d * k)
         first, second = self.kappa * weights * (1.0 - 1.0 / J), self.kappa * weights / J**2
-        forces = summed(mesh.dofs, (first[..., None] * state.H).reshape(e, 1, -1) @ B, len(u) + 6)
+        forces = summed(mesh.dofs, taken(mesh, first[..., None] * state.H).reshape(e, 1, -1) @ B, len(u) + 6)
         C = second[..., None, None] * state.H[..., :, None] * state.H[..., None, :]
         state.add_L(C, first)
-        stiffness = B.swapaxes(1, 2) @ (C @ B.reshape(e, q_, d * d, d * k)).reshape(B.shape)
+        stiffness = B.swapaxes(1, 2) @ (taken_tangents(mesh, C) @ B.reshape(e, q_, d * j, d * k)).reshape(B.shape)
         energy = self.kappa * float((weights * (J - 1.0 - np.log(J))).sum())
         return Term(energy, forces, mesh.dofs, stiffness)
 
