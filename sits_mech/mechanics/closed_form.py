@@ -240,7 +240,9 @@ def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
 def coaxial_refusal(sensor: Sensor) -> Refusal | None:
     """Return why a scene is not that of a cylinder under a coaxial disc; None where it is, or a part is missing."""
     target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or (target.shape == "disc" and elastomer.is_round and elastomer.mesh is None):
+    if target is None or elastomer is None:
+        return None
+    if target.shape == "disc" and elastomer.is_round and elastomer.mesh is None:
         return None
     got = "elastomer.mesh" if elastomer.mesh is not None else f"a {elastomer.kind} under a {target.shape}"
     return Refusal("elastomer", "be a cylinder under a disc for axisymmetric", got)

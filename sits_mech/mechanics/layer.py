@@ -125,7 +125,8 @@ class PlanarLayer(Controlled):
         if not self.axial:
             refuse_out_of_plane(self.name, control)
         elif beside := [name for name, value in control.given.items() if value and name not in ("F_z", "sink")]:
-            raise ValueError(f"wrench: {', '.join(beside)} must be zero for the model {self.name}, which F_z alone presses")
+            names = ", ".join(beside)
+            raise ValueError(f"wrench: {names} must be zero for the model {self.name}, which takes F_z alone")
 
 
 @one_thread

@@ -39,7 +39,6 @@ from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
 from sits_mech.silicone.material import Silicone
 from sits_mech.silicone.points import Step
 
-
 _AMONG_NINE, _AMONG_SIX = [0, 4, 2, 6, 8], [0, 1, 2, 3, 5]
 """F_rr, F_tt, F_rz, F_zr, F_zz among the components in space, and among those of u_r, u_z by r, t, z."""
 

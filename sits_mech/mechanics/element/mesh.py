@@ -58,7 +58,6 @@ GAUSS_WEIGHTS = 0.25 * np.outer(_SHARES, _SHARES).ravel()  # of these points
 NODES = np.array([(a, b) for a in (0.0, 0.5, 1.0) for b in (0.0, 0.5, 1.0)]).T
 """Nodes of the unit square."""
 _SIMPSON = np.outer([1.0, 4.0, 1.0], [1.0, 4.0, 1.0]).ravel() / 36.0
-_ON_AXIS = 1e-12  # thicknesses
 # places (i, j) of the nodes along xi and eta in halves; i = 0 is the corner
 _ORDER = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
 
@@ -160,7 +159,7 @@ def about_axis(mesh: MixedMesh) -> MixedMesh:
 def _turned(points: Points, r: Array, values: Array) -> Points:
     """Return points at distances r, (e, q, 1), with the hoop's gradients and the weights of full turns."""
     along = points.slope[:, :, 0]
-    hoop = np.where(r > _ON_AXIS, values / np.maximum(r, _ON_AXIS), along)
+    hoop = np.where(r > 0.0, values / np.where(r > 0.0, r, 1.0), along)
     return Points(np.stack([along, hoop, points.slope[:, :, 1]], axis=2), 2.0 * np.pi * r[..., 0] * points.weights)
 
 

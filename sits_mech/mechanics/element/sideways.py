@@ -1,4 +1,4 @@
-"""Stiffness of a body about an axis, deformed along it, against small shear and tilt: the first harmonic of its section.
+"""Stiffness of a body about an axis, deformed along it, against small shear and tilt: the first harmonic.
 
 A small displacement of the deformed body in the plane y = 0 is, with m, n and c functions of r and z,
 

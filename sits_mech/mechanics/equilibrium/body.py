@@ -5,9 +5,9 @@ load's (element/target.py), and what else stores energy, such as contact. The no
 motion q. Scales: lengths by the thickness, stresses by the shear modulus.
 
 A body carries which components of q it frees: three in the plane and in the half of a pad that is its own mirror image
-in y = 0, six in a whole pad. About an axis the three are there, but the target moves along the axis alone. What such a symmetry hides, displacements that are odd in y and the other three
-components, is solved nowhere; a state at rest must withstand them all the same, so half a pad carries their pattern,
-too.
+in y = 0, six in a whole pad; about an axis three, of which two do not move. What such a symmetry hides, displacements
+that are odd in y and the other three components, is solved nowhere; a state at rest must withstand them all the same,
+so half a pad carries their pattern, too, and about an axis there is the first harmonic (element/sideways.py).
 """
 
 from __future__ import annotations

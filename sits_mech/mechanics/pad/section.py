@@ -9,8 +9,8 @@ the exponent of the corner, then go as ``m**(-2 k beta)`` until the order of the
 A target wider than its layer is bonded over all of it, and the corners above are those below; free faces that rise at
 its edge lie on the target's plane, which goes on beyond.
 
-A cylinder under a coaxial disc that is pressed alone is its section's half at x >= 0, turned about the axis: nodes on it
-have no u_r, the target no motion but along it.
+A cylinder under a coaxial disc that is pressed alone is its section's half at x >= 0, turned about the axis: nodes on
+it have no u_r, the target no motion but along it.
 
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; per depth, forces by mu t and moments by
 mu t^2, about an axis by mu t^2 and mu t^3.
