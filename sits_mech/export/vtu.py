@@ -12,7 +12,7 @@ meshes: it stands off the layer by that model's error.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,7 +38,9 @@ from sits_mech.status import ANSWERED
 _LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0  # marks of cells by what they are
 _AROUND = 48  # sides of a coil's ring
 
-_MODELS = {"block": block_pad, "planar": planar_layer, "axisymmetric": axisymmetric_pad}
+_MODELS: dict[str, Callable[[Sensor, float], PlanarLayer | BlockPad]] = {
+    "block": block_pad, "planar": planar_layer, "axisymmetric": axisymmetric_pad,
+}
 Cells = list[tuple[str, NDArray[np.int64]]]
 
 

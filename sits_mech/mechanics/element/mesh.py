@@ -88,7 +88,7 @@ class MixedMesh:
     @property
     def hoop(self) -> bool:
         """Whether a section is that of a body about an axis."""
-        return self.inside.slope.shape[2] != self.nodes.shape[1]
+        return bool(self.inside.slope.shape[2] != self.nodes.shape[1])
 
     @cached_property
     def dofs(self) -> Integers:

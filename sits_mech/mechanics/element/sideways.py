@@ -32,22 +32,19 @@ from sits_mech.mechanics.element.kernel import Law, deformation, kinematics
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.quantities import Array
 
-_M, _N, _C = range(3)  # unknowns of a node
-
 
 def harmonic_stiffness(mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array) -> Array:
     """Return element stiffnesses (e, 3 k, 3 k) on m, n, c at nodal displacements (2 n,) with pressures (e, m)."""
-    (e, q, _, k), (along, hoop, up) = mesh.inside.slope.shape, np.moveaxis(mesh.inside.slope, 2, 0)
+    (e, q, *_), (along, hoop, up) = mesh.inside.slope.shape, np.moveaxis(mesh.inside.slope, 2, 0)
     state = kinematics(deformation(mesh, u)[0])
     A = law.tangent(state)[2]
     A *= mesh.inside.weights[..., None, None]
     state.add_L(A, (pressure[:, None] @ mesh.chi)[:, 0])
-    B = np.zeros((e, q, 9, 3, k))
-    B[:, :, 0, _M], B[:, :, 2, _M], B[:, :, 3, _M], B[:, :, 5, _M] = along, up, -along, -up
-    B[:, :, 0, _N], B[:, :, 1, _N], B[:, :, 2, _N] = along, -2.0 * hoop, up
-    B[:, :, 3, _N], B[:, :, 4, _N], B[:, :, 5, _N] = along, 2.0 * hoop, up
-    B[:, :, 6, _C], B[:, :, 7, _C], B[:, :, 8, _C] = along, -hoop, up
-    B = B.reshape(e, q, 9, 3 * k)
+    zero = np.zeros_like(hoop)
+    by_m = np.stack([along, zero, up, -along, zero, -up, zero, zero, zero], axis=2)
+    by_n = np.stack([along, -2.0 * hoop, up, along, 2.0 * hoop, up, zero, zero, zero], axis=2)
+    by_c = np.stack([zero, zero, zero, zero, zero, zero, along, -hoop, up], axis=2)
+    B = np.concatenate([by_m, by_n, by_c], axis=3)  # dF by the unknowns, (e, q, 9, 3 k)
     volume = mesh.chi @ (state.H[..., None, :] @ B)[:, :, 0]
     found = B.reshape(e, q * 9, -1).swapaxes(1, 2) @ (A @ B).reshape(e, q * 9, -1)
     return np.asarray(0.5 * (found + K * volume.swapaxes(1, 2) @ volume))
@@ -59,7 +56,7 @@ def harmonic_pattern(mesh: MixedMesh, bonded: bytes) -> Pattern:
     top = np.frombuffer(bonded, dtype=np.int64)
     fixed = np.zeros((len(mesh.nodes), 3), dtype=bool)
     fixed[mesh.nodes[:, 1] < 1e-9] = fixed[top] = True
-    fixed[mesh.nodes[:, 0] < 1e-9, _N:] = True
+    fixed[mesh.nodes[:, 0] < 1e-9, 1:] = True
     numbers = (3 * mesh.cells[:, None, :] + np.arange(3)[:, None]).reshape(len(mesh.cells), -1)
     border = (3 * top[:, None] + np.arange(3)).ravel()
     return pattern(mesh, (numbers,), np.flatnonzero(~fixed.ravel()), border)
@@ -71,7 +68,7 @@ def sideways_stiffness(own: Pattern, stiffness: Array, r: Array, turning: float)
     `r`: distances of its nodes from the axis; `turning`: what its load and its nodes' forces do as it turns.
     """
     T = np.zeros((len(r), 3, 2))
-    T[:, _M, 0], T[:, _C, 1] = 1.0, r
+    T[:, 0, 0], T[:, 2, 1] = 1.0, r
     factor = own.factored((stiffness,))
     if factor is None:
         return None

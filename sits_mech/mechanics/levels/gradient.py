@@ -196,9 +196,8 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     if found_there is None:
         return None
     here, B, S = found_there
-    hidden = hidden_stiffness(body, factor.made) if family.sideways or body.mesh.hoop else None
-    if body.mesh.hoop and faces_press(body.mesh, body.parts, here.u, here.q):
-        hidden = None
+    asked = not faces_press(body.mesh, body.parts, here.u, here.q) if body.mesh.hoop else family.sideways
+    hidden = hidden_stiffness(body, factor.made) if asked else None
     if not np.all(np.isfinite(S)) or not np.linalg.cond(S) < 1.0 / np.finfo(float).eps:
         return None
     if family.small:

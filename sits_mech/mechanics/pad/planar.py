@@ -1,4 +1,4 @@
-"""Families of meshes of the planar layer.
+"""Families of meshes of the planar layer, and of a half meridian about an axis.
 
 A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (element/mesh.py),
 which follow a corner that opens at finite strain, and lines graded towards it. Where it does not get to a load, a
@@ -11,7 +11,7 @@ incompressible right angle, and 1.47 at the 30 degrees of a fillet, where the or
 a 20/15/2 mm layer under 1810 N/m, 4, 6, 8, 12, 16 cells, graded 2: extrapolated neighbours 100.54, 100.84, 100.86,
 100.95 um. The small rise at the end is a crease at the target's edge, which ever finer cells follow further.)
 
-The effect of `elastomer.edge_radius` (section.py) on the pose is that at small strain: the layer's compliance at rest,
+The effect of `elastomer.edge_radius` (fillet.py) on the pose is that at small strain: the layer's compliance at rest,
 with fillets and with sharp edges, each extrapolated from its first three meshes, applied to one load.
 """
 

@@ -59,8 +59,8 @@ def test_a_shift_meets_no_force_and_a_turn_turns_the_forces_that_act(body):
     """As the deformed body turns by alpha along y its forces f turn with it: in their mean over a turn, too."""
     mesh = body.mesh
     u = (mesh.nodes * (0.02, -0.06)).ravel()
-    (r, z), (f_r, f_z) = (mesh.nodes * (1.02, 0.94)).T, element_forces(mesh, body.law, body.K, u).forces.reshape(-1, 2).T
-    zero = np.zeros_like(r)
+    forces = element_forces(mesh, body.law, body.K, u).forces
+    (r, z), (f_r, f_z), zero = (mesh.nodes * (1.02, 0.94)).T, forces.reshape(-1, 2).T, np.zeros(len(mesh.nodes))
     assert np.abs(harmonic_forces(body, u, np.stack([zero + 1, zero, zero], axis=1))).max() < 1e-11 * body.K
     found = harmonic_forces(body, u, np.stack([z, zero, -r], axis=1))
     np.testing.assert_allclose(found, 0.5 * np.stack([2 * f_z, zero, -f_r], axis=1), atol=1e-11 * body.K)
