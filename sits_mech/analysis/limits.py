@@ -110,7 +110,7 @@ def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
 def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Progress = untold) -> Limits:
     """Return limits with the largest multiples of the table's corner loads that a pad carries."""
     request = request_of(data)
-    name = request["mechanics"] if request["mechanics"] in ("block", "planar") else "block"
+    name = request["mechanics"] if request["mechanics"] in ("block", "planar", "axisymmetric") else "block"
     loads, found = corners(sensor, ends_of(data, varied(data)), fixed(data)), []
     for load in loads:
         layer, _ = mechanical_model(sensor, name, request["tolerance"], [load])

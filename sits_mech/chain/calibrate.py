@@ -222,7 +222,7 @@ def _marks(
 def _by_temperature(sensor: Sensor, name: str, layer: MechanicalModel) -> tuple[list[Parameter], list[Parameter]]:
     """Return the parameters of the sensor's temperature, and those of them that move the target."""
     if not isinstance(layer, SlopedModel):
-        raise SceneError(f"drift: must be asked of the mechanics block, planar or linear; got {name}")
+        raise SceneError(f"drift: must be asked of the mechanics block, planar, axisymmetric or linear; got {name}")
     said = unknown_coefficients(sensor)
     if said:
         raise SceneError(f"drift: {said}")

@@ -18,7 +18,8 @@ from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Equilibrium, MechanicalModel, SolveFailed, SolveReport, Wrench
 
-_FURTHER = {"block": ((2.7, 0.25), (8.0, 0.2)), "planar": ((1.5, 0.25), (15.0, 0.02))}
+_IN_PLANE = ((1.5, 0.25), (15.0, 0.02))
+_FURTHER = {"block": ((2.7, 0.25), (8.0, 0.2)), "planar": _IN_PLANE, "axisymmetric": _IN_PLANE}
 """By model, a mesh more and all there are: seconds over those of two meshes, and error over theirs."""
 _NONE = ((0.0, 1.0),)  # of a model with one set of meshes
 _ONCE, _EACH = 0.05, 8e-6  # seconds of two meshes, and for each iteration and unknown of the finer one

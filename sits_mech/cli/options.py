@@ -46,7 +46,7 @@ Tolerance = Annotated[float, Parameter(help="Requested relative error.")]
 Best = Annotated[bool, flag("Take the smallest error within reach where the tolerance is not.")]
 Accept = Annotated[bool, flag("Exit code 0 also for answers above the tolerance or beyond the data.")]
 _OTHERS = {half: tuple(entry.name for entry in plugged(half)) for half in ("mechanics", "magnetics")}
-MECHANICS = ("auto", "closed-form", "linear", "planar", "block", *_OTHERS["mechanics"])
+MECHANICS = ("auto", "closed-form", "linear", "planar", "axisymmetric", "block", *_OTHERS["mechanics"])
 MAGNETICS = ("auto", "axisymmetric", "planar", "sheets", "axisymmetric-fem", "planar-fem", *_OTHERS["magnetics"])
 # where one physics is meant, --model says the same
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=", ".join(MECHANICS))]

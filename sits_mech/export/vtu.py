@@ -12,7 +12,7 @@ meshes: it stands off the layer by that model's error.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from sits_mech.export.source import Source, own_folder
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.mechanics.block import BlockPad, block_pad
-from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
+from sits_mech.mechanics.layer import PlanarLayer, axisymmetric_pad, deformed_mesh, planar_layer
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words, points, varied, wrench_of
@@ -38,6 +38,9 @@ from sits_mech.status import ANSWERED
 _LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0  # marks of cells by what they are
 _AROUND = 48  # sides of a coil's ring
 
+_MODELS: dict[str, Callable[[Sensor, float], PlanarLayer | BlockPad]] = {
+    "block": block_pad, "planar": planar_layer, "axisymmetric": axisymmetric_pad,
+}
 Cells = list[tuple[str, NDArray[np.int64]]]
 
 
@@ -58,9 +61,9 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
     Raise SceneError when `path` is no folder's, or a file cannot be written.
     """
     name = source.request["mechanics"]
-    model = (block_pad if name == "block" else planar_layer)(source.sensor, source.request["tolerance"])
+    model = _MODELS.get(name, planar_layer)(source.sensor, source.request["tolerance"])
     own_folder(path, "vtu", (".pvd", ".vtu"), "load_*.vtu")
-    shown = name in ("block", "planar")
+    shown = name in _MODELS
     notes = [] if shown else [f"the layer is shown at finite strain in plane strain; the calibration is by {name!r}"]
     steps: list[tuple[str, str]] = []
     for wrench, found in _loaded(source, model):

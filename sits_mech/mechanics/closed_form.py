@@ -237,6 +237,17 @@ def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
     return Strip(target, elastomer, (shear_stiffness(mu, w, t) * length, E_1 * w * length / t, k_a), rise)
 
 
+def coaxial_refusal(sensor: Sensor) -> Refusal | None:
+    """Return why a scene is not that of a cylinder under a coaxial disc; None where it is, or a part is missing."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None:
+        return None
+    if target.shape == "disc" and elastomer.is_round and elastomer.mesh is None:
+        return None
+    got = "elastomer.mesh" if elastomer.mesh is not None else f"a {elastomer.kind} under a {target.shape}"
+    return Refusal("elastomer", "be a cylinder under a disc for axisymmetric", got)
+
+
 def flush_refusal(target: Target, elastomer: Elastomer) -> Refusal | None:
     """Return why no strip by formula stands for a layer; None where one does."""
     w, t = elastomer.extent[0], elastomer.thickness

@@ -104,7 +104,7 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     """Return the elastic answers to loads that have crept, component by component: the cheap model."""
     silicone = silicone_of(sensor)
     if silicone is not None and silicone.mullins is not None:
-        raise SceneError("history: softening (mullins) needs a model at finite strain, planar or block")
+        raise SceneError("history: softening (mullins) needs a model at finite strain, planar, axisymmetric or block")
     began, given, crept = clock.perf_counter(), np.ones(history.time.size, dtype=bool), history.wrench
     if silicone is not None and silicone.prony:
         history, given = _as_it_creeps(history, retardation(silicone.prony)[1])

@@ -1,7 +1,11 @@
-"""From wrench to pose: the silicone layer in plane strain, at finite strain (`planar`; small strain is linear.py).
+"""From wrench to pose: the silicone layer in plane strain or about an axis, at finite strain.
+
+`planar` takes plane strain (small strain is linear.py), `axisymmetric` a cylinder under a coaxial disc that F_z alone
+presses, whose half meridian is meshed as a section is.
 
 The layer of width W and thickness t, bonded to the rigid ground over its whole width, carries an exactly rigid target
-bonded over the middle of its top face; the wrench is a dead load in newtons, spread over the elastomer's length in y.
+bonded over the middle of its top face; the wrench is a dead load in newtons, in the plane spread over the elastomer's
+length in y.
 Equations: element/kernel.py (layer), element/target.py (rigid target), faces/contact.py (free faces); solution:
 equilibrium/. Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given
 (equilibrium/control.py).
@@ -14,7 +18,8 @@ or, "auto", where a free face touches one of them (levels/settle.py). The notes 
 (`elastomer.friction`) the answer is that of a path of loads, straight from rest where no other is given
 (levels/load_path.py).
 
-Range: plane strain (the true pad is softer by its ends). Neglected: viscosity, gravity.
+Range: plane strain (the true pad is softer by its ends); about an axis nothing is left out. Neglected: viscosity,
+gravity.
 """
 
 from __future__ import annotations
@@ -22,13 +27,15 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from sits_mech.cases import Progress, untold
+from sits_mech.mechanics.closed_form import coaxial_refusal
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
-from sits_mech.mechanics.equilibrium.control import Control, Controlled
+from sits_mech.mechanics.equilibrium.control import Control, Controlled, under
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
@@ -38,20 +45,26 @@ from sits_mech.mechanics.levels.settle import ended
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import Array, Equilibrium, refuse_out_of_plane
+from sits_mech.quantities import Array, Equilibrium, Pose, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
 
 
 @dataclass(frozen=True)
 class PlanarLayer(Controlled):
-    """The layer at finite strain; made by `planar_layer`."""
+    """The layer at finite strain; made by `planar_layer` and `axisymmetric_pad`."""
 
     sensor: Sensor
     tolerance: float  # asked error of the pose over the displacement
     line: Line  # meshes in the order they are tried
     edges: Edges | None = None  # effect of `elastomer.edge_radius`; None for sharp edges
+    axial: bool = False  # about an axis, else in plane strain
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return "axisymmetric" if self.axial else "planar"
 
     @property
     def rough(self) -> PlanarLayer:
@@ -73,9 +86,11 @@ class PlanarLayer(Controlled):
         """
         began, controls = time.perf_counter(), (*via, control)
         for each in controls:
-            refuse_out_of_plane("planar", each)
+            self._check(each)
         solved = arrived(self.line, start, controls)
-        report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
+        report = replace(solved.found.report, model=self.name, seconds=time.perf_counter() - began)
+        if self.axial:
+            solved = solved._replace(found=replace(solved.found, error=Pose(0.0, solved.found.error.d_v, 0.0)))
         if solved.part < 1.0:
             raise ended(control, solved._replace(found=replace(solved.found, report=report)), "layer")
         notes, load = report.notes, self.line.scales.load(solved.found.wrench)[:3]
@@ -90,10 +105,10 @@ class PlanarLayer(Controlled):
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
         for wrench in history.loads:
-            refuse_out_of_plane("planar", wrench)
+            self._check(under(wrench))
         began = time.perf_counter()
         found = motion_in_time(self.line, history, tell)
-        report = replace(found.report, model="planar", seconds=time.perf_counter() - began)
+        report = replace(found.report, model=self.name, seconds=time.perf_counter() - began)
         return replace(found, report=report)
 
     @one_thread
@@ -102,7 +117,16 @@ class PlanarLayer(Controlled):
 
         Out-of-plane derivatives are unknown, whatever `sideways` says.
         """
-        return pose_slopes(solved_family(self.line, found, layer_scales), found, parameters)
+        scales = partial(layer_scales, axial=self.axial)
+        return pose_slopes(solved_family(self.line, found, scales), found, parameters)
+
+    def _check(self, control: Control) -> None:
+        """Refuse what leaves the plane, or the axis."""
+        if not self.axial:
+            refuse_out_of_plane(self.name, control)
+        elif beside := [name for name, value in control.given.items() if value and name not in ("F_z", "sink")]:
+            names = ", ".join(beside)
+            raise ValueError(f"wrench: {names} must be zero for the model {self.name}, which takes F_z alone")
 
 
 @one_thread
@@ -112,6 +136,18 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     Raise ValueError for a scene without target or elastomer, or a tolerance outside (0, 1).
     """
     return PlanarLayer(sensor, tolerance, meshes_in_line(sensor, tolerance), edge_effect(sensor))
+
+
+@one_thread
+def axisymmetric_pad(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
+    """Return the finite-strain model of a cylinder under a coaxial disc, for F_z alone; `tolerance` as of the layer's.
+
+    Raise ValueError for another scene, or a tolerance outside (0, 1).
+    """
+    if refusal := coaxial_refusal(sensor):
+        raise SceneError(f"{sensor.name}: {refusal}")
+    line = meshes_in_line(sensor, tolerance, axial=True)
+    return PlanarLayer(sensor, tolerance, line, edge_effect(sensor, axial=True), axial=True)
 
 
 def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> DeformedSection:
@@ -127,4 +163,5 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> DeformedSecti
     quads = np.take_along_axis(mesh.cells[:, :4], turn, axis=1)
     every = [deformation(mesh, u, at)[1] for at in (mesh.inside, mesh.nodal) if at is not None]
     J = np.concatenate(every, axis=1).min(axis=1)
-    return DeformedSection(points, quads, J, most_stretched(mesh, u).max(axis=1), rest)
+    found = DeformedSection(points, quads, J, most_stretched(mesh, u).max(axis=1), rest)
+    return found.mirrored if model.axial else found

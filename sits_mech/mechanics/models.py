@@ -35,6 +35,7 @@ import numpy as np
 from sits_mech.description import Description, Question, Refusal, Rung
 from sits_mech.mechanics.closed_form import (
     HAIR,
+    coaxial_refusal,
     finite_strain_model,
     flush_refusal,
     pad_moduli,
@@ -161,6 +162,16 @@ def _closed_form(sensor: Sensor, question: Question) -> Refusal | None:
     return refusal if refusal or target is None or elastomer is None else flush_refusal(target, elastomer)
 
 
+def _axisymmetric(sensor: Sensor, question: Question) -> Refusal | None:
+    """Return why a half meridian does not hold."""
+    if refusal := coaxial_refusal(sensor):
+        return refusal
+    beside = {name for load in question.loads for name, value in vars(load).items() if value and name != "F_z"}
+    if beside or not question.loads:
+        return Refusal("loads", "be F_z alone for axisymmetric", ", ".join(sorted(beside)) or "none")
+    return _hair(sensor, "axisymmetric")
+
+
 def _block(sensor: Sensor, question: Question) -> Refusal | None:
     """Return why a pad in space does not hold."""
     if sensor.target is not None and sensor.target.shape == "outline":
@@ -231,4 +242,8 @@ BLOCK = Description(
     ),
     5e-4, power=2.0,
 )
-MODELS = (CLOSED_FORM, LINEAR, PLANAR, BLOCK)
+AXISYMMETRIC = Description(
+    "axisymmetric", "sits_mech.mechanics.layer:axisymmetric_pad", _axisymmetric, _of_loads,
+    (Rung(1e-2, 600, 15, 0.05, 0.1), Rung(0.0, 3600, 30, 0.1, 0.5)), 5e-4, power=2.0,
+)
+MODELS = (CLOSED_FORM, LINEAR, PLANAR, AXISYMMETRIC, BLOCK)

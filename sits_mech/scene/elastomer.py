@@ -53,10 +53,10 @@ class Elastomer(BaseModel):
         it matters: wherever a free face touches something.
     friction : float
         Coefficient of Coulomb's friction of free faces on ground and target, zero for none. The answer then depends on
-        the way of the load (planar and 3D models at finite strain); contact may not be "never".
+        the way of the load (models at finite strain); contact may not be "never".
     edge_radius : float or None
-        Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
-        of it, bonded widths stay. By default corners are sharp, and singular [m].
+        Planar and axisymmetric models: radius of the fillets with which the free side faces meet the plates; they are
+        drawn in by half of it, bonded widths stay. By default corners are sharp, and singular [m].
     free_stretch : float
         Of each length of the silicone if nothing held it, over the scene's sizes, which are those of what it is bonded
         to: above 1 where it has expanded or swollen, below 1 where it has shrunk in its mould.

@@ -20,7 +20,7 @@ from common.ngsolve_mesh import family_lines, product_plan, section_mesh, solid_
 from common.ngsolve_pad import Law, Pad
 from common.reference_cases import ECOFLEX, Case
 
-from sits_mech.mechanics.pad.section import graded_lines, matched_cells
+from sits_mech.mechanics.pad.fillet import graded_lines, matched_cells
 from sits_mech.quantities import Array
 
 Solved = tuple[Array, int]  # pose d_h, sink, alpha; unknowns

@@ -94,7 +94,7 @@ def test_a_load_that_is_not_carried(tmp_path: Path, capsys: Said) -> None:
 def test_a_full_cycle_tells_the_difference(capsys: Said) -> None:
     words = ["cycle", "biorob2018", "--fz", "0.5 N", "--full", "--cycles", "1", "--set", MATERIAL, "--json"]
     assert run([*words, *QUICK]) == 2
-    assert "must be auto, block or planar to follow every point; got linear" in capsys.readouterr().err
+    assert "must be auto, block, planar or axisymmetric to follow every point; got linear" in capsys.readouterr().err
     assert run([*words, "--mechanics", "planar", *QUICK[2:]]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["status"] == "ok"

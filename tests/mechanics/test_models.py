@@ -23,6 +23,10 @@ SQUARE = [f"{part}.{side}=0.02" for part in ("target", "elastomer") for side in 
 OUTLINE = (
     'target={shape="outline", points=[[-4e-3, -4e-3], [%s, %s], [0.0, 4e-3]], thickness=2e-4, material="copper"}'
 )
+CYLINDER = (
+    'elastomer={material="ecoflex-00-30", diameter="10 mm", thickness="2 mm"}',
+    'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}',
+)
 FLUSH = SQUARE + ["elastomer.thickness=0.002"]
 PRESSED, SHEARED = Wrench(F_z=1.0), Wrench(F_x=0.1)
 
@@ -50,6 +54,8 @@ def held(sensor: Sensor, *loads: Wrench) -> set[str]:
     (('elastomer.shape="pillars"', 'elastomer.pitch="2.5 mm"', 'elastomer.diameter="1.5 mm"'), (PRESSED,), {"block"}),
     ((OUTLINE % ("4e-3", "-4e-3"),), (PRESSED,), {"linear", "planar"}),
     ((f"elastomer.thickness={1.01 * 0.02 * HAIR}",), (PRESSED,), {"planar"}),
+    (CYLINDER, (PRESSED, Wrench()), {"linear", "planar", "axisymmetric", "block"}),
+    (CYLINDER, (PRESSED, SHEARED), {"linear", "planar", "block"}), (CYLINDER, (), {"linear", "planar", "block"}),
 ])
 def test_what_each_model_holds(keys: tuple[str, ...], loads: tuple[Wrench, ...], names: set[str]) -> None:
     """Strips in the plane and without friction at small strain; space takes all but outlines and hairs."""
@@ -57,6 +63,8 @@ def test_what_each_model_holds(keys: tuple[str, ...], loads: tuple[Wrench, ...],
 
 
 @pytest.mark.parametrize(("keys", "name", "said"), [
+    ((), "axisymmetric", "elastomer must be a cylinder under a disc for axisymmetric; got a box under a rectangle"),
+    (CYLINDER, "axisymmetric", "loads must be F_z alone for axisymmetric; got none"),
     (("elastomer.friction=0.5",), "linear", "elastomer.friction must be 0 for linear; got 0.5"),
     ((OUTLINE % ("4e-3", "-4e-3"),), "block", "target.shape must be rectangle or disc for block; got outline"),
     (('elastomer.shape="pillars"', 'elastomer.pitch="2.5 mm"', 'elastomer.diameter="1.5 mm"'), "planar",
@@ -136,7 +144,8 @@ def test_which_models_are_in_plane_strain() -> None:
         name: [OmissionKind.PAD_ENDS in kinds(left_out(each, [SHEARED], name)) for each in (pad, long)]
         for name in MECHANICS
     }
-    assert found == {"planar": [True] * 2, "closed-form": [True] * 2, "linear": [False, True], "block": [False] * 2}
+    others = dict.fromkeys(("axisymmetric", "block"), [False] * 2)
+    assert found == others | {"planar": [True] * 2, "closed-form": [True] * 2, "linear": [False, True]}
     drawn = load_sensor("biorob2018", [OUTLINE % ("4e-3", "-4e-3")])
     assert math.isnan(total(left_out(drawn, [SHEARED], "linear"))) and math.isnan(
         total(left_out(drawn, [SHEARED], "planar", closely=True))

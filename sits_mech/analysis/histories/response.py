@@ -99,7 +99,8 @@ def taken_layer(
     if mechanics == "auto":
         return mechanical_model(sensor, "block", tolerance, history.loads)
     if points:
-        raise SceneError(f"mechanics: must be auto, block or planar to follow every point; got {mechanics}")
+        known = "auto, block, planar or axisymmetric"
+        raise SceneError(f"mechanics: must be {known} to follow every point; got {mechanics}")
     return found
 
 

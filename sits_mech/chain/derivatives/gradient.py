@@ -118,7 +118,7 @@ def sloped_model(
     """Return the mechanical model for some loads and its choice; raise SceneError for one without derivatives."""
     layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     if not isinstance(layer, SlopedModel):
-        raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {choice.name}")
+        raise SceneError(f"mechanics: must be block, planar, axisymmetric or linear for a gradient; got {choice.name}")
     return layer, choice
 
 

@@ -104,7 +104,8 @@ def leaf_size(count: int) -> int:
 
 def _tree(mesh: MixedMesh, own: Integers) -> _Tree:
     """Bisect the elements recursively; `own` are their free displacements."""
-    d, cells = mesh.nodes.shape[1], mesh.cells
+    cells = mesh.cells
+    d = own.shape[1] // cells.shape[1]
     weight = np.zeros(len(mesh.nodes))
     weight[cells] = (own >= 0).reshape(len(cells), d, -1).sum(axis=1)
     along, least = _coordinates(mesh.nodes[cells].mean(axis=1)), leaf_size(own.shape[1])

@@ -15,6 +15,12 @@ J_0 is the volume that the silicone would fill if nothing held it, over the one 
 Plane strain is the same with ``F_yy = 1``: F has four components then, nine in space (silicone/kinematics.py). With the
 gradients g of the shape functions, ``dF_ij = sum_a g_ja du_ia``, everything is a product of stresses and gradients.
 
+About an axis u = (u_r, u_z) and F is one of space that has five components, the hoop among them,
+
+    F_rr = 1 + u_r,r     F_rz = u_r,z     F_zr = u_z,r     F_zz = 1 + u_z,z     F_tt = 1 + u_r/r,     dV = 2 pi r dr dz:
+
+the mesh of a half meridian has N_a/r as the gradients along t, between those along r and z, for u_r alone.
+
 Unknowns: nodal displacements in thicknesses; energies in shear modulus times thickness to the power of the dimension; K
 in shear moduli. Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Methods and Applications (2013), section
 8.6. Neglected: inertia, gravity.
@@ -32,6 +38,9 @@ from sits_mech.silicone.energy import Energy, Stress, isochoric_energy, isochori
 from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
 from sits_mech.silicone.material import Silicone
 from sits_mech.silicone.points import Step
+
+_AMONG_NINE, _AMONG_SIX = [0, 4, 2, 6, 8], [0, 1, 2, 3, 5]
+"""F_rr, F_tt, F_rz, F_zr, F_zz among the components in space, and among those of u_r, u_z by r, t, z."""
 
 
 class Law(NamedTuple):
@@ -62,7 +71,7 @@ class Deformed(NamedTuple):
     """Nodal displacements with the deformation at the quadrature points."""
 
     u: Array  # (d n,) [thicknesses]
-    F: Array  # (e, q, d d)
+    F: Array  # (e, q, c), c = 4 components in plane strain, 9 in space and about an axis
     J: Array  # (e, q)
 
 
@@ -76,11 +85,12 @@ class Forces(NamedTuple):
 
 
 def deformation(mesh: MixedMesh, u: Array, at: Points | None = None) -> tuple[Array, Array]:
-    """Return F, components row by row, (e, q, d d), and J, (e, q), of nodal displacements (d n,) [thicknesses].
+    """Return F, components row by row, (e, q, c), and J, (e, q), of nodal displacements (d n,) [thicknesses].
 
     At the quadrature points by default.
     """
-    F = gradients(mesh, u, at) + np.eye(mesh.nodes.shape[1]).ravel()
+    F = gradients(mesh, u, at)
+    F = F + _one(F)
     return F, volume_ratio(F)
 
 
@@ -90,10 +100,29 @@ def deformed(mesh: MixedMesh, u: Array) -> Deformed:
 
 
 def gradients(mesh: MixedMesh, u: Array, at: Points | None = None) -> Array:
-    """Return the gradients of nodal displacements, shape (e, q, d d)."""
-    e, q, d, k = (slope := (at or mesh.inside).slope).shape
+    """Return the gradients of nodal displacements, shape (e, q, c)."""
+    (e, q, j, k), d = (slope := (at or mesh.inside).slope).shape, mesh.nodes.shape[1]
     each = u[mesh.dofs].reshape(e, d, k).swapaxes(1, 2)
-    return (slope.reshape(e, q * d, k) @ each).reshape(e, q, d, d).swapaxes(2, 3).reshape(e, q, d * d)
+    found = (slope.reshape(e, q * j, k) @ each).reshape(e, q, j, d).swapaxes(2, 3).reshape(e, q, d * j)
+    if not mesh.hoop:
+        return found
+    every = np.zeros((e, q, 9))
+    every[..., _AMONG_NINE] = found[..., _AMONG_SIX]
+    return every
+
+
+def taken(mesh: MixedMesh, P: Array) -> Array:
+    """Return stresses (..., c), or columns of tangents, by displacements' components and directions, (..., d j)."""
+    if not mesh.hoop:
+        return P
+    found = np.zeros((*P.shape[:-1], 6))
+    found[..., _AMONG_SIX] = P[..., _AMONG_NINE]
+    return found
+
+
+def taken_tangents(mesh: MixedMesh, A: Array) -> Array:
+    """Return tangents (..., c, c) alike."""
+    return taken(mesh, taken(mesh, A).swapaxes(-1, -2)) if mesh.hoop else A
 
 
 def volume_ratio(F: Array) -> Array:
@@ -130,9 +159,9 @@ def element_forces(
 
 def small_strain_forces(mesh: MixedMesh, law: Law, K: float, u: Array, swelling: float = 1.0) -> Array:
     """Return the forces (d n,) of small displacements by the law's tangent at rest."""
-    one = np.eye(mesh.nodes.shape[1]).ravel()
-    A = law.tangent(kinematics(one[None, None]))[2][0, 0]
     strains = gradients(mesh, u)
+    one = _one(strains)
+    A = law.tangent(kinematics(one[None, None]))[2][0, 0]
     p = K * volumes(mesh, strains @ one + 1.0 - swelling)
     P = mesh.inside.weights[..., None] * (strains @ A.T) + (p[:, None] @ mesh.chi)[:, 0, :, None] * one
     return summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
@@ -142,8 +171,8 @@ def element_stiffness(
     mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array, known: Deformed | None = None
 ) -> Array:
     """Return element stiffnesses (e, d k, d k), with pressures (e, m) in the geometric stiffness."""
-    (_, F, _), (e, q, d, k) = known or deformed(mesh, u), mesh.inside.slope.shape
-    stiffness, count = np.empty((e, d * k, d * k)), max(1, POINTS * 81 // (q * d**4))
+    (_, F, _), (e, q, _, _), n = known or deformed(mesh, u), mesh.inside.slope.shape, mesh.dofs.shape[1]
+    stiffness, count = np.empty((e, n, n)), max(1, POINTS * 81 // (q * F.shape[-1] ** 2))
     for start in range(0, e, count):
         some = slice(start, start + count)
         _write_stiffness(stiffness[some], mesh.part(some), law.part(some), K, (F[some], pressure[some]))
@@ -172,25 +201,32 @@ def summed(places: Integers, values: Array, size: int) -> Array:
     return np.asarray(np.bincount(places.ravel(), values.ravel(), size), dtype=np.float64)
 
 
+def _one(F: Array) -> Array:
+    """Return the components of 1 as F has them."""
+    return np.eye(2 if F.shape[-1] == 4 else 3).ravel()
+
+
 def _along(mesh: MixedMesh, P: Array) -> Array:
-    """Return ``int P : dF`` by element displacements, (e, d k), of stresses times weights, (e, q, d d)."""
-    e, q, d, k = mesh.inside.slope.shape
-    rows = P.reshape(e, q, d, d).swapaxes(1, 2).reshape(e, d, q * d)
-    return (rows @ mesh.inside.slope.reshape(e, q * d, k)).reshape(e, d * k)
+    """Return ``int P : dF`` by element displacements, (e, d k), of stresses times weights, (e, q, c)."""
+    (e, q, j, k), d = mesh.inside.slope.shape, mesh.nodes.shape[1]
+    rows = taken(mesh, P).reshape(e, q, d, j).swapaxes(1, 2).reshape(e, d, q * j)
+    return (rows @ mesh.inside.slope.reshape(e, q * j, k)).reshape(e, d * k)
 
 
 def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: tuple[Array, Array]) -> None:
     """Write element stiffnesses at F and pressures, block by block: components i and j >= i, mirrored."""
-    (e, q, d, k), slope, state = mesh.inside.slope.shape, mesh.inside.slope, kinematics(at[0])
+    (e, q, j, k), slope, state = mesh.inside.slope.shape, mesh.inside.slope, kinematics(at[0])
+    d = mesh.nodes.shape[1]
     A = law.tangent(state)[2]
     A *= mesh.inside.weights[..., None, None]
     state.add_L(A, (at[1][:, None] @ mesh.chi)[:, 0])
-    b = mesh.chi @ (state.H.reshape(e, q, d, d) @ slope).reshape(e, q, d * k)  # pi(H : dF) by the displacements
-    left, volume, by_pressure = slope.reshape(e, q * d, k).swapaxes(1, 2), b.swapaxes(1, 2), K * b
+    A = taken_tangents(mesh, A)
+    b = mesh.chi @ (taken(mesh, state.H).reshape(e, q, d, j) @ slope).reshape(e, q, d * k)  # pi(H : dF) by du
+    left, volume, by_pressure = slope.reshape(e, q * j, k).swapaxes(1, 2), b.swapaxes(1, 2), K * b
     for i in range(d):
         own, after = slice(i * k, (i + 1) * k), slice((i + 1) * k, None)
-        stress = A[:, :, d * i : d * i + d, d * i :].reshape(e, q, -1, d) @ slope  # component i of P by later ones
-        blocks = left @ stress.reshape(e, q * d, -1)
+        stress = A[:, :, j * i : j * i + j, j * i :].reshape(e, q, -1, j) @ slope  # component i of P by later ones
+        blocks = left @ stress.reshape(e, q * j, -1)
         blocks += volume[:, own] @ by_pressure[:, :, i * k :]
         stiffness[:, own, i * k :] = blocks
         stiffness[:, after, own] = blocks[:, :, k:].swapaxes(1, 2)

@@ -2,7 +2,9 @@
 
 Displacements that make piecewise linear discontinuous pressures inf-sup stable: 9-node quadrilaterals in plane strain,
 27-node bricks, or quadratic tetrahedra with a bubble on each face and one inside, 15 nodes. scikit-fem gives their
-gradients at the quadrature points. In a plane section the coordinates are x and z.
+gradients at the quadrature points. In a plane section the coordinates are x and z. The half of one at x >= 0 is that of
+a body about the axis x = 0, too: with N_a/x as gradients along the hoop, dN_a/dx in its place on the axis where no node
+moves sideways, and weights times 2 pi x (`about_axis`).
 
 Pressures are the orthonormal polynomials of degree one on each element (or of degree zero): ``chi`` holds their values
 times the quadrature weights, so that ``pi(f)`` has the coefficients ``sum_q chi_mq f_q``.
@@ -31,7 +33,7 @@ Source: R. S. Barsoum, Int. J. Numer. Meth. Engng 11 (1977) 85, collapsed elemen
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -39,6 +41,7 @@ import numpy as np
 from skfem import Basis, Mesh, MeshQuad, MeshQuad2
 from skfem.element import Element, ElementHex2, ElementQuad2, ElementTetCCR
 
+from sits_mech.geometry.meshing.refinement import shape_values
 from sits_mech.quantities import Array, Integers, Mask
 
 SQUARE, BRICK, TETRAHEDRON = ElementQuad2(), ElementHex2(), ElementTetCCR()
@@ -62,7 +65,7 @@ _ORDER = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)
 class Points(NamedTuple):
     """Points of every element."""
 
-    slope: Array  # gradients of the shape functions, (e, q, d, k)
+    slope: Array  # gradients of the shape functions, (e, q, d, k); about an axis by r, t, z, (e, q, 3, k)
     weights: Array  # (e, q)
 
 
@@ -81,6 +84,11 @@ class MixedMesh:
     def axes(self) -> tuple[int, ...]:
         """Axes of x, y, z that the coordinates are."""
         return PLANE if self.nodes.shape[1] == 2 else SPACE
+
+    @property
+    def hoop(self) -> bool:
+        """Whether a section is that of a body about an axis."""
+        return bool(self.inside.slope.shape[2] != self.nodes.shape[1])
 
     @cached_property
     def dofs(self) -> Integers:
@@ -108,6 +116,13 @@ class DeformedSection(NamedTuple):
     stretch: Array  # (m,), largest principal stretch or reciprocal in each one's cell
     rest: Array  # (n, 2), undeformed points [m]
 
+    @property
+    def mirrored(self) -> DeformedSection:
+        """That of a half meridian with its mirror image."""
+        points, rest = (np.concatenate([each, each * (-1.0, 1.0)]) for each in (self.points, self.rest))
+        quads = np.concatenate([self.quads, len(self.points) + self.quads[:, ::-1]])
+        return DeformedSection(points, quads, np.tile(self.J, 2), np.tile(self.stretch, 2), rest)
+
 
 def section_mesh(x: Array, z: Array, placed: Callable[[Array], Array] | None = None) -> MixedMesh:
     """Mesh a rectangle on given lines [thicknesses]; `placed` maps its nodes (n, 2), sides become parabolas."""
@@ -126,6 +141,26 @@ def plane_mesh(mesh: MeshQuad2, flat: Array | None = None) -> MixedMesh:
     chi = pressures(np.asarray(basis.global_coordinates()), basis.dx)
     nodes, cells = np.ascontiguousarray(mesh.doflocs.T), np.ascontiguousarray(basis.element_dofs.T)
     return MixedMesh(nodes, cells, _points(basis), chi, nodal, flat)
+
+
+def about_axis(mesh: MixedMesh) -> MixedMesh:
+    """Return a section at x >= 0, its nodal points included, as the half meridian of a body about the axis x = 0."""
+    values = shape_values(SQUARE, GAUSS.T)
+    if mesh.nodal is None:
+        raise ValueError("mesh: must hold the gradients at its nodes")
+    inside, nodal = (
+        _turned(points, each @ mesh.nodes[mesh.cells][..., 0, None], each)
+        for points, each in ((mesh.inside, values), (mesh.nodal, shape_values(SQUARE, NODES.T)))
+    )
+    chi = pressures(np.moveaxis(values @ mesh.nodes[mesh.cells], -1, 0), inside.weights)
+    return replace(mesh, inside=inside, chi=chi, nodal=nodal)
+
+
+def _turned(points: Points, r: Array, values: Array) -> Points:
+    """Return points at distances r, (e, q, 1), with the hoop's gradients and the weights of full turns."""
+    along = points.slope[:, :, 0]
+    hoop = np.where(r > 0.0, values / np.where(r > 0.0, r, 1.0), along)
+    return Points(np.stack([along, hoop, points.slope[:, :, 1]], axis=2), 2.0 * np.pi * r[..., 0] * points.weights)
 
 
 def solid_mesh(mesh: Mesh, element: Element, constant: bool = False) -> tuple[MixedMesh, Basis]:

@@ -39,7 +39,7 @@ class Patch:
     def laplacian(self) -> Array:
         """L of each cell, (e, d k, d k)."""
         slope, weights = self.mesh.inside
-        e, _, d, k = slope.shape
+        (e, _, _, k), d = slope.shape, self.mesh.nodes.shape[1]
         each, found = np.einsum("eq,eqda,eqdb->eab", weights, slope, slope, optimize=True), np.zeros((e, d, k, d, k))
         for i in range(d):
             found[:, i, :, i] = each

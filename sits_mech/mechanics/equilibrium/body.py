@@ -5,9 +5,9 @@ load's (element/target.py), and what else stores energy, such as contact. The no
 motion q. Scales: lengths by the thickness, stresses by the shear modulus.
 
 A body carries which components of q it frees: three in the plane and in the half of a pad that is its own mirror image
-in y = 0, six in a whole pad. What such a symmetry hides, displacements that are odd in y and the other three
-components, is solved nowhere; a state at rest must withstand them all the same, so half a pad carries their pattern,
-too.
+in y = 0, six in a whole pad; about an axis three, of which two do not move. What such a symmetry hides, displacements
+that are odd in y and the other three components, is solved nowhere; a state at rest must withstand them all the same,
+so half a pad carries their pattern, too, and about an axis there is the first harmonic (element/sideways.py).
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Bonded:
 
     def with_target(self, q: Array) -> Array:
         """Return the displacements of the bonded nodes at a target's motion, shape (n, d)."""
-        return bonded_displacement(self.X, q)[:, list(self.mesh.axes)]
+        return bonded_displacement(self.X, q * self.freed)[:, list(self.mesh.axes)]
 
     def near(self, u: Array) -> Bonded:
         """Return the body that holds faces near in a state against each other (faces/folds.py).
@@ -109,6 +109,11 @@ class Bonded:
         hidden = self.hidden
         odd = None if hidden is None else cache(lambda: found._made(np.sort(hidden().free)))
         return replace(found, shared=cache(lambda: found._made(self.free)), hidden=odd)
+
+    @cached_property
+    def freed(self) -> Array:
+        """Ones of the components of q that move it, (k,); about an axis that along it alone."""
+        return np.array([0.0, 1.0, 0.0]) if self.mesh.hoop else np.ones(self.components)
 
     @cached_property
     def slips(self) -> bool:

@@ -169,7 +169,7 @@ class Moment:
 
 def begun(body: Bonded) -> Moment:
     """Return a virgin layer, or one long at its present temperature."""
-    shape, components = body.mesh.inside.weights.shape, 9 if len(body.mesh.axes) == 3 else 5
+    shape, components = body.mesh.inside.weights.shape, 9 if len(body.mesh.axes) == 3 or body.mesh.hoop else 5
     memory, state = virgin(body.law.silicone, shape, components), unloaded(body)
     if body.swelling == 1.0:
         return Moment(state, memory)

@@ -41,6 +41,7 @@ from sits_mech.mechanics.element.kernel import (
     kinematics,
     volumes,
 )
+from sits_mech.mechanics.element.sideways import harmonic_pattern, harmonic_stiffness, sideways_stiffness
 from sits_mech.mechanics.element.target import (
     between,
     bonded_tangent,
@@ -107,6 +108,7 @@ class _Linear(NamedTuple):
     values: Stiffness
     T: Array
     turning: Array
+    at: State
 
 
 class Factor(NamedTuple):
@@ -147,19 +149,40 @@ def factored(body: Bonded, here: State, found: Gradient) -> Factor | None:
     values = (stiffness, *(term.stiffness for term in found.terms))
     on_bonded = np.zeros((len(body.bonded), 3))
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
+    on_bonded[:, 0] *= 0.5 if body.mesh.hoop else 1.0  # their mean along x, or y, over a turn
     T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
     numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
-    made = _Linear(numbers, values, T, extra)
-    return _eliminated(body.pattern, made, slice(0, body.components), found.free)
+    made = _Linear(numbers, values, T, extra, here)
+    own = _eliminated(body.pattern, made, slice(0, body.components), found.free)
+    return None if own is None else own._replace(stiffness=on_motions(body, own.stiffness))
+
+
+def on_motions(body: Bonded, S: Array) -> Array:
+    """Return the stiffness S of a target; of one that moves along an axis alone as on d_z on all three."""
+    return S[1, 1] * np.eye(len(S)) if body.mesh.hoop else S
 
 
 def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
-    """Return the stiffness on motions hidden by symmetry: displacements odd in y, three components of q."""
+    """Return the stiffness on motions hidden by symmetry: displacements odd in y, three components of q.
+
+    About an axis those on d_y and alpha_x, (2, 2), without contact.
+    """
+    if body.mesh.hoop:
+        return _beside_axis(body, made)
     if body.hidden is None:
         return None
     pattern = body.hidden()
     found = _eliminated(pattern, made, slice(3, 6), np.zeros(len(pattern.free)))
     return np.full((3, 3), np.nan) if found is None else found.stiffness
+
+
+def _beside_axis(body: Bonded, made: _Linear) -> Array:
+    """Return the stiffness of a body about an axis on d_y and alpha_x; nan if singular."""
+    here, nodes = made.at, body.bonded[:, 0] // 2
+    own = harmonic_pattern(body.mesh, nodes.tobytes())
+    each = harmonic_stiffness(body.mesh, body.law, body.K, here.u, here.p)
+    found = sideways_stiffness(own, each, body.mesh.nodes[nodes, 0], made.turning[2, 2])
+    return np.full((2, 2), np.nan) if found is None else found
 
 
 def way_of(body: Bonded, here: State, found: Gradient, factor: Factor, aim: Aim) -> Step | None:
@@ -251,7 +274,9 @@ def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[A
 def _border_by_q(body: Bonded, q: Array) -> Array:
     """Return the derivative of the border (bonded displacements and q) by (dc, dw), shape (b, 6)."""
     T = bonded_tangent(body.X, q)[:, list(body.mesh.axes)]
-    return np.concatenate([T.reshape(-1, 6), np.eye(6)])
+    found = np.concatenate([T.reshape(-1, 6), np.eye(6)])
+    found[:, : body.components] *= body.freed
+    return found
 
 
 def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> Factor | None:

@@ -314,7 +314,8 @@ def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tupl
     if held.any() and way.out_of_plane is not None:
         held = np.concatenate([held[:3], way.out_of_plane])[: len(held)]
     own = np.inf if way.held.all() else smallest_eigenvalue(stiffness, held)
-    hidden_stiffness = np.inf if hidden is None else smallest_eigenvalue(hidden, way.out_of_plane)
+    beside = None if way.out_of_plane is None or hidden is None else way.out_of_plane[: len(hidden)]
+    hidden_stiffness = np.inf if hidden is None else smallest_eigenvalue(hidden, beside)
     if own > 0.0 and hidden_stiffness > 0.0:
         return min(own, hidden_stiffness), PathEnd.NONE
     return (hidden_stiffness, PathEnd.SIDEWAYS) if own > 0.0 else (own, PathEnd.BUCKLED)

@@ -112,9 +112,9 @@ def _before(x: Array, own: Array, y: Array, other: Array, least: Array) -> Mask:
 
 
 def section_skin(mesh: MixedMesh, lines: Sequence[Integers]) -> Skin:
-    """Return the faces of a section, lines through nodes from the ground on, the left one first."""
-    left, right = lines
-    surface = edges(mesh, [left, right[::-1]], _COUNT)
+    """Return the faces of a section, lines through nodes from the ground on, the left one, if any, first."""
+    *left, right = lines
+    surface = edges(mesh, [*left, right[::-1]], _COUNT)
     every = (len(surface.nodes), 1, 1)
     powers: Array = np.vander([0.0, 0.5, 1.0], increasing=True)
     form: Array = np.tile(np.linalg.inv(powers).T, every)

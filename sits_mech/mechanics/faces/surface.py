@@ -60,7 +60,10 @@ class Surface:
 
 
 def edges(mesh: MixedMesh, lines: list[Integers], count: int = 3) -> Surface:
-    """Return `count` points on each edge of faces of a section, nodes in order: every other one ends an edge."""
+    """Return `count` points on each edge of faces of a section, nodes in order: every other one ends an edge.
+
+    About an axis they stand for full circles.
+    """
     own = np.concatenate([np.stack([line[:-2:2], line[1:-1:2], line[2::2]], axis=1) for line in lines])
     points, weights = np.polynomial.legendre.leggauss(count)
     s = 0.5 * (points + 1.0)
@@ -68,8 +71,9 @@ def edges(mesh: MixedMesh, lines: list[Integers], count: int = 3) -> Surface:
     length = np.linalg.norm(slope @ mesh.nodes[own], axis=2)
     rest = np.zeros((len(own), len(s), 3))
     rest[..., list(PLANE)] = shape @ mesh.nodes[own]
-    every = np.broadcast_to(shape, (len(own), *shape.shape))
-    return Surface(own, every, rest, length * (0.5 * weights), len(mesh.nodes), PLANE)
+    every, weight = np.broadcast_to(shape, (len(own), *shape.shape)), length * (0.5 * weights)
+    weight = 2.0 * np.pi * rest[..., 0] * weight if mesh.hoop else weight
+    return Surface(own, every, rest, weight, len(mesh.nodes), PLANE)
 
 
 def facets_of(basis: Basis, facets: Integers, order: int = _ORDER) -> Surface:

@@ -45,8 +45,10 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     factored,
     gradient,
     hidden_stiffness,
+    on_motions,
     way_of,
 )
+from sits_mech.mechanics.faces.face_contact import faces_press
 from sits_mech.mechanics.levels.answer import errors_of
 from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.quantities import Array, Equilibrium, SolveFailed
@@ -163,10 +165,18 @@ def pose_slopes(family: Family, found: Equilibrium, parameters: Sequence[Paramet
     compliance = _limit(family, by_load, scales.lengths[:, None] / scales.loads, beyond)
     pose, error = _limit(family, by_each, scales.lengths[:, None], beyond)
     pose += _of_scales(family, found, stencils)
-    if family.levels.fine.components < 6 and levels[0].hidden is None:
-        for each in compliance:
-            each[3:] = each[:, 3:] = np.nan
+    unknown = _unknown(levels)
+    for each in compliance:
+        each[unknown] = each[:, unknown] = np.nan
     return PoseSlopes(tuple(each.name for each in parameters), pose, error, *compliance)
+
+
+def _unknown(levels: Sequence[_Level]) -> list[int]:
+    """Return the components that are not modelled: about an axis the turn about it, and in contact all but d_v."""
+    known = all(level.hidden is not None for level in levels)
+    if levels[0].body.mesh.hoop:
+        return [5] if known else [0, 2, 3, 4, 5]
+    return [3, 4, 5] if levels[0].body.components < 6 and not known else []
 
 
 def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | None:
@@ -186,7 +196,8 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     if found_there is None:
         return None
     here, B, S = found_there
-    hidden = hidden_stiffness(body, factor.made) if family.sideways else None
+    asked = not faces_press(body.mesh, body.parts, here.u, here.q) if body.mesh.hoop else family.sideways
+    hidden = hidden_stiffness(body, factor.made) if asked else None
     if not np.all(np.isfinite(S)) or not np.linalg.cond(S) < 1.0 / np.finfo(float).eps:
         return None
     if family.small:
@@ -212,7 +223,7 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
         return None
     on_free, on_target = _along_motions(body, gone[0], B)
     B = B - factor.of_free.solve(on_free)
-    return gone[0], B, on_target + B.T @ on_free
+    return gone[0], B, on_motions(body, on_target + B.T @ on_free)
 
 
 def _left(found: Gradient) -> float:
@@ -240,6 +251,11 @@ def _by_load(level: _Level) -> Array:
     """Return motion increments by load components, shape (6, 6), scaled; zero where unknown."""
     k, found = len(level.S), np.zeros((6, 6))
     work = np.stack([work_of_load(unit, level.body.height, level.turned) for unit in np.eye(6)], axis=1)
+    if level.body.mesh.hoop and level.hidden is not None:
+        found[1, 1], other = work[1, 1] / level.S[1, 1], np.array([[1.0, -1.0], [-1.0, 1.0]])
+        for own, S in (([3, 4], level.hidden), ([0, 2], other * level.hidden)):  # alpha_x against alpha
+            found[np.ix_(own, own)] = np.linalg.solve(S, work[np.ix_(own, own)])
+        return found
     found[:k, :k] = np.linalg.solve(level.S, work[:k, :k])
     if level.hidden is not None:
         found[k:, k:] = np.linalg.solve(level.hidden, work[k:, k:])

@@ -1,4 +1,4 @@
-"""Families of meshes of the planar layer.
+"""Families of meshes of the planar layer, and of a half meridian about an axis.
 
 A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (element/mesh.py),
 which follow a corner that opens at finite strain, and lines graded towards it. Where it does not get to a load, a
@@ -11,7 +11,7 @@ incompressible right angle, and 1.47 at the 30 degrees of a fillet, where the or
 a 20/15/2 mm layer under 1810 N/m, 4, 6, 8, 12, 16 cells, graded 2: extrapolated neighbours 100.54, 100.84, 100.86,
 100.95 um. The small rise at the end is a crease at the target's edge, which ever finer cells follow further.)
 
-The effect of `elastomer.edge_radius` (section.py) on the pose is that at small strain: the layer's compliance at rest,
+The effect of `elastomer.edge_radius` (fillet.py) on the pose is that at small strain: the layer's compliance at rest,
 with fillets and with sharp edges, each extrapolated from its first three meshes, applied to one load.
 """
 
@@ -55,19 +55,19 @@ class _Kind(NamedTuple):
 _KINDS = (_Kind(GRADING, 0.0), _Kind(1.5, 2.0))
 
 
-def meshes_in_line(sensor: Sensor, tolerance: float) -> Line:
-    """Return the families of meshes of a layer in the order they are tried."""
+def meshes_in_line(sensor: Sensor, tolerance: float, *, axial: bool = False) -> Line:
+    """Return the families of meshes of a layer, or of a half meridian, in the order they are tried."""
     checked_tolerance(tolerance)
     contact = sensor.elastomer.contact if sensor.elastomer is not None else "never"
     depths = {"never": (0.0,), "always": (_DEPTH,), "auto": (0.0, _DEPTH)}[contact]
-    makers = [partial(_family, sensor, kind, depth) for depth in depths for kind in _KINDS]
+    makers = [partial(_family, sensor, kind, depth, axial) for depth in depths for kind in _KINDS]
     makers[0]().maker(0)  # refuses a scene that has no mesh
-    return Line(sensor, layer_scales(sensor), makers, tolerance)
+    return Line(sensor, layer_scales(sensor, axial), makers, tolerance)
 
 
-def layer_family(sensor: Sensor) -> Levels:
+def layer_family(sensor: Sensor, axial: bool = False) -> Levels:
     """Return the first family of meshes, without contact."""
-    return _family(sensor, _KINDS[0], 0.0)
+    return _family(sensor, _KINDS[0], 0.0, axial)
 
 
 def order_of(sensor: Sensor, grading: float) -> float:
@@ -82,13 +82,13 @@ def order_of(sensor: Sensor, grading: float) -> float:
 
 
 @of_one_pad
-def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
+def _family(sensor: Sensor, kind: _Kind, depth: float, axial: bool) -> Levels:
     """Make a family of one kind; coarser meshes have a larger contact depth."""
 
     def made_of(scene: Sensor, level: int) -> Bonded:
         """Make a level of a scene."""
         guard, own = kind.guard if level < 2 else 0.0, contact_depth(depth, SIZES, level)
-        return bonded_body(scene, Fineness(int(SIZES[level]), kind.grading, True, guard, own))
+        return bonded_body(scene, Fineness(int(SIZES[level]), kind.grading, True, guard, own, axial))
 
     made = cache(partial(made_of, sensor))
 
@@ -98,7 +98,7 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
         return body if np.array_equal(body.mesh.cells, own.mesh.cells) else None
 
     _, elastomer = layer_parts(sensor)
-    wide = max(1, round(elastomer.extent[0] / elastomer.thickness))
+    wide = max(1, round(elastomer.extent[0] / elastomer.thickness / (1 + axial)))
     terms = np.array(SIZES)[:, None] ** (-order_of(sensor, kind.grading) * np.array([1.0, 2.0]))
 
     def cells(level: int) -> tuple[int, ...]:
@@ -118,20 +118,20 @@ class Edges(NamedTuple):
     radius: float  # from the scene [m]
 
 
-def edge_effect(sensor: Sensor) -> Edges | None:
+def edge_effect(sensor: Sensor, axial: bool = False) -> Edges | None:
     """Return the effect of the fillets of a sensor's layer; None for sharp edges."""
     elastomer, target = sensor.elastomer, sensor.target
     if elastomer is None or target is None or elastomer.edge_radius is None:
         return None
     plain = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
-    rounded, sharp = (_compliance(scene) for scene in (sensor, sensor.model_copy(update={"elastomer": plain})))
+    rounded, sharp = (_compliance(scene, axial) for scene in (sensor, sensor.model_copy(update={"elastomer": plain})))
     flush = elastomer.extent[0] - target.extent[0] < 1e-9 * elastomer.thickness
     return Edges(rounded, sharp, target.load_height / elastomer.thickness, flush, elastomer.edge_radius)
 
 
-def _compliance(sensor: Sensor) -> Array:
+def _compliance(sensor: Sensor, axial: bool) -> Array:
     """Return the compliance of a layer at rest, scaled, shape (3, 3)."""
-    levels = layer_family(sensor)
+    levels = layer_family(sensor, axial)
     bodies = [levels.maker(level) for level in range(_LEVELS)]
     found = [small_strain(body)[0].ravel() for body in bodies]
     return levels.limit(found).value.reshape(3, 3)

@@ -9,23 +9,11 @@ the exponent of the corner, then go as ``m**(-2 k beta)`` until the order of the
 A target wider than its layer is bonded over all of it, and the corners above are those below; free faces that rise at
 its edge lie on the target's plane, which goes on beyond.
 
+A cylinder under a coaxial disc that is pressed alone is its section's half at x >= 0, turned about the axis: nodes on
+it have no u_r, the target no motion but along it.
+
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; per depth, forces by mu t and moments by
-mu t^2.
-
-Fillets have a stated edge radius, where the layer's free side faces meet the rigid plates. A sharp bonded corner is
-singular: displacements go as ``r**0.59`` at a right angle between a clamped and a free face of an incompressible layer,
-strains grow without bound, and poses converge as ``h**1.19``. For smaller angles the exponent k, the smallest root of
-``cos(k angle) = k sin(angle)``, grows; it is 1 at 45 degrees, from where strains are bounded, and 1.47 at the 30
-degrees used here (D. Leguillon, E. Sanchez-Palencia, Computation of Singular Solutions in Elliptic Problems and
-Elasticity (1987)): poses then converge as ``h**2.9``.
-
-So the side face is drawn in between the plates, whose bonded widths stay, and reaches a plate along an arc of radius r,
-concave like a meniscus, that leaves the side face smoothly and ends 30 degrees from the plate:
-
-    x(z) = half width - r/2 + r - sqrt(r**2 - (c - z)**2)    for z < c = r sin 60,        half width - r/2    above.
-
-At a target flush with the layer likewise from above. A target narrower than the layer ends in the middle of a flat
-face: there is no side face at its edge that could have a fillet, and that edge stays singular. Lengths in thicknesses.
+mu t^2, about an axis by mu t^2 and mu t^3.
 
 A guard keeps the elements from inverting, a part of the bulk modulus that acts pointwise:
 
@@ -38,32 +26,36 @@ Methods Appl. Mech. Engng 85 (1991) 273, here as a barrier. (A solid's guard sta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.geometry.meshing.bricks import Outline
 from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
-from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed
-from sits_mech.mechanics.element.mesh import MixedMesh, fanned, section_mesh
+from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed, taken, taken_tangents
+from sits_mech.mechanics.element.mesh import MixedMesh, about_axis, fanned, section_mesh
 from sits_mech.mechanics.equilibrium.body import Bonded, border
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edges
+from sits_mech.mechanics.pad.fillet import (
+    Fillet,
+    checked,
+    drawn_in,
+    fillet_lines,
+    graded_lines,
+    graded_segment,
+    matched_cells,
+)
 from sits_mech.mechanics.pad.shapes import widened
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
 GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _ENDLESS = 1e6  # thicknesses of half the target along y
-_SWEPT = np.pi / 3.0  # of the arc, from the side face to 30 degrees from the plate
-_LEAST = 0.05  # thicknesses, the smallest radius that a mesh resolves
-_FILL = 0.9  # of the height, or of the width beside the target, that fillets may take
 
 
 @dataclass(frozen=True)
@@ -75,6 +67,7 @@ class Fineness:
     fan: bool = False  # split the cells at singular corners into triangles (`fanned`)
     guard: float = 0.0  # pointwise part of the bulk modulus [shear moduli]
     depth: float = 0.0  # contact depth; 0: no contact [thicknesses]
+    axial: bool = False  # the half of a section at x >= 0, about the axis x = 0
 
 
 def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
@@ -87,7 +80,7 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = checked(fillet, t) if fillet.radius > 0.0 else fillet
-    own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)
+    own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan, fineness.axial)
     swelling = elastomer.free_stretch**3
     K = silicone.bulk_modulus / silicone.shear_modulus / swelling**2
     guard = min(fineness.guard, GUARD_SHARE * K)
@@ -113,9 +106,9 @@ class _Numbered:
 
 
 def side_faces(mesh: MixedMesh) -> list[Integers]:
-    """Return the nodes of the left and the right face, from the ground upwards."""
+    """Return the nodes of the left and the right face, from the ground upwards; about an axis the right one alone."""
     x, z = mesh.places.T
-    faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (x.min(), x.max()))
+    faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (x.min(), x.max())[mesh.hoop :])
     return [face[np.argsort(z[face])] for face in faces]
 
 
@@ -124,32 +117,41 @@ def top_faces(mesh: MixedMesh, half: float) -> list[Integers]:
     x, z = mesh.places.T
     if x.max() - half < 1e-9:
         return []
-    faces = (np.flatnonzero((z > 1.0 - 1e-9) & (side * x > half - 1e-9)) for side in (-1.0, 1.0))
+    faces = (np.flatnonzero((z > 1.0 - 1e-9) & (side * x > half - 1e-9)) for side in (-1.0, 1.0)[mesh.hoop :])
     return [face[np.argsort(np.abs(x[face]))] for face in faces]
 
 
-def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool) -> MixedMesh:
-    """Mesh layer and target of given half widths, with or without an edge radius."""
+def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool, axial: bool) -> MixedMesh:
+    """Mesh layer and target of given half widths, with or without an edge radius, or their half about the axis."""
+    (x, z, corners), least = _lines(fillet, cells, grading), 0.0 if axial else -np.inf
+    mesh = section_mesh(x[x >= least], z, partial(drawn_in, fillet) if fillet.radius > 0.0 else None)
+    own = [corner for corner in corners if corner[0] >= least]
+    mesh = fanned(mesh, np.array(own)) if fan and own else mesh
+    return about_axis(mesh) if axial else mesh
+
+
+def _lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Array, list[tuple[float, float]]]:
+    """Return lines along x and z, and the singular corners."""
     _, half_layer, half_target = fillet
     if fillet.radius > 0.0:
-        mesh = section_mesh(*fillet_lines(fillet, cells, grading), partial(drawn_in, fillet))
         corners = [] if fillet.flush else [(-half_target, 1.0), (half_target, 1.0)]
-        return fanned(mesh, np.array(corners)) if fan and corners else mesh
+        return *fillet_lines(fillet, cells, grading), corners
     breaks = [-half_layer, half_layer] if fillet.flush else [-half_layer, -half_target, half_target, half_layer]
     counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
-    mesh = section_mesh(graded_lines(breaks, counts, grading), graded_segment(0.0, 1.0, cells, grading))
     corners = [(-half_layer, 0.0), (half_layer, 0.0), (-half_target, 1.0), (half_target, 1.0)]
-    return fanned(mesh, np.array(corners)) if fan else mesh
+    return graded_lines(breaks, counts, grading), graded_segment(0.0, 1.0, cells, grading), corners
 
 
 @lru_cache(maxsize=32)
-def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbered:
+def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool, axial: bool) -> _Numbered:
     """Make a mesh with bonds and faces, shared by bodies."""
-    mesh = _mesh(fillet, cells, grading, fan)
+    mesh = _mesh(fillet, cells, grading, fan, axial)
     x, z = mesh.nodes.T
     half = fillet.half_target
     top = (z > 1.0 - 1e-9) & (np.abs(x) < half + 1e-9)
-    free = np.flatnonzero(~np.repeat((z < 1e-9) | top, 2))
+    held = np.repeat((z < 1e-9) | top, 2)
+    held[::2] |= axial & (x < 1e-9)
+    free = np.flatnonzero(~held)
     bonded = 2 * np.flatnonzero(top)[:, None] + np.arange(2)
     X = np.column_stack([x[top], np.zeros((np.count_nonzero(top), 2))])
     sides, beside = side_faces(mesh), top_faces(mesh, half)
@@ -158,7 +160,8 @@ def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbere
     under = inner if not beside else above[:0]
     pairs = zip(sides, beside or sides, strict=True)
     lines = tuple(np.concatenate([side, face[::-1][1:]]) if beside else side for side, face in pairs)
-    faces = Faces(inner, under, above, Outline(half, _ENDLESS, False), lines, section_skin(mesh, lines))
+    outline = Outline(half, half if axial else _ENDLESS, axial)
+    faces = Faces(inner, under, above, outline, lines, section_skin(mesh, lines))
     ground, other = edges(mesh, sides), edges(mesh, beside) if beside else edges(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
@@ -178,11 +181,12 @@ def _pattern(own: _Numbered, guarded: bool, touching: bool) -> Pattern:
     return pattern(own.mesh, numbers, own.free, border(own.mesh, own.bonded))
 
 
-def layer_scales(sensor: Sensor) -> Scales:
-    """Return SI scales of motions and loads in plane strain, a force spread over the elastomer's length."""
+def layer_scales(sensor: Sensor, axial: bool = False) -> Scales:
+    """Return SI scales of motions and loads in plane strain, a force spread over the elastomer's length, or turned."""
     _, elastomer = layer_parts(sensor)
     t = elastomer.thickness
-    return Scales(t, elastomer.silicone.shear_modulus * t * elastomer.extent[1], elastomer.standoff)
+    deep = t if axial else elastomer.extent[1]
+    return Scales(t, elastomer.silicone.shear_modulus * t * deep, elastomer.standoff)
 
 
 def layer_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
@@ -191,84 +195,6 @@ def layer_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
         missing = "target" if sensor.target is None else "elastomer"
         raise ValueError(f"{missing}: must be given for a force to move the target; it is missing")
     return sensor.target, sensor.elastomer
-
-
-class Fillet(NamedTuple):
-    """Fillets of a layer."""
-
-    radius: float  # [thicknesses]
-    half_layer: float  # half width [thicknesses]
-    half_target: float  # half width [thicknesses]
-
-    @property
-    def flush(self) -> bool:
-        """Whether the layer ends with its target."""
-        return self.half_layer - self.half_target < 1e-9
-
-    @property
-    def height(self) -> float:
-        """Height of one arc."""
-        return float(self.radius * np.sin(_SWEPT))
-
-    @property
-    def drawn(self) -> float:
-        """How far the side face is drawn in."""
-        return float(self.radius * (1.0 - np.cos(_SWEPT)))
-
-
-def checked(fillet: Fillet, thickness: float) -> Fillet:
-    """Return a fillet that fits a layer of `thickness` [m].
-
-    Raise ValueError for a radius that does not fit between the plates or beside the target, or that no mesh resolves.
-    """
-    tall = _FILL / (2.0 if fillet.flush else 1.0) / np.sin(_SWEPT)
-    room = fillet.half_layer if fillet.flush else fillet.half_layer - fillet.half_target
-    most = min(tall, _FILL * room / (1.0 - np.cos(_SWEPT)))
-    if not _LEAST <= fillet.radius <= most:
-        raise ValueError(
-            f"elastomer.edge_radius: must lie between {_LEAST * thickness:.4g} and {most * thickness:.4g} m for this "
-            f"layer and target; got {fillet.radius * thickness:.4g}"
-        )
-    return fillet
-
-
-def fillet_lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Array]:
-    """Return mesh lines along x and z before the sides are drawn in: even over the arcs, graded away from them.
-
-    `cells` through the thickness without fillets, half as many along an arc; `grading`: power of the spacing, 1 is
-    uniform.
-    """
-    along, c = max(1, cells // 2), fillet.height
-    arc = np.linspace(0.0, c, along + 1)
-
-    def segment(start: float, end: float) -> Array:
-        """Return lines whose smallest spacing is an arc's: up to twice the cells, then a stronger grading."""
-        fewest, ratio = matched_cells(end - start, 1.0, cells, grading), max(1.0, 0.5 * (end - start) * along / c)
-        count = max(fewest, min(2 * fewest, 2 * int(np.ceil(ratio ** (1.0 / grading) - 1e-9))))
-        power = grading if count == 2 else max(grading, np.log(ratio) / np.log(0.5 * count))
-        return graded_segment(start, end, count, power)
-
-    end = 1.0 - c if fillet.flush else 1.0
-    z = np.concatenate([arc, segment(c, end)[1:], (1.0 - arc[-2::-1]) if fillet.flush else []])
-    wide, narrow = fillet.half_layer, fillet.half_target
-    if fillet.flush:
-        return segment(-wide, wide), z
-    beside, under = segment(narrow, wide), matched_cells(2.0 * narrow, 1.0, cells, grading)
-    return np.concatenate([-beside[:0:-1], graded_segment(-narrow, narrow, under, grading), beside[1:]]), z
-
-
-def drawn_in(fillet: Fillet, places: Array) -> Array:
-    """Map places x, z, shape (n, 2), of a rectangle to the filleted section; those under the target stay.
-
-    Of a flush layer the whole width follows the sides, in proportion to the distance from the middle.
-    """
-    x, z = places.T
-    near = np.minimum(z, 1.0 - z) if fillet.flush else z
-    left = np.maximum(fillet.height - near, 0.0)
-    flare = fillet.radius - np.sqrt(fillet.radius**2 - left**2)
-    inner = 0.0 if fillet.flush else fillet.half_target
-    share = np.maximum(np.abs(x) - inner, 0.0) / (fillet.half_layer - inner)
-    return np.stack([x - np.sign(x) * share * (fillet.drawn - flare), z], axis=1)
 
 
 @dataclass(frozen=True)
@@ -286,35 +212,15 @@ class Guard:
         slope, weights = mesh.nodal
         F, J = deformation(mesh, u, mesh.nodal)
         state = kinematics(F)
-        e, q_, d, k = slope.shape
-        each = np.zeros((e, q_, d, d, d, k))  # F by an element's displacements
+        (e, q_, j, k), d = slope.shape, mesh.nodes.shape[1]
+        each = np.zeros((e, q_, d, j, d, k))  # F by an element's displacements
         for i in range(d):
             each[:, :, i, :, i] = slope
-        B = each.reshape(e, q_ * d * d, d * k)
+        B = each.reshape(e, q_ * d * j, d * k)
         first, second = self.kappa * weights * (1.0 - 1.0 / J), self.kappa * weights / J**2
-        forces = summed(mesh.dofs, (first[..., None] * state.H).reshape(e, 1, -1) @ B, len(u) + 6)
+        forces = summed(mesh.dofs, taken(mesh, first[..., None] * state.H).reshape(e, 1, -1) @ B, len(u) + 6)
         C = second[..., None, None] * state.H[..., :, None] * state.H[..., None, :]
         state.add_L(C, first)
-        stiffness = B.swapaxes(1, 2) @ (C @ B.reshape(e, q_, d * d, d * k)).reshape(B.shape)
+        stiffness = B.swapaxes(1, 2) @ (taken_tangents(mesh, C) @ B.reshape(e, q_, d * j, d * k)).reshape(B.shape)
         energy = self.kappa * float((weights * (J - 1.0 - np.log(J))).sum())
         return Term(energy, forces, mesh.dofs, stiffness)
-
-
-def graded_segment(start: float, end: float, cells: int, beta: float) -> Array:
-    """Return ``cells + 1`` mesh lines, rising and symmetric, graded towards both ends; ValueError for odd `cells`."""
-    if cells < 2 or cells % 2 or not end > start or not beta >= 1.0:
-        raise ValueError(f"segment: needs even cells, start < end, beta >= 1, not {cells}, {start}..{end}, {beta}")
-    half = 0.5 * np.linspace(0.0, 1.0, cells // 2 + 1) ** beta
-    unit = np.concatenate([half, 1.0 - half[-2::-1]])
-    return start + (end - start) * unit
-
-
-def graded_lines(breaks: Sequence[float], cells: Sequence[int], beta: float) -> Array:
-    """Return mesh lines through all `breaks`, graded towards each; an even number of cells for each segment."""
-    pieces = [graded_segment(a, b, n, beta) for a, b, n in zip(breaks[:-1], breaks[1:], cells, strict=True)]
-    return np.concatenate([pieces[0]] + [piece[1:] for piece in pieces[1:]])
-
-
-def matched_cells(length: float, reference: float, cells: int, beta: float) -> int:
-    """Return the even number of cells that gives a segment the same smallest cell as a reference segment has."""
-    return 2 * max(1, int(np.ceil(0.5 * cells * (length / reference) ** (1.0 / beta) - 1e-9)))

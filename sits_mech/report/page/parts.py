@@ -133,7 +133,7 @@ def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
             "The silicone relaxes or softens, the table is its first elastic answer: quality --period says "
             "what a load that comes and goes makes of the forces."
         )
-    if mechanics != "block" and layer and target and target.extent[1] < 0.95 * layer.extent[1]:
+    if mechanics not in ("block", "axisymmetric") and layer and target and target.extent[1] < 0.95 * layer.extent[1]:
         lines.append(
             f"The layer is solved as if the target were as long as the layer ({_mm(layer.extent[1])}); it is "
             f"{_mm(target.extent[1])} long. The real pad is softer: take --mechanics block where newtons matter."

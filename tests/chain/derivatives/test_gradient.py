@@ -163,5 +163,5 @@ def test_what_has_no_derivative_is_refused(sensor: Sensor, name: str, words: str
 def test_a_model_without_derivatives_is_refused(sensor: Sensor) -> None:
     """The closed form."""
     flush = load_sensor("biorob2018", ['target.width="20 mm"', 'target.length="20 mm"'])
-    with pytest.raises(SceneError, match="mechanics: must be block, planar or linear"):
+    with pytest.raises(SceneError, match="mechanics: must be block, planar, axisymmetric or linear"):
         gradient(flush, Wrench(F_z=0.1), ["modulus"], mechanics="closed-form", magnetics="planar")

@@ -185,7 +185,7 @@ def test_what_has_no_slopes_is_refused(data: xr.Dataset) -> None:
     with pytest.raises(SceneError, match="drift: elastomer.material.expansion: must be given"):
         calibrate(sensor(silicone), F_z=[0.0, 1.0], drift=True, **QUICK)
     flush = sensor('target.width="20 mm"', "coils.C1.centre.0=-0.004")
-    with pytest.raises(SceneError, match="drift: must be asked of the mechanics block, planar or linear"):
+    with pytest.raises(SceneError, match="drift: must be asked of the mechanics block, planar, axisymmetric or linear"):
         calibrate(flush, F_z=[0.0, 0.1], drift=True, **(QUICK | {"mechanics": "closed-form"}))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.pad.section import graded_lines, graded_segment, matched_cells
+from sits_mech.mechanics.pad.fillet import graded_lines, graded_segment, matched_cells
 
 
 def test_segment_follows_its_power_law():
