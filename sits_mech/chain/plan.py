@@ -14,9 +14,10 @@ from sits_mech.chain.models import (
     Choice,
     choose_magnetics,
     choose_mechanics,
+    chosen,
     magnetic_question,
 )
-from sits_mech.chain.prices import Look, look
+from sits_mech.chain.prices import Forecast, Look, forecast, look
 from sits_mech.chain.propagation import poses_of, unloaded
 from sits_mech.description import Description, Question, sized
 from sits_mech.magnetics.ends import ROUGH
@@ -31,6 +32,7 @@ from sits_mech.silicone.material import implausible
 from sits_mech.units import checked_tolerance
 
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
+_LOOKED = 5.0  # seconds by counts beyond which a load's first meshes are not solved for its plan
 _AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
 _OUTLINE = 15.0  # seconds more for each fixed plate of any outline: no symmetry shares its cells
 
@@ -120,8 +122,13 @@ def plan(
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     layer = choose_mechanics(sensor, mechanics, loads, asked) if loads else None
     solved, field = choose_magnetics(sensor, magnetics, loads, asked, loaded=bool(loads))
-    seen = _seen(sensor, layer, (solved, field.name), loads, asked)
+    ahead = counted(sensor, layer, loads)
+    seen = None if ahead is not None and ahead.seconds > _LOOKED else _seen(
+        sensor, layer, (solved, field.name), loads, asked
+    )
     pairs = list(_halves(sensor, solved, (layer, field), loads, seen))
+    if seen is None and ahead is not None:
+        pairs[0] = (replace(pairs[0][0], seconds=ahead.seconds), pairs[0][1])
     steps = tuple(step for step, _ in pairs)
     left_out = (*omissions(sensor, (layer, field), loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
@@ -130,6 +137,34 @@ def plan(
         layer, field, steps, _better((layer, field), pairs, left_out, error), left_out, error,
         tuple(item for item in left_out if item.unbounded), sum(step.seconds for step in steps), notes,
     )
+
+
+def counted(sensor: Sensor, choice: Choice | None, loads: Sequence[Wrench], *, via: bool = False) -> Forecast | None:
+    """Return what one load, or the last on a path `via` the others, takes by counts; None of other models and tables."""
+    if choice is None or choice.name != "block" or not (via or len(loads) == 1):
+        return None
+    return forecast(sensor, loads)
+
+
+def taken(
+    sensor: Sensor, loads: Sequence[Wrench], *, tolerance: float = 1e-2, mechanics: str = "auto",
+    magnetics: str | None = "auto",
+) -> tuple[dict[str, float], Forecast | None]:
+    """Return the seconds that each half of a load, or a path of some, is to take by counts, by its model's name.
+
+    With what the counts are of a pad in space. Nothing is solved; `magnetics` None: the target's pose alone.
+    """
+    sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
+    layer = choose_mechanics(sensor, mechanics, loads, asked)
+    ahead = counted(sensor, layer, loads, via=True)
+    halves = [(layer, MECHANICS)]
+    if magnetics is not None:
+        question = magnetic_question(sensor, asked, loads, loaded=True)
+        halves.append((chosen("magnetics", MAGNETICS, sensor, question, magnetics, loaded=True), MAGNETICS))
+    own = Question(asked, loads=tuple(loads[-1:]))
+    seconds = {choice.name: models[choice.name].cost(replace(own, tolerance=choice.tolerance)).seconds
+               for choice, models in halves}
+    return seconds | ({} if ahead is None else {layer.name: ahead.seconds}), ahead
 
 
 def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:

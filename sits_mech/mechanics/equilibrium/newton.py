@@ -21,6 +21,7 @@ Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (19
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
@@ -61,6 +62,7 @@ MOST = 16
 LONGEST = 1.5
 """Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 
+_LOG = logging.getLogger(__name__)
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
@@ -137,6 +139,7 @@ def newton(
         aim = aim_of(here, goal if arc is None else goal + part * arc.slope, held, arc)
         left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
+        _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
         if left[-1] <= SETTLED or count == most or _hopeless(left, body.slips):
             break
         if factor is None or near > _NEAR or left[-1] > _AGAIN * left[-2]:
