@@ -295,6 +295,7 @@ class Verdict(NamedTuple):
     stiffness: float
     reason: PathEnd  # against the state
     S: Array
+    hidden: float = np.nan  # smallest eigenvalue on motions hidden by symmetry; inf if none are
 
 
 def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
@@ -307,20 +308,20 @@ def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
         return Verdict(least, np.nan, PathEnd.INVERTED, _NONE)
     if stiffness is None:
         stiffness, hidden = target_stiffness(body, trial)
-    value, reason = smallest_stiffness(way, stiffness, hidden)
-    return Verdict(least, value, reason, stiffness)
+    beside = np.inf if hidden is None else smallest_eigenvalue(hidden, way.out_of_plane)
+    value, reason = smallest_stiffness(way, stiffness, beside)
+    return Verdict(least, value, reason, stiffness, beside)
 
 
-def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, PathEnd]:
-    """Return the smallest eigenvalue of the stiffness, hidden motions included, and the reason it stands for."""
+def smallest_stiffness(way: Way, stiffness: Array, hidden: float) -> tuple[float, PathEnd]:
+    """Return the smallest eigenvalue of the stiffness, that on hidden motions included, and the reason it stands for."""
     held = way.held
     if held.any() and way.out_of_plane is not None:
         held = np.concatenate([held[:3], way.out_of_plane])[: len(held)]
     own = np.inf if way.held.all() else smallest_eigenvalue(stiffness, held)
-    hidden_stiffness = np.inf if hidden is None else smallest_eigenvalue(hidden, way.out_of_plane)
-    if own > 0.0 and hidden_stiffness > 0.0:
-        return min(own, hidden_stiffness), PathEnd.NONE
-    return (hidden_stiffness, PathEnd.SIDEWAYS) if own > 0.0 else (own, PathEnd.BUCKLED)
+    if own > 0.0 and hidden > 0.0:
+        return min(own, hidden), PathEnd.NONE
+    return (hidden, PathEnd.SIDEWAYS) if own > 0.0 else (own, PathEnd.BUCKLED)
 
 
 def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:

@@ -97,7 +97,7 @@ def follow(
         increment *= 2.0 if found.state.iterations <= _EASY else 1.0
         increment = min(increment, 1.1 * gone * said.stiffness / max(fallen, 1e-300))  # nan, at first, limits nothing
         if at == 1.0:
-            return Outcome(here, at)
+            return Outcome(here, at, hidden=said.hidden)
         _LOG.info(_STANDS, len(body.free), 100.0 * at, here.iterations)
     else:
         return Outcome(here, at, PathEnd.LONG)
@@ -155,6 +155,7 @@ class Outcome:
     reached: float  # fraction of the path; 1 is the goal
     reason: PathEnd = PathEnd.NONE
     limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
+    hidden: float = np.nan  # at the goal, smallest stiffness on motions hidden by symmetry; inf if none are
 
     def over(self, begin: float, end: float) -> Outcome:
         """Map the outcome to a longer path, of which this one was from a part to another."""
@@ -226,7 +227,7 @@ def pursued(
             step, to, said = _ahead(body, way, here, None)
             spent += step.iterations
             if not said.reason:
-                return Outcome(replace(step, iterations=spent), 1.0)
+                return Outcome(replace(step, iterations=spent), 1.0, hidden=said.hidden)
         astray = not said.reason and to <= here.part  # stable, on another branch
         if astray or said.reason in (PathEnd.LOST, PathEnd.INVERTED):
             reason, length = said.reason or PathEnd.LOST, 0.25 * length
