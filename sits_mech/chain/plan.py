@@ -140,7 +140,7 @@ def plan(
 
 
 def counted(sensor: Sensor, choice: Choice | None, loads: Sequence[Wrench], *, via: bool = False) -> Forecast | None:
-    """Return what one load, or the last on a path `via` the others, takes by counts; None of other models and tables."""
+    """Return what one load, or the last on a path `via` others, takes by counts; None of other models and tables."""
     if choice is None or choice.name != "block" or not (via or len(loads) == 1):
         return None
     return forecast(sensor, loads)

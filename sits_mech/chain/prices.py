@@ -67,15 +67,14 @@ def forecast(sensor: Sensor, loads: Sequence[Wrench]) -> Forecast:
     from sits_mech.mechanics.block import pad_family
 
     levels, share = pad_family(sensor)
-    whole = (0.5 / share) * 2.0 if any(load.out_of_plane for load in loads) else 1.0
+    whole = 1.0 / share if any(load.out_of_plane for load in loads) else 1.0
     first, second = (round(whole * _unknowns(levels.cells(level))) for level in (0, 1))
     length, touching = _expected(sensor, loads[-1])
-    increments, friction = max(1, math.ceil(length / LONGEST)), sensor.elastomer is not None and sensor.elastomer.friction
-    if friction:
-        increments = max(increments, _SOFTER * len(loads))
-    each = _EACH * second * max(second / _SIZE, 1.0) ** _POWER
-    pressed = _PRESSED * second * max(second / _SIZE, 1.0) ** _POWER
-    seconds = _ONCE + (_FIRST + _EACH_MORE * (increments - 1)) * each + touching * pressed
+    rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
+    increments = max(math.ceil(length / LONGEST), _SOFTER * len(loads) if rough else 1)
+    size = second * max(second / _SIZE, 1.0) ** _POWER
+    pressed = _PRESSED * size
+    seconds = _ONCE + (_FIRST + _EACH_MORE * (increments - 1)) * _EACH * size + touching * pressed
     finest = _FURTHER["block"][-1][0]
     return Forecast((first, second), increments, touching, seconds, finest * (seconds + (not touching) * pressed))
 

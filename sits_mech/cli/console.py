@@ -115,7 +115,7 @@ def progress_bar(what: str) -> Iterator[Progress]:
 def solving(
     sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: str = "auto", magnetics: str | None = "auto"
 ) -> Iterator[None]:
-    """Say on stderr what a load, the last of a path, is to take before it is solved; then, now and again, how far it is.
+    """Say on stderr what a load, the last of a path, is to take before it is solved; then, now and again, where it is.
 
     `magnetics` None: the target's pose alone is asked for.
     """

@@ -82,6 +82,11 @@ class Bonded:
         return patch_of(self.mesh, self.free, cells)
 
     @cached_property
+    def plain(self) -> Bonded:
+        """The body without the motions that symmetry hides."""
+        return replace(self, hidden=None, shared=lambda: self.pattern)
+
+    @cached_property
     def rests(self) -> dict[bytes, Any]:
         """What was found from what was asked, the last of it; see `remembered`."""
         return {}
@@ -194,8 +199,8 @@ def remembered(solve: Callable[Concatenate[Bonded, State, _Asked], _Rest]) -> Ca
 ]:
     """Return a solution from a state, a dataclass with a `state` or None, that a body finds once for the same numbers.
 
-    It depends on these and the limit of time alone, to the last digit, not on what was asked before. The deformation of its state, much
-    larger, is made again where it is asked for.
+    It depends on these and the limit of time alone, to the last digit, not on what was asked before. The deformation of
+    its state, much larger, is made again where it is asked for.
     """
 
     def found(body: Bonded, start: State, /, *asked: _Asked.args, **more: _Asked.kwargs) -> _Rest:

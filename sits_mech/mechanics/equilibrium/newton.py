@@ -314,7 +314,7 @@ def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
 
 
 def smallest_stiffness(way: Way, stiffness: Array, hidden: float) -> tuple[float, PathEnd]:
-    """Return the smallest eigenvalue of the stiffness, that on hidden motions included, and the reason it stands for."""
+    """Return the smallest eigenvalue of the stiffness, of hidden motions, too, and the reason it stands for."""
     held = way.held
     if held.any() and way.out_of_plane is not None:
         held = np.concatenate([held[:3], way.out_of_plane])[: len(held)]

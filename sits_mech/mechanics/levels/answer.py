@@ -15,14 +15,21 @@ import numpy as np
 
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
-from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
+from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import MOST, Approach, PathEnd, smallest_eigenvalue, unloaded
+from sits_mech.mechanics.equilibrium.newton import (
+    MOST,
+    Approach,
+    PathEnd,
+    smallest_eigenvalue,
+    target_stiffness,
+    unloaded,
+)
 from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow, iteration_seconds
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
-from sits_mech.memory import check_seconds
+from sits_mech.memory import check_seconds, kept_by_first
 from sits_mech.notes import Note
 from sits_mech.quantities import WRENCH, Array, Bounded, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -83,7 +90,7 @@ def solve_levels(
 
     midway = begin + first.reached * (end - begin)
     spend = np.inf if first.reached == 1.0 else _LAST if first.limit is None else _VERDICT
-    body = levels.plain if _stands(levels, first, control) else levels.fine
+    body = levels.fine.plain if _stands(levels, first, control) else levels.fine
     fine = followed(body, _begun(levels, scales, start, 1), midway, spend)
     fine = fine.over(0.0, first.reached)
     there, second = fine, first.state
@@ -111,8 +118,14 @@ def _stands(levels: Levels, first: Outcome, control: Control) -> bool:
     """Whether the first level is so far from falling out of its symmetry that the second need not be asked."""
     if not (first.reached == 1.0 and np.isfinite(first.hidden)):
         return False
-    at_rest = levels.hidden_at_rest
-    return at_rest is not None and first.hidden >= _UPRIGHT * smallest_eigenvalue(at_rest, control.held[3:])
+    return first.hidden >= _UPRIGHT * smallest_eigenvalue(_hidden_at_rest(levels), control.held[3:])
+
+
+@kept_by_first(1)
+def _hidden_at_rest(levels: Levels) -> Array:
+    """Return the stiffness of the undeformed first level on motions that symmetry hides, (3, 3); zero for none."""
+    found = target_stiffness(levels.coarse, rest(levels.coarse))[1]
+    return np.zeros((3, 3)) if found is None else found
 
 
 def _carried(

@@ -62,11 +62,11 @@ import numpy as np
 from sits_mech.mechanics.element.dissection import leaf_size
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.prolongation import Prolongation
-from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
+from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import Approach, approached, target_stiffness, unloaded
+from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
 from sits_mech.mechanics.equilibrium.path import affordable, follow
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
@@ -118,16 +118,6 @@ class Levels:
     def fine(self) -> Bonded:
         """Second level."""
         return self.maker(1)
-
-    @cached_property
-    def plain(self) -> Bonded:
-        """Second level without the motions that symmetry hides."""
-        return replace(self.fine, hidden=None, shared=lambda: self.fine.pattern)
-
-    @cached_property
-    def hidden_at_rest(self) -> Array | None:
-        """Stiffness of the undeformed first level on motions that symmetry hides, (3, 3); None where it hides none."""
-        return target_stiffness(self.coarse, rest(self.coarse))[1]
 
     @property
     def size(self) -> int:

@@ -134,4 +134,5 @@ def test_two_levels_agree_on_what_symmetry_hides(sizes, load):
         found = follow(body, unloaded(body), (0.0 * goal, goal), held=held, out_of_plane=control.held[3:])
         shares.append(found.hidden / smallest_eigenvalue(target_stiffness(body, unloaded(body))[1]))
     assert abs(shares[1] - shares[0]) < 0.03 and min(shares) > 0.5
-    assert line[0].plain.hidden is None and line[0].plain.pattern is line[0].fine.pattern
+    plain = line[0].fine.plain
+    assert plain.hidden is None and plain.pattern is line[0].fine.pattern and plain is line[0].fine.plain
