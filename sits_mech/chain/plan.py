@@ -19,6 +19,7 @@ from sits_mech.chain.models import (
 )
 from sits_mech.chain.prices import Forecast, Look, forecast, look
 from sits_mech.chain.propagation import poses_of, unloaded
+from sits_mech.chain.simulate import check_way
 from sits_mech.description import Description, Question, sized
 from sits_mech.magnetics.ends import ROUGH
 from sits_mech.mechanics.models import strain_bound
@@ -155,6 +156,7 @@ def taken(
     With what the counts are of a pad in space. Nothing is solved; `magnetics` None: the target's pose alone.
     """
     sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
+    check_way(sensor, loads)
     layer = choose_mechanics(sensor, mechanics, loads, asked)
     ahead = counted(sensor, layer, loads, via=True)
     halves = [(layer, MECHANICS)]

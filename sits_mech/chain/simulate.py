@@ -290,10 +290,15 @@ def image_at_rest(
         raise SolveFailed(message, error.report, last, error.half, carried) from error
 
 
+def check_way(sensor: Sensor, loads: Sequence[Wrench]) -> None:
+    """Refuse loads passed on the way to the last one where they make no difference."""
+    if len(loads) != 1 and not (loads and depends_on_path(sensor)):
+        raise SceneError("via: must be left out without elastomer.friction: the way of the load makes no difference")
+
+
 def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
     """Return the rest at the end of a path of loads, without what the symmetry of all of them forbids."""
-    if sensor.elastomer is None or sensor.elastomer.friction == 0.0 or not isinstance(layer, PathModel):
-        raise SceneError("via: must be left out without elastomer.friction: the way of the load makes no difference")
+    check_way(sensor, loads if isinstance(layer, PathModel) else ())
     return symmetrised(layer.along(loads), symmetry_of(sensor), *loads)
 
 
