@@ -123,17 +123,12 @@ def plan(
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     layer = choose_mechanics(sensor, mechanics, loads, asked) if loads else None
     solved, field = choose_magnetics(sensor, magnetics, loads, asked, loaded=bool(loads))
-    ahead = counted(sensor, layer, loads)
-    seen = None if ahead is not None and ahead.seconds > _LOOKED else _seen(
-        sensor, layer, (solved, field.name), loads, asked
-    )
+    seen = _counted_or_seen(sensor, layer, (solved, field.name), loads, asked)
     pairs = list(_halves(sensor, solved, (layer, field), loads, seen))
-    if seen is None and ahead is not None:
-        pairs[0] = (replace(pairs[0][0], seconds=ahead.seconds), pairs[0][1])
     steps = tuple(step for step, _ in pairs)
     left_out = (*omissions(sensor, (layer, field), loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
-    notes = (*(() if seen is None else seen.notes), *_notes(sensor, loads, seen))
+    notes = (*(seen.notes if isinstance(seen, Look) else ()), *_notes(sensor, loads, seen))
     return Plan(
         layer, field, steps, _better((layer, field), pairs, left_out, error), left_out, error,
         tuple(item for item in left_out if item.unbounded), sum(step.seconds for step in steps), notes,
@@ -175,7 +170,8 @@ def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
 
 
 def _halves(
-    sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench], seen: Look | None
+    sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench],
+    seen: Look | Forecast | None,
 ) -> Iterator[tuple[Step, list[Step]]]:
     """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
     layer, field = chosen
@@ -183,7 +179,7 @@ def _halves(
         first = _solved(loads)
         count = len(symmetry_of(sensor).without_images(first))
         step, finer = _rungs("mechanics", MECHANICS[layer.name], layer.tolerance, count)
-        yield _as_seen(step, seen), finer if seen is None else []
+        yield _as_seen(step, seen), [] if isinstance(seen, Look) else finer
     plates = solved.conductors if field.name == "sheets" else ()
     count = max(len(loads), 1)
     more = bool(plates) * _AMONG * count + sum(part.shape == "outline" for part in plates) * _OUTLINE
@@ -268,6 +264,16 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
     return replace(question, answer=(rest, found))
 
 
+def _counted_or_seen(
+    sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
+) -> Look | Forecast | None:
+    """Return what the first meshes show of one load, or its counts where they are dear; arguments as of `_seen`."""
+    ahead = counted(sensor, choice, loads)
+    if ahead is not None and ahead.seconds > _LOOKED:
+        return ahead
+    return _seen(sensor, choice, coils, loads, tolerance)
+
+
 def _seen(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
 ) -> Look | None:
@@ -296,23 +302,25 @@ def _seen(
     return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
 
 
-def _as_seen(step: Step, seen: Look | None) -> Step:
-    """Return a step as the load's first meshes show it."""
+def _as_seen(step: Step, seen: Look | Forecast | None) -> Step:
+    """Return a step as the load's first meshes show it, or as it is counted."""
     if seen is None:
         return step
+    if isinstance(seen, Forecast):
+        return replace(step, seconds=seen.seconds) if step.half == "mechanics" else step
     if step.half == "mechanics":
         return replace(step, error=seen.error, seconds=seen.seconds)
     return step if seen.magnetics is None else replace(step, error=seen.magnetics)
 
 
-def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | None) -> tuple[Note, ...]:
+def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | Forecast | None) -> tuple[Note, ...]:
     """Return what speaks against a request, beside what was seen of it."""
     bound = strain_bound(sensor, loads)
     found = list[Note]()
     if sensor.elastomer is not None:
         found += _overhang(sensor)
         found += (Note.of(NoteKind.STATED, text=text) for text in implausible(sensor.elastomer.silicone))
-    if seen is None and loads and _HELD < bound < math.inf:
+    if not isinstance(seen, Look) and loads and _HELD < bound < math.inf:
         found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
     return tuple(found)
 

@@ -81,7 +81,7 @@ def follow(
     way = Way(*goals, np.zeros(body.components, dtype=bool) if held is None else held, out_of_plane)
     here, at, increment, before = start, 0.0, 1.0, (0.0, np.nan)
     length = 0.0
-    while here.iterations < most and not _too_slow(body, here.iterations - start.iterations, at):
+    while _goes_on(body, (here.iterations - start.iterations, most - start.iterations), at):
         target = min(1.0, at + increment)
         body, found = among_faces(body, replace(here, iterations=0), way.goal(target), held, most - here.iterations)
         spent = here.iterations + found.state.iterations
@@ -114,10 +114,13 @@ def affordable(body: Bonded, share: float = 0.25) -> float:
     return share * SECONDS.get() / iteration_seconds(body)
 
 
-def _too_slow(body: Bonded, spent: float, at: float) -> bool:
-    """Whether a path has spent a third of its limit or more, and at its pace so far the rest will not do."""
-    limit = affordable(body)
-    return spent >= _GIVEN * limit and at < spent / limit
+def _goes_on(body: Bonded, work: tuple[float, float], at: float) -> bool:
+    """Whether a path at a part of its way has iterations left, and its pace will do if it spent a third of its limit.
+
+    `work`: iterations spent, and most.
+    """
+    (spent, most), limit = work, affordable(body)
+    return spent < most and (spent < _GIVEN * limit or at >= spent / limit)
 
 
 def iteration_seconds(body: Bonded) -> float:
@@ -218,7 +221,7 @@ def pursued(
             return _limited(here, end, spent, first)
         if length <= smallest * (1.0 if end is None else PRECISE) * max(begun, body.length(here.state.q)):
             break
-        if spent >= most or (end is None and _too_slow(body, spent, here.part)):
+        if not _goes_on(body, (spent, most), here.part if end is None else 1.0):
             reason = PathEnd.LONG
             break
         step, to, said = _ahead(body, way, here, length)
