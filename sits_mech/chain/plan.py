@@ -179,7 +179,7 @@ def _halves(
         first = _solved(loads)
         count = len(symmetry_of(sensor).without_images(first))
         step, finer = _rungs("mechanics", MECHANICS[layer.name], layer.tolerance, count)
-        yield _as_seen(step, seen), [] if isinstance(seen, Look) else finer
+        yield _as_seen(step, seen), finer if seen is None else []
     plates = solved.conductors if field.name == "sheets" else ()
     count = max(len(loads), 1)
     more = bool(plates) * _AMONG * count + sum(part.shape == "outline" for part in plates) * _OUTLINE
