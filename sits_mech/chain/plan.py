@@ -14,10 +14,12 @@ from sits_mech.chain.models import (
     Choice,
     choose_magnetics,
     choose_mechanics,
+    chosen,
     magnetic_question,
 )
-from sits_mech.chain.prices import Look, look
+from sits_mech.chain.prices import Forecast, Look, forecast, look
 from sits_mech.chain.propagation import poses_of, unloaded
+from sits_mech.chain.simulate import check_way
 from sits_mech.description import Description, Question, sized
 from sits_mech.magnetics.ends import ROUGH
 from sits_mech.mechanics.models import strain_bound
@@ -31,6 +33,7 @@ from sits_mech.silicone.material import implausible
 from sits_mech.units import checked_tolerance
 
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
+_LOOKED = 5.0  # seconds by counts beyond which a load's first meshes are not solved for its plan
 _AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
 _OUTLINE = 15.0  # seconds more for each fixed plate of any outline: no symmetry shares its cells
 
@@ -120,16 +123,45 @@ def plan(
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     layer = choose_mechanics(sensor, mechanics, loads, asked) if loads else None
     solved, field = choose_magnetics(sensor, magnetics, loads, asked, loaded=bool(loads))
-    seen = _seen(sensor, layer, (solved, field.name), loads, asked)
+    seen = _counted_or_seen(sensor, layer, (solved, field.name), loads, asked)
     pairs = list(_halves(sensor, solved, (layer, field), loads, seen))
     steps = tuple(step for step, _ in pairs)
     left_out = (*omissions(sensor, (layer, field), loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
-    notes = (*(() if seen is None else seen.notes), *_notes(sensor, loads, seen))
+    notes = (*(seen.notes if isinstance(seen, Look) else ()), *_notes(sensor, loads, seen))
     return Plan(
         layer, field, steps, _better((layer, field), pairs, left_out, error), left_out, error,
         tuple(item for item in left_out if item.unbounded), sum(step.seconds for step in steps), notes,
     )
+
+
+def counted(sensor: Sensor, choice: Choice | None, loads: Sequence[Wrench], *, via: bool = False) -> Forecast | None:
+    """Return what one load, or the last on a path `via` others, takes by counts; None of other models and tables."""
+    if choice is None or choice.name != "block" or not (via or len(loads) == 1):
+        return None
+    return forecast(sensor, loads)
+
+
+def taken(
+    sensor: Sensor, loads: Sequence[Wrench], *, tolerance: float = 1e-2, mechanics: str = "auto",
+    magnetics: str | None = "auto",
+) -> tuple[dict[str, float], Forecast | None]:
+    """Return the seconds that each half of a load, or a path of some, is to take by counts, by its model's name.
+
+    With what the counts are of a pad in space. Nothing is solved; `magnetics` None: the target's pose alone.
+    """
+    sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
+    check_way(sensor, loads)
+    layer = choose_mechanics(sensor, mechanics, loads, asked)
+    ahead = counted(sensor, layer, loads, via=True)
+    halves = [(layer, MECHANICS)]
+    if magnetics is not None:
+        question = magnetic_question(sensor, asked, loads, loaded=True)
+        halves.append((chosen("magnetics", MAGNETICS, sensor, question, magnetics, loaded=True), MAGNETICS))
+    own = Question(asked, loads=tuple(loads[-1:]))
+    seconds = {choice.name: models[choice.name].cost(replace(own, tolerance=choice.tolerance)).seconds
+               for choice, models in halves}
+    return seconds | ({} if ahead is None else {layer.name: ahead.seconds}), ahead
 
 
 def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
@@ -138,7 +170,8 @@ def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
 
 
 def _halves(
-    sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench], seen: Look | None
+    sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench],
+    seen: Look | Forecast | None,
 ) -> Iterator[tuple[Step, list[Step]]]:
     """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
     layer, field = chosen
@@ -231,6 +264,16 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
     return replace(question, answer=(rest, found))
 
 
+def _counted_or_seen(
+    sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
+) -> Look | Forecast | None:
+    """Return what the first meshes show of one load, or its counts where they are dear; arguments as of `_seen`."""
+    ahead = counted(sensor, choice, loads)
+    if ahead is not None and ahead.seconds > _LOOKED:
+        return ahead
+    return _seen(sensor, choice, coils, loads, tolerance)
+
+
 def _seen(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
 ) -> Look | None:
@@ -259,23 +302,25 @@ def _seen(
     return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
 
 
-def _as_seen(step: Step, seen: Look | None) -> Step:
-    """Return a step as the load's first meshes show it."""
+def _as_seen(step: Step, seen: Look | Forecast | None) -> Step:
+    """Return a step as the load's first meshes show it, or as it is counted."""
     if seen is None:
         return step
+    if isinstance(seen, Forecast):
+        return replace(step, seconds=seen.seconds) if step.half == "mechanics" else step
     if step.half == "mechanics":
         return replace(step, error=seen.error, seconds=seen.seconds)
     return step if seen.magnetics is None else replace(step, error=seen.magnetics)
 
 
-def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | None) -> tuple[Note, ...]:
+def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | Forecast | None) -> tuple[Note, ...]:
     """Return what speaks against a request, beside what was seen of it."""
     bound = strain_bound(sensor, loads)
     found = list[Note]()
     if sensor.elastomer is not None:
         found += _overhang(sensor)
         found += (Note.of(NoteKind.STATED, text=text) for text in implausible(sensor.elastomer.silicone))
-    if seen is None and loads and _HELD < bound < math.inf:
+    if not isinstance(seen, Look) and loads and _HELD < bound < math.inf:
         found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
     return tuple(found)
 

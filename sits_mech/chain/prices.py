@@ -7,16 +7,33 @@ much, each is, if that may be enough. Those of pads are medians of 72 scenes and
 the plane of ten, those of tables of nine; `studies/promises.py` draws other sixty, and compares predictions with
 results. Seconds are of processor time on one core of the machine that `studies/solve_costs.py` ran on, within a factor
 of some three elsewhere.
+
+Before anything is solved a load is counted: the unknowns n of its first meshes, and its increments k by linear theory.
+Two meshes then take some
+
+    10 k^2.5 iterations of n 8e-6 (n/3674)^0.6 s,        k = max(1, |q|/1.5),
+
+|q| the displacement of the target's edge in thicknesses (`biorob2018` under 3 N, 8 N and under 40 N, which linear
+theory moves by 3.4 and 4.3, took 134 and 178), no more than the limit of time; and more by contact where the silicone
+that the target displaces, sink min(w/2, sqrt(K/(12 mu))) for each of its sides, fills the half circle that a free wall
+beside it bulges to before it folds onto ground and target.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from sits_mech.mechanics.closed_form import plain_pad
+from sits_mech.mechanics.equilibrium.newton import LONGEST
 from sits_mech.mechanics.loads import RefinedModel
+from sits_mech.mechanics.models import strains_of
+from sits_mech.mechanics.pad.shapes import shape_of
+from sits_mech.memory import SECONDS
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Equilibrium, MechanicalModel, SolveFailed, SolveReport, Wrench
+from sits_mech.scene.sensor import Sensor
 
 _IN_PLANE = ((1.5, 0.25), (15.0, 0.02))
 _FURTHER = {"block": ((2.7, 0.25), (8.0, 0.2)), "planar": _IN_PLANE, "axisymmetric": _IN_PLANE}
@@ -32,6 +49,57 @@ MANY_ON_THREE = 3e-3
 """Tolerance from which on many loads take three meshes: a fourth leaves 0.8 of their error for thrice the cost."""
 _TOUCHING = NoteKind.FACE_TOUCHES, NoteKind.FACES_TOUCH
 _PRESSED = 3.5e-4  # for each unknown where faces touch: the way there is by contact that grows harder
+_FIRST, _FARTHER = 10, 2.5  # iterations of two meshes under a load within reach, and how they grow with increments
+_SIZE, _POWER = 3674, 0.6  # unknowns from which on an iteration takes longer for each of them, and how
+_BULGED = math.pi / 8.0  # of the thickness squared, what a wall bulges by to a half circle
+_SOFTER = 8  # increments of a leg of a path with friction
+
+
+class Forecast(NamedTuple):
+    """What a load is to take at finite strain, by counts alone."""
+
+    unknowns: tuple[int, int]  # of its first two meshes
+    increments: int  # of the load
+    touching: bool  # whether free faces are to be pressed against ground or target
+    seconds: float  # of processor time, by these two meshes
+    most: float  # with finer ones, and contact
+
+
+def forecast(sensor: Sensor, loads: Sequence[Wrench]) -> Forecast:
+    """Return what the last of some loads on a path [N, N m] takes of a pad in space; nothing is meshed or solved."""
+    from sits_mech.mechanics.block import pad_family
+
+    levels, share = pad_family(sensor)
+    whole = 1.0 / share if any(load.out_of_plane for load in loads) else 1.0
+    first, second = (round(whole * _unknowns(levels.cells(level))) for level in (0, 1))
+    length, touching = _expected(sensor, loads[-1])
+    rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
+    parts = max(length / LONGEST, _SOFTER * len(loads) if rough else 1.0)
+    size = second * max(second / _SIZE, 1.0) ** _POWER
+    pressed = _PRESSED * size
+    seconds = _ONCE + _FIRST * parts ** (1.0 if rough else _FARTHER) * _EACH * size + touching * pressed
+    most = _FURTHER["block"][-1][0] * (seconds + (not touching) * pressed)
+    seconds, most = (min(each, SECONDS.get()) for each in (seconds, most))
+    return Forecast((first, second), math.ceil(parts), touching, seconds, most)
+
+
+def _unknowns(cells: tuple[int, ...]) -> int:
+    """Return about how many displacements cells with a node in each middle have, held at one face."""
+    *beside, through = cells
+    return 3 * math.prod(2 * count + 1 for count in beside) * 2 * through
+
+
+def _expected(sensor: Sensor, load: Wrench) -> tuple[float, bool]:
+    """Return the displacement of a target's edge by linear theory [thicknesses], and whether free walls are to fold."""
+    plain = plain_pad(sensor)
+    if plain is None:
+        return 0.0, False
+    target, elastomer = plain
+    sink, shear, edge = strains_of(target, elastomer, load)
+    silicone, half = elastomer.silicone, 0.5 * min(*target.extent, *elastomer.extent) / elastomer.thickness
+    reach = min(half, math.sqrt(silicone.bulk_modulus / (12.0 * silicone.shear_modulus)))
+    near = shape_of(target, elastomer).low_corner and elastomer.contact != "never" and load.F_z > 0.0
+    return math.hypot(sink + edge, shear), near and sink * reach > _BULGED
 
 
 class Look(NamedTuple):

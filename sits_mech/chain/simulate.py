@@ -44,6 +44,8 @@ from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.status import OK, flags_of, marked
 
+_NO_WAY = "via: must be left out without elastomer.friction: the way of the load makes no difference"
+
 
 @dataclass(frozen=True)
 class Simulation:
@@ -290,10 +292,16 @@ def image_at_rest(
         raise SolveFailed(message, error.report, last, error.half, carried) from error
 
 
+def check_way(sensor: Sensor, loads: Sequence[Wrench]) -> None:
+    """Refuse loads passed on the way to the last one where they make no difference."""
+    if len(loads) > 1 and not depends_on_path(sensor):
+        raise SceneError(_NO_WAY)
+
+
 def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
     """Return the rest at the end of a path of loads, without what the symmetry of all of them forbids."""
-    if sensor.elastomer is None or sensor.elastomer.friction == 0.0 or not isinstance(layer, PathModel):
-        raise SceneError("via: must be left out without elastomer.friction: the way of the load makes no difference")
+    if not (depends_on_path(sensor) and isinstance(layer, PathModel)):
+        raise SceneError(_NO_WAY)
     return symmetrised(layer.along(loads), symmetry_of(sensor), *loads)
 
 

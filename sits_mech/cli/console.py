@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -13,6 +15,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from sits_mech.cases import Progress
+    from sits_mech.quantities import Wrench
+    from sits_mech.scene.sensor import Sensor
+
+_EVERY = 2.0  # seconds between lines on how far a load is
 
 
 def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
@@ -103,3 +109,40 @@ def progress_bar(what: str) -> Iterator[Progress]:
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def solving(
+    sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: str = "auto", magnetics: str | None = "auto"
+) -> Iterator[None]:
+    """Say on stderr what a load, the last of a path, is to take before it is solved; then, now and again, where it is.
+
+    `magnetics` None: the target's pose alone is asked for.
+    """
+    from sits_mech.chain.plan import taken
+    from sits_mech.report.tables.plan import taken_words
+
+    warn(taken_words(*taken(sensor, loads, tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)))
+    log, teller = logging.getLogger("sits_mech.mechanics"), _Teller()
+    before = log.level
+    log.addHandler(teller)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(teller)
+        log.setLevel(before)
+
+
+class _Teller(logging.Handler):
+    """Print what a solver says, a line in two seconds at most."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._last = time.monotonic()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print a line, unless the last one was a moment ago."""
+        if (now := time.monotonic()) - self._last >= _EVERY:
+            self._last = now
+            warn(f"  {record.getMessage()}")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, deliver, show, warn
+from sits_mech.cli.console import answer, deliver, show, solving, warn
 from sits_mech.cli.options import (
     Json,
     Load,
@@ -92,7 +93,9 @@ def explain(
     from sits_mech.report.ladder import rung_line
     from sits_mech.report.tables.plan import ladder_record, ladder_tables, plan_record, plan_tables
 
-    found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
+    loads = [wrench] if wrench.components.any() else []
+    with solving(sensor, loads, **asdict(models)) if loads else nullcontext():
+        found = plan(sensor, loads, **asdict(models))
     record, tables = plan_record(sensor, found), plan_tables(sensor, found)
     rungs = []
     if ladder:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, ended, kept_promise, not_converged, warn
+from sits_mech.cli.console import answer, ended, kept_promise, not_converged, solving, warn
 from sits_mech.cli.options import (
     Accept,
     Best,
@@ -64,9 +64,10 @@ def pose(
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table
 
-    layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     try:
-        found = at_rest(sensor, layer, loads[-1], via)
+        with solving(sensor, loads, tolerance, mechanics, None):
+            layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
+            found = at_rest(sensor, layer, loads[-1], via)
     except SolveFailed as error:
         return not_converged(error, as_json)
     unsolved = omissions(sensor, (choice, None), loads)
@@ -162,7 +163,8 @@ def simulate(
     from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
 
     try:
-        found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
+        with solving(sensor, [*via, wrench], **asdict(models)):
+            found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json, True)
     names = Choice(found.equilibrium.report.model), Choice(found.impedance.report.model)

@@ -138,17 +138,17 @@ def shear_stiffness(shear_modulus: float, width: float, thickness: float) -> flo
 
 
 def small_strain_bound(
-    silicone: Silicone, moduli: tuple[float, float], sink: float, shear: float, edge: float
+    silicone: Silicone, moduli: tuple[float, float], sink: float, shear: float, edge: float, uneven: float = 1.0
 ) -> float:
     """Bound the relative error of one linear compliance; E_c and E_b [Pa], displacements over the layer's thickness.
 
-    `edge` is the displacement of the target's ends by its tilt. The factors are checked against finite strain by the
-    plan's test.
+    `edge` is the displacement of the target's ends by its tilt, `uneven` the part of the layer that is not sheared
+    uniformly. The factors are checked against finite strain by the plan's test.
     """
     mu, (E_c, E_b) = silicone.shear_modulus, moduli
     strain = math.sqrt(4.0 * (E_c * sink**2 + E_b * edge**2 / 3.0) / mu + shear**2)
     secant = shear_secant(silicone.law, silicone.constants, max(strain, SLACK))
-    return 3.0 * abs(sink) + 0.5 * (abs(shear) + abs(edge)) + abs(secant / mu - 1.0)
+    return 3.0 * abs(sink) + 0.5 * (uneven * abs(shear) + abs(edge)) + abs(secant / mu - 1.0)
 
 
 def _decay(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:

@@ -8,10 +8,12 @@ A under the load
 with E_c and E_b of `closed_form.pad_moduli`, M_o the moment about the layer's middle. One linear compliance then misses
 the displacement by less than
 
-    3 sink/t + (shear + edge)/2,
+    3 sink/t + (min(1, 7.5 t/w) shear + edge)/2,
 
 where finite elements show 1.6 to 2.8 times sink/t under pure compression, and up to 0.4 times the larger of shear and
-edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, are excluded.
+edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, are excluded. Away from its edges a layer
+shears uniformly, with the law's secant modulus: what shear changes goes with t/w (flush strips under shear of 0.3 and
+0.6: 1e-3 to 7e-3 of it at w/t = 8, 0.3e-3 to 0.5e-3 at 128).
 
 Ends. Plane strain makes a pad too stiff by the factors of `linear.finite_length_factor` in shear, compression and tilt:
 it leaves (factor - 1) times a displacement out. Beforehand, and of pads that a strip does not stand for at all, the
@@ -45,7 +47,7 @@ from sits_mech.mechanics.closed_form import (
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Array, Wrench
-from sits_mech.scene.sensor import Sensor, silicone_of
+from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicone_of
 from sits_mech.silicone.history import history_share
 
 if TYPE_CHECKING:
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
 
 _HOPELESS = 0.5  # displacements that are left out, from which on the closed forms will do
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
+_UNIFORM = 7.5  # thicknesses of a layer's width beyond which its middle is sheared uniformly
 
 
 def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
@@ -64,18 +67,25 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     if plain is None:
         return math.inf
     target, elastomer = plain
-    (w, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
-    if min(w, length) < 2.0 * t * _SLENDER:
+    thin = elastomer.thickness / min(map(min, target.extent, elastomer.extent))
+    if thin * 2.0 * _SLENDER > 1.0:
         return math.inf
-    silicone, (area, E_c, E_b) = elastomer.silicone, pad_moduli(target, elastomer)
+    silicone, (_, *moduli) = elastomer.silicone, pad_moduli(target, elastomer)
     free = 3.0 * abs(elastomer.free_stretch - 1.0)  # of the thickness, by which the pad moves without load, at most
-    strains, lever = [(free, 0.0, 0.0)], target.load_height + 0.5 * t
-    for load in loads:
-        sink, shear = abs(load.F_z) / (E_c * area), math.hypot(load.F_x, load.F_y) / (silicone.shear_modulus * area)
-        along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
-        edge = 6.0 * math.hypot(along / w, across / length) / (E_b * area)
-        strains.append((sink + free, shear, edge))
-    return max(small_strain_bound(silicone, (E_c, E_b), *each) for each in strains)
+    strains = [strains_of(*plain, load) for load in (Wrench(), *loads)]
+    return max(
+        small_strain_bound(silicone, (moduli[0], moduli[1]), sink + free, shear, edge, min(1.0, _UNIFORM * thin))
+        for sink, shear, edge in strains
+    )
+
+
+def strains_of(target: Target, elastomer: Elastomer, load: Wrench) -> tuple[float, float, float]:
+    """Return sink, shear and displacement of the ends by tilt of a plain pad at small strain, in thicknesses."""
+    (w, length), (area, E_c, E_b) = map(min, target.extent, elastomer.extent), pad_moduli(target, elastomer)
+    lever, mu = target.load_height + 0.5 * elastomer.thickness, elastomer.silicone.shear_modulus
+    along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
+    edge = 6.0 * math.hypot(along / w, across / length) / (E_b * area)
+    return abs(load.F_z) / (E_c * area), math.hypot(load.F_x, load.F_y) / (mu * area), edge
 
 
 def ends_of_pad(sensor: Sensor) -> FiniteLength | None:

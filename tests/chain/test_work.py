@@ -22,6 +22,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return found
 
 
+HIDDEN = {3479, 3583}  # unknowns of the second meshes that are odd in y
 RIMS = {"biorob2018-w15": 2_774, "biorob2018": 2_198}  # unknowns of the third mesh's cells at rims
 
 
@@ -50,12 +51,13 @@ def test_factorisations_of_a_load(
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "F_x", "F_z", "most"),
-    [("biorob2018-w15", 0.7, 2.8, (112, 12)), ("biorob2018", 0.4, 1.6, (125, 12))],
+    [("biorob2018-w15", 0.7, 2.8, (101, 12)), ("biorob2018", 0.4, 1.6, (112, 12))],
 )
 def test_factorisations_of_a_table(
     name: str, F_x: float, F_z: float, most: tuple[int, int], counted: list[int]
 ) -> None:
-    """Loads and tolerance by default: 109 and 121, and 9 of rims."""
+    """Loads and tolerance by default: 98 and 109, and 9 of rims; none for what symmetry hides on the second mesh."""
     forces = {"F_x": [F_x * k / 4 for k in range(-4, 5)], "F_z": [F_z * k / 8 for k in range(9)]}
     calibrate(load_sensor(name), **forces)
+    assert not HIDDEN & set(counted)
     assert all(0 < own <= up for own, up in zip(counts_of(name, counted), most, strict=True))

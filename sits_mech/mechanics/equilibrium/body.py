@@ -29,6 +29,7 @@ from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.folds import SelfContact
+from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Integers, Mask
 
 ROOM = 2**25
@@ -79,6 +80,11 @@ class Bonded:
         if cells is None:
             cells = at_rims(self.mesh, self.faces.skin.surface.nodes, self.free)
         return patch_of(self.mesh, self.free, cells)
+
+    @cached_property
+    def plain(self) -> Bonded:
+        """The body without the motions that symmetry hides."""
+        return replace(self, hidden=None, shared=lambda: self.pattern)
 
     @cached_property
     def rests(self) -> dict[bytes, Any]:
@@ -198,12 +204,12 @@ def remembered(solve: Callable[Concatenate[Bonded, State, _Asked], _Rest]) -> Ca
 ]:
     """Return a solution from a state, a dataclass with a `state` or None, that a body finds once for the same numbers.
 
-    It depends on these alone, to the last digit, not on what was asked before. The deformation of its state, much
-    larger, is made again where it is asked for.
+    It depends on these and the limit of time alone, to the last digit, not on what was asked before. The deformation of
+    its state, much larger, is made again where it is asked for.
     """
 
     def found(body: Bonded, start: State, /, *asked: _Asked.args, **more: _Asked.kwargs) -> _Rest:
-        numbers = pickle.dumps((solve.__name__, replace(start, known=None), asked, more))
+        numbers = pickle.dumps((solve.__name__, SECONDS.get(), replace(start, known=None), asked, more))
         name = hashlib.sha256(numbers).digest()
         if name in body.rests:
             rest: _Rest = body.rests[name]

@@ -21,6 +21,7 @@ Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (19
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
@@ -61,6 +62,7 @@ MOST = 16
 LONGEST = 1.5
 """Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 
+_LOG = logging.getLogger(__name__)
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
@@ -137,6 +139,7 @@ def newton(
         aim = aim_of(here, goal if arc is None else goal + part * arc.slope, held, arc)
         left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
+        _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
         if left[-1] <= SETTLED or count == most or _hopeless(left, body.slips):
             break
         if factor is None or near > _NEAR or left[-1] > _AGAIN * left[-2]:
@@ -292,6 +295,7 @@ class Verdict(NamedTuple):
     stiffness: float
     reason: PathEnd  # against the state
     S: Array
+    hidden: float = np.nan  # smallest eigenvalue on motions hidden by symmetry; inf if none are
 
 
 def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
@@ -304,21 +308,21 @@ def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
         return Verdict(least, np.nan, PathEnd.INVERTED, _NONE)
     if stiffness is None:
         stiffness, hidden = target_stiffness(body, trial)
-    value, reason = smallest_stiffness(way, stiffness, hidden)
-    return Verdict(least, value, reason, stiffness)
+    held = None if way.out_of_plane is None or hidden is None else way.out_of_plane[: len(hidden)]
+    beside = np.inf if hidden is None else smallest_eigenvalue(hidden, held)
+    value, reason = smallest_stiffness(way, stiffness, beside)
+    return Verdict(least, value, reason, stiffness, beside)
 
 
-def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, PathEnd]:
-    """Return the smallest eigenvalue of the stiffness, hidden motions included, and the reason it stands for."""
+def smallest_stiffness(way: Way, stiffness: Array, hidden: float) -> tuple[float, PathEnd]:
+    """Return the smallest eigenvalue of the stiffness, of hidden motions, too, and the reason it stands for."""
     held = way.held
     if held.any() and way.out_of_plane is not None:
         held = np.concatenate([held[:3], way.out_of_plane])[: len(held)]
     own = np.inf if way.held.all() else smallest_eigenvalue(stiffness, held)
-    beside = None if way.out_of_plane is None or hidden is None else way.out_of_plane[: len(hidden)]
-    hidden_stiffness = np.inf if hidden is None else smallest_eigenvalue(hidden, beside)
-    if own > 0.0 and hidden_stiffness > 0.0:
-        return min(own, hidden_stiffness), PathEnd.NONE
-    return (hidden_stiffness, PathEnd.SIDEWAYS) if own > 0.0 else (own, PathEnd.BUCKLED)
+    if own > 0.0 and hidden > 0.0:
+        return min(own, hidden), PathEnd.NONE
+    return (hidden, PathEnd.SIDEWAYS) if own > 0.0 else (own, PathEnd.BUCKLED)
 
 
 def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:

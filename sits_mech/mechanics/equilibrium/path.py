@@ -28,6 +28,7 @@ Source: E. Riks, Int. J. Solids Struct. 15 (1979) 529; W. C. Rheinboldt, SIAM J.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,8 +49,10 @@ from sits_mech.mechanics.equilibrium.newton import (
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array
 
+_LOG, _STANDS = logging.getLogger(__name__), "%d unknowns: at rest under %.0f %% of the load after %d iterations"
 _EASY = 5  # iterations up to which the next increment grows
 _PACE = (1e-5, 3.3e-5)  # s that an iteration takes for an unknown, of sections and solids: 0.6 to 1.5, 1.1 to 3.2 seen
+_GIVEN = 1.0 / 3.0  # of the limit of time, what a path is given before its pace is looked at
 _CUT = 0.25  # of an increment that fails, where the path goes on by its length
 _LOOKS = 3  # how often a step is solved with more and more faces that meet
 PRECISE = 2e-3
@@ -78,7 +81,7 @@ def follow(
     way = Way(*goals, np.zeros(body.components, dtype=bool) if held is None else held, out_of_plane)
     here, at, increment, before = start, 0.0, 1.0, (0.0, np.nan)
     length = 0.0
-    while here.iterations < most:
+    while _goes_on(body, (here.iterations - start.iterations, most - start.iterations), at):
         target = min(1.0, at + increment)
         body, found = among_faces(body, replace(here, iterations=0), way.goal(target), held, most - here.iterations)
         spent = here.iterations + found.state.iterations
@@ -94,7 +97,8 @@ def follow(
         increment *= 2.0 if found.state.iterations <= _EASY else 1.0
         increment = min(increment, 1.1 * gone * said.stiffness / max(fallen, 1e-300))  # nan, at first, limits nothing
         if at == 1.0:
-            return Outcome(here, at)
+            return Outcome(here, at, hidden=said.hidden)
+        _LOG.info(_STANDS, len(body.free), 100.0 * at, here.iterations)
     else:
         return Outcome(here, at, PathEnd.LONG)
     if _CUT < smallest:
@@ -108,6 +112,15 @@ def affordable(body: Bonded, share: float = 0.25) -> float:
     A quarter, as four paths may be in vain: those of the free and of the guarded family, without and with contact.
     """
     return share * SECONDS.get() / iteration_seconds(body)
+
+
+def _goes_on(body: Bonded, work: tuple[float, float], at: float) -> bool:
+    """Whether a path at a part of its way has iterations left, and its pace will do if it spent a third of its limit.
+
+    `work`: iterations spent, and most.
+    """
+    (spent, most), limit = work, affordable(body)
+    return spent < most and (spent < _GIVEN * limit or at >= spent / limit)
 
 
 def iteration_seconds(body: Bonded) -> float:
@@ -145,6 +158,7 @@ class Outcome:
     reached: float  # fraction of the path; 1 is the goal
     reason: PathEnd = PathEnd.NONE
     limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
+    hidden: float = np.nan  # at the goal, smallest stiffness on motions hidden by symmetry; inf if none are
 
     def over(self, begin: float, end: float) -> Outcome:
         """Map the outcome to a longer path, of which this one was from a part to another."""
@@ -207,7 +221,7 @@ def pursued(
             return _limited(here, end, spent, first)
         if length <= smallest * (1.0 if end is None else PRECISE) * max(begun, body.length(here.state.q)):
             break
-        if spent >= most:
+        if not _goes_on(body, (spent, most), here.part if end is None else 1.0):
             reason = PathEnd.LONG
             break
         step, to, said = _ahead(body, way, here, length)
@@ -216,7 +230,7 @@ def pursued(
             step, to, said = _ahead(body, way, here, None)
             spent += step.iterations
             if not said.reason:
-                return Outcome(replace(step, iterations=spent), 1.0)
+                return Outcome(replace(step, iterations=spent), 1.0, hidden=said.hidden)
         astray = not said.reason and to <= here.part  # stable, on another branch
         if astray or said.reason in (PathEnd.LOST, PathEnd.INVERTED):
             reason, length = said.reason or PathEnd.LOST, 0.25 * length
@@ -229,6 +243,7 @@ def pursued(
                 length *= 0.25
                 continue
             before, here = here, there
+            _LOG.info(_STANDS, len(body.free), 100.0 * to, spent)
             end = None if end is None or length >= end.ahead else replace(end, ahead=end.ahead - length)
             length *= 2.0 if step.iterations <= _EASY else 1.0
             length = min(length, LONGEST, _vanishing(before, here)) if end is None else _next(here, end, beyond=True)

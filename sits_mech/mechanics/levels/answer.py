@@ -15,14 +15,21 @@ import numpy as np
 
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
-from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
+from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import MOST, Approach, PathEnd, unloaded
+from sits_mech.mechanics.equilibrium.newton import (
+    MOST,
+    Approach,
+    PathEnd,
+    smallest_eigenvalue,
+    target_stiffness,
+    unloaded,
+)
 from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow, iteration_seconds
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
-from sits_mech.memory import check_seconds
+from sits_mech.memory import check_seconds, kept_by_first
 from sits_mech.notes import Note
 from sits_mech.quantities import WRENCH, Array, Bounded, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -31,6 +38,7 @@ from sits_mech.silicone.stability import layer_notes
 _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
 _LAST = 25  # and where it has found none, for a last state
+_UPRIGHT = 0.5  # of the stiffness without load; levels differ by 0.03 of it at most (test_answer.py)
 _ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
@@ -82,7 +90,8 @@ def solve_levels(
 
     midway = begin + first.reached * (end - begin)
     spend = np.inf if first.reached == 1.0 else _LAST if first.limit is None else _VERDICT
-    fine = followed(levels.fine, _begun(levels, scales, start, 1), midway, spend)
+    body = levels.fine.plain if _stands(levels, first, control) else levels.fine
+    fine = followed(body, _begun(levels, scales, start, 1), midway, spend)
     fine = fine.over(0.0, first.reached)
     there, second = fine, first.state
     if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
@@ -103,6 +112,20 @@ def solve_levels(
     load = None if limit is None else _carried(found, scales, (begin, end, held), limit)
     laws = law_notes(line.sensor, largest_stretch(levels.coarse, first.state.u, apart=0.0)) if part < 1.0 else ()
     return Solved(found, part, reason, load, limit, laws, first.reached)
+
+
+def _stands(levels: Levels, first: Outcome, control: Control) -> bool:
+    """Whether the first level is so far from falling out of its symmetry that the second need not be asked."""
+    if not (first.reached == 1.0 and np.isfinite(first.hidden)):
+        return False
+    return first.hidden >= _UPRIGHT * smallest_eigenvalue(_hidden_at_rest(levels), control.held[3:])
+
+
+@kept_by_first(1)
+def _hidden_at_rest(levels: Levels) -> Array:
+    """Return the stiffness of the undeformed first level on motions that symmetry hides, (3, 3); zero for none."""
+    found = target_stiffness(levels.coarse, rest(levels.coarse))[1]
+    return np.zeros((3, 3)) if found is None else found
 
 
 def _carried(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,6 +12,7 @@ from rich.table import Table
 from sits_mech.analysis.ladder import Rung
 from sits_mech.chain.models import Candidate, Choice, Why
 from sits_mech.chain.plan import Plan, Step
+from sits_mech.chain.prices import Forecast
 from sits_mech.magnetics.modes import skin_depths
 from sits_mech.mechanics.models import ends_of_pad
 from sits_mech.notes import Omission
@@ -38,6 +39,19 @@ def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     rows += [("note", words) for words in sentences(found.notes)]
     finer_tables = [finer] if found.finer else []
     return [solved, *models, left_out_table(found.left_out), *finer_tables, key_table("overall", rows)]
+
+
+def taken_words(seconds: Mapping[str, float], counts: Forecast | None) -> str:
+    """Say what a load is to take, by model, and what is solved of a pad in space."""
+    words = {name: f"{name}, about {_short(own)} s" for name, own in seconds.items()}
+    if counts is not None:
+        parts = f"{counts.increments} increments" if counts.increments > 1 else "1 increment"
+        meshes = " and ".join(f"{count:,}" for count in counts.unknowns)
+        touching = ", free faces pressed" if counts.touching else ""
+        more = f"{_short(counts.most)} s with finer meshes{'' if counts.touching else ' or contact'}"
+        own = f"block, meshes of some {meshes} unknowns, {parts}{touching}, about {_short(counts.seconds)} s, {more}"
+        words["block"] = own
+    return f"to solve: {'; '.join(words.values())}"
 
 
 def choice_reason(choice: Choice | None) -> str:

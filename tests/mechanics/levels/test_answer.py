@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.equilibrium.control import Control, Scales
+from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.equilibrium.control import Control, Scales, under
+from sits_mech.mechanics.equilibrium.newton import smallest_eigenvalue, target_stiffness, unloaded
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.answer import aim, errors_of, relative
 from sits_mech.mechanics.levels.words import wrench_words
@@ -115,3 +118,21 @@ def test_forces_that_hold_the_target_have_the_error_of_forces():
     assert (found.pose.d_h, found.pose.alpha) == (pytest.approx(0.1 * MM), 0.0)
     np.testing.assert_array_equal(found.error.components[:3], 0.0)
     assert 0.0 < found.report.estimated_error < 1e-2 and found.wrench.F_x > 0.0
+
+
+@pytest.mark.parametrize(
+    ("sizes", "load"),
+    [((20, 20, 8, 8, 2), (0.4, 1.6)), ((8, 4, 8, 4, 2), (0.2, 0.2)), ((8, 8, 8, 8, 6), (0.03, 0.1))],
+)
+def test_two_levels_agree_on_what_symmetry_hides(sizes, load):
+    """Its stiffness over that without load: so closely that one level tells of the other where half of it is left."""
+    keys = ("elastomer.width", "elastomer.length", "target.width", "target.length", "elastomer.thickness")
+    line = block_pad(load_sensor("biorob2018", [f"{k}={v * MM}" for k, v in zip(keys, sizes, strict=True)])).half
+    control, shares = under(Wrench(*load)), []
+    for body in (line[0].coarse, line[0].fine):
+        held, goal = aim(body, line.scales, control)
+        found = follow(body, unloaded(body), (0.0 * goal, goal), held=held, out_of_plane=control.held[3:])
+        shares.append(found.hidden / smallest_eigenvalue(target_stiffness(body, unloaded(body))[1]))
+    assert abs(shares[1] - shares[0]) < 0.03 and min(shares) > 0.5
+    plain = line[0].fine.plain
+    assert plain.hidden is None and plain.pattern is line[0].fine.pattern and plain is line[0].fine.plain

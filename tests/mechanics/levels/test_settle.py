@@ -40,3 +40,13 @@ def test_a_path_takes_its_share_of_the_limit_of_time(monkeypatch):
     monkeypatch.setenv(SECONDS.variable, "1")
     with pytest.raises(SceneError, match="a load on a mesh of 3562 unknowns must take at most 1 s"):
         pad.equilibrium(Wrench(F_z=1.0))
+
+
+def test_a_path_that_falls_behind_is_given_up_at_a_third(monkeypatch):
+    """Of its limit, counted in iterations: a step more at most; none that keeps up is."""
+    pad = block_pad(load_sensor("biorob2018-w15"), 1e-2)
+    body, control = pad.half[0].coarse, under(Wrench(M=0.3))
+    monkeypatch.setenv(SECONDS.variable, "6")
+    spent = first_look(pad.half, pad.half[0], None, control).state.iterations
+    assert affordable(body) / 3.0 <= spent < affordable(body) / 3.0 + 2 * MOST
+    assert first_look(pad.half, pad.half[0], None, under(Wrench(F_z=1.0))).reached == 1.0
