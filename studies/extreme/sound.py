@@ -56,7 +56,8 @@ def board() -> str:
         for k, ((a, b), (c, d)) in enumerate(zip(corners[:-1], corners[1:], strict=True))
     ]
     pour = '(filled_polygon (layer "B.Cu") (pts (xy 10 10) (xy 30 10) (xy 30 30) (xy 10 30)))'
-    zone = f'(zone (net 2) (net_name "GND") (layer "B.Cu") (hatch edge 0.5) (min_thickness 0.25) (fill yes) {pour})'
+    fill = f"(min_thickness 0.25) (filled_areas_thickness no) (fill yes) {pour}"
+    zone = f'(zone (net 2) (net_name "GND") (layer "B.Cu") (hatch edge 0.5) {fill})'
     head = '(kicad_pcb (version 20240108) (generator "study") (general (thickness 1.6))'
     layers = '(layers (0 "F.Cu" signal) (31 "B.Cu" signal) (44 "Edge.Cuts" user)) (setup (pad_to_mask_clearance 0))'
     return "\n".join([head, layers, '(net 0 "") (net 1 "L1") (net 2 "GND")', *tracks, zone]) + ")\n"
