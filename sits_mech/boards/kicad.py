@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.boards.copper import Board, Hole, Track, Zone, place
+from sits_mech.boards.lines import strip
 from sits_mech.boards.sexpr import Node, child, children, numbers, read_expression, texts
 from sits_mech.boards.stackup import METRES, Layer, stack
-from sits_mech.boards.strips import strip
 from sits_mech.boards.versions import FOOTPRINTS, copper_layers, is_filled, pen, three_points, version_of
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, printable
@@ -90,9 +90,9 @@ class _Reader:
         holes = [self.via(node) for node in children(tree, "via")]
         references = []
         for number, node in enumerate(children(tree, *FOOTPRINTS)):
-            references.append(self.reference(node, number))
+            frame = self.frame(node, number)
+            references.append(frame.reference)
             if child(node, "at") is not None:
-                frame = self.frame(node, number, references[-1])
                 tracks += self.tracks(_drawings(node, "fp_"), frame)
                 for item in children(node, "pad"):
                     holes += self.pad(item, frame)
@@ -106,14 +106,11 @@ class _Reader:
         names = tuple(sorted(({*self.nets.values()} | named) - {""}))
         return Board(self.name, layers, names, tuple(tracks), tuple(holes), tuple(zones), notes, tuple(references))
 
-    def reference(self, node: Node, number: int) -> str:
-        """Return the reference of a footprint, or its place in the file."""
+    def frame(self, node: Node, number: int) -> _Frame:
+        """Return where a footprint stands; at the board's origin where it does not say so."""
         named = [item for item in children(node, "property", "fp_text") if str(item[1]).lower() == "reference"]
-        return _word(named[0][2]) if named else f"footprint {number + 1}"
-
-    def frame(self, node: Node, number: int, reference: str) -> _Frame:
-        """Return where a footprint stands."""
-        x, y = numbers(node, "at", 2, f"{self.name}: footprint {number + 1}")
+        reference = _word(named[0][2]) if named else f"footprint {number + 1}"
+        x, y = numbers(node, "at", 2, f"{self.name}: footprint {number + 1}") if child(node, "at") else (0.0, 0.0)
         return _Frame(number, reference, METRES * np.array([x, -y]), _turn(node, f"{self.name}: {reference}"))
 
     def net(self, node: Node) -> str:

@@ -8,7 +8,7 @@ there, else the nearest that turns, else the nearest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from sits_mech.boards.copper import Board, Hole, Track, place
 from sits_mech.boards.joints import Joints, joined, merged
-from sits_mech.boards.lines import flattened, length_of, turns_of
+from sits_mech.boards.lines import flattened, length_of, spaced
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown
 
@@ -84,9 +84,8 @@ def of_net(board: Board, net: str) -> Copper:
     mine = [piece for piece in pieces(board) if touches(piece)]
     own |= {id(track): track for piece in mine for track in piece.tracks}
     ends = {id(hole) for piece in mine for _, hole in piece.holes}
-    holes = tuple(hole for hole in board.holes if hole.layers and (hole.net == net or id(hole) in ends))
-    title = f"net {net}"
-    return _checked(Copper(net, title, f"{board.name}: {title}", tuple(own.values()), holes, touches, net))
+    holes = [hole for hole in board.holes if hole.layers and (hole.net == net or id(hole) in ends)]
+    return _copper(board, net, f"net {net}", own.values(), holes, touches, net)
 
 
 def of_footprint(board: Board, reference: str) -> Copper:
@@ -96,8 +95,7 @@ def of_footprint(board: Board, reference: str) -> Copper:
         raise SceneError(f"--footprint: {board.name}: {_unknown('footprint', reference, sorted({*board.footprints}))}")
     lines = [piece for piece in pieces(board) if any(track.footprint in numbers for track in piece.tracks)]
     ends = [piece for piece in pieces(board) if any(hole.footprint in numbers for _, hole in piece.holes)]
-    title = f"footprint {reference}"
-    return _checked(_together(lines or ends, reference, title, f"{board.name}: {title}"))
+    return _together(board, lines or ends, reference, f"footprint {reference}")
 
 
 def at_place(board: Board, point: Array, layer: str) -> Copper:
@@ -126,8 +124,7 @@ def alone(board: Board, piece: Joints) -> Copper:
     at = f"{place(piece.tracks[0].points[0])} on {piece.tracks[0].layer}"
     names = sorted({track.net for track in piece.tracks} - {""})
     names += sorted({board.footprints[track.footprint] for track in piece.tracks if track.footprint >= 0})
-    title = f"copper at {at}"
-    return _together([piece], names[0] if names else f"coil {at}", title, f"{board.name}: {title}")
+    return _together(board, [piece], names[0] if names else f"coil {at}", f"copper at {at}")
 
 
 @lru_cache(maxsize=2)
@@ -150,8 +147,14 @@ def _drawn(track: Track) -> Array:
 
 
 def turns(piece: Joints) -> float:
-    """Return how often the longest way through a piece turns."""
-    return turns_of(along(piece), _STEP * max(track.width for track in piece.tracks))
+    """Return how often the longest way through a piece turns: the reach of its direction over 2 pi, a half in meanders.
+
+    Steps of three widths or less, as at a via, may lead back.
+    """
+    line = along(piece)
+    steps = np.diff(spaced(line, _STEP * max(track.width for track in piece.tracks)), axis=0) if len(line) else line
+    steps = steps[np.hypot(*steps.T) > 0.0]
+    return float(np.ptp(np.unwrap(np.arctan2(*steps.T[::-1])))) / (2.0 * np.pi) if len(steps) else 0.0
 
 
 @lru_cache(maxsize=4096)
@@ -173,17 +176,20 @@ def along(piece: Joints) -> Array:
     return np.vstack([np.zeros((0, 2)), *(lines[k][:: 1 if ends[k][0] == a else -1] for k, a in order)])
 
 
-def _together(some: Sequence[Joints], name: str, title: str, where: str) -> Copper:
+def _together(board: Board, some: Sequence[Joints], name: str, title: str) -> Copper:
     """Return pieces as the copper of a coil."""
     holes = {id(hole): hole for piece in some for _, hole in piece.holes}
-    return Copper(name, title, where, tuple(track for piece in some for track in piece.tracks), tuple(holes.values()))
+    return _copper(board, name, title, [track for piece in some for track in piece.tracks], holes.values())
 
 
-def _checked(copper: Copper) -> Copper:
-    """Refuse copper without tracks."""
-    if not copper.tracks:
-        raise SceneError(f"{copper.where}: must have tracks, or copper drawn to its pads; got none")
-    return copper
+def _copper(
+    board: Board, name: str, title: str, tracks: Iterable[Track], holes: Iterable[Hole], *more: Any
+) -> Copper:
+    """Return copper with what messages say of it; refuse such without tracks."""
+    found = Copper(name, title, f"{board.name}: {title}", tuple(tracks), tuple(holes), *more)
+    if not found.tracks:
+        raise SceneError(f"{found.where}: must have tracks, or copper drawn to its pads; got none")
+    return found
 
 
 def _unknown(kind: str, name: str, known: Sequence[str]) -> str:

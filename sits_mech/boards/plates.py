@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -41,7 +42,7 @@ _GRID = 1e-9  # the board's own step [m]
 _CLEAR = 2e-4  # of a pour from a coil that ends in it: KiCad's default clearance [m]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pour:
     """A plate of copper."""
 
@@ -50,6 +51,11 @@ class Pour:
     rim: Array  # (n, 2) counter-clockwise [m]
     holes: tuple[Array, ...]  # [m]
     parts: tuple[Pour, ...] = ()  # that it joins, where it stands for several
+
+    @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """Return the lower left and the upper right corner of the box around it [m]."""
+        return self.rim.min(axis=0), self.rim.max(axis=0)
 
     @property
     def area(self) -> float:
@@ -72,19 +78,17 @@ def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tupl
         elif not zone.fills:
             notes.append(f"{title} on {on}: left out, it is not filled: fill all zones in KiCad and save")
         for layer, points in zone.fills if zone.net not in nets else ():
-            for pour in _pours(zone.net, layer, points, zone.pen):
+            for pour in _as_pours(Pour(zone.net, layer, points, ()), loops(points, zone.pen)):
                 clear, said = _clear(pour, zone, routes, board.name)
                 found += clear
                 notes += said
     return tuple(found), tuple(notes)
 
 
-def _pours(net: str, layer: str, points: Array, pen: float = 0.0) -> list[Pour]:
-    """Return the pieces of a filled polygon as plates."""
-    return [
-        Pour(net, layer, rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes))
-        for rim, *holes in loops(points, pen)
-    ]
+def _as_pours(like: Pour, pieces: Sequence[Sequence[Array]]) -> list[Pour]:
+    """Return pieces, each its rim and its holes, as pours of the net and the layer of another."""
+    turned = ([rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes)] for rim, *holes in pieces)
+    return [replace(like, rim=rim, holes=holes) for rim, holes in turned]
 
 
 def _clear(pour: Pour, zone: Zone, routes: Sequence[Route], name: str) -> tuple[list[Pour], list[str]]:
@@ -112,19 +116,16 @@ def _cut(pour: Pour, routes: Sequence[Route]) -> list[Pour]:
 
     runs = [run for found in routes for run in found.runs if run.layer == pour.layer]
     near = shapely.union_all([shapely.LineString(run.points).buffer(run.width / 2 + _CLEAR) for run in runs])
-    return _of_shape(pour, polygon([pour.rim, *pour.holes]).difference(near))
+    return _as_pours(pour, _rings(polygon([pour.rim, *pour.holes]).difference(near)))
 
 
-def _of_shape(pour: Pour, shape: Any) -> list[Pour]:
-    """Return the pieces of a shape as pours of the same net and layer."""
+def _rings(shape: Any) -> list[list[Array]]:
+    """Return the rims of each polygon of a shape, the outer ones first."""
     import shapely
 
-    found = []
-    for piece in shapely.get_parts(shape):
-        if piece.geom_type == "Polygon" and piece.area > 0.0:
-            rim, *holes = (shapely.get_coordinates(ring)[:-1] for ring in (piece.exterior, *piece.interiors))
-            found.append(replace(pour, rim=rim if signed_area(rim) > 0.0 else rim[::-1], holes=tuple(holes)))
-    return found
+    pieces = (piece.simplify(0.0) for piece in shapely.get_parts(shape) if piece.geom_type == "Polygon" and piece.area)
+    rings = ([piece.exterior, *piece.interiors] for piece in pieces)
+    return [[shapely.get_coordinates(ring)[:-1] for ring in each] for each in rings]
 
 
 def loops(points: Array, pen: float = 0.0) -> list[list[Array]]:
@@ -136,11 +137,7 @@ def loops(points: Array, pen: float = 0.0) -> list[list[Array]]:
 
     whole = shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure")
     whole = whole.buffer(pen / 2 / _GRID) if pen > 0.0 else whole
-    if not whole.area > 0.0:
-        return [[points]]
-    pieces = (piece.simplify(0.0) for piece in shapely.get_parts(whole) if piece.geom_type == "Polygon")
-    rings = ([piece.exterior, *piece.interiors] for piece in pieces)
-    return [[shapely.get_coordinates(ring)[:-1] * _GRID for ring in each] for each in rings]
+    return [[rim * _GRID for rim in each] for each in _rings(whole)] if whole.area > 0.0 else [[points]]
 
 
 def _touched(pour: Pour, run: Run) -> Array | None:
@@ -181,12 +178,13 @@ def plates(
     least = _SMALL * frame.size**2
     found = []
     kept: list[Conductor] = []
+    taken: list[Pour] = []
     notes = []
     small = [pour.area for pour in poured if pour.area < least]
     if small:
         all_of = f"{1e6 * sum(small):.3g} mm2 together"
         notes.append(f"{len(small)} pours of less than {1e6 * least:.3g} mm2: left out, {all_of}")
-    waiting = sorted(together([item for item in poured if item.area >= least], 2.0 * _FINE * frame.size), key=_size)
+    waiting = together([item for item in poured if item.area >= least], 2.0 * _FINE * frame.size)
     while waiting:
         pour = waiting.pop(0)
         table, said = _table(pour, frame)
@@ -194,40 +192,42 @@ def plates(
         title = f"pour of {pour.net or 'no net'} on {pour.layer}, {1e6 * pour.area:.4g} mm2"
         try:
             plate = Conductor.model_validate(table)
-            _check_boxes(plate, kept)
+            _check_boxes(pour, taken, kept)
             check_parts(sensor.coils, None, None, (*kept, plate), None)
         except SceneError as error:
             if pour.parts:
-                waiting = sorted([*waiting, *pour.parts], key=_size)
+                waiting = _sorted([*waiting, *pour.parts])
                 continue
             notes.append(f"{title}: left out, it does not fit: {str(error).partition(', which')[0]}")
             continue
         found.append(table)
         kept.append(plate)
+        taken.append(pour)
         notes += [f"{title}: {said}"] if said else []
     return found, tuple(notes)
 
 
-def _size(pour: Pour) -> float:
-    """Return what pours are ordered by, the largest first."""
-    return -pour.area
+def _sorted(poured: Sequence[Pour]) -> list[Pour]:
+    """Return pours, the largest first."""
+    return sorted(poured, key=lambda pour: -pour.area)
 
 
 def together(poured: Sequence[Pour], width: float) -> list[Pour]:
-    """Return pours, those of a layer whose boxes overlap as one, tied by bridges of a width [m]."""
-    found = sorted(poured, key=_size)
-    while True:
-        pair = next(((a, b) for a, b in combinations(found, 2) if a.layer == b.layer and _boxes_meet(a, b)), None)
-        tied = pair and _tied(*pair, width)
-        if not pair or not tied:
-            return found
-        found = [each for each in found if each is not pair[0] and each is not pair[1]] + [tied]
+    """Return pours, those of a layer whose boxes overlap as one, tied by bridges of a width [m], the largest first."""
+    found = _sorted(poured)
+    pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
+    while pair := next(pairs, None):
+        tied = _tied(*pair, width)
+        if tied is not None:
+            found = _sorted([each for each in found if each not in pair] + [tied])
+            pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
+    return found
 
 
 def _boxes_meet(one: Pour, other: Pour) -> bool:
-    """Tell whether the boxes around two pours overlap."""
-    low, high = (np.array([limit(each.rim, axis=0) for each in (one, other)]) for limit in (np.min, np.max))
-    return bool(np.all(low.max(axis=0) < high.min(axis=0)))
+    """Tell whether two pours are on one layer and the boxes around them overlap."""
+    (a, b), (c, d) = one.box, other.box
+    return one.layer == other.layer and bool(np.all(np.maximum(a, c) < np.minimum(b, d)))
 
 
 def _tied(one: Pour, other: Pour, width: float) -> Pour | None:
@@ -238,7 +238,7 @@ def _tied(one: Pour, other: Pour, width: float) -> Pour | None:
     a, b = np.array(shapely.shortest_line(*shapes).coords)
     step = (b - a) / max(float(np.hypot(*(b - a))), _GRID) * width
     bridge = shapely.LineString([a - step, b + step]).buffer(width / 2, cap_style="flat")
-    found = _of_shape(one, shapely.union_all([*shapes, bridge]))
+    found = _as_pours(one, _rings(shapely.union_all([*shapes, bridge])))
     nets = ", ".join(dict.fromkeys(net for each in (one, other) for net in each.net.split(", ")))
     parts = [part for each in (one, other) for part in each.parts or (each,)]
     return replace(found[0], net=nets, parts=tuple(parts)) if len(found) == 1 else None
@@ -251,19 +251,17 @@ def _box(sensor: Sensor) -> float:
     return float(np.prod((middle + half).max(axis=0) - (middle - half).min(axis=0)))
 
 
-def _check_boxes(plate: Conductor, others: Sequence[Conductor]) -> None:
-    """Refuse a plate whose box reaches into that of another in its layer."""
-    for other in others:
-        apart = np.abs(np.subtract(plate.centre, other.centre))
-        reach = np.add((*plate.extent, plate.thickness), (*other.extent, other.thickness)) / 2
-        if np.all(apart < reach):
-            raise SceneError(f"its box must be clear of that around conductors.{other.name}; they overlap")
+def _check_boxes(pour: Pour, taken: Sequence[Pour], kept: Sequence[Conductor]) -> None:
+    """Refuse a pour whose box reaches into that of another in its layer."""
+    for other, plate in zip(taken, kept, strict=True):
+        if _boxes_meet(pour, other):
+            raise SceneError(f"its box must be clear of that around conductors.{plate.name}; they overlap")
 
 
 def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     """Return the table of a plate, and notes on it."""
     layer, fine = frame.stack[pour.layer], _FINE * frame.size
-    low, high = pour.rim.min(axis=0), pour.rim.max(axis=0)
+    low, high = pour.box
     middle = (low + high) / 2
     least = 2.0 * math.sqrt(_SMALL / math.pi) * frame.size
     holes = [hole for hole in pour.holes if float(np.hypot(*np.ptp(hole, axis=0))) >= least]  # by the box's diagonal
