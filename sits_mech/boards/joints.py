@@ -178,10 +178,10 @@ def _overlapping(joints: Joints) -> Joints:
     for layer in {joints.tracks[end[0]].layer for end in loose}:
         mine = [end for end in loose if joints.tracks[end[0]].layer == layer]
         points = np.array([joints.point(end) for end in mine])
-        gaps, nearest = cKDTree(points).query(points, k=3)  # itself, perhaps the track's other end, and the next
-        for end, away, which in zip(mine, gaps, nearest, strict=True):
-            found = ((gap, mine[k]) for gap, k in zip(away, which, strict=True) if k < len(mine))
-            for gap, other in [each for each in found if each[1][0] != end[0]][:1]:
+        _, nearest = cKDTree(points).query(points, k=[1, 2, 3])  # itself, perhaps the track's other end, and the next
+        for end, which in zip(mine, nearest, strict=True):
+            for other in [mine[k] for k in which if k < len(mine) and mine[k][0] != end[0]][:1]:
+                gap = float(np.hypot(*(joints.point(other) - joints.point(end))))
                 if gap <= min(joints.tracks[end[0]].width, joints.tracks[other[0]].width) / 2:
                     near[end] = other
     pairs = [(end, other) for end, other in near.items() if near.get(other) == end and end < other]

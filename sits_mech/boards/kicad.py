@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from sits_mech.boards.versions import FOOTPRINTS, copper_layers, is_filled, pen,
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, printable
 
-_LINES, _POLYGONS = ("line", "arc"), "poly"  # drawings that may be tracks; rectangles, circles and curves are none
+_DRAWN = ("line", "arc", "poly")  # that may be tracks; rectangles, circles and curves are none
 
 
 def read_board(path: Path) -> Board:
@@ -79,11 +80,6 @@ class _Reader:
     layers: Mapping[str, str]
     nets: Mapping[float, str]
 
-    @property
-    def copper(self) -> tuple[str, ...]:
-        """Return the copper layers from the top down."""
-        return tuple(self.layers.values())
-
     def board(self, tree: Node, layers: Mapping[str, Layer], notes: tuple[str, ...]) -> Board:
         """Return the board of a file."""
         tracks = self.tracks([*children(tree, "segment", "arc"), *_drawings(tree, "gr_")], _BOARD)
@@ -121,10 +117,8 @@ class _Reader:
     def on(self, node: Node) -> tuple[str, ...]:
         """Return the copper layers that an item is on."""
         given = texts(node, "layer") + texts(node, "layers")
-        if "*.Cu" in given:
-            return self.copper
-        both = ("F.Cu", "B.Cu") if "F&B.Cu" in given else ()
-        return tuple(layer for name, layer in self.layers.items() if name in given or layer in both)
+        more = tuple(self.layers) if "*.Cu" in given else ("F.Cu", "B.Cu") if "F&B.Cu" in given else ()
+        return tuple(layer for name, layer in self.layers.items() if name in given or name in more)
 
     def tracks(
         self, nodes: Sequence[Node], frame: _Frame, layers: tuple[str, ...] = (), net: str = ""
@@ -134,28 +128,23 @@ class _Reader:
         for node in nodes:
             lost = [layer for layer in texts(node, "layer") if layer.endswith(".Cu") and not self.on(node)]
             if lost:
-                raise SceneError(f"{self.name}: {node[0]}: must be on one of {', '.join(self.copper)}; got {lost[0]}")
+                raise SceneError(f"{self.name}: {node[0]}: must be on one of {', '.join(self.layers)}; got {lost[0]}")
             shape = self.shape(node, frame) if layers or self.on(node) else None
             if shape is not None:
-                points, width = shape
-                own = net or self.net(node)
-                found += [
-                    Track(layer, points[k : k + step + 1], width, own, frame.number)
-                    for layer in layers or self.on(node)[:1]
-                    for step in (2 if str(node[0]).endswith("arc") else 1,) for k in range(0, len(points) - step, step)
-                ]
+                own, on = net or self.net(node), layers or self.on(node)[:1]
+                found += [Track(layer, line, shape[1], own, frame.number) for layer in on for line in shape[0]]
         return found
 
-    def shape(self, node: Node, frame: _Frame) -> tuple[Array, float] | None:
-        """Return points and width of what a node draws on the board [m]; None of a polygon that is no strip."""
+    def shape(self, node: Node, frame: _Frame) -> tuple[list[Array], float] | None:
+        """Return lines and width of what a node draws on the board [m]; None of a polygon that is no strip."""
         where = f"{self.name}: {node[0]}"
-        if node[0].endswith(_POLYGONS):
+        if node[0].endswith("poly"):
             corners = self.corners(child(node, "pts") or [], where)
             found = strip(frame.onto(np.array(corners))) if len(corners) > 3 and is_filled(node) else None
-            return found and (found[0], found[1] + self.border(node))
+            return found and ([*map(np.array, pairwise(found[0]))], found[1] + self.border(node))
         points = frame.onto(three_points(node, where))
         (width,) = numbers(child(node, "stroke") or node, "width", 1, f"{where} at {place(points[0])}")
-        return points, METRES * width
+        return [points], METRES * width
 
     def border(self, node: Node) -> float:
         """Return the width of the line round a drawn polygon [m]."""
@@ -175,8 +164,9 @@ class _Reader:
         """Return a via, on all layers between the two that it names."""
         where = f"{self.name}: via"
         point, (size,) = _BOARD.point(node, "at", where), numbers(node, "size", 1, where)
-        ends = [self.copper.index(layer) for layer in self.on(node)] or [0, len(self.copper) - 1]
-        through = self.copper[min(ends) : max(ends) + 1]
+        copper = tuple(self.layers.values())
+        ends = [copper.index(layer) for layer in self.on(node)] or [0, len(copper) - 1]
+        through = copper[min(ends) : max(ends) + 1]
         return Hole("", point, (METRES * size, METRES * size), 0.0, through, self.net(node))
 
     def pad(self, node: Node, frame: _Frame) -> list[Hole]:
@@ -203,7 +193,7 @@ class _Reader:
 
     def areas(self, nodes: Sequence[Node]) -> list[Zone]:
         """Return filled polygons drawn on copper that are no strips, as zones."""
-        found = []
+        found = list[Zone]()
         for node in nodes:
             corners, where = self.corners(child(node, "pts") or [], f"{self.name}: {node[0]}"), self.on(node)[:1]
             if where and len(corners) > 2 and is_filled(node) and self.shape(node, _BOARD) is None:
@@ -213,7 +203,7 @@ class _Reader:
 
     def corners(self, points: Node, where: str) -> list[list[float]]:
         """Return the corners of a polygon, three of an arc, as in the file [mm]."""
-        found = []
+        found = list[list[float]]()
         for node in children(points, "xy", "arc"):
             found += [numbers([node], "xy", 2, where)] if node[0] == "xy" else three_points(node, where).tolist()
         return found
@@ -226,7 +216,7 @@ def _word(item: float | str) -> str:
 
 def _drawings(node: Node, prefix: str) -> list[Node]:
     """Return the lines, arcs and polygons that are drawn in a node."""
-    return children(node, *(prefix + kind for kind in (*_LINES, _POLYGONS)))
+    return children(node, *(prefix + kind for kind in _DRAWN))
 
 
 def _turn(node: Node, where: str) -> float:

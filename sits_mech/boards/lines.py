@@ -12,16 +12,17 @@ are that line. Of a polyline, corners within e of the line through those that st
 A strip of length l and width w has the area A = l w and the rim P = 2 (l + w), so that w^2 - P w / 2 + A = 0. Its
 centre line is where the distance from the rim is greatest: of the Voronoi cells of points along the rim, w / 4 apart,
 those edges within the strip that are 0.45 w or more from it (Blum 1967), which leaves out what leads into corners; it
-is off by (w / 4)^2 / (8 w), 0.8 % of w. Ends reach half a width further, to the strip's own. A polygon is a strip where
+is off by (w / 4)^2 / (8 w), 0.8 % of w, and 0.14 w shorter at a right angle. Ends reach half a width further, to the strip's own. A polygon is a strip where
 it is more than six times as long as wide and the track that is found covers it to 5 %.
 """
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import Voronoi
@@ -88,6 +89,18 @@ def thinned(points: Array, error: float) -> Array:
     return points[kept]
 
 
+def longest_way(pairs: NDArray[np.int64], lengths: Array, count: int) -> list[int]:
+    """Return the longest of the shortest ways between two of `count` places, from pairs (n, 2) that are joined."""
+    graph = coo_array((lengths, tuple(pairs.T)), shape=(count, count)).tocsr()
+    path, before = [int(pairs[0, 0])], np.zeros((1, 0), dtype=np.int32)
+    for _ in range(2):  # the farthest from anywhere, and the farthest from that
+        away, before = dijkstra(graph, directed=False, indices=np.array(path), return_predecessors=True)
+        path = [int(np.argmax(np.where(np.isfinite(away[0]), away[0], -1.0)))]
+    while before[0, path[-1]] >= 0:
+        path.append(int(before[0, path[-1]]))
+    return path
+
+
 def length_of(points: Array) -> float:
     """Return the length of a polyline [m]."""
     return float(np.hypot(*np.diff(points, axis=0).T).sum())
@@ -106,15 +119,9 @@ def spaced(points: Array, least: float) -> Array:
 
 def strip(points: Array) -> tuple[Array, float] | None:
     """Return the centre line (n, 2) and the width of the strip that a polygon (k, 2) is [m]; None if it is none."""
-    return _strip(np.ascontiguousarray(points, dtype=np.float64).tobytes())
-
-
-@lru_cache(maxsize=256)
-def _strip(corners: bytes) -> tuple[Array, float] | None:
-    """Return the strip of a polygon's corners; it is asked of the same one twice."""
     import shapely
 
-    whole = shapely.Polygon(np.frombuffer(corners).reshape(-1, 2))
+    whole = shapely.Polygon(points)
     half, area = whole.length / 2, whole.area
     if not (whole.is_valid and area > 0.0 and half**2 > 4.0 * area):
         return None
@@ -128,7 +135,7 @@ def _strip(corners: bytes) -> tuple[Array, float] | None:
     return (line, width) if shape.symmetric_difference(whole).area < _COVERED * area else None
 
 
-def _middle(whole: object, width: float) -> Array | None:
+def _middle(whole: Any, width: float) -> Array | None:
     """Return the longest line of places far from a polygon's rim, and half a width more at its ends."""
     import shapely
 
@@ -139,20 +146,11 @@ def _middle(whole: object, width: float) -> Array | None:
     inside = shapely.contains_xy(whole, nodes)
     inside[inside] = shapely.distance(whole.exterior, shapely.points(nodes[inside])) >= _INSIDE * width
     pairs = np.array(found.ridge_vertices)
-    pairs = pairs[(pairs >= 0).all(axis=1)]
-    i, j = pairs[inside[pairs].all(axis=1)].T
-    if not len(i):
+    pairs = pairs[(pairs >= 0).all(axis=1) & inside[pairs].all(axis=1)]
+    if not len(pairs):
         return None
-    steps = np.hypot(*(nodes[i] - nodes[j]).T) + 1e-12 * width
-    graph = coo_array((steps, (i, j)), shape=(len(nodes),) * 2).tocsr()
-    away = dijkstra(graph, directed=False, indices=i[0])
-    start = int(np.argmax(np.where(np.isfinite(away), away, -1.0)))
-    away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
-    path = [int(np.argmax(np.where(np.isfinite(away), away, -1.0)))]
-    while path[-1] != start:
-        path.append(int(before[path[-1]]))
-    line = nodes[path]
-    line = thinned(line, _OFF * width)
+    steps = np.hypot(*np.diff(nodes[pairs], axis=1)[:, 0].T) + 1e-12 * width
+    line = thinned(nodes[longest_way(pairs, steps, len(nodes))], _OFF * width)
     if len(line) < 2:
         return None
     first, last = line[0] - line[1], line[-1] - line[-2]

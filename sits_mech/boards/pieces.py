@@ -8,21 +8,17 @@ there, else the nearest that turns, else the nearest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from sits_mech.boards.copper import Board, Hole, Track, place
 from sits_mech.boards.joints import Joints, joined, merged
-from sits_mech.boards.lines import flattened, length_of, spaced
+from sits_mech.boards.lines import flattened, length_of, longest_way, spaced
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown
 
@@ -38,11 +34,16 @@ class Copper:
 
     name: str  # of the coil
     title: str  # for a reader: "net L1"
-    where: str  # for messages: the board and the title
+    board: str  # its name
     tracks: tuple[Track, ...]
     holes: tuple[Hole, ...]
     has: Callable[[Joints], bool] = lambda _: True  # whether a piece of it is of what was asked
     net: str = ""  # that was asked
+
+    @property
+    def where(self) -> str:
+        """Return what messages begin with."""
+        return f"{self.board}: {self.title}"
 
 
 def parts(joints: Joints) -> tuple[Joints, ...]:
@@ -72,24 +73,24 @@ def pieces(board: Board) -> tuple[Joints, ...]:
 
 
 def of_net(board: Board, net: str) -> Copper:
-    """Return the copper of a net; raise SceneError where the board has no such net or nothing of it is track."""
+    """Return the copper of a net; raise SceneError where the board has no such net."""
     if net not in board.nets:
         raise SceneError(f"--net: {board.name}: {_unknown('net', net, board.nets)}")
 
     def touches(piece: Joints) -> bool:
         """Tell whether a piece is of the net, or ends in its pads."""
-        return any(item.net == net for item in (*piece.tracks, *(hole for _, hole in piece.holes)))
+        return any(track.net == net for track in piece.tracks) or any(hole.net == net for _, hole in piece.holes)
 
     own = {id(track): track for track in board.tracks if track.net == net}
     mine = [piece for piece in pieces(board) if touches(piece)]
     own |= {id(track): track for piece in mine for track in piece.tracks}
     ends = {id(hole) for piece in mine for _, hole in piece.holes}
     holes = [hole for hole in board.holes if hole.layers and (hole.net == net or id(hole) in ends)]
-    return _copper(board, net, f"net {net}", own.values(), holes, touches, net)
+    return Copper(net, f"net {net}", board.name, tuple(own.values()), tuple(holes), touches, net)
 
 
 def of_footprint(board: Board, reference: str) -> Copper:
-    """Return the copper of a footprint; raise SceneError where there is no such or nothing of it is track."""
+    """Return the copper of a footprint; raise SceneError where there is no such."""
     numbers = {k for k, name in enumerate(board.footprints) if name == reference}
     if not numbers:
         raise SceneError(f"--footprint: {board.name}: {_unknown('footprint', reference, sorted({*board.footprints}))}")
@@ -105,17 +106,17 @@ def at_place(board: Board, point: Array, layer: str) -> Copper:
     """
     import shapely
 
-    lines, half, layers, which = _all_lines(board)
-    gaps = np.full(len(pieces(board)), np.inf)
-    some = np.flatnonzero(layers == layer) if layer else np.arange(len(layers))
-    away = shapely.distance(shapely.Point(point), lines[some]) - half[some]
-    np.minimum.at(gaps, which[some], np.maximum(away, 0.0))
-    near = np.flatnonzero(np.isfinite(gaps))
-    if not len(near):
+    gaps = list[float]()
+    for piece in pieces(board):
+        some = [track for track in piece.tracks if layer in ("", track.layer)]
+        away = shapely.distance(shapely.Point(point), [shapely.LineString(_drawn(track)) for track in some])
+        beside = (max(gap - track.width / 2, 0.0) for gap, track in zip(away, some, strict=True))
+        gaps.append(min(beside, default=np.inf))
+    if min(gaps, default=np.inf) == np.inf:
         on = layer and f" on {layer}"
         raise SceneError(f"--at: {board.name}: must be a place of a board with tracks{on}; got none")
-    near = near[gaps[near] == 0.0] if (gaps[near] == 0.0).any() else near[np.argsort(gaps[near], kind="stable")]
-    here = [pieces(board)[k] for k in near.tolist()]
+    near = [k for k in np.argsort(gaps, kind="stable").tolist() if gaps[k] < np.inf]
+    here = [pieces(board)[k] for k in near if gaps[k] == 0.0 or gaps[near[0]] > 0.0]
     return alone(board, next((piece for piece in here if turns(piece) >= TURNS), here[0]))
 
 
@@ -125,17 +126,6 @@ def alone(board: Board, piece: Joints) -> Copper:
     names = sorted({track.net for track in piece.tracks} - {""})
     names += sorted({board.footprints[track.footprint] for track in piece.tracks if track.footprint >= 0})
     return _together(board, [piece], names[0] if names else f"coil {at}", f"copper at {at}")
-
-
-@lru_cache(maxsize=2)
-def _all_lines(board: Board) -> tuple[Any, Array, NDArray[np.str_], NDArray[np.int64]]:
-    """Return all tracks as lines of shapely, half their widths [m], their layers, and which piece each is of."""
-    import shapely
-
-    tracks = [(track, k) for k, piece in enumerate(pieces(board)) for track in piece.tracks]
-    lines = np.array([shapely.LineString(_drawn(track)) for track, _ in tracks])
-    half = np.array([track.width / 2 for track, _ in tracks])
-    return lines, half, np.array([track.layer for track, _ in tracks]), np.array([k for _, k in tracks], dtype=np.int64)
 
 
 def _drawn(track: Track) -> Array:
@@ -162,34 +152,18 @@ def along(piece: Joints) -> Array:
     """Return the longest of the shortest ways between two joints of a piece, as points (n, 2) [m]."""
     lines = [_drawn(track) for track in piece.tracks]
     known, places = np.unique(piece.numbers, return_inverse=True)
-    ends = places.reshape(-1, 2).tolist()
-    which = {each: k for k, (a, b) in enumerate(ends) for each in ((a, b), (b, a))}
-    i, j = zip(*which, strict=True)
-    steps = [max(length_of(lines[k]), 1e-12) for k in which.values()]
-    graph = coo_array((steps, (i, j)), shape=(len(known),) * 2).tocsr()
-    start = int(np.argmax(dijkstra(graph, directed=False, indices=0)))
-    away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
-    path = [int(np.argmax(away))]
-    while path[-1] != start:
-        path.append(int(before[path[-1]]))
+    ends = places.reshape(-1, 2)
+    which = {each: k for k, (a, b) in enumerate(ends.tolist()) for each in ((a, b), (b, a))}
+    path = longest_way(ends, np.array([max(length_of(line), 1e-12) for line in lines]), len(known))
     order = [(which[step], step[0]) for step in pairwise(path)]
-    return np.vstack([np.zeros((0, 2)), *(lines[k][:: 1 if ends[k][0] == a else -1] for k, a in order)])
+    return np.vstack([np.zeros((0, 2)), *(lines[k][:: 1 if ends[k, 0] == a else -1] for k, a in order)])
 
 
 def _together(board: Board, some: Sequence[Joints], name: str, title: str) -> Copper:
     """Return pieces as the copper of a coil."""
     holes = {id(hole): hole for piece in some for _, hole in piece.holes}
-    return _copper(board, name, title, [track for piece in some for track in piece.tracks], holes.values())
-
-
-def _copper(
-    board: Board, name: str, title: str, tracks: Iterable[Track], holes: Iterable[Hole], *more: Any
-) -> Copper:
-    """Return copper with what messages say of it; refuse such without tracks."""
-    found = Copper(name, title, f"{board.name}: {title}", tuple(tracks), tuple(holes), *more)
-    if not found.tracks:
-        raise SceneError(f"{found.where}: must have tracks, or copper drawn to its pads; got none")
-    return found
+    tracks = (track for piece in some for track in piece.tracks)
+    return Copper(name, title, board.name, tuple(tracks), tuple(holes.values()))
 
 
 def _unknown(kind: str, name: str, known: Sequence[str]) -> str:

@@ -24,6 +24,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -87,7 +88,7 @@ def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tupl
 
 def _as_pours(like: Pour, pieces: Sequence[Sequence[Array]]) -> list[Pour]:
     """Return pieces, each its rim and its holes, as pours of the net and the layer of another."""
-    turned = ([rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes)] for rim, *holes in pieces)
+    turned = ((rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes)) for rim, *holes in pieces)
     return [replace(like, rim=rim, holes=holes) for rim, holes in turned]
 
 
@@ -177,8 +178,7 @@ def plates(
     frame = _Frame(stack, origin, top, math.sqrt(_box(sensor)))
     least = _SMALL * frame.size**2
     found = []
-    kept: list[Conductor] = []
-    taken: list[Pour] = []
+    kept: list[tuple[Pour, Conductor]] = []
     notes = []
     small = [pour.area for pour in poured if pour.area < least]
     if small:
@@ -188,38 +188,34 @@ def plates(
     while waiting:
         pour = waiting.pop(0)
         table, said = _table(pour, frame)
-        table = {"name": free_name(f"{pour.net or 'copper'} {pour.layer}", [plate.name for plate in kept])} | table
+        table = {"name": free_name(f"{pour.net or 'copper'} {pour.layer}", [plate.name for _, plate in kept])} | table
         title = f"pour of {pour.net or 'no net'} on {pour.layer}, {1e6 * pour.area:.4g} mm2"
         try:
             plate = Conductor.model_validate(table)
-            _check_boxes(pour, taken, kept)
-            check_parts(sensor.coils, None, None, (*kept, plate), None)
+            for other, there in kept:
+                if _boxes_meet(pour, other):
+                    raise SceneError(f"its box must be clear of that around conductors.{there.name}; they overlap")
+            check_parts(sensor.coils, None, None, (*(there for _, there in kept), plate), None)
         except SceneError as error:
             if pour.parts:
-                waiting = _sorted([*waiting, *pour.parts])
+                waiting = sorted([*waiting, *pour.parts], key=attrgetter("area"), reverse=True)
                 continue
             notes.append(f"{title}: left out, it does not fit: {str(error).partition(', which')[0]}")
             continue
         found.append(table)
-        kept.append(plate)
-        taken.append(pour)
+        kept.append((pour, plate))
         notes += [f"{title}: {said}"] if said else []
     return found, tuple(notes)
 
 
-def _sorted(poured: Sequence[Pour]) -> list[Pour]:
-    """Return pours, the largest first."""
-    return sorted(poured, key=lambda pour: -pour.area)
-
-
 def together(poured: Sequence[Pour], width: float) -> list[Pour]:
     """Return pours, those of a layer whose boxes overlap as one, tied by bridges of a width [m], the largest first."""
-    found = _sorted(poured)
+    found = sorted(poured, key=attrgetter("area"), reverse=True)
     pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
     while pair := next(pairs, None):
         tied = _tied(*pair, width)
         if tied is not None:
-            found = _sorted([each for each in found if each not in pair] + [tied])
+            found = sorted([each for each in found if each not in pair] + [tied], key=attrgetter("area"), reverse=True)
             pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
     return found
 
@@ -249,13 +245,6 @@ def _box(sensor: Sensor) -> float:
     middle = np.array([coil.centre for coil in sensor.coils])
     half = np.array([coil.extent for coil in sensor.coils]) / 2
     return float(np.prod((middle + half).max(axis=0) - (middle - half).min(axis=0)))
-
-
-def _check_boxes(pour: Pour, taken: Sequence[Pour], kept: Sequence[Conductor]) -> None:
-    """Refuse a pour whose box reaches into that of another in its layer."""
-    for other, plate in zip(taken, kept, strict=True):
-        if _boxes_meet(pour, other):
-            raise SceneError(f"its box must be clear of that around conductors.{plate.name}; they overlap")
 
 
 def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:

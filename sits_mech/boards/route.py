@@ -48,11 +48,6 @@ class Route:
     end_nets: frozenset[str] = frozenset()  # of the pads in which it ends
     notes: tuple[str, ...] = ()  # what was left out
 
-    def is_of(self, other: Route) -> bool:
-        """Tell whether another path is of the same copper."""
-        a, b = ([run.points[[0, -1]] for run in path.runs] for path in (self, other))
-        return len(a) == len(b) and all(np.array_equal(p, q) for p, q in zip(a, b, strict=True))
-
 
 def route(copper: Copper, chord_error: float) -> Route:
     """Return the path of a coil's copper, its arcs within `chord_error` [m] of polylines.
@@ -60,6 +55,8 @@ def route(copper: Copper, chord_error: float) -> Route:
     Raise SceneError in one line: it is no single path, and where.
     """
     where = copper.where
+    if not copper.tracks:
+        raise SceneError(f"{where}: must have tracks, or copper drawn to its pads; got none")
     for track in copper.tracks:
         if not track.width > 0.0:
             raise SceneError(f"{where}: the track at {place(track.points[0])} must have a width; got {track.width:g} m")
@@ -92,8 +89,7 @@ def _longest(joints: Joints, copper: Copper) -> tuple[Joints, tuple[str, ...]]:
     where = copper.where
     if not joints.tracks:
         raise SceneError(f"{where}: must have tracks; got none that leads from one place to another")
-    found = parts(joints)
-    found = [part for part in found if copper.has(part)] or list(found)
+    found = [part for part in parts(joints) if copper.has(part)] or list(parts(joints))
     lengths = [sum(length_of(track.points) for track in part.tracks) for part in found]
     best = int(np.argmax(lengths))
     mine = found[best]

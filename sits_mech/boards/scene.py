@@ -11,7 +11,6 @@ count, which corners sharper than 20 degrees exceed.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -33,13 +32,14 @@ from sits_mech.quantities import Array
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.files import written
 from sits_mech.scene.sensor import Sensor, sensor_from
-from sits_mech.units import SceneError, quantity, shown
+from sits_mech.units import SceneError, shown
 
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
 _FIGURES = 4  # decimals of permittivities
 _APART = 6.0  # along the path, over the width
 _ROUNDING = 1e-6  # of places on a board [m]
-_BARE = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)\s*")  # a number without a unit: millimetres
+_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*(?:mm)?\s*"
+_PLACE = re.compile(rf"{_NUMBER},{_NUMBER}(?:,\s*(\S+)\s*)?")
 _TO_ADD = """
 # The board has no target and no elastomer. A target on a layer, to be adapted:
 # [target]
@@ -118,10 +118,6 @@ def _routes(board: Board, choice: Selection) -> list[Route]:
         if not asked:
             raise SceneError("--net, --footprint or --at: must name a coil of the board; it is missing")
         found = [route(each, choice.chord_error) for each in asked]
-        for k, one in enumerate(found):
-            twin = next((other for other in found[:k] if other.is_of(one)), None)
-            if twin is not None:
-                raise SceneError(f"{board.name}: {one.title}: must be another coil than {twin.title}; got the same")
     except SceneError as error:
         raise SceneError(f"{error}; {hint(board)}") from None
     names: list[str] = []
@@ -132,17 +128,12 @@ def _routes(board: Board, choice: Selection) -> list[Route]:
 
 def _at(board: Board, text: str) -> Copper:
     """Return the copper at a place that is given as text."""
-    x, y, *layer = [*text.split(","), ""][:3] if 1 <= text.count(",") <= 2 else ("", "")
-    try:
-        point = [METRES * float(word) if _BARE.fullmatch(word) else quantity(word, "m", "--at") for word in (x, y)]
-    except SceneError:
-        point = [math.nan]
-    if not all(map(math.isfinite, point)) or layer[0] not in ("", *board.stack):
-        raise SceneError(
-            f"--at: must be X,Y as KiCad shows them, in mm, or X,Y,LAYER with one of {', '.join(board.stack)}; got "
-            f"{shown(text)}"
-        )
-    return at_place(board, np.array(point) * (1.0, -1.0), layer[0])
+    found = _PLACE.fullmatch(text)
+    layer = (found[3] or "") if found else ""
+    if found is None or layer not in ("", *board.stack):
+        layers = ", ".join(board.stack)
+        raise SceneError(f"--at: must be X,Y in mm as KiCad shows them, or X,Y,LAYER of {layers}; got {shown(text)}")
+    return at_place(board, METRES * np.array([float(found[1]), -float(found[2])]), layer)
 
 
 def _origin(board: Board, routes: Sequence[Route], origin: str) -> Array:

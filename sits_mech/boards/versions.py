@@ -11,10 +11,10 @@
     20211014  6      drawn arcs: (start) (mid) (end); the former (start) was the centre               `three_points`
     20211229         (stroke (width ...)) for (width ...) of drawings                                 `kicad.tracks`
     20220609         teardrops are zones with (attr (teardrop ...))                                   `kicad.board`
-    20221018  7      nothing more
+    20221018  7
     20230620         the reference is a property, no (fp_text reference ...)                          `kicad.frame`
     20230730         drawings on copper may have a net                                                `kicad.tracks`
-    20240108  8      nothing more
+    20240108  8
     20241129         (fill yes), (fill no) of drawn polygons                                          `is_filled`
     20241229  9      layers are numbered anew, with the same names; tracks with (layers "F.Cu" "F.Mask")
     20250210         fills have no pen but where (filled_areas_thickness yes) stands                  `pen`
@@ -41,7 +41,7 @@ from sits_mech.units import SceneError
 OLDEST, NEWEST = 20171130, 20260206
 FOOTPRINTS = ("footprint", "module")
 _SOLID_FILLS = 20250210  # from here on a fill has no pen by default
-_INNER = re.compile(r"In(\d+)\.Cu")
+_INNER = re.compile(r"In[1-9]\d?\.Cu")
 _LAST = 31  # number of B.Cu before KiCad 9, where layers may have names of users
 _COPPER = ("signal", "power", "mixed", "jumper")
 
@@ -70,13 +70,8 @@ def copper_layers(tree: Node) -> dict[str, str]:
             found[name] = {0: "F.Cu", _LAST: "B.Cu"}.get(int(number), f"In{number:.0f}.Cu")
         elif own:
             found[name] = name
-    return dict(sorted(found.items(), key=lambda pair: _depth(pair[1])))
-
-
-def _depth(layer: str) -> int:
-    """Return a layer's place from the top down."""
-    inner = _INNER.fullmatch(layer)
-    return int(inner[1]) if inner else 0 if layer == "F.Cu" else 1000
+    order = ("F.Cu", *(f"In{k}.Cu" for k in range(1, 100)), "B.Cu")
+    return dict(sorted(found.items(), key=lambda pair: order.index(pair[1])))
 
 
 def three_points(node: Node, where: str) -> Array:

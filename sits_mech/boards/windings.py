@@ -14,26 +14,13 @@ import numpy as np
 from sits_mech.boards.copper import Board, place
 from sits_mech.boards.joints import Joints
 from sits_mech.boards.lines import length_of
-from sits_mech.boards.pieces import (
-    COARSE,
-    FEW,
-    TURNS,
-    Copper,
-    alone,
-    along,
-    at_place,
-    of_footprint,
-    of_net,
-    pieces,
-    turns,
-)
+from sits_mech.boards.pieces import COARSE, FEW, TURNS, Copper, alone, along, of_footprint, of_net, pieces, turns
 from sits_mech.boards.route import Route, route
 from sits_mech.boards.stackup import METRES
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
 
 _MOST = 40  # that are listed
-OPTIONS = {"--net": of_net, "--footprint": of_footprint}
 
 
 @dataclass(frozen=True)
@@ -46,20 +33,15 @@ class Winding:
     middle: Array  # (2,) of the box around it [m]
     size: Array  # (2,) of that box [m]
     nets: tuple[str, ...]  # of its tracks and of the pads that it ends in
-    take: tuple[str, str]  # option and value
+    take: str  # the option that takes it, as a shell needs it
     refusal: str  # why it is no coil; empty where it is one
     path: Route | None  # where it is one
-
-    @property
-    def command(self) -> str:
-        """Return the option that takes it, as a shell needs it."""
-        return f"{self.take[0]}={shlex.quote(self.take[1])}"
 
     @property
     def text(self) -> str:
         """Return what it is in a line, for a reader."""
         nets = f", nets {' and '.join(self.nets)}" if self.nets else ""
-        return f"{self.command} ({1e3 * self.length:.4g} mm, {self.turns:.1f} turns at {place(self.middle)}{nets})"
+        return f"{self.take} ({1e3 * self.length:.4g} mm, {self.turns:.1f} turns at {place(self.middle)}{nets})"
 
 
 def windings(board: Board) -> tuple[Winding, ...]:
@@ -86,31 +68,27 @@ def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding
         line, layers = np.vstack([run.points for run in path.runs]), tuple(run.layer for run in path.runs)
         layers = tuple(layer for k, layer in enumerate(layers) if k == 0 or layer != layers[k - 1])
     take = _take(board, piece, path)
-    nets = {item.net for item in (*piece.tracks, *(hole for _, hole in piece.holes))} - {""}
+    nets = {track.net for track in piece.tracks} | {hole.net for _, hole in piece.holes}
     size = ((low + high) / 2, high - low)
-    return Winding(number, layers, length_of(line), *size, tuple(sorted(nets)), take, refusal, path)
+    return Winding(number, layers, length_of(line), *size, tuple(sorted(nets - {""})), take, refusal, path)
 
 
-def _take(board: Board, piece: Joints, path: Route | None) -> tuple[str, str]:
-    """Return the option and its value that take a piece alone: its net, its footprint, else a place on it."""
-    nets = {track.net for track in piece.tracks} or {""}
-    at_ends = {hole.net for _, hole in piece.holes}
-    references = {board.footprints[track.footprint] for track in piece.tracks if track.footprint >= 0}
-    asked = [("--net", name) for name in sorted(nets - {""}) or sorted(at_ends - {""})]
-    asked += [("--footprint", name) for name in sorted(references)]
-    for option, name in asked:
-        found, _ = _followed(OPTIONS[option](board, name))
-        if path is not None and found is not None and found.is_of(path):
-            return option, name
-    first = piece.tracks[0]
-    x, y = first.points[0] / METRES * (1, -1) + 0.0
-    others = at_place(board, first.points[0], "").tracks[0] not in piece.tracks
-    return "--at", f"{x:.10g},{y:.10g}" + (f",{first.layer}" if others else "")
+def _take(board: Board, piece: Joints, path: Route | None) -> str:
+    """Return the option that takes a piece alone: its net, its footprint, else a place on it."""
+    nets = sorted({track.net for track in piece.tracks} - {""}) or sorted({hole.net for _, hole in piece.holes} - {""})
+    references = sorted({board.footprints[track.footprint] for track in piece.tracks if track.footprint >= 0})
+    for option, copper_of, names in (("--net", of_net, nets), ("--footprint", of_footprint, references)):
+        for name in names:
+            found, _ = _followed(copper_of(board, name))
+            if path is not None and found is not None and found.ends == path.ends:
+                return f"{option}={shlex.quote(name)}"
+    x, y = piece.tracks[0].points[0] / METRES * (1, -1) + 0.0
+    return f"--at={x:.10g},{y:.10g},{piece.tracks[0].layer}"
 
 
 def _followed(copper: Copper) -> tuple[Route | None, str]:
     """Return copper as a path, else why it is none."""
     try:
-        return route(copper, max(COARSE * max(track.width for track in copper.tracks), 1e-6)), ""
+        return route(copper, max(COARSE * max((track.width for track in copper.tracks), default=0.0), 1e-6)), ""
     except SceneError as error:
         return None, str(error).removeprefix(f"{copper.where}: ")

@@ -212,7 +212,7 @@ def test_a_coil_of_any_board(kicad: int, habit: str, layers: int, tmp_path: Path
     assert found.refusal == "" and len(found.layers) == layers and found.turns == pytest.approx(TURNS * layers, abs=0.3)
     length = layers * 1e-3 * np.pi * (INNER + PITCH / 2 * np.arange(2 * TURNS)).sum()
     assert found.length == pytest.approx(length, rel=5e-3)
-    option, value = found.take
+    option, _, value = found.take.partition("=")
     assert option == ("--at" if habit in ("net 0", "short steps") else "--net")
     key = {"--net": "nets", "--footprint": "footprints", "--at": "places"}[option]
     text, _ = board_scene(path, Selection(**{key: (value,)}, chord_error=1e-5))

@@ -61,7 +61,7 @@ def winding_table(board: Board, found: Sequence[Listed]) -> Table:
         one, (a, b) = each.coil, _MM * each.coil.size
         ends = "" if one.path is None else " to ".join(one.path.ends)
         row = (
-            str(number), one.command, f"{one.turns:.1f}", ", ".join(one.layers), short(_MM * one.length, 4),
+            str(number), one.take, f"{one.turns:.1f}", ", ".join(one.layers), short(_MM * one.length, 4),
             f"{short(a)} x {short(b)}", each.shown, ", ".join(one.nets), ends, one.refusal,
         )
         table.add_row(*row[: len(some)])
@@ -84,8 +84,9 @@ def board_figure(board: Board, found: Sequence[Listed]) -> Figure:
             one, colour = each.coil, f"C{(number - 1) % 7}"
             runs: list[Any] = [] if one.path is None else [_MM * run.points * (1, -1) for run in one.path.runs]
             axes.add_collection(LineCollection(runs, colors=colour, linewidth=0.6))
-            axes.annotate(f"{number}", _MM * one.middle * (1, -1), color=colour, ha="center", va="center")
-            axes.plot([], [], color=colour, label=f"{number}: {one.command}, {each.shown} uH")
+            x, y = _MM * one.middle * (1, -1)
+            axes.annotate(f"{number}", (x, y), color=colour, ha="center", va="center")
+            axes.plot([], [], color=colour, label=f"{number}: {one.take}, {each.shown} uH")
         axes.set(xlabel="x [mm]", ylabel="y [mm], down as in KiCad", aspect="equal")
         axes.autoscale_view()
         axes.margins(0.08)
