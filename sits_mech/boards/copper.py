@@ -67,7 +67,11 @@ class Board:
     holes: tuple[Hole, ...]
     zones: tuple[Zone, ...]
     notes: tuple[str, ...]  # what was assumed
-    footprints: tuple[str, ...] = ()  # references, by the numbers that tracks and pads have
+    footprints: tuple[str, ...] = ()  # references, by the numbers that tracks and pads have; empty without one
+
+    def references(self, tracks: Iterable[Track]) -> list[str]:
+        """Return the footprints that some tracks are of."""
+        return sorted({self.footprints[track.footprint] for track in tracks if track.footprint >= 0} - {""})
 
 
 def place(point: Iterable[float]) -> str:

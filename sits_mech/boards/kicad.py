@@ -87,7 +87,7 @@ class _Reader:
         references = []
         for number, node in enumerate(children(tree, *FOOTPRINTS)):
             frame = self.frame(node, number)
-            references.append(frame.reference)
+            references.append("" if frame.reference == f"footprint {number + 1}" else frame.reference)
             if child(node, "at") is not None:
                 tracks += self.tracks(_drawings(node, "fp_"), frame)
                 for item in children(node, "pad"):

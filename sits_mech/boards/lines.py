@@ -12,8 +12,8 @@ are that line. Of a polyline, corners within e of the line through those that st
 A strip of length l and width w has the area A = l w and the rim P = 2 (l + w), so that w^2 - P w / 2 + A = 0. Its
 centre line is where the distance from the rim is greatest: of the Voronoi cells of points along the rim, w / 4 apart,
 those edges within the strip that are 0.45 w or more from it (Blum 1967), which leaves out what leads into corners; it
-is off by (w / 4)^2 / (8 w), 0.8 % of w, and 0.14 w shorter at a right angle. Ends reach half a width further, to the strip's own. A polygon is a strip where
-it is more than six times as long as wide and the track that is found covers it to 5 %.
+is off by (w / 4)^2 / (8 w), 0.8 % of w, and 0.14 w shorter at a right angle. Ends reach half a width further, to the
+strip's own. A polygon is a strip where it is more than six times as long as wide and the track found covers it to 5 %.
 """
 
 from __future__ import annotations

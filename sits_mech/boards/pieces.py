@@ -109,7 +109,7 @@ def at_place(board: Board, point: Array, layer: str) -> Copper:
     gaps = list[float]()
     for piece in pieces(board):
         some = [track for track in piece.tracks if layer in ("", track.layer)]
-        away = shapely.distance(shapely.Point(point), [shapely.LineString(_drawn(track)) for track in some])
+        away = shapely.distance(shapely.Point(point), [shapely.LineString(drawn(track)) for track in some])
         beside = (max(gap - track.width / 2, 0.0) for gap, track in zip(away, some, strict=True))
         gaps.append(min(beside, default=np.inf))
     if min(gaps, default=np.inf) == np.inf:
@@ -124,11 +124,11 @@ def alone(board: Board, piece: Joints) -> Copper:
     """Return a piece of copper as that of a coil, named by its net, its footprint, or its place."""
     at = f"{place(piece.tracks[0].points[0])} on {piece.tracks[0].layer}"
     names = sorted({track.net for track in piece.tracks} - {""})
-    names += sorted({board.footprints[track.footprint] for track in piece.tracks if track.footprint >= 0})
+    names += board.references(piece.tracks)
     return _together(board, [piece], names[0] if names else f"coil {at}", f"copper at {at}")
 
 
-def _drawn(track: Track) -> Array:
+def drawn(track: Track) -> Array:
     """Return a track as a line, roughly; a bad arc as its points."""
     try:
         return flattened(track, max(COARSE * track.width, 1e-6), "")
@@ -137,10 +137,7 @@ def _drawn(track: Track) -> Array:
 
 
 def turns(piece: Joints) -> float:
-    """Return how often the longest way through a piece turns: the reach of its direction over 2 pi, a half in meanders.
-
-    Steps of three widths or less, as at a via, may lead back.
-    """
+    """Return how often the longest way through a piece turns: the reach of its direction over 2 pi, a half in meanders."""
     line = along(piece)
     steps = np.diff(spaced(line, _STEP * max(track.width for track in piece.tracks)), axis=0) if len(line) else line
     steps = steps[np.hypot(*steps.T) > 0.0]
@@ -150,7 +147,7 @@ def turns(piece: Joints) -> float:
 @lru_cache(maxsize=4096)
 def along(piece: Joints) -> Array:
     """Return the longest of the shortest ways between two joints of a piece, as points (n, 2) [m]."""
-    lines = [_drawn(track) for track in piece.tracks]
+    lines = [drawn(track) for track in piece.tracks]
     known, places = np.unique(piece.numbers, return_inverse=True)
     ends = places.reshape(-1, 2)
     which = {each: k for k, (a, b) in enumerate(ends.tolist()) for each in ((a, b), (b, a))}

@@ -16,7 +16,7 @@ def rim(line: list[tuple[float, float]], width: float) -> Array:
 
 @pytest.mark.parametrize("start", [0, 3, 7])
 def test_a_strip_is_its_track(start: int) -> None:
-    """A bent track of 0.3 mm, its gap to itself half of that: 0.14 w shorter at each of four corners; ends as they are."""
+    """A bent track of w = 0.3 mm, half of that apart from itself: 0.14 w shorter at each of four corners."""
     line = [(0.0, 0.0), (5e-3, 0.0), (5e-3, 4e-3), (0.45e-3, 4e-3), (0.45e-3, 0.45e-3), (4e-3, 0.45e-3)]
     found = strip(np.roll(rim(line, 0.3e-3), start, axis=0))
     assert found is not None and found[1] == pytest.approx(0.3e-3, rel=1e-3)

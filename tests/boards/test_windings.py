@@ -213,7 +213,8 @@ def test_a_coil_of_any_board(kicad: int, habit: str, layers: int, tmp_path: Path
     length = layers * 1e-3 * np.pi * (INNER + PITCH / 2 * np.arange(2 * TURNS)).sum()
     assert found.length == pytest.approx(length, rel=5e-3)
     option, _, value = found.take.partition("=")
-    assert option == ("--at" if habit in ("net 0", "short steps") else "--net")
+    own = {"net 0": "--at", "short steps": "--at", "lines of a footprint": "--footprint", "on the back": "--footprint"}
+    assert option == own.get(habit, "--net")
     key = {"--net": "nets", "--footprint": "footprints", "--at": "places"}[option]
     text, _ = board_scene(path, Selection(**{key: (value,)}, chord_error=1e-5))
     (path.parent / "scene.toml").write_text(text, encoding="utf-8")

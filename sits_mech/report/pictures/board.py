@@ -12,6 +12,7 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.boards.copper import Board
+from sits_mech.boards.pieces import drawn
 from sits_mech.boards.scene import coil_alone
 from sits_mech.boards.windings import Winding
 from sits_mech.magnetics.coils.loops import free_inductances
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MM = 1e3  # millimetres in a metre
-_TALLEST = 1.4  # of a picture, over its width
+_LEAST, _TALLEST = 0.7, 1.6  # heights of a picture, over its width
 
 
 @dataclass(frozen=True)
@@ -75,10 +76,11 @@ def board_figure(board: Board, found: Sequence[Listed]) -> Figure:
     corners = np.vstack([np.zeros((0, 2)), *(track.points for track in board.tracks)])
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.zeros(2), np.ones(2))
     spread = np.maximum(high - low, 1e-3)
-    with new_figure(height=min(spread[1] / spread[0] + 0.2, _TALLEST)) as (figure, (axes,)):
+    height = spread[1] / spread[0] + 0.3 + 0.08 * len(found)
+    with new_figure(height=min(max(height, _LEAST), _TALLEST)) as (figure, (axes,)):
         fills = [_MM * points * (1, -1) for zone in board.zones for _, points in zone.fills]
         axes.add_collection(PolyCollection(fills, facecolor="0.92", edgecolor="0.8", linewidth=0.3))
-        lines = [_MM * track.points * (1, -1) for track in board.tracks]
+        lines = [_MM * drawn(track) * (1, -1) for track in board.tracks]
         axes.add_collection(LineCollection(lines, colors="0.7", linewidth=0.4))
         for number, each in enumerate(found, start=1):
             one, colour = each.coil, f"C{(number - 1) % 7}"
@@ -87,11 +89,11 @@ def board_figure(board: Board, found: Sequence[Listed]) -> Figure:
             x, y = _MM * one.middle * (1, -1)
             axes.annotate(f"{number}", (x, y), color=colour, ha="center", va="center")
             axes.plot([], [], color=colour, label=f"{number}: {one.take}, {each.shown} uH")
-        axes.set(xlabel="x [mm]", ylabel="y [mm], down as in KiCad", aspect="equal")
+        axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
         axes.autoscale_view()
         axes.margins(0.08)
         axes.invert_yaxis()
         figure.suptitle(f"{fill(Path(board.name).name, 30)}: what looks like a coil")
         if found:
-            figure.legend(loc="outside lower center", ncols=2)
+            figure.legend(loc="outside lower center", ncols=1)
     return figure
