@@ -178,7 +178,7 @@ def _overlapping(joints: Joints) -> Joints:
     for layer in {joints.tracks[end[0]].layer for end in loose}:
         mine = [end for end in loose if joints.tracks[end[0]].layer == layer]
         points = np.array([joints.point(end) for end in mine])
-        _, nearest = cKDTree(points).query(points, k=[1, 2, 3])  # itself, perhaps the track's other end, and the next
+        nearest = np.atleast_2d(cKDTree(points).query(points, k=3)[1])  # itself, the track's other end, the next
         for end, which in zip(mine, nearest, strict=True):
             for other in [mine[k] for k in which if k < len(mine) and mine[k][0] != end[0]][:1]:
                 gap = float(np.hypot(*(joints.point(other) - joints.point(end))))

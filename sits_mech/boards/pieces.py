@@ -32,7 +32,7 @@ TURNS = 0.7  # of what may be a coil: a square loop that is open at a corner has
 class Copper:
     """What may be a coil: tracks and what joins them."""
 
-    name: str  # of the coil
+    name: str  # of the coil; empty without one
     title: str  # for a reader: "net L1"
     board: str  # its name
     tracks: tuple[Track, ...]
@@ -121,11 +121,11 @@ def at_place(board: Board, point: Array, layer: str) -> Copper:
 
 
 def alone(board: Board, piece: Joints) -> Copper:
-    """Return a piece of copper as that of a coil, named by its net, its footprint, or its place."""
+    """Return a piece of copper as that of a coil, named by its net or its footprint, if any."""
     at = f"{place(piece.tracks[0].points[0])} on {piece.tracks[0].layer}"
     names = sorted({track.net for track in piece.tracks} - {""})
     names += board.references(piece.tracks)
-    return _together(board, [piece], names[0] if names else f"coil {at}", f"copper at {at}")
+    return _together(board, [piece], next(iter(names), ""), f"copper at {at}")
 
 
 def drawn(track: Track) -> Array:
@@ -137,7 +137,7 @@ def drawn(track: Track) -> Array:
 
 
 def turns(piece: Joints) -> float:
-    """Return how often the longest way through a piece turns: the reach of its direction over 2 pi, a half in meanders."""
+    """Return how often the longest way through a piece turns: the reach of its direction over 2 pi."""
     line = along(piece)
     steps = np.diff(spaced(line, _STEP * max(track.width for track in piece.tracks)), axis=0) if len(line) else line
     steps = steps[np.hypot(*steps.T) > 0.0]

@@ -96,7 +96,7 @@ def _clear(pour: Pour, zone: Zone, routes: Sequence[Route], name: str) -> tuple[
     """Return what is left of a pour beside the coils, which may end in it, and what to say of that."""
     title, said = f"pour of {pour.net or 'no net'} on {pour.layer}", []
     for found in routes:
-        for run in found.runs:
+        for run in (run for run in found.runs if run.layer == pour.layer):
             at = _touched(pour, run)
             if at is None:
                 continue
@@ -142,9 +142,7 @@ def loops(points: Array, pen: float = 0.0) -> list[list[Array]]:
 
 
 def _touched(pour: Pour, run: Run) -> Array | None:
-    """Return a place where a pour touches the copper of a run on its layer; None if it does not."""
-    if pour.layer != run.layer:
-        return None
+    """Return a place where a pour touches the copper of a run of its layer; None if it does not."""
     import shapely
 
     pieces = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
@@ -154,6 +152,7 @@ def _touched(pour: Pour, run: Run) -> Array | None:
 
 _SMALL = 0.01  # of the square of the coils' size, an island's area
 _FINE = 0.01  # of the coils' size
+_WIDE = 0.1  # of the coils' size, a bridge between pours; its area is that of an island that is left out, at most
 _FULL = 0.98  # of a shape that a fill with rounded corners stands for
 DIGITS = 10  # of lengths: a tenth of the board's own step
 
@@ -184,7 +183,7 @@ def plates(
     if small:
         all_of = f"{1e6 * sum(small):.3g} mm2 together"
         notes.append(f"{len(small)} pours of less than {1e6 * least:.3g} mm2: left out, {all_of}")
-    waiting = together([item for item in poured if item.area >= least], 2.0 * _FINE * frame.size)
+    waiting = together([item for item in poured if item.area >= least], frame.size)
     while waiting:
         pour = waiting.pop(0)
         table, said = _table(pour, frame)
@@ -208,12 +207,12 @@ def plates(
     return found, tuple(notes)
 
 
-def together(poured: Sequence[Pour], width: float) -> list[Pour]:
-    """Return pours, those of a layer whose boxes overlap as one, tied by bridges of a width [m], the largest first."""
+def together(poured: Sequence[Pour], size: float) -> list[Pour]:
+    """Return pours, those of a layer whose boxes overlap as one, the largest first; `size` is the coils' [m]."""
     found = sorted(poured, key=attrgetter("area"), reverse=True)
     pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
     while pair := next(pairs, None):
-        tied = _tied(*pair, width)
+        tied = _tied(*pair, size)
         if tied is not None:
             found = sorted([each for each in found if each not in pair] + [tied], key=attrgetter("area"), reverse=True)
             pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
@@ -226,13 +225,15 @@ def _boxes_meet(one: Pour, other: Pour) -> bool:
     return one.layer == other.layer and bool(np.all(np.maximum(a, c) < np.minimum(b, d)))
 
 
-def _tied(one: Pour, other: Pour, width: float) -> Pour | None:
+def _tied(one: Pour, other: Pour, size: float) -> Pour | None:
     """Return two pours as one with a bridge where they are nearest; None where that makes no single piece."""
     import shapely
 
     shapes = [polygon([each.rim, *each.holes]) for each in (one, other)]
     a, b = np.array(shapely.shortest_line(*shapes).coords)
-    step = (b - a) / max(float(np.hypot(*(b - a))), _GRID) * width
+    gap = max(float(np.hypot(*(b - a))), _GRID)
+    width = size * float(np.clip(_SMALL * size / gap, 2.0 * _FINE, _WIDE))
+    step = (b - a) / gap * width
     bridge = shapely.LineString([a - step, b + step]).buffer(width / 2, cap_style="flat")
     found = _as_pours(one, _rings(shapely.union_all([*shapes, bridge])))
     nets = ", ".join(dict.fromkeys(net for each in (one, other) for net in each.net.split(", ")))

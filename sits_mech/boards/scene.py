@@ -106,7 +106,8 @@ def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:
 def coil_alone(board: Board, found: Route) -> Coil:
     """Return a coil of a board as that of a scene."""
     origin, top = _origin(board, [found], "coil"), _top(board, [found])
-    return sensor_from({"name": "coil", "frequency": 1e6, "coils": [_coil(board, found, origin, top)]}).coils[0]
+    table = _coil(board, replace(found, name="coil"), origin, top)
+    return sensor_from({"name": "coil", "frequency": 1e6, "coils": [table]}).coils[0]
 
 
 def _routes(board: Board, choice: Selection) -> list[Route]:
@@ -122,7 +123,7 @@ def _routes(board: Board, choice: Selection) -> list[Route]:
         raise SceneError(f"{error}; {hint(board)}") from None
     names: list[str] = []
     for one in found:
-        names.append(free_name(one.name, names))
+        names.append(free_name(one.name or f"C{len(names) + 1}", names))
     return [replace(one, name=name) for one, name in zip(found, names, strict=True)]
 
 
@@ -131,8 +132,7 @@ def _at(board: Board, text: str) -> Copper:
     found = _PLACE.fullmatch(text)
     layer = (found[3] or "") if found else ""
     if found is None or layer not in ("", *board.stack):
-        layers = ", ".join(board.stack)
-        raise SceneError(f"--at: must be X,Y in mm as KiCad shows them, or X,Y,LAYER of {layers}; got {shown(text)}")
+        raise SceneError(f"--at: must be X,Y in mm as KiCad shows, or X,Y,LAYER of {[*board.stack]}; got {shown(text)}")
     return at_place(board, METRES * np.array([float(found[1]), -float(found[2])]), layer)
 
 

@@ -76,12 +76,12 @@ def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding
 def _take(board: Board, piece: Joints, path: Route | None) -> str:
     """Return the option that takes a piece alone: its net, its footprint, a net of its pads, else a place on it."""
     held = [hole.net for hole in board.holes]
-    asked = [("--net", of_net, net) for net in sorted({track.net for track in piece.tracks})]
-    asked += [("--footprint", of_footprint, name) for name in board.references(piece.tracks)]
+    asked = [("--net", net) for net in sorted({track.net for track in piece.tracks})]
+    asked += [("--footprint", name) for name in board.references(piece.tracks)]
     at_ends = sorted({hole.net for _, hole in piece.holes})
-    asked += [("--net", of_net, net) for net in sorted(at_ends, key=held.count)]  # ground last
-    for option, copper_of, name in asked:
-        found, _ = _followed(copper_of(board, name)) if name else (None, "")
+    asked += [("--net", net) for net in sorted(at_ends, key=held.count)]  # ground last
+    for option, name in asked:
+        found, _ = _followed((of_net if option == "--net" else of_footprint)(board, name)) if name else (None, "")
         if path is not None and found is not None and found.ends == path.ends:
             return f"{option}={shlex.quote(name)}"
     x, y = piece.tracks[0].points[0] / METRES * (1, -1) + 0.0
