@@ -40,7 +40,7 @@ class Winding:
     @property
     def text(self) -> str:
         """Return what it is in a line, for a reader."""
-        nets = f", nets {' and '.join(self.nets)}" if self.nets else ""
+        nets = f", nets {' and '.join(self.nets)}" if self.nets else ", no net"
         return f"{self.take} ({1e3 * self.length:.4g} mm, {self.turns:.1f} turns at {place(self.middle)}{nets})"
 
 

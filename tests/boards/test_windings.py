@@ -19,7 +19,7 @@ from sits_mech.scene.sensor import load_sensor
 VERSIONS = {5: 20171130, 6: 20211014, 7: 20221018, 8: 20240108, 9: 20241229, 10: 20260206}
 HABITS = ("tracks", "net 0", "drawn", "lines of a footprint", "custom pad", "polygon", "on the back", "short steps")
 STACK_UP = 0.035, 0.165  # copper and what is between two layers, in millimetres
-TURNS, INNER, PITCH, WIDTH = 5, 3.0, 0.4, 0.15  # of a layer; middle of the innermost half turn, rise in a turn [mm]
+TURNS, INNER, PITCH, WIDTH = 3, 2.0, 0.4, 0.15  # of a layer; middle of the innermost half turn, rise in a turn [mm]
 Place = Sequence[float]
 
 
