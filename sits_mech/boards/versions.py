@@ -29,7 +29,6 @@ its parser (isStrokedFill, LEGACY_ARC_FORMATTING, SetArcAngleAndEnd in pcb_io_ki
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 
@@ -40,8 +39,7 @@ from sits_mech.units import SceneError
 OLDEST, NEWEST = 20171130, 20260206
 FOOTPRINTS = ("footprint", "module")
 _SOLID_FILLS = 20250210  # from here on a fill has no pen by default
-_INNER = re.compile(r"In[1-9]\d?\.Cu")
-_LAST = 31  # number of B.Cu before KiCad 9, where layers may have names of users
+_NUMBERED = {0: "F.Cu", **{k: f"In{k}.Cu" for k in range(1, 31)}, 31: "B.Cu"}  # before KiCad 9, where users named them
 _COPPER = ("signal", "power", "mixed", "jumper")
 
 
@@ -60,16 +58,13 @@ def version_of(tree: Node, name: str) -> tuple[int, tuple[str, ...]]:
 def copper_layers(tree: Node) -> dict[str, str]:
     """Return KiCad's own name of each copper layer by the name that items use, from the top down."""
     found = {}
-    for item in child(tree, "layers") or []:
-        if not isinstance(item, list) or len(item) < 2:
-            continue
-        number, name = item[0], str(item[1])
-        own = name in ("F.Cu", "B.Cu") or _INNER.fullmatch(name) is not None
-        if not own and len(item) > 2 and item[2] in _COPPER and isinstance(number, float) and 0 <= number <= _LAST:
-            found[name] = {0: "F.Cu", _LAST: "B.Cu"}.get(int(number), f"In{number:.0f}.Cu")
-        elif own:
+    for item in [item for item in child(tree, "layers") or [] if isinstance(item, list)]:
+        number, name, kind = [*item, "", "", ""][:3]
+        if name in _NUMBERED.values():
             found[name] = name
-    order = ("F.Cu", *(f"In{k}.Cu" for k in range(1, 100)), "B.Cu")
+        elif kind in _COPPER and number in _NUMBERED:
+            found[str(name)] = _NUMBERED[number]
+    order = [*_NUMBERED.values()]
     return dict(sorted(found.items(), key=lambda pair: order.index(pair[1])))
 
 
