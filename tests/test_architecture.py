@@ -68,6 +68,7 @@ UNMIRRORED = {
     "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
     "analysis/material/uniaxial.py": "tests/silicone/test_uniaxial.py: every law, with rate and softening",
     "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",
+    "boards/copper.py": "tests/boards/test_kicad.py: what is read of a board",
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",
     **dict.fromkeys(

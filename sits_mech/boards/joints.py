@@ -1,18 +1,9 @@
-"""Join a net's tracks: each end gets the number of its joint; vias and pads are joints, too.
+"""Join tracks: each end gets the number of its joint; vias and pads are joints, too.
 
 Ends within a distance are one: the board's rounding, 1 um, or more on a board drawn with less care. What is loose after
 that is joined as copper joins it: with a via that it ends in, with another loose end within half the narrower track,
 with what else ends in the same pad. Tracks that lie twice count once; those that begin and end in one via, and those
 that end loose within the copper of the joint they start from, do not count.
-
-Arcs are first as many chords as keep within a length of them. The arc through a, m, b has its centre c at equal
-distances r of the three. A chord over the angle phi is off by
-
-    e = r (1 - cos(phi/2)) = 2 r sin^2(phi/4),    so that   n = ceil(|theta| / (4 arcsin sqrt(e / (2 r))))
-
-equal chords hold e over the whole angle theta, from a over m to b. Corners lie on the arc. Three points in a line
-are that line. Of a polyline, corners within e of the line through those that stay go (Ramer 1972, Douglas and Peucker
-1973): arcs that a board has as short straight tracks need no more of them than true ones.
 
 Pads with a number end the path: where two tracks or more meet in one, each end is a joint of its own. A pad that joins
 two layers of its own footprint's lines is a via.
@@ -20,9 +11,9 @@ two layers of its own footprint's lines is a via.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,71 +21,16 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from sits_mech.boards.kicad import Hole, Track, place
+from sits_mech.boards.copper import Hole, Track
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
-
-_STRAIGHT = 1e-7  # height of the arc over its chord, below which it is a line
-_SAME = 1e-9  # points closer than this are one: the board's own step is 1 nm [m]
-
-
-def flattened(track: Track, chord_error: float, where: str) -> Array:
-    """Return the centre line of a track as points (n, 2) [m], the ends as they are, arcs within `chord_error` [m].
-
-    Raise SceneError, naming `where`, when an arc has no radius, or begins where it ends.
-    """
-    points = track.points
-    if len(points) == 2:
-        return points
-    a, b = points[1] - points[0], points[2] - points[0]
-    short = np.hypot(*np.transpose([a, b - a, b])) < _SAME
-    if short.any():
-        came = "three equal points" if short[0] and short[2] else "two equal points"
-        raise SceneError(f"{where}: the arc at {place(points[0])} must have a radius and two ends; got {came}")
-    cross = float(a[0] * b[1] - a[1] * b[0])
-    along = float(a @ b) / float(b @ b)
-    if abs(cross) <= _STRAIGHT * float(b @ b) and 0.0 < along < 1.0:
-        return points[[0, 2]]
-    if abs(cross) <= 1e-12 * float(b @ b):
-        raise SceneError(f"{where}: the arc at {place(points[0])} must pass its middle between its ends; got a line")
-    squares = np.array([a @ a, b @ b])
-    arm = np.array([b[1] * squares[0] - a[1] * squares[1], a[0] * squares[1] - b[0] * squares[0]]) / (2.0 * cross)
-    radius, first = float(np.hypot(*arm)), math.atan2(-arm[1], -arm[0])
-    last = math.atan2(b[1] - arm[1], b[0] - arm[0])
-    theta = (last - first) % (2.0 * math.pi) if cross > 0.0 else -((first - last) % (2.0 * math.pi))
-    step = 4.0 * math.asin(math.sqrt(min(chord_error / (2.0 * radius), 0.5)))
-    angle = first + theta * np.linspace(0.0, 1.0, math.ceil(abs(theta) / step) + 1)
-    found = points[0] + arm + radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    found[[0, -1]] = points[[0, 2]]
-    return np.asarray(found)
-
-
-def thinned(points: Array, error: float) -> Array:
-    """Return a polyline's (n, 2) ends and as many of its corners as keep all others within `error` of it [m]."""
-    kept = np.zeros(len(points), dtype=bool)
-    kept[[0, -1]] = True
-    left = [(0, len(points) - 1)]
-    while left:
-        first, last = left.pop()
-        inside, step = points[first + 1 : last] - points[first], points[last] - points[first]
-        if not len(inside):
-            continue
-        share = np.clip((inside @ step) / max(float(step @ step), 1e-30), 0.0, 1.0)
-        away = np.hypot(*(inside - share[:, None] * step).T)
-        farthest = int(np.argmax(away))
-        if away[farthest] > error:
-            middle = first + 1 + farthest
-            kept[middle] = True
-            left += [(first, middle), (middle, last)]
-    return points[kept]
-
 
 ROUNDING = 1e-6  # of a board's places [m]
 _WIDEST = 4.0  # of a joint's ends, over the distance within which two are one
 End = tuple[int, int]  # number of a track, and 0 for its first point or 1 for its last
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joints:
     """Tracks and where they meet."""
 
@@ -118,16 +54,21 @@ class Joints:
         """Return the ends that meet no other."""
         return [ends[0] for ends in self.meeting().values() if len(ends) == 1]
 
+    @cached_property
+    def _named_first(self) -> dict[int, Hole]:
+        """Return a via or pad of each joint that has some, one with a name before others."""
+        return dict(sorted(self.holes[::-1], key=lambda pair: bool(pair[1].name)))
+
     def hole(self, number: int) -> Hole | None:
         """Return the via or pad at a joint, one with a name before others."""
-        found = sorted((hole for joint, hole in self.holes if joint == number), key=lambda hole: not hole.name)
-        return found[0] if found else None
+        return self._named_first.get(number)
 
 
-def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING, where: str = "board") -> Joints:
-    """Return where tracks of a net meet each other and holes, ends within `nearness` [m] being one.
+def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING, where: str = "") -> Joints:
+    """Return where tracks meet each other and holes, ends within `nearness` [m] being one.
 
-    Raise SceneError, which begins with `where`, when tracks are so short that they would shrink to a point.
+    Raise SceneError, which begins with `where`, when tracks are so short that they would shrink to a point; without
+    `where` they may.
     """
     found = _without_stubs(_near(tracks, holes, nearness, where))
     return _parted(_overlapping(_without_stubs(_in_holes(found))))
@@ -144,7 +85,8 @@ def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float, where
         members = np.flatnonzero(layers == layer)
         pairs += members[cKDTree(points[members]).query_pairs(nearness, output_type="ndarray")].tolist()
     label = merged(len(points), pairs)
-    _check_small(points, label, nearness, where)
+    if where:
+        _check_small(points, label, nearness, where)
     ends = label[: 2 * len(tracks)].reshape(-1, 2)
     kept = _different(tracks, ends, nearness)
     at = tuple((int(label[a]), hole) for a, hole in zip(starts[:-1], holes, strict=True))
@@ -218,9 +160,11 @@ def _in_holes(joints: Joints) -> Joints:
         return joints
     open_ends = [(number, ends[0]) for number, ends in joints.meeting().items() if len(ends) != 2]
     points = np.array([joints.point(end) for _, end in open_ends]).reshape(-1, 2)
+    places = np.array([hole.place for _, hole in joints.holes])
+    near = cKDTree(points).query_ball_point(places, [np.hypot(*hole.size) / 2 for _, hole in joints.holes])
     pairs = []
-    for number, hole in joints.holes:
-        for i in np.flatnonzero(hole.holds(points)).tolist():
+    for (number, hole), some in zip(joints.holes, near, strict=True):
+        for i in np.array(some, dtype=np.int64)[hole.holds(points[some])].tolist():
             joint, end = open_ends[i]
             if joints.tracks[end[0]].layer in hole.layers:
                 pairs.append((joint, number))
@@ -229,14 +173,17 @@ def _in_holes(joints: Joints) -> Joints:
 
 def _overlapping(joints: Joints) -> Joints:
     """Join loose ends of two tracks on one layer, each the other's nearest, within half the narrower of them."""
-    loose = joints.loose()
     near: dict[End, End] = {}
-    for end in loose:
-        track = joints.tracks[end[0]]
-        others = [other for other in loose if other[0] != end[0] and joints.tracks[other[0]].layer == track.layer]
-        gaps = [float(np.hypot(*(joints.point(other) - joints.point(end)))) for other in others]
-        if gaps and min(gaps) <= min(track.width, joints.tracks[others[int(np.argmin(gaps))][0]].width) / 2:
-            near[end] = others[int(np.argmin(gaps))]
+    loose = joints.loose()
+    for layer in {joints.tracks[end[0]].layer for end in loose}:
+        mine = [end for end in loose if joints.tracks[end[0]].layer == layer]
+        points = np.array([joints.point(end) for end in mine])
+        nearest = np.atleast_2d(cKDTree(points).query(points, k=3)[1])  # itself, the track's other end, the next
+        for end, which in zip(mine, nearest, strict=True):
+            for other in [mine[k] for k in which if k < len(mine) and mine[k][0] != end[0]][:1]:
+                gap = float(np.hypot(*(joints.point(other) - joints.point(end))))
+                if gap <= min(joints.tracks[end[0]].width, joints.tracks[other[0]].width) / 2:
+                    near[end] = other
     pairs = [(end, other) for end, other in near.items() if near.get(other) == end and end < other]
     return _renumbered(joints, [(int(joints.numbers[a]), int(joints.numbers[b])) for a, b in pairs])
 

@@ -8,8 +8,11 @@ tolerance from that, which is what the rounded corners of a fill leave. Others k
 in fewer corners: none of those left out was further than the tolerance from the edge that stands for it (Douglas and
 Peucker, without crossings: shapely). The tolerance is 1 % of the coils' size, the root of their box's area. Left out
 are holes less across, and islands of less area, than a disc of 1 % of that box: what a small plate takes of an
-inductance, or a small hole gives back, goes with the 3/2 power of that, 0.1 % at most. What would touch a coil, and
-what lies in the box of a larger plate of its layer, which no model holds, is left out and told.
+inductance, or a small hole gives back, goes with the 3/2 power of that, 0.1 % at most.
+
+Models hold plates whose boxes are clear of each other. Pours of one layer side by side whose boxes overlap are one
+plate, tied by bridges: one between two pieces closes no loop, so that the stream function is zero on both its sides and
+no net current passes it. What would touch a coil is left out and told; a pour in which a coil ends is cut clear of it.
 
 Source: D. H. Douglas and T. K. Peucker, Cartographica 10 (1973) 112.
 """
@@ -18,12 +21,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
-from sits_mech.boards.kicad import Board, place
+from sits_mech.boards.copper import Board, Zone, place
 from sits_mech.boards.route import Route, Run
 from sits_mech.boards.stackup import Layer
 from sits_mech.quantities import Array
@@ -34,9 +40,10 @@ from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
 
 _GRID = 1e-9  # the board's own step [m]
+_CLEAR = 2e-4  # of a pour from a coil that ends in it: KiCad's default clearance [m]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pour:
     """A plate of copper."""
 
@@ -44,6 +51,12 @@ class Pour:
     layer: str
     rim: Array  # (n, 2) counter-clockwise [m]
     holes: tuple[Array, ...]  # [m]
+    parts: tuple[Pour, ...] = ()  # that it joins, where it stands for several
+
+    @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """Return the lower left and the upper right corner of the box around it [m]."""
+        return self.rim.min(axis=0), self.rim.max(axis=0)
 
     @property
     def area(self) -> float:
@@ -52,66 +65,94 @@ class Pour:
 
 
 def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tuple[str, ...]]:
-    """Return the filled copper of nets other than the coils', and omissions; raise SceneError if it touches a coil."""
-    nets = {found.net for found in routes}
-    found, notes = [], []
+    """Return the filled copper of nets other than the coils', clear of the coils, and omissions.
+
+    Raise SceneError if it touches a coil, other than the pour in which a coil ends.
+    """
+    nets = frozenset[str]().union(*(found.nets for found in routes))
+    found: list[Pour] = []
+    notes: list[str] = []
     for zone in board.zones:
         title, on = f"zone {zone.net or 'without net'}", ", ".join(zone.layers)
         if zone.net in nets:
             notes.append(f"{title} on {on}: left out, it is of the coil's own net")
         elif not zone.fills:
             notes.append(f"{title} on {on}: left out, it is not filled: fill all zones in KiCad and save")
-        else:
-            for layer, points in zone.fills:
-                found += _pours(zone.net, layer, points)
-    for pour in found:
-        copper = polygon([pour.rim, *pour.holes])
-        for other in routes:
-            for run in other.runs:
-                _check_clear(pour, copper, run, f"{board.name}: net {other.net}")
+        for layer, points in zone.fills if zone.net not in nets else ():
+            for pour in _as_pours(Pour(zone.net, layer, points, ()), loops(points, zone.pen)):
+                clear, said = _clear(pour, zone, routes, board.name)
+                found += clear
+                notes += said
     return tuple(found), tuple(notes)
 
 
-def _pours(net: str, layer: str, points: Array) -> list[Pour]:
-    """Return the pieces of a filled polygon as plates."""
-    return [
-        Pour(net, layer, rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes)) for rim, *holes in loops(points)
-    ]
+def _as_pours(like: Pour, pieces: Sequence[Sequence[Array]]) -> list[Pour]:
+    """Return pieces, each its rim and its holes, as pours of the net and the layer of another."""
+    turned = ((rim if signed_area(rim) > 0.0 else rim[::-1], tuple(holes)) for rim, *holes in pieces)
+    return [replace(like, rim=rim, holes=holes) for rim, holes in turned]
 
 
-def loops(points: Array) -> list[list[Array]]:
+def _clear(pour: Pour, zone: Zone, routes: Sequence[Route], name: str) -> tuple[list[Pour], list[str]]:
+    """Return what is left of a pour beside the coils, which may end in it, and what to say of that."""
+    title, said = f"pour of {pour.net or 'no net'} on {pour.layer}", []
+    for found in routes:
+        for run in (run for run in found.runs if run.layer == pour.layer):
+            at = _touched(pour, run)
+            if at is None:
+                continue
+            if zone.drawn:
+                return [], [f"{title}: left out, it is drawn and touches {found.title} at {place(at)}"]
+            if pour.net not in found.end_nets:
+                raise SceneError(
+                    f"{name}: {found.title}: its track must be clear of the {title}; got one that touches it at "
+                    f"{place(at)}"
+                )
+            said = [f"{title}: cut {1e3 * _CLEAR:g} mm clear of {found.title}, which ends in it"]
+    return (_cut(pour, routes) if said else [pour]), said
+
+
+def _cut(pour: Pour, routes: Sequence[Route]) -> list[Pour]:
+    """Return what is left of a pour without what is near the coils' tracks."""
+    import shapely
+
+    runs = [run for found in routes for run in found.runs if run.layer == pour.layer]
+    near = shapely.union_all([shapely.LineString(run.points).buffer(run.width / 2 + _CLEAR) for run in runs])
+    return _as_pours(pour, _rings(polygon([pour.rim, *pour.holes]).difference(near)))
+
+
+def _rings(shape: Any) -> list[list[Array]]:
+    """Return the rims of each polygon of a shape, the outer ones first."""
+    import shapely
+
+    pieces = (piece.simplify(0.0) for piece in shapely.get_parts(shape) if piece.geom_type == "Polygon" and piece.area)
+    rings = ([piece.exterior, *piece.interiors] for piece in pieces)
+    return [[shapely.get_coordinates(ring)[:-1] for ring in each] for each in rings]
+
+
+def loops(points: Array, pen: float = 0.0) -> list[list[Array]]:
     """Return the rims of each piece of a polygon (k, 2) whose holes are tied in by bridges, the outer ones first [m].
 
-    A polygon that touches itself in a point has several pieces.
+    A polygon that touches itself in a point has several pieces. `pen` is the width of a line along its rims [m].
     """
     import shapely
 
     whole = shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure")
-    if not whole.area > 0.0:
-        return [[points]]
-    pieces = (piece.simplify(0.0) for piece in shapely.get_parts(whole) if piece.geom_type == "Polygon")
-    rings = ([piece.exterior, *piece.interiors] for piece in pieces)
-    return [[shapely.get_coordinates(ring)[:-1] * _GRID for ring in each] for each in rings]
+    whole = whole.buffer(pen / 2 / _GRID) if pen > 0.0 else whole
+    return [[rim * _GRID for rim in each] for each in _rings(whole)] if whole.area > 0.0 else [[points]]
 
 
-def _check_clear(pour: Pour, copper: Any, run: Run, where: str) -> None:
-    """Refuse a pour, a polygon of shapely beside it, that touches the copper of a run on its layer."""
-    if pour.layer != run.layer:
-        return
+def _touched(pour: Pour, run: Run) -> Array | None:
+    """Return a place where a pour touches the copper of a run of its layer; None if it does not."""
     import shapely
 
     pieces = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
-    near = np.flatnonzero(shapely.dwithin(copper, pieces, run.width / 2))
-    at = run.points[near[0]] if len(near) else None
-    if at is not None:
-        raise SceneError(
-            f"{where}: its track must be clear of the pour of {pour.net or 'no net'} on {pour.layer}; got one that "
-            f"touches it at {place(at)}"
-        )
+    near = np.flatnonzero(shapely.dwithin(polygon([pour.rim, *pour.holes]), pieces, run.width / 2))
+    return np.asarray(run.points[near[0]]) if len(near) else None
 
 
 _SMALL = 0.01  # of the square of the coils' size, an island's area
 _FINE = 0.01  # of the coils' size
+_WIDE = 0.1  # of the coils' size, a bridge between pours; its area is that of an island that is left out, at most
 _FULL = 0.98  # of a shape that a fill with rounded corners stands for
 DIGITS = 10  # of lengths: a tenth of the board's own step
 
@@ -136,27 +177,68 @@ def plates(
     frame = _Frame(stack, origin, top, math.sqrt(_box(sensor)))
     least = _SMALL * frame.size**2
     found = []
-    kept: list[Conductor] = []
+    kept: list[tuple[Pour, Conductor]] = []
     notes = []
     small = [pour.area for pour in poured if pour.area < least]
     if small:
         all_of = f"{1e6 * sum(small):.3g} mm2 together"
         notes.append(f"{len(small)} pours of less than {1e6 * least:.3g} mm2: left out, {all_of}")
-    for pour in sorted((item for item in poured if item.area >= least), key=lambda item: -item.area):
+    waiting = together([item for item in poured if item.area >= least], frame.size)
+    while waiting:
+        pour = waiting.pop(0)
         table, said = _table(pour, frame)
-        table = {"name": _free(f"{pour.net or 'copper'} {pour.layer}", [plate.name for plate in kept])} | table
+        table = {"name": free_name(f"{pour.net or 'copper'} {pour.layer}", [plate.name for _, plate in kept])} | table
         title = f"pour of {pour.net or 'no net'} on {pour.layer}, {1e6 * pour.area:.4g} mm2"
         try:
             plate = Conductor.model_validate(table)
-            _check_boxes(plate, kept)
-            check_parts(sensor.coils, None, None, (*kept, plate), None)
+            for other, there in kept:
+                if _boxes_meet(pour, other):
+                    raise SceneError(f"its box must be clear of that around conductors.{there.name}; they overlap")
+            check_parts(sensor.coils, None, None, (*(there for _, there in kept), plate), None)
         except SceneError as error:
+            if pour.parts:
+                waiting = sorted([*waiting, *pour.parts], key=attrgetter("area"), reverse=True)
+                continue
             notes.append(f"{title}: left out, it does not fit: {str(error).partition(', which')[0]}")
             continue
         found.append(table)
-        kept.append(plate)
+        kept.append((pour, plate))
         notes += [f"{title}: {said}"] if said else []
     return found, tuple(notes)
+
+
+def together(poured: Sequence[Pour], size: float) -> list[Pour]:
+    """Return pours, those of a layer whose boxes overlap as one, the largest first; `size` is the coils' [m]."""
+    found = sorted(poured, key=attrgetter("area"), reverse=True)
+    pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
+    while pair := next(pairs, None):
+        tied = _tied(*pair, size)
+        if tied is not None:
+            found = sorted([each for each in found if each not in pair] + [tied], key=attrgetter("area"), reverse=True)
+            pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
+    return found
+
+
+def _boxes_meet(one: Pour, other: Pour) -> bool:
+    """Tell whether two pours are on one layer and the boxes around them overlap."""
+    (a, b), (c, d) = one.box, other.box
+    return one.layer == other.layer and bool(np.all(np.maximum(a, c) < np.minimum(b, d)))
+
+
+def _tied(one: Pour, other: Pour, size: float) -> Pour | None:
+    """Return two pours as one with a bridge where they are nearest; None where that makes no single piece."""
+    import shapely
+
+    shapes = [polygon([each.rim, *each.holes]) for each in (one, other)]
+    a, b = np.array(shapely.shortest_line(*shapes).coords)
+    gap = max(float(np.hypot(*(b - a))), _GRID)
+    width = size * float(np.clip(_SMALL * size / gap, 2.0 * _FINE, _WIDE))
+    step = (b - a) / gap * width
+    bridge = shapely.LineString([a - step, b + step]).buffer(width / 2, cap_style="flat")
+    found = _as_pours(one, _rings(shapely.union_all([*shapes, bridge])))
+    nets = ", ".join(dict.fromkeys(net for each in (one, other) for net in each.net.split(", ")))
+    parts = [part for each in (one, other) for part in each.parts or (each,)]
+    return replace(found[0], net=nets, parts=tuple(parts)) if len(found) == 1 else None
 
 
 def _box(sensor: Sensor) -> float:
@@ -166,24 +248,18 @@ def _box(sensor: Sensor) -> float:
     return float(np.prod((middle + half).max(axis=0) - (middle - half).min(axis=0)))
 
 
-def _check_boxes(plate: Conductor, others: Sequence[Conductor]) -> None:
-    """Refuse a plate whose box reaches into that of another in its layer."""
-    for other in others:
-        apart = np.abs(np.subtract(plate.centre, other.centre))
-        reach = np.add((*plate.extent, plate.thickness), (*other.extent, other.thickness)) / 2
-        if np.all(apart < reach):
-            raise SceneError(f"its box must be clear of that around conductors.{other.name}; they overlap")
-
-
 def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     """Return the table of a plate, and notes on it."""
     layer, fine = frame.stack[pour.layer], _FINE * frame.size
-    low, high = pour.rim.min(axis=0), pour.rim.max(axis=0)
+    low, high = pour.box
     middle = (low + high) / 2
     least = 2.0 * math.sqrt(_SMALL / math.pi) * frame.size
     holes = [hole for hole in pour.holes if float(np.hypot(*np.ptp(hole, axis=0))) >= least]  # by the box's diagonal
     lost = len(pour.holes) - len(holes)
     said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] if lost else []
+    if pour.parts:
+        areas = ", ".join(f"{1e6 * part.area:.4g}" for part in pour.parts)
+        said.append(f"{len(pour.parts)} side by side, of {areas} mm2, as one: bridges between them carry no current")
     sizes = None if holes else _simple(pour.rim - middle, high - low, fine)
     if sizes is None:
         rims = simplified([pour.rim, *holes], fine)
@@ -222,7 +298,7 @@ def simplified(rims: Sequence[Array], fine: float) -> list[Array]:
     return [shapely.get_coordinates(ring)[:-1] for ring in (found.exterior, *found.interiors)]
 
 
-def _free(name: str, taken: Sequence[str]) -> str:
+def free_name(name: str, taken: Sequence[str]) -> str:
     """Return a name that is not taken, with a number where it must be."""
     numbered = (name if k == 1 else f"{name} {k}" for k in range(1, len(taken) + 2))
     return next(one for one in numbered if one not in taken)

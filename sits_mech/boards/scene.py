@@ -1,4 +1,4 @@
-"""Make a scene of a board: coils of the chosen nets as paths, other nets' pours as plates, what is still to add.
+"""Make a scene of a board: the chosen coils as paths, other nets' pours as plates, what is still to add.
 
 The frame of the scene: x and y from the middle of all coils' tracks (or the board's own origin), y up; z = 0 at the top
 face of the uppermost layer with a track of a coil.
@@ -11,27 +11,35 @@ count, which corners sharper than 20 degrees exceed.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from sits_mech.boards.kicad import Board, place, read_board
-from sits_mech.boards.plates import DIGITS, plates, pours
-from sits_mech.boards.route import FEW, Route, Run, length_of, route
-from sits_mech.boards.stackup import permittivity
+from sits_mech.boards.copper import Board, place
+from sits_mech.boards.kicad import read_board
+from sits_mech.boards.lines import length_of
+from sits_mech.boards.pieces import Copper, at_place, of_footprint, of_net
+from sits_mech.boards.plates import DIGITS, free_name, plates, pours
+from sits_mech.boards.route import Route, Run, route
+from sits_mech.boards.stackup import METRES, permittivity
+from sits_mech.boards.windings import hint
 from sits_mech.quantities import Array
+from sits_mech.scene.coils import Coil
 from sits_mech.scene.files import written
 from sits_mech.scene.sensor import Sensor, sensor_from
-from sits_mech.units import SceneError
+from sits_mech.units import SceneError, shown
 
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
 _FIGURES = 4  # decimals of permittivities
 _APART = 6.0  # along the path, over the width
 _ROUNDING = 1e-6  # of places on a board [m]
+_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*(?:mm)?\s*"
+_PLACE = re.compile(rf"{_NUMBER},{_NUMBER}(?:,\s*(\S+)\s*)?")
 _TO_ADD = """
 # The board has no target and no elastomer. A target on a layer, to be adapted:
 # [target]
@@ -50,30 +58,35 @@ _TO_ADD = """
 
 @dataclass(frozen=True)
 class Selection:
-    """What to take of a board."""
+    """What to take of a board, a coil by each net, footprint and place."""
 
-    nets: tuple[str, ...]  # one coil each
+    nets: tuple[str, ...] = ()
+    footprints: tuple[str, ...] = ()  # references
+    places: tuple[str, ...] = ()  # "X,Y" or "X,Y,LAYER" as KiCad shows them, in millimetres or with units
     frequency: float = 5e6  # [Hz]
     origin: Literal["coil", "board"] = "coil"  # the middle of the coils' tracks, or the board's
     chord_error: float = 1e-6  # greatest distance of arcs from their polylines [m]
     with_pours: bool = True  # take other nets' filled zones as conductors
 
+    def check(self) -> None:
+        """Refuse what is named twice, and a chord error that no coil has."""
+        for option, names in (("--net", self.nets), ("--footprint", self.footprints), ("--at", self.places)):
+            twice = [name for name in names if names.count(name) > 1]
+            if twice:
+                raise SceneError(f"{option}: must name each once; got {twice[0]} twice")
+        if not _FINEST <= self.chord_error <= _COARSEST:
+            raise SceneError(f"--chord-error: must be a length from 1 nm to 1 mm; got {self.chord_error:g} m")
+
 
 def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:
-    """Return the scene file of a board's coils (KiCad 7 or later), and notes on it.
+    """Return the scene file of a board's coils (KiCad 5 or later), and notes on it.
 
-    Raise SceneError in one line: the board cannot be read, a net is not there or no single path, a pour touches a
-    track, or the scene is impossible.
+    Raise SceneError in one line: the board cannot be read, a net, footprint or place is not there or no single path, or
+    the scene is impossible.
     """
-    twice = [net for net in choice.nets if choice.nets.count(net) > 1]
-    if twice:
-        raise SceneError(f"--net: must name each net once; got {twice[0]} twice")
-    if not _FINEST <= choice.chord_error <= _COARSEST:
-        raise SceneError(f"--chord-error: must be a length from 1 nm to 1 mm; got {choice.chord_error:g} m")
+    choice.check()
     board = read_board(path)
-    if not choice.nets:
-        raise SceneError(f"--net: must name a net of the board, once for each coil, {_longest(board)}; it is missing")
-    routes = [route(board, net, choice.chord_error) for net in choice.nets]
+    routes = _routes(board, choice)
     origin, top = _origin(board, routes, choice.origin), _top(board, routes)
     coils = [_coil(board, found, origin, top) for found in routes]
     table = {"name": f"Coils of {path.name}", "frequency": choice.frequency, "coils": coils}
@@ -90,14 +103,37 @@ def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:
     return head + written(table) + _to_add(sensor), tuple(notes)
 
 
-def _longest(board: Board) -> str:
-    """Return the nets with the longest tracks, arcs by their chords, for a reader."""
-    lengths: dict[str, float] = {}
-    for track in board.tracks:
-        lengths[track.net] = lengths.get(track.net, 0.0) + length_of(track.points)
-    names = sorted({*lengths} - {""}, key=lambda name: -lengths[name])[:FEW]
-    listed = ", ".join(f"{name} ({1e3 * lengths[name]:.4g} mm)" for name in names)
-    return f"such as {listed}" if names else "which has none with tracks"
+def coil_alone(board: Board, found: Route) -> Coil:
+    """Return a coil of a board as that of a scene."""
+    origin, top = _origin(board, [found], "coil"), _top(board, [found])
+    table = _coil(board, replace(found, name="coil"), origin, top)
+    return sensor_from({"name": "coil", "frequency": 1e6, "coils": [table]}).coils[0]
+
+
+def _routes(board: Board, choice: Selection) -> list[Route]:
+    """Return the coils that are asked for, each with a name of its own; a refusal ends with what looks like a coil."""
+    try:
+        asked = [of_net(board, name) for name in choice.nets]
+        asked += [of_footprint(board, name) for name in choice.footprints]
+        asked += [_at(board, text) for text in choice.places]
+        if not asked:
+            raise SceneError("--net, --footprint or --at: must name a coil of the board; it is missing")
+        found = [route(each, choice.chord_error) for each in asked]
+    except SceneError as error:
+        raise SceneError(f"{error}; {hint(board)}") from None
+    names: list[str] = []
+    for one in found:
+        names.append(free_name(one.name or f"C{len(names) + 1}", names))
+    return [replace(one, name=name) for one, name in zip(found, names, strict=True)]
+
+
+def _at(board: Board, text: str) -> Copper:
+    """Return the copper at a place that is given as text."""
+    found = _PLACE.fullmatch(text)
+    layer = (found[3] or "") if found else ""
+    if found is None or layer not in ("", *board.stack):
+        raise SceneError(f"--at: must be X,Y in mm as KiCad shows, or X,Y,LAYER of {[*board.stack]}; got {shown(text)}")
+    return at_place(board, METRES * np.array([float(found[1]), -float(found[2])]), layer)
 
 
 def _origin(board: Board, routes: Sequence[Route], origin: str) -> Array:
@@ -129,7 +165,7 @@ def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, An
         points = np.round(run.points - origin, DIGITS) + 0.0
         path.append([[x, y, z] for x, y in points.tolist()])
     table = {
-        "name": found.net, "shape": "path", "track_width": widths[longest],
+        "name": found.name, "shape": "path", "track_width": widths[longest],
         "track_thickness": round(_thickness(board, found), DIGITS), "path": path,
     }
     table |= {"path_widths": widths} if len(set(widths)) > 1 else {}
@@ -149,7 +185,7 @@ def _told(board: Board, found: Route) -> str:
     vias = f"; {len(jumps)} vias, {sum(jumps):.4g} mm together, are no part of the coil" if jumps else ""
     vias = f"; 1 via of {jumps[0]:.4g} mm is no part of the coil" if len(jumps) == 1 else vias
     return (
-        f"net {found.net}: {total:.5g} mm of track on {', '.join(layers)}, {corners} points, from {found.ends[0]} to "
+        f"{found.title}: {total:.5g} mm of track on {', '.join(layers)}, {corners} points, from {found.ends[0]} to "
         f"{found.ends[1]}{vias}{mean if len(thicknesses) > 1 else ''}"
     )
 
@@ -172,7 +208,7 @@ def touching(found: Route) -> tuple[str, ...]:
         at = _first([found.runs[k] for k in mine], np.concatenate(along))
         if at is not None:
             where = f"on {layer} at {place(at)}"
-            notes.append(f"net {found.net}: its turns touch {where}: a short circuit of the board, not of the scene")
+            notes.append(f"{found.title}: its turns touch {where}: a short circuit of the board, not of the scene")
     return tuple(notes)
 
 

@@ -7,16 +7,15 @@ relative permittivities eps_i in series are one of sum t_i / sum (t_i / eps_i).
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from sits_mech.boards.sexpr import Node, child, children, numbers, texts
+from sits_mech.boards.versions import copper_layers
 from sits_mech.units import SceneError
 
 _COPPER = 35e-6  # thickness where the file gives none [m]
 _THICKNESS = 1.6e-3  # of a board whose file gives none [m]
-_INNER = re.compile(r"In(\d+)\.Cu")
 METRES = 1e-3  # metres in a millimetre
 
 
@@ -38,18 +37,9 @@ def permittivity(layers: Iterable[Layer]) -> float | None:
     return (lower.above - upper.above) / gap if gap > 0.0 else None
 
 
-def copper_names(tree: Node) -> tuple[str, ...]:
-    """Return the names of a board's copper layers, from the top down."""
-    table = [item for item in child(tree, "layers") or [] if isinstance(item, list)]
-    names = [str(item[1]) for item in table if len(item) > 1 and str(item[1]).endswith(".Cu")]
-    inner = {int(match[1]): name for name in names if (match := _INNER.fullmatch(name))}
-    outer = [[name for name in ("F.Cu",) if name in names], [name for name in ("B.Cu",) if name in names]]
-    return (*outer[0], *(inner[k] for k in sorted(inner)), *outer[1])
-
-
 def stack(tree: Node, where: str) -> tuple[dict[str, Layer], tuple[str, ...]]:
     """Return the copper layers from the top down, and assumptions; raise SceneError without layers or thickness."""
-    names = copper_names(tree)
+    names = tuple(copper_layers(tree).values())
     if not names:
         raise SceneError(f"{where}: must have copper layers, such as F.Cu; got none")
     listed = child(child(tree, "setup") or [], "stackup")

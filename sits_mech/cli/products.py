@@ -66,8 +66,12 @@ def view(
 
 @app.command(name="import")
 def import_board(
-    board: Annotated[Path, Parameter(help="A .kicad_pcb file of KiCad 7 or later.")], *,
+    board: Annotated[Path, Parameter(help="A .kicad_pcb file of KiCad 5 or later.")], *,
     net: Annotated[tuple[str, ...], Parameter(negative="", help="Net whose tracks are a coil; once per coil.")] = (),
+    footprint: Annotated[tuple[str, ...], Parameter(negative="", help="Reference of a footprint that is a coil.")] = (),
+    at: Annotated[
+        tuple[str, ...], Parameter(negative="", help="Place on a coil as KiCad shows it: X,Y or X,Y,LAYER, in mm.")
+    ] = (),
     frequency: Annotated[Quantity, Parameter(help="Frequency of the scene.")] = "5 MHz",
     origin: Annotated[Literal["coil", "board"], Parameter(help="At the middle of the coils, or the board's.")] = "coil",
     chord_error: Annotated[Quantity, Parameter(help="Largest error of polylines for arcs.")] = "1 um",
@@ -76,14 +80,41 @@ def import_board(
 ) -> int:
     """Read coils and copper pours of a KiCad board into a scene, on stdout without -o.
 
+    Without --net, --footprint and --at it lists what looks like a coil, and how to take each; -o coils.png draws them.
+
     Example: sits-mech import probe.kicad_pcb --net L1 --frequency "2 MHz" -o probe.toml
     """
     from sits_mech.boards.scene import Selection, board_scene
 
     hertz, error = quantity(frequency, "Hz", "--frequency"), quantity(chord_error, "m", "--chord-error")
-    text, notes = board_scene(board, Selection(net, hertz, origin, error, pours))
+    if not (net or footprint or at):
+        return _list_coils(board, output)
+    text, notes = board_scene(board, Selection(net, footprint, at, hertz, origin, error, pours))
     warn(*notes)
     deliver(text, output)
+    return 0
+
+
+def _list_coils(path: Path, output: Path | None) -> int:
+    """Print what looks like a coil on a board; draw it where a picture is asked for."""
+    from sits_mech.boards.kicad import read_board
+    from sits_mech.boards.windings import hint, windings
+    from sits_mech.report.folder import checked_picture
+    from sits_mech.report.pictures.board import board_figure, listed, winding_table
+
+    board = read_board(path)
+    found = windings(board)
+    if output is not None and output.suffix == ".toml" or not found:
+        raise SceneError(f"--net, --footprint or --at: {board.name}: must name a coil; it is missing; {hint(board)}")
+    picture = None if output is None else checked_picture(output)
+    coils = listed(board, found)
+    answer({}, [winding_table(board, coils)], False)
+    warn(*board.notes)
+    if picture is not None:
+        from sits_mech.report.pictures.style import save_figure
+
+        save_figure(board_figure(board, coils), picture)
+        warn(f"written to {picture}")
     return 0
 
 

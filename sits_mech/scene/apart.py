@@ -198,12 +198,13 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
                 f"{coil.outer_diameter:g} m and {other.outer_diameter:g} m; got {distance:g} m"
             )
     elif coil.shape == other.shape == "path":
-        place = crossing([*_lines(coil, shared, reach), *_lines(other, shared, reach)])
-        if place is not None:
-            raise SceneError(
-                f"{names} overlap: tracks must not cross in one layer; they do at x = {place[0]:.4g} m, "
-                f"y = {place[1]:.4g} m"
-            )
+        for z in shared:
+            place = crossing([*_lines(coil, z, 0.0), *_lines(other, z, reach)])
+            if place is not None:
+                raise SceneError(
+                    f"{names} overlap: tracks must not cross in one layer; those at z = {z:g} m do at x = "
+                    f"{place[0]:.4g} m, y = {place[1]:.4g} m"
+                )
     elif -beside > (_SLACK - 1.0) * max(*coil.extent, *other.extent):
         raise SceneError(
             f"{names} overlap: the boxes around them must be clear of each other in every layer; they overlap by "
@@ -211,10 +212,10 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
         )
 
 
-def _lines(coil: Coil, levels: list[float], reach: float) -> list[Array]:
-    """Return the polylines in place of a coil of free tracks at some heights."""
+def _lines(coil: Coil, height: float, reach: float) -> list[Array]:
+    """Return the polylines in place of a coil of free tracks at a height, or nearer to it than `reach` [m]."""
     lines = [(np.array(line)[:, :2] + coil.centre, line[0][2]) for line in coil.path]
-    return [line for line, z in lines if any(abs(z - level) * _SLACK < reach for level in levels)]
+    return [line for line, z in lines if z == height or abs(z - height) * _SLACK < reach]
 
 
 def _check_round(radius: float, coils: Sequence[Coil]) -> None:

@@ -28,6 +28,10 @@ READ_BY: dict[str, tuple[tuple[str, ...], ...]] = {
          "--set", 'target={{material="copper", shape="outline", mesh="{}", thickness="0.2 mm"}}'),
     ),
     "probe.kicad_pcb": (("import", "{}", "--net", "L1", "-o", "probe.toml"), ("import", "{}", "--net", "GND")),
+    "drawn.kicad_pcb": (
+        ("import", "{}", "-o", "coils.png"), ("import", "{}", "--net", "A"), ("import", "{}", "--footprint", "L1"),
+        ("import", "{}", "--at", "35,5"),
+    ),
     "loads.csv": (("simulate", "soft.toml", "--history", "{}", "--tolerance", "0.2", "--magnetics", "planar"),),
     "study.toml": (("sweep", "{}", "-o", "out"),),
     "requirements.toml": (("design", "{}", "-o", "out", "--most", "1"),),

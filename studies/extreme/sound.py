@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import shutil
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,8 @@ def sound_files(folder: Path) -> Path:
     texts = {
         "scene.toml": scene_text(load_sensor("biorob2018")),
         "soft.toml": scene_text(load_sensor("biorob2018", [f"elastomer.material={_inline(SOFT)}"])),
-        "dome.toml": _dome(), "probe.kicad_pcb": board(), "loads.csv": LOADS, "study.toml": written(STUDY),
+        "dome.toml": _dome(), "probe.kicad_pcb": board(), "drawn.kicad_pcb": drawn_board(),
+        "loads.csv": LOADS, "study.toml": written(STUDY),
         "requirements.toml": written(REQUIREMENTS), "bench.csv": _bench(folder / "calibration" / "result.csv"),
         "tensile.csv": _pulled([0.0, 10.0], [0.0, 1.0]), "hold.csv": _pulled([0.0, 1.0, 100.0], [0.0, 0.5, 0.5]),
         "cycles.csv": _pulled([0.0, 3.0, 6.0, 12.0, 18.0], [0.0, 0.3, 0.0, 0.6, 0.0]),
@@ -56,10 +58,40 @@ def board() -> str:
         for k, ((a, b), (c, d)) in enumerate(zip(corners[:-1], corners[1:], strict=True))
     ]
     pour = '(filled_polygon (layer "B.Cu") (pts (xy 10 10) (xy 30 10) (xy 30 30) (xy 10 30)))'
-    zone = f'(zone (net 2) (net_name "GND") (layer "B.Cu") (hatch edge 0.5) (min_thickness 0.25) (fill yes) {pour})'
+    fill = f"(min_thickness 0.25) (filled_areas_thickness no) (fill yes) {pour}"
+    zone = f'(zone (net 2) (net_name "GND") (layer "B.Cu") (hatch edge 0.5) {fill})'
     head = '(kicad_pcb (version 20240108) (generator "study") (general (thickness 1.6))'
     layers = '(layers (0 "F.Cu" signal) (31 "B.Cu" signal) (44 "Edge.Cuts" user)) (setup (pad_to_mask_clearance 0))'
     return "\n".join([head, layers, '(net 0 "") (net 1 "L1") (net 2 "GND")', *tracks, zone]) + ")\n"
+
+
+def drawn_board() -> str:
+    """Return a board of KiCad 5: a footprint of arcs and a custom pad, a strip as a polygon, drawn lines, two pours."""
+    ends = [7.0]
+    for k in range(6):
+        ends.append(ends[-1] + 2 * (-1) ** k * (3 + 0.2 * k))
+    arcs = [
+        f"(fp_arc (start {(a + b) / 2:.3f} 10) (end {a:.3f} 10) (angle 180) (layer Top) (width 0.2))"
+        for a, b in pairwise(ends)
+    ]
+    inside = "(gr_line (start 0 0) (end 0 1) (width 0.2)) (gr_arc (start 1 1) (end 0 1) (angle -90) (width 0.2))"
+    pads = [
+        f"(pad 1 smd rect (at {ends[-1]:.3f} 10) (size 0.4 0.4) (layers Top) (net 1 A))",
+        f"(pad 2 smd custom (at 7 10 90) (size 0.4 0.4) (layers Top) (net 2 B) (primitives {inside}))",
+    ]
+    module = f"(module own:coil (layer Top) (at 0 0 0) (fp_text reference L1 (at 0 0)) {' '.join([*arcs, *pads])})"
+    reach = [(30, 0), (40, 0), (40, 10), (31, 10), (31, 2), (38, 2), (38, 8), (33, 8)]
+    rim = [*reach, *((x + (0.3 if x < 35 else -0.3), y + (0.3 if y < 5 else -0.3)) for x, y in reach[::-1])]
+    strip = f"(gr_poly (pts {' '.join(f'(xy {x} {y})' for x, y in rim)}) (layer Top) (width 0))"
+    lines = [
+        f"(gr_line (start {a} {b}) (end {c} {d}) (layer Bottom) (width 0.2))"
+        for (a, b), (c, d) in pairwise([(50, 0), (60, 0), (60, 10), (50, 10), (50, 1)])
+    ]
+    fills = [f"(filled_polygon (pts (xy {x} 20) (xy {x + 5} 20) (xy {x + 5} 40) (xy {x - 2} 40)))" for x in (10, 16)]
+    zone = f"(zone (net 2) (net_name B) (layer Bottom) (min_thickness 0.25) (fill yes) {' '.join(fills)})"
+    head = "(kicad_pcb (version 20171130) (host pcbnew 5.1.9) (general (thickness 1.6))"
+    layers = '(layers (0 Top signal) (31 Bottom signal) (44 Edge.Cuts user)) (net 0 "") (net 1 A) (net 2 B)'
+    return "\n".join([head, layers, module, strip, *lines, zone]) + ")\n"
 
 
 def _dome() -> str:

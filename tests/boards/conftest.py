@@ -54,7 +54,8 @@ class Drawing:
         corners = " ".join(f"(xy {x:.9g} {y:.9g})" for x, y in points)
         fill = f'(filled_polygon (layer "{layer}") (pts {corners}))' if points else ""
         outline = "(polygon (pts (xy 0 0) (xy 1 0) (xy 1 1)))"
-        return f'(zone {net} (layer "{layer}") (hatch edge 0.5) (min_thickness 0.25) (fill yes) {outline} {fill})'
+        how = "(min_thickness 0.25) (filled_areas_thickness no) (fill yes)"
+        return f'(zone {net} (layer "{layer}") (hatch edge 0.5) {how} {outline} {fill})'
 
     def board(self, items: Sequence[str], four: bool = False, version: int = 20241229, nets: str = "") -> Path:
         """Write a board with the nets L1, GND and L2: two layers without a stack-up, or four with one."""

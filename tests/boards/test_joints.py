@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sits_mech.boards.joints import Joints, flattened, joined, thinned
-from sits_mech.boards.kicad import Track, read_board
+from sits_mech.boards.copper import Track
+from sits_mech.boards.joints import Joints, joined
+from sits_mech.boards.kicad import read_board
+from sits_mech.boards.lines import flattened, thinned
 from sits_mech.units import SceneError
 
 

@@ -33,7 +33,7 @@ def test_places_layers_and_nets(draw: Any) -> None:
 
 
 def test_nets_by_name_and_copper_drawings(draw: Any) -> None:
-    """KiCad 10 names nets in the items; drawings on copper count where they have a net; a mask opening is no layer."""
+    """KiCad 10 names nets in the items; drawings on copper count without a net, too; a mask opening is no layer."""
     items = [
         draw.line((0, 0), (1, 0), net='"/a 1"'),
         '(gr_line (start 1 0) (end 2 0) (stroke (width 0.3) (type solid)) (layer "F.Cu") (net "/a 1"))',
@@ -42,8 +42,8 @@ def test_nets_by_name_and_copper_drawings(draw: Any) -> None:
         '(segment (start 2 0) (end 3 0) (width 0.2) (layers "F.Cu" "F.Mask") (net "/a 1"))',
     ]
     board = read_board(draw.board(items, version=20260206, nets=" "))
-    assert [track.net for track in board.tracks] == ["/a 1"] * 3 and board.nets == ("/a 1",)
-    assert [track.width for track in board.tracks] == pytest.approx([2e-4, 3e-4, 2e-4])
+    assert [track.net for track in board.tracks] == ["/a 1", "/a 1", "/a 1", ""] and board.nets == ("/a 1",)
+    assert [track.width for track in board.tracks] == pytest.approx([2e-4, 2e-4, 3e-4, 3e-4])
     assert {track.layer for track in board.tracks} == {"F.Cu"}
     assert "newer" in read_board(draw.board(items, version=20990101)).notes[-1]
 
@@ -84,7 +84,7 @@ def test_zones_are_fills_without_keep_outs_and_teardrops(draw: Any) -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("(kicad_pcb (version 20211014))", "KiCad 7 or later (version 20221018); got version 20211014: open it in"),
+        ("(kicad_pcb (version 20160815))", "KiCad 5 or later (version 20171130); got version 20160815: open it in"),
         ("(kicad_sch (version 20231120))", "must be a board, (kicad_pcb ...); got ('kicad_sch' ...)"),
         ("(kicad_pcb)", "(version ...) must be 1 number or more, up to 1e+09; it is missing"),
         ('(kicad_pcb (version 20240108) (layers (44 "Edge.Cuts" user)))', "must have copper layers, such as F.Cu"),

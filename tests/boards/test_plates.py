@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sits_mech.boards.kicad import read_board
+from sits_mech.boards.pieces import of_net
 from sits_mech.boards.plates import loops, plates, pours, simplified
 from sits_mech.boards.route import route
 from sits_mech.scene.apart import from_windings
@@ -133,16 +134,60 @@ def test_islands_are_left_out_together(draw: Any) -> None:
     assert notes == ("2 pours of less than 0.176 mm2: left out, 0.25 mm2 together",)
 
 
-def test_what_does_not_fit_is_left_out(draw: Any) -> None:
-    """A pour in the box of a larger one on its layer; the larger stays, as does one around the coil in its layer."""
+def test_pours_side_by_side_are_one_plate(draw: Any) -> None:
+    """A square of 5 mm, corners of 0.1 mm, in the notch of an L, 2 mm away, and one around the coil in its own layer.
+
+    The bridge is 0.084 mm wide and 2 mm long, and reaches as far into both as it is wide: 300 + 24.99 + 0.17 mm2.
+    """
     inner = [(12.5, 20), (12.5, 13), (13, 13), (13, 7), (7, 7), (7, 13), (11.5, 13), (11.5, 20)]
     around = [(0, 0), (20, 0), (20, 20), *inner, (0, 20)]
     ell = [(0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20)]
-    found, notes, sensor = made(draw, draw.zone(around, "F.Cu"), draw.zone(rounded(12, 12, 5, 5, 0.1)), draw.zone(ell))
-    assert [item["name"] for item in found] == ["GND F.Cu", "GND B.Cu"]
-    (left,) = [note for note in notes if "left out" in note]
-    assert "its box must be clear of that around conductors.GND B.Cu" in left
+    square = draw.zone(rounded(12, 12, 5, 5, 0.1), net='(net 3) (net_name "L2")')
+    found, notes, sensor = made(draw, draw.zone(around, "F.Cu"), square, draw.zone(ell))
+    assert [item["name"] for item in found] == ["GND F.Cu", "GND, L2 B.Cu"]
+    assert not any("left out" in note for note in notes)
+    assert "2 side by side, of 300, 24.99 mm2, as one: bridges between them carry no current" in notes[1]
+    assert area(sensor.conductors[1]) == pytest.approx(325.16e-6, rel=2e-3)
     assert from_windings(sensor.conductors[0], sensor.coils) == pytest.approx(0.9e-3)
+
+
+def test_a_pour_that_no_bridge_reaches_is_left_out(draw: Any) -> None:
+    """A frame around the coil in its own layer, and an island within: the bridge would cross the track."""
+    inner = [(10, 19), (19, 19), (19, 1), (1, 1), (1, 19), (9, 19)]
+    frame = [(0, 0), (20, 0), (20, 20), (10, 20), *inner, (9, 20), (0, 20)]
+    found, notes, _ = made(draw, draw.zone(frame, "F.Cu"), draw.zone([(9, 9), (11, 9), (11, 11), (9, 11)], "F.Cu"))
+    assert [item["name"] for item in found] == ["GND F.Cu"]
+    assert "its box must be clear of that around conductors.GND F.Cu" in notes[-1] and "left out" in notes[-1]
+
+
+def test_a_coil_may_end_in_a_pour(draw: Any) -> None:
+    """The pour of the pad's net is cut 0.2 mm clear of the track, 0.2 mm wide, which lies in it over 3 mm."""
+    pad = draw.pad("1", (3, 5), '2 "GND"').replace('"J1"', '"J2"')
+    lines = [*draw.lines([(3, 5), (-2, 5), (-2, 8)]), draw.pad("2", (-2, 8))]
+    board = read_board(draw.board([*lines, pad, draw.zone([(0, 0), (9, 0), (9, 9), (0, 9)], "F.Cu")]))
+    found, notes = pours(board, [route(of_net(board, "L1"), 1e-6)])
+    assert len(notes) == 1 and "cut 0.2 mm clear of net L1, which ends in it" in notes[0]
+    assert found[0].area == pytest.approx(81e-6 - 3 * 0.6e-6 - np.pi * 0.09e-6 / 2, rel=1e-3)
+
+
+def test_fills_of_old_boards_have_a_pen(draw: Any) -> None:
+    """A square of 20 mm with a line of 0.25 mm round it is 20.25 mm wide, less four corners; told or not."""
+    for version, said, width in ((20171130, "", 20.25), (20241229, "", 20.25), (20260206, "", 20.0),
+                                 (20211014, "(filled_areas_thickness no)", 20.0),
+                                 (20260206, "(filled_areas_thickness yes)", 20.25)):
+        zone = draw.zone(SQUARE).replace("(filled_areas_thickness no)", said)
+        (found,), _ = pours(read_board(draw.board([zone], version=version)), [])
+        corners = (4 - np.pi) * ((width - 20.0) / 2) ** 2
+        assert found.area == pytest.approx(1e-6 * (width**2 - corners), rel=1e-5)
+
+
+def test_drawn_areas_are_pours(draw: Any) -> None:
+    """A filled square on copper is a plate; one that touches the coil is left out."""
+    text = '(gr_poly (pts (xy {0} 0) (xy {1} 0) (xy {1} 4) (xy {0} 4)) (layer "F.Cu") (width 0) (fill solid))'
+    board = read_board(draw.board([*draw.lines([(0, 5), (9, 5), (9, 9)]), text.format(0, 4), text.format(8, 12)]))
+    track = read_board(draw.board([*draw.lines([(0, 3), (9, 3), (9, 9)]), text.format(0, 4)]))
+    assert [pour.area for pour in pours(board, [route(of_net(board, "L1"), 1e-6)])[0]] == pytest.approx([16e-6, 16e-6])
+    assert "it is drawn and touches net L1" in pours(track, [route(of_net(track, "L1"), 1e-6)])[1][0]
 
 
 SQUARE = [(0, 0), (20, 0), (20, 20), (0, 20)]
@@ -179,7 +224,7 @@ def test_which_zones_are_plates(draw: Any) -> None:
         draw.zone([(30, 0), (31, 0), (31, 1)], "F.Cu", net='(net 0) (net_name "")'),
     ]
     board = read_board(draw.board([*draw.lines([(0, 0), (10, 0)]), *zones]))
-    found, notes = pours(board, [route(board, "L1", 1e-6)])
+    found, notes = pours(board, [route(of_net(board, "L1"), 1e-6)])
     assert [(pour.net, pour.layer, len(pour.holes)) for pour in found] == [("GND", "B.Cu", 2), ("", "F.Cu", 0)]
     assert found[0].area == pytest.approx(372e-6, rel=1e-9) and found[1].area == pytest.approx(0.5e-6, rel=1e-9)
     assert signed_area(found[0].rim) > 0
@@ -208,9 +253,9 @@ def test_pours_keep_off_the_tracks(draw: Any, track: list[tuple[float, float]], 
         if touches and layer == "F.Cu":
             expected = "net L1: its track must be clear of the pour of GND on F.Cu; got one that touches it at ("
             with pytest.raises(SceneError, match=re.escape(f"{path}: {expected}")):
-                pours(board, [route(board, "L1", 1e-6)])
+                pours(board, [route(of_net(board, "L1"), 1e-6)])
         else:
-            assert len(pours(board, [route(board, "L1", 1e-6)])[0]) == 1
+            assert len(pours(board, [route(of_net(board, "L1"), 1e-6)])[0]) == 1
 
 
 def test_a_fill_that_touches_itself_in_a_point_has_two_pieces() -> None:

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech.boards.kicad import Board, read_board
+from sits_mech.boards.copper import Board
+from sits_mech.boards.kicad import read_board
+from sits_mech.boards.pieces import of_net
 from sits_mech.boards.route import Route, route
 from sits_mech.export.kicad import copper_layers, winding, write_kicad
 from sits_mech.export.source import Source
@@ -51,7 +53,7 @@ def test_a_spiral_in_any_order(draw: Any, seed: int) -> None:
     """Corners as drawn, from the pad of the lesser number, through the via; 10 + 10 + 10 + 9 + 9 + 8 + 8 and 3 mm."""
     items = spiral(draw, np.random.default_rng(seed).permutation(9).tolist())
     board = read_board(draw.board([*items, draw.pad("10", (-2, 9), layers='"B.Cu"'), draw.pad("9", (0, 0))]))
-    found = route(board, "L1", 1e-6)
+    found = route(of_net(board, "L1"), 1e-6)
     assert found.ends == ("J1.9", "J1.10") and [run.layer for run in found.runs] == ["F.Cu", "B.Cu"]
     expected = [(0, 0), (10, 0), (10, 10), (0, 10), (0, 1), (9, 1), (9, 9), (1, 9)]
     np.testing.assert_allclose(found.runs[0].points, 1e-3 * np.array(expected) * (1, -1), atol=1e-12)
@@ -60,7 +62,7 @@ def test_a_spiral_in_any_order(draw: Any, seed: int) -> None:
 
 def test_without_pads_from_outside(draw: Any) -> None:
     """The end farther from the middle, named by its place as KiCad shows it."""
-    found = route(read_board(draw.board(spiral(draw))), "L1", 1e-6)
+    found = route(of_net(read_board(draw.board(spiral(draw))), "L1"), 1e-6)
     assert found.ends == ("(-2.0000, 9.0000) mm on B.Cu", "(0.0000, 0.0000) mm on F.Cu")
 
 
@@ -76,7 +78,7 @@ def test_the_exported_coil_comes_back(draw: Any, layers: int) -> None:
     if layers > 2:
         names = " ".join(f'({k} "{name}" signal)' for k, name in enumerate(copper_layers(layers)))
         path.write_text(re.sub(r"\(layers \(0.*\n", f"(layers {names})\n", path.read_text()))
-    found = route(read_board(path), "L1", 1e-6)
+    found = route(of_net(read_board(path), "L1"), 1e-6)
     sequence = [run.layer for run in found.runs]
     assert sequence in (list(copper_layers(layers)), list(copper_layers(layers))[::-1])
     coil, centre = sensor.coils[0], np.asarray(sensor.coils[0].centre)
@@ -103,10 +105,10 @@ def test_a_placed_footprint_is_a_coil(draw: Any, tmp_path: Any) -> None:
         text = text[: end - 1] + f" (net {net}))" + text[end:]
     lead = draw.line((60, 50), (100, 50))  # elsewhere on the net, not joined: another footprint's business
     board = read_board(draw.board([text]))
-    found = route(board, "L1", 1e-6)
+    found = route(of_net(board, "L1"), 1e-6)
     assert found.ends == ("L7.1", "L7.2") and [run.layer for run in found.runs] == ["F.Cu", "B.Cu"]
     items = drawn(draw, SENSOR, 0, "1")
-    alone = route(read_board(draw.board(items)), "L1", 1e-6)
+    alone = route(of_net(read_board(draw.board(items)), "L1"), 1e-6)
     assert length(found) == pytest.approx(length(alone), rel=1e-7)
     turn = np.radians(30)
     c, s = np.cos(turn), np.sin(turn)
@@ -114,7 +116,7 @@ def test_a_placed_footprint_is_a_coil(draw: Any, tmp_path: Any) -> None:
     centre = (0.1, -0.05) + np.array([[c, -s], [s, c]]) @ np.asarray(SENSOR.coils[0].centre)
     np.testing.assert_allclose(middle, centre, atol=1e-4)
     with pytest.raises(SceneError, match="2 pieces"):
-        route(read_board(draw.board([text, lead])), "L1", 1e-6)
+        route(of_net(read_board(draw.board([text, lead])), "L1"), 1e-6)
 
 
 def test_widths_part_runs_and_the_rest_beyond_pads_is_told(draw: Any) -> None:
@@ -123,7 +125,7 @@ def test_widths_part_runs_and_the_rest_beyond_pads_is_told(draw: Any) -> None:
     thick = draw.line((10, 20), (0, 20), width=0.4)
     leads = [draw.line((0, 0), (0, -3)), draw.line((0, 0), (-4, 0))]
     path = draw.board([*tracks, thick, *leads, draw.pad("1", (0, 0)), draw.pad("2", (0, 20))])
-    found = route(read_board(path), "L1", 1e-6)
+    found = route(of_net(read_board(path), "L1"), 1e-6)
     assert [run.width for run in found.runs] == pytest.approx([(0.29997e-3 + 0.6e-3) / 3, 0.4e-3], rel=1e-12)
     np.testing.assert_array_equal(found.runs[0].points[-1], found.runs[1].points[0])
     assert found.notes == (f"{path}: net L1: left out beyond pads: 2 pieces of 7 mm together",)
@@ -132,19 +134,20 @@ def test_widths_part_runs_and_the_rest_beyond_pads_is_told(draw: Any) -> None:
 def test_runs_meet_in_the_middle_of_a_via(draw: Any) -> None:
     """An end 0.04 mm off is moved there, one 0.15 mm off led there: a quarter of the width is 0.05 mm."""
     items = [draw.line((0, 0), (4.96, 0)), draw.line((5, 0.2), (5, 9), "B.Cu"), draw.via((5, 0))]
-    first, second = sorted(route(read_board(draw.board(items)), "L1", 1e-6).runs, key=lambda run: run.layer != "F.Cu")
+    runs = route(of_net(read_board(draw.board(items)), "L1"), 1e-6).runs
+    first, second = sorted(runs, key=lambda run: run.layer != "F.Cu")
     assert {tuple(p) for p in np.round(1e3 * first.points, 6).tolist()} == {(0, 0), (5, 0)}
     assert {tuple(p) for p in np.round(1e3 * second.points, 6).tolist()} == {(5, 0), (5, -9)}
     bent = [items[0], draw.line((5.15, 0), (5.15, 9), "B.Cu"), items[2]]
-    second = next(run for run in route(read_board(draw.board(bent)), "L1", 1e-6).runs if run.layer == "B.Cu")
+    second = next(run for run in route(of_net(read_board(draw.board(bent)), "L1"), 1e-6).runs if run.layer == "B.Cu")
     assert {tuple(p) for p in np.round(1e3 * second.points, 6).tolist()} == {(5, 0), (5.15, 0), (5.15, -9)}
 
 
 def test_straight_tracks_keep_their_lines(draw: Any) -> None:
     """Arcs between them that end 9 nm aside do not tilt them: parallel tracks stay so, to the last digit."""
     arc = draw.arc((9, 0.000009), (9.7071, 0.29289), (10.000009, 1))
-    found = route(read_board(draw.board([draw.line((0, 0), (9, 0)), arc, draw.line((10, 1), (10, 8))])), "L1", 1e-6)
-    points = found.runs[0].points
+    board = read_board(draw.board([draw.line((0, 0), (9, 0)), arc, draw.line((10, 1), (10, 8))]))
+    points = route(of_net(board, "L1"), 1e-6).runs[0].points
     np.testing.assert_array_equal(np.round(1e3 * points[[0, 1, -2, -1]], 9), [[0, 0], [9, 0], [10, -1], [10, -8]])
 
 
@@ -156,7 +159,7 @@ def test_two_coils_of_one_net_are_not_guessed(draw: Any) -> None:
         "and from (0.0000, 15.0000) mm on F.Cu to J1.1"
     )
     with pytest.raises(SceneError, match=re.escape(expected)):
-        route(read_board(path), "L1", 1e-6)
+        route(of_net(read_board(path), "L1"), 1e-6)
 
 
 def test_careless_boards_are_joined_where_they_must(draw: Any) -> None:
@@ -167,7 +170,7 @@ def test_careless_boards_are_joined_where_they_must(draw: Any) -> None:
         draw.arc((10, 0), (10.0013, 0.0006), (10.0028, 0.001), width=0.3),
         draw.arc((10.0028, 0.001), (10.0053, 0.002), (10.008, 0.003), width=0.3),
     ]
-    found = route(read_board(draw.board([*careful, *dirt])), "L1", 1e-6)
+    found = route(of_net(read_board(draw.board([*careful, *dirt])), "L1"), 1e-6)
     assert length(found) == pytest.approx(1e-3 * (10 + np.hypot(10, 5)), rel=1e-3)
     assert len(found.runs) == 1 and len(found.runs[0].points) <= 4
 
@@ -178,7 +181,7 @@ def test_short_steps_do_not_shrink_to_a_point(draw: Any) -> None:
     ring = np.column_stack([np.cos(angle), np.sin(angle)]).tolist()
     items = [*draw.lines(ring), draw.line((1, 0), (9, 0)), draw.line((1, 0), (9, 5))]
     with pytest.raises(SceneError, match="without branches; got 3 tracks"):
-        route(read_board(draw.board(items)), "L1", 1e-6)
+        route(of_net(read_board(draw.board(items)), "L1"), 1e-6)
 
 
 T = [(0, 0), (5, 0), (9, 0)]
@@ -187,7 +190,7 @@ T = [(0, 0), (5, 0), (9, 0)]
 @pytest.mark.parametrize(
     ("items", "expected"),
     [
-        (lambda d: [], "net L1: must have tracks; got none"),
+        (lambda d: [], "net L1: must have tracks, or copper drawn to its pads; got none"),
         (lambda d: [d.line((3, 4), (3, 4))], "net L1: must have tracks; got none that leads from one place to another"),
         (
             lambda d: [*d.lines(T), d.line((5, 0), (5, 4))],
@@ -214,15 +217,15 @@ def test_what_is_no_coil(draw: Any, items: Any, expected: str) -> None:
     """One line: the board, the net, what it must be, where it is not."""
     path = draw.board(items(draw))
     with pytest.raises(SceneError, match=re.escape(f"{path}: ") + ".*" + re.escape(expected)) as caught:
-        route(read_board(path), "L1", 1e-6)
+        route(of_net(read_board(path), "L1"), 1e-6)
     assert "\n" not in str(caught.value)
 
 
 def test_the_nearest_nets_are_named(draw: Any) -> None:
-    """All of a few, those most like it of many."""
+    """Those most like it."""
     few: Board = read_board(draw.board([]))
-    with pytest.raises(SceneError, match='--net: .* must be a net of the board, one of GND, L1, L2; got "l1"'):
-        route(few, "l1", 1e-6)
+    with pytest.raises(SceneError, match='--net: .* must be a net of the board, such as L1; got "l1"'):
+        route(of_net(few, "l1"), 1e-6)
     many = " ".join(f'(net {k} "/sheet/N{k}")' for k in range(1, 40)) + '(net 50 "/Probe/COIL_A")'
-    with pytest.raises(SceneError, match="one of the board's 40 nets, such as /Probe/COIL_A, .*; got \"coil a\""):
-        route(read_board(draw.board([], nets=many)), "coil a", 1e-6)
+    with pytest.raises(SceneError, match="must be a net of the board, such as /Probe/COIL_A; got \"coil_a\""):
+        route(of_net(read_board(draw.board([], nets=many)), "coil_a"), 1e-6)

@@ -104,10 +104,10 @@ def test_a_coil_on_layers_of_unlike_copper_is_a_scene(draw: Any, side: float) ->
 @pytest.mark.parametrize(
     ("choice", "expected"),
     [
-        (Selection(()), "--net: must name a net of the board, once for each coil, such as L1 (47.5 mm); it is missing"),
-        (Selection(("L1", "L1")), "--net: must name each net once; got L1 twice"),
+        (Selection(()), "must name a coil of the board; it is missing; what looks like a coil: --net=L1 (47.5 mm, "),
+        (Selection(("L1", "L1")), "--net: must name each once; got L1 twice"),
         (Selection(("L1",), chord_error=0.0), "--chord-error: must be a length from 1 nm to 1 mm; got 0 m"),
-        (Selection(("L3",)), "must be a net of the board, one of GND, L1, L2; got"),
+        (Selection(("L3",)), 'must be a net of the board; got "L3"; what looks like a coil: --net=L1 (47.5 mm'),
         (Selection(("L1",), frequency=-1.0), "frequency: must be a frequency"),
     ],
 )
@@ -174,3 +174,21 @@ def test_a_broken_board_is_a_scene_or_refused(draw: Any, data: st.DataObject) ->
         board_scene(draw.path, Selection(("L1",)))
     except SceneError as error:
         assert "\n" not in str(error)
+
+
+def test_coils_over_each_other_are_clear_by_layers(draw: Any) -> None:
+    """Each on both layers, one's lead under the other's turns: clear in F.Cu and in B.Cu, crossing in the plan alone.
+
+    The same lead in F.Cu would cross, and is refused with its height and place.
+    """
+    first = [*draw.lines([(0, 0), (10, 0), (10, 10), (0, 10), (0, 2)]), draw.via((0, 2))]
+    lead = draw.lines([(0, 2), (-4, 2)], "B.Cu")
+    second = [*draw.lines([(20, 0), (30, 0), (30, 10), (20, 10), (20, 5)], net="3"), draw.via((20, 5), net="3")]
+    for layer in ("B.Cu", "F.Cu"):
+        board = draw.board([*first, *lead, *second, *draw.lines([(20, 5), (5, 5)], layer, net="3")])
+        if layer == "B.Cu":
+            one, other = loaded(board, board_scene(board, Selection(("L1", "L2")))[0]).coils
+            assert (one.name, other.name) == ("L1", "L2") and one.heights == other.heights
+        else:
+            with pytest.raises(SceneError, match="tracks must not cross in one layer; those at z = -1.75e-05 m do at"):
+                board_scene(board, Selection(("L1", "L2")))

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from sits_mech.boards.sexpr import expression
-from sits_mech.boards.stackup import copper_names, permittivity, stack
+from sits_mech.boards.stackup import permittivity, stack
+from sits_mech.boards.versions import copper_layers
 from sits_mech.units import SceneError
 
 
@@ -40,7 +41,7 @@ def test_layers_from_the_top_down_whatever_their_numbers() -> None:
     """KiCad 9 numbers them otherwise than KiCad 7, the names stay."""
     layers = '(0 "F.Cu" signal) (2 "B.Cu" signal) (22 "In10.Cu" signal) (6 "In2.Cu" signal)'
     tree = expression(f"(kicad_pcb (layers {layers}))")
-    assert copper_names(tree) == ("F.Cu", "In2.Cu", "In10.Cu", "B.Cu")
+    assert tuple(copper_layers(tree).values()) == ("F.Cu", "In2.Cu", "In10.Cu", "B.Cu")
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from sits_mech.boards.kicad import read_board
+from sits_mech.boards.pieces import of_net
 from sits_mech.boards.route import route
 from sits_mech.boards.scene import touching
 
 
 def told(draw: Any, items: list[str]) -> tuple[str, ...]:
     """Return what is told of the coil of a board."""
-    return touching(route(read_board(draw.board(items)), "L1", 1e-6))
+    return touching(route(of_net(read_board(draw.board(items)), "L1"), 1e-6))
 
 
 @pytest.mark.parametrize(("pitch", "touches"), [(0.25, False), (0.202, False), (0.198, True), (0.1, True)])

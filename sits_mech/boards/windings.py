@@ -1,0 +1,96 @@
+"""Find what looks like a coil on a board, by its turns alone, and how each is taken.
+
+Of each piece of copper the longest way between two of its joints is followed; it looks like a coil where its direction
+turns by 0.7 of a full turn or more (`pieces.TURNS`).
+"""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.boards.copper import Board, place
+from sits_mech.boards.joints import Joints
+from sits_mech.boards.lines import length_of
+from sits_mech.boards.pieces import COARSE, FEW, TURNS, Copper, alone, along, of_footprint, of_net, pieces, turns
+from sits_mech.boards.route import Route, route
+from sits_mech.boards.stackup import METRES
+from sits_mech.quantities import Array
+from sits_mech.units import SceneError
+
+_MOST = 40  # that are listed
+
+
+@dataclass(frozen=True)
+class Winding:
+    """What looks like a coil."""
+
+    turns: float
+    layers: tuple[str, ...]  # in the order of the current
+    length: float  # [m]
+    middle: Array  # (2,) of the box around it [m]
+    size: Array  # (2,) of that box [m]
+    nets: tuple[str, ...]  # of its tracks and of the pads that it ends in
+    take: str  # the option that takes it, as a shell needs it
+    refusal: str  # why it is no coil; empty where it is one
+    path: Route | None  # where it is one
+
+    @property
+    def text(self) -> str:
+        """Return what it is in a line, for a reader."""
+        nets = f", nets {' and '.join(self.nets)}" if self.nets else ", no net"
+        return f"{self.take} ({1e3 * self.length:.4g} mm, {self.turns:.1f} turns at {place(self.middle)}{nets})"
+
+
+def windings(board: Board) -> tuple[Winding, ...]:
+    """Return what looks like a coil, that of most turns first."""
+    found = [(turns(piece), piece, along(piece)) for piece in pieces(board)]
+    most = sorted((each for each in found if each[0] >= TURNS), key=lambda each: -each[0])[:_MOST]
+    return tuple(_winding(board, *each) for each in most)
+
+
+def hint(board: Board) -> str:
+    """Return what looks like a coil, in words for the end of a message."""
+    found = windings(board)
+    more = f" and {len(found) - FEW} more" if len(found) > FEW else ""
+    listed = ", ".join(each.text for each in found[:FEW]) + more
+    return f"what looks like a coil: {listed}" if found else "nothing of its copper looks like a coil"
+
+
+def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding:
+    """Return a piece as what looks like a coil."""
+    low, high = line.min(axis=0), line.max(axis=0)
+    layers = tuple(dict.fromkeys(track.layer for track in piece.tracks))
+    path, refusal = _followed(alone(board, piece))
+    if path is not None:
+        line, layers = np.vstack([run.points for run in path.runs]), tuple(run.layer for run in path.runs)
+        layers = tuple(layer for k, layer in enumerate(layers) if k == 0 or layer != layers[k - 1])
+    take = _take(board, piece, path)
+    nets = {track.net for track in piece.tracks} | {hole.net for _, hole in piece.holes}
+    size = ((low + high) / 2, high - low)
+    return Winding(number, layers, length_of(line), *size, tuple(sorted(nets - {""})), take, refusal, path)
+
+
+def _take(board: Board, piece: Joints, path: Route | None) -> str:
+    """Return the option that takes a piece alone: its net, its footprint, a net of its pads, else a place on it."""
+    held = [hole.net for hole in board.holes]
+    asked = [("--net", net) for net in sorted({track.net for track in piece.tracks})]
+    asked += [("--footprint", name) for name in board.references(piece.tracks)]
+    at_ends = sorted({hole.net for _, hole in piece.holes})
+    asked += [("--net", net) for net in sorted(at_ends, key=held.count)]  # ground last
+    for option, name in asked:
+        found, _ = _followed((of_net if option == "--net" else of_footprint)(board, name)) if name else (None, "")
+        if path is not None and found is not None and found.ends == path.ends:
+            return f"{option}={shlex.quote(name)}"
+    x, y = piece.tracks[0].points[0] / METRES * (1, -1) + 0.0
+    return f"--at={x:.10g},{y:.10g},{piece.tracks[0].layer}"
+
+
+def _followed(copper: Copper) -> tuple[Route | None, str]:
+    """Return copper as a path, else why it is none."""
+    try:
+        return route(copper, max(COARSE * max((track.width for track in copper.tracks), default=0.0), 1e-6)), ""
+    except SceneError as error:
+        return None, str(error).removeprefix(f"{copper.where}: ")
