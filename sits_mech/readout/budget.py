@@ -64,4 +64,5 @@ def budget(cal: Calibration, forces: ArrayLike, *, temperature: ArrayLike | None
 
 def _joined(A: Array, deviations: Array) -> Array:
     """Return deviations of forces (m, d) by independent ones of the coils, (n,) or (m, n)."""
-    return np.sqrt(np.einsum("mdn,mn->md", A**2, np.broadcast_to(deviations, (len(A), A.shape[-1])) ** 2))
+    each = np.broadcast_to(deviations, (len(A), A.shape[-1]))
+    return np.asarray(np.sqrt(np.einsum("mdn,mn->md", A**2, each**2)))
