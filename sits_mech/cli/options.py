@@ -297,9 +297,9 @@ def check_asked(
 
 def check_readable(path: Path, what: str) -> None:
     """Refuse a file that cannot be read before what reads it is imported."""
-    from sits_mech.memory import input_text
+    from sits_mech.memory import input_bytes
 
-    input_text(path, what, errors="replace")
+    input_bytes(path, what)
 
 
 def pose_of(place: Place, overrides: Overrides) -> Pose:
