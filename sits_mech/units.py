@@ -19,7 +19,7 @@ MM = 1e3  # millimetres in a metre
 SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
 _FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?[1-9]|[23²³])?"
 _QUANTITY = re.compile(
-    rf"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{{1,3}})?)\s*({_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
+    rf"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{{1,3}})?)\s*((?:(?<=\s)1\s*/\s*)?{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )
 QUANTITY_PATTERN = f"^{_QUANTITY.pattern}$"
 """What a number with an optional unit looks like, for schemas."""
@@ -37,6 +37,7 @@ _KINDS = {
     "ohm": 'a resistance, such as "1 ohm"',
     "s": 'a time, such as "1 ms"',
     "K": 'a temperature, such as "20 degC"',
+    "1/Pa": 'a compressibility, such as "0.1 1/MPa"',
     "1/K": 'a coefficient, such as "300 ppm/K"',
     "": "a plain number",
 }

@@ -126,7 +126,9 @@ def test_errors_of_uneven_tetrahedra(tmp_path):
     bricks = box_file(tmp_path / "whole.msh", half=False, groups=GROUPS)
     given = meshio.read(bricks)
     points, hexahedra = given.points, given.cells_dict["hexahedron"].astype(np.int64)
-    tets = MeshHex(points.T, hexahedra[:, [0, 3, 1, 4, 2, 7, 5, 6]].T).to_meshtet().t.T
+    tets = MeshHex(points.T, hexahedra[:, [0, 3, 1, 4, 2, 7, 5, 6]].T).to_meshtet().t.T.copy()
+    turned = np.linalg.det(points[tets[:, 1:]] - points[tets[:, :1]]) < 0.0
+    tets[turned, :2] = tets[turned, 1::-1]
     lines = ["*Node", *(f"{k}, {x:.17g}, {y:.17g}, {z:.17g}" for k, (x, y, z) in enumerate(points, 1))]
     lines += ["*Element, type=C3D4H", *(f"{k}, " + ", ".join(map(str, cell + 1)) for k, cell in enumerate(tets, 1))]
     for name, (tag, _) in given.field_data.items():
