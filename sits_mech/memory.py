@@ -133,11 +133,18 @@ def check_seconds(needed: float, what: str) -> None:
         )
 
 
-def input_text(path: str | Path, what: str, most: int = 64, errors: str = "strict") -> str:
+def input_text(path: str | Path, what: str, most: int = 64) -> str:
     """Return the text of an input file in UTF-8, with or without a byte order mark, of at most `most` MiB.
 
-    `what` says what it must be, `errors` is that of `bytes.decode`. A pipe or device is read up to the limit. Raise
-    SceneError when it cannot be read or is longer, UnicodeDecodeError when it is no text and `errors` is "strict".
+    As `input_bytes`; raise UnicodeDecodeError when it is no text.
+    """
+    return input_bytes(path, what, most).decode("utf-8-sig")
+
+
+def input_bytes(path: str | Path, what: str, most: int = 64) -> bytes:
+    """Return what is in an input file of at most `most` MiB; a pipe or device is read up to the limit.
+
+    `what` says what it must be. Raise SceneError when it cannot be read or is longer.
     """
     try:
         with Path(path).open("rb") as stream:
@@ -146,7 +153,7 @@ def input_text(path: str | Path, what: str, most: int = 64, errors: str = "stric
         raise SceneError(f"{path}: must be {what}; got: {getattr(error, 'strerror', None) or error}") from None
     if len(content) > most * _MIB:
         raise SceneError(f"{path}: must be {what} of at most {most} MiB; got more")
-    return content.decode("utf-8-sig", errors)
+    return content
 
 
 def peak_memory() -> float | None:

@@ -18,14 +18,15 @@ if TYPE_CHECKING:
 
 MM = 1e3  # millimetres in a metre
 SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
-_FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?[1-9])?"
+_FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?[1-9]|[23²³])?"
 _QUANTITY = re.compile(
-    rf"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{{1,3}})?)\s*({_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
+    rf"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{{1,3}})?)\s*((?:(?<=\s)1\s*/\s*)?{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )
 QUANTITY_PATTERN = f"^{_QUANTITY.pattern}$"
 """What a number with an optional unit looks like, for schemas."""
 _KINDS = {
     "m": 'a length, such as "2 mm"',
+    "m^2": 'an area, such as "24 mm^2"',
     "Hz": 'a frequency, such as "5 MHz"',
     "N": 'a force, such as "2 N"',
     "N*m": 'a moment, such as "1 N*mm"',
@@ -37,11 +38,14 @@ _KINDS = {
     "ohm": 'a resistance, such as "1 ohm"',
     "s": 'a time, such as "1 ms"',
     "K": 'a temperature, such as "20 degC"',
+    "1/Pa": 'a compressibility, such as "0.1 1/MPa"',
     "1/K": 'a coefficient, such as "300 ppm/K"',
     "": "a plain number",
 }
 _NEAR_BY = {("%", ""): 1e-2, ("deg", "rad"): math.pi / 180.0, ("N*mm", "N*m"): 1e-3, ("MS/m", "S/m"): 1e6}
 ZERO_CELSIUS = 273.15  # K
+_POWER = re.compile(r"(?<=[A-Za-zµμ])([23²³])")  # as in N/mm2
+_SQUARES = str.maketrans("²³·", "23*")
 _CELSIUS = ("degC", "°C")
 _MOST = 10_000  # values of a range
 _PREFIXES = {"": 1.0, "G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9, "p": 1e-12}
@@ -91,8 +95,9 @@ def _converted(number: float, unit: str, into: str) -> float:
 
     try:
         # fifteen digits, so that 85 um is 8.5e-05 m and not its neighbour
-        return float(f"{_registry().convert(number, unit.replace('·', '*'), into):.15g}")
-    except (PintError, AttributeError, ArithmeticError):
+        pints = _POWER.sub(r"**\1", unit).translate(_SQUARES)
+        return float(f"{_registry().convert(number, pints, into):.15g}")
+    except (PintError, AttributeError, ArithmeticError, ValueError, AssertionError):  # the last of "dB/m"
         return math.nan
 
 
@@ -193,6 +198,11 @@ def si_unit(value: object) -> str:
     """Return the SI unit that `si_label` gives a written quantity in, "" where it has none."""
     match = _QUANTITY.fullmatch(value[:100]) if isinstance(value, str) else None
     return _si_of(match[2]) if match is not None and match[2] else ""
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of one of the dimensions here, or of a plain number."""
+    return text in ("", "-", "1", "%") or bool(_QUANTITY.fullmatch(f"1 {text}"[:100]) and _si_of(text))
 
 
 def _si_of(unit: str) -> str:

@@ -148,8 +148,8 @@ def _kind(entry: dict[str, Any]) -> str:
 def _laws(scene: dict[str, Any]) -> Iterator[str]:
     """Yield a table of the laws of silicones and their constants."""
     yield from ("| `law` | constants beside `bulk_modulus` |", "|---|---|")
-    for each in scene["$defs"]["Silicone"]["anyOf"][1:]:
-        names = [key for key in each["required"] if key not in ("law", "bulk_modulus")]
+    for each in scene["$defs"]["Silicone"]["anyOf"][1:-1]:
+        names = [key for key in each.get("required", ()) if key not in ("law", "bulk_modulus")]
         yield f"| `{each['title']}` | {', '.join(f'`{name}`' for name in names)} |"
 
 

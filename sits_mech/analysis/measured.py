@@ -1,9 +1,9 @@
 """Read what a bench recorded: a table of forces, or of poses that stages set, and of inductances or codes.
 
-What precedes the names of columns (see `columns`) or starts with # is passed over, in any order, a unit in brackets (SI
-without one):
+What precedes the names of columns (see `columns`) or starts with # is passed over, in any order, a unit in brackets or
+in a row below the names (SI without one):
 
-    F_x [N], M_x [N mm], ...    the forces and moments that the model varies; others must be as it has them, or
+    F_x [N], Fx (g), M_x [N mm] the forces and moments that the model varies; others must be as it has them, or
     d_v [mm], alpha [deg], ...  where stages have put the target, zero without a column; d_v = inf: no target
     L1 [uH], L2 [uH], ...       the inductance of each coil at its terminals, by number or by name (L_C1), or
     code1, code2, ...           the converter's codes, whose tank has that L, with R where all coils show theirs
@@ -23,14 +23,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.columns import cells_of, headed, number_rows
-from sits_mech.memory import input_text
+from sits_mech.analysis.columns import Table, cells_of, names_found, number_rows, read_tables
 from sits_mech.quantities import POSE, UNITS, WRENCH, Array, shown_unit
 from sits_mech.readout.converter import Converter, fault, frequency_of, tank_inductance
 from sits_mech.units import SceneError, quantity
 
-_COLUMN = re.compile(r"\s*([A-Za-z][\w ]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
+_OURS = {name.lower().replace("_", ""): name.lower() for name in (*WRENCH, *POSE) if "_" in name}
+_WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "mgf", "gram": "gf", "grams": "gf"}  # of masses that press with their weight
 _NUMBERED = re.compile(r"(?:l|code)_?(\d+)")
+_COIL = re.compile(r"(?:l|code)_?\d|(?:l|code)_|unit$|depth$")
 _SAME = 1e-3  # of a load that the model has as one value: what a bench's zero may be off [1, of 1 N or 1 mN m at least]
 
 
@@ -61,6 +62,7 @@ class Sheet:
     def values(self, name: str, unit: str) -> Array:
         """Return a column in SI."""
         place, written = self.columns[name]
+        written = _WEIGHTS.get(written, written) if unit == "N" else written
         scale = quantity(f"1 {written}", unit, f"{self.source}: column {name}") if written else 1.0
         return scale * self.rows[:, place]
 
@@ -137,12 +139,13 @@ def read_units(
 def _written(path: str | Path, forces: Sequence[str]) -> _Written:
     """Return the rows of a file as they are written."""
     needs = (*(name.lower() for name in forces[:1]), "d_v")
-    found = table_lines(path, "a readable measurement", needs)
+    found = table_of(path, "a readable measurement", needs)
     if found is None:
         needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
-        raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got none")
-    (_, *rows), separator, columns = found
-    return _Written(str(path), rows, separator, columns)
+        came = names_found(path, "a readable measurement")
+        raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got {came}")
+    table, columns = found
+    return _Written(str(path), table.rows, table.separator, columns)
 
 
 def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measured:
@@ -211,26 +214,39 @@ def _poses(sheet: Sheet) -> Array:
     return poses
 
 
-def table_lines(
-    path: str | Path, what: str, needed: Sequence[str]
-) -> tuple[Sequence[str], str, dict[str, tuple[int, str]]] | None:
-    """Return a file's lines from the names that have one of those needed on, separator, and columns; None without.
+def table_of(path: str | Path, what: str, needed: Sequence[str]) -> tuple[Table, dict[str, tuple[int, str]]] | None:
+    """Return a file's table below the names that have one of those needed, and its columns; None without.
 
-    `what` the file must be; columns as of `Sheet`.
+    `what` the file must be; columns as of `Sheet`. Names that come again further below are passed over.
     """
-    lines = input_text(path, what, errors="replace").splitlines()
-    lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    return headed(lines, lambda names: _columns(names, needed))
+    tables = read_tables(path, what, lambda columns: {*needed} & {_name(column.name) for column in columns})
+    if not tables:
+        return None
+    first = tables[0][0]
+    columns = [_table_columns(table, needed) for table, _ in tables]
+    if any(one != columns[0] for one in columns):
+        raise SceneError(f"{path}: names and units that come again must be those above; got others")
+    return replace(first, rows=[row for table, _ in tables for row in table.rows]), columns[0]
 
 
-def _columns(names: Sequence[str], needed: Sequence[str]) -> dict[str, tuple[int, str]]:
-    """Return place and unit of each column by its name in small letters; none where none needed is there."""
+def _name(written: str) -> str:
+    """Return the name of a column as ours are written: Fx is f_x."""
+    return _OURS.get(re.sub(r"[\s_]", "", written), written)
+
+
+def _table_columns(table: Table, needed: Sequence[str]) -> dict[str, tuple[int, str]]:
+    """Return place and unit of each column by its name in small letters, those of loads and poses as ours are written.
+
+    Raise SceneError where a column of a load, a pose, a coil or one needed comes twice.
+    """
     found: dict[str, tuple[int, str]] = {}
-    for place, text in enumerate(names):
-        match = _COLUMN.fullmatch(text)
-        if match is not None:
-            found.setdefault(match[1].lower(), (place, match[2] or ""))
-    return found if {*needed} & {*found} else {}
+    for column in table.columns:
+        name = _name(column.name)
+        if name in found and (name in (*_OURS.values(), *needed) or _COIL.match(name)):
+            titles = f"{table.columns[found[name][0]].title} and {column.title}"
+            raise SceneError(f"{table.source}: a column must come once; got {titles} for {name}")
+        found.setdefault(name, (column.place, column.unit))
+    return found
 
 
 def _check_others(sheet: Sheet, forces: Sequence[str], held: Mapping[str, float]) -> None:
@@ -258,8 +274,10 @@ def _check_coils(sheet: Sheet, coils: Sequence[str]) -> None:
 def _coil(file: _Written, number: int, title: str) -> str:
     """Return the column of a coil, by number or by name, of inductances or codes."""
     tails = (f"{number + 1}", title.lower(), f"_{number + 1}", f"_{title.lower()}")
-    names = [f"{kind}{tail}" for kind in ("l", "code") for tail in tails]
-    name = next((name for name in names if name in file.columns), None)
+    each = [[f"{kind}{tail}" for tail in tails if f"{kind}{tail}" in file.columns] for kind in ("l", "code")]
+    if doubled := next((names for names in each if len({*names}) > 1), None):
+        raise SceneError(f"{file.source}: a coil must have one column; got {' and '.join(doubled)}")
+    name = next((names[0] for names in each if names), None)
     if name is None:
         what = f"must have a column L{number + 1} or code{number + 1}"
         raise SceneError(f"{file.source}: {what}; got {', '.join(file.columns)}")

@@ -108,18 +108,23 @@ def explain(
 
 @app.command
 def fit(
-    tensile: Annotated[Path | None, Parameter(help="Strain and engineering stress as CSV.")] = None, *,
-    relaxation: Annotated[Path | None, Parameter(help="Ramp and hold over time as CSV: gives prony.")] = None,
-    cyclic: Annotated[Path | None, Parameter(help="Rising peaks with unloading, as CSV: gives mullins.")] = None,
+    tensile: Annotated[Path | None, Parameter(help="File of a test machine: strain and stress.")] = None, *,
+    relaxation: Annotated[Path | None, Parameter(help="Ramp and hold over time: gives prony.")] = None,
+    cyclic: Annotated[Path | None, Parameter(help="Rising peaks with unloading: gives mullins.")] = None,
     law: str = "yeoh", max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Number of Ogden terms.")] = 2,
+    length: Annotated[str | None, Parameter(help='Free length of the specimen, "25 mm", for displacements.')] = None,
+    area: Annotated[str | None, Parameter(help='Area of its section, "24 mm^2", for forces.')] = None,
+    slack: Annotated[str | None, Parameter(help='Strain before the stress begins, "3 %"; else as found.')] = None,
+    show_only: Annotated[bool, Parameter(name="--show", negative=(), help="Show what the file holds.")] = False,
     output: Annotated[Path | None, output_of("Picture of data and fit.")] = None,
     as_json: Json = False,
 ) -> int:
     """Fit a silicone's constants: a law to a tensile test, rate to a relaxation test, softening to a cyclic one.
 
-    The file has rows of numbers below a row of names, in any order: "engineering strain (-)" or "(%)" and "engineering
-    stress (MPa)", "(kPa)", "(Pa)" or "(psi)"; "planar engineering strain", "biaxial ..." for other tests. Tests
-    over time have "time (s)" too. Without a tensile test the law is fitted to the envelope of the cyclic one.
+    The file has rows of numbers below a row of names, in any order, in English, German, French, Spanish or Japanese:
+    strain, stretch or displacement, stress or force, with units in brackets or in a row below; "planar strain",
+    "biaxial ..." for other tests. Tests over time have "time (s)" too. Without a tensile test the law is fitted to the
+    envelope of the cyclic one. --show says and with -o draws what of a tensile file is taken, and fits nothing.
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 --relaxation hold.csv --cyclic cycles.csv -o fit.png
     """
@@ -131,11 +136,26 @@ def fit(
             check_readable(path, f"a readable {kind} test")
 
     from sits_mech.analysis.material.fitted import fit_tests
-    from sits_mech.report.pictures.fit import fit_figure, fitted_tables
+    from sits_mech.analysis.material.tensile import Sizes, read_tensile
+    from sits_mech.report.pictures.fit import fit_figure, fitted_tables, read_figure, read_rows
     from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.tables.solves import key_table
     from sits_mech.silicone.material import Silicone, implausible
+    from sits_mech.units import quantity
 
-    found = fit_tests(tensile, relaxation, cyclic, law=law, max_strain=max_strain, terms=terms)
+    asked = (("--length", length, "m"), ("--area", area, "m^2"), ("--slack", slack, ""))
+    given = Sizes(*(None if text is None else quantity(text, unit, name) for name, text, unit in asked))
+    if show_only:
+        if tensile is None:
+            raise SceneError("--show: must have a tensile test; got none")
+        test = read_tensile(tensile, given)
+        if picture is not None:
+            save_figure(read_figure(test), picture)
+            warn(f"written to {picture}")
+        rows = read_rows(test)
+        answer({"source": test.source, "found": [list(row) for row in rows]}, [key_table(test.source, rows)], as_json)
+        return 0
+    found = fit_tests(tensile, relaxation, cyclic, law=law, max_strain=max_strain, terms=terms, given=given)
     if found.fit is not None:
         slips = implausible(Silicone("", found.fit.law, found.fit.constants, math.inf))  # a fit tells no bulk modulus
         found = replace(found, fit=replace(found.fit, notes=(*found.fit.notes, *slips)))

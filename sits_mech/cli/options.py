@@ -86,6 +86,7 @@ class Overrides:
     ] = None
     no_cache: Annotated[bool, flag("Neither read nor write the cache of prepared plates (sits-mech doctor).")] = False
     strict: Annotated[bool, flag("Refuse implausible values too, such as a layer 2 m thick.")] = False
+    si: Annotated[bool, flag("Take lengths without a unit as metres.")] = False
 
     def note(self, where: str, lines: Sequence[str]) -> None:
         """Say on stderr what is implausible, or refuse it; raise SceneError with the first line then."""
@@ -95,6 +96,11 @@ class Overrides:
             warn(f"{where}: {line}")
         if len(lines) > _TOLD:
             warn(f"{where}: implausible: {len(lines) - _TOLD} more numbers")
+
+    def check_bare(self, options: Sequence[str]) -> None:
+        """Refuse options of the command line that give a length without a unit, unless asked for SI."""
+        if options and not self.si:
+            raise SceneError(f'{options[0]}: must be a length with a unit, such as "2 mm"; --si takes it as metres')
 
     @property
     def all(self) -> tuple[str, ...]:
@@ -272,12 +278,16 @@ def sensor_of(scene: str, overrides: Overrides, temperature: str | None = None) 
 
 def sensors_of(scene: str, overrides: Overrides, temperature: str | None, *, one: bool = False) -> list[Sensor]:
     """Return the scene a command is about at each temperature that was written, its own by default."""
-    from sits_mech.scene.plausible import slips
+    from sits_mech.scene.plausible import bare_lengths, slips
     from sits_mech.scene.sensor import load_sensor
     from sits_mech.scene.thermal import at_each
 
     found = load_sensor(scene, overrides.all)
+    overrides.check_bare([f"--set {each}" for each in bare_lengths(found, overrides.keys)])
     overrides.note(scene, slips(found))
+    silicone = None if found.elastomer is None else found.elastomer.silicone
+    if silicone is not None and not silicone.name and silicone.spread:
+        warn(f"{scene}: {silicone.source}: moduli of such silicones differ by a factor of {1.0 + silicone.spread:.2g}")
     if temperature is None:
         return at_each(found, [found.temperature])
     if one:
@@ -300,15 +310,17 @@ def check_asked(
 
 def check_readable(path: Path, what: str) -> None:
     """Refuse a file that cannot be read before what reads it is imported."""
-    from sits_mech.memory import input_text
+    from sits_mech.memory import input_bytes
 
-    input_text(path, what, errors="replace")
+    input_bytes(path, what)
 
 
 def pose_of(place: Place, overrides: Overrides) -> Pose:
     """Return the pose a command is about; what is implausible in it is said on stderr, or refused."""
-    from sits_mech.scene.plausible import slips_of_pose
+    from sits_mech.scene.plausible import is_bare, slips_of_pose
 
+    lengths = (("dv", place.dv), ("dh", place.dh), ("dy", place.dy))
+    overrides.check_bare([f"--{name} {text}" for name, text in lengths if is_bare(text)])
     found = place.pose()
     overrides.note("the pose", slips_of_pose(found))
     return found

@@ -97,7 +97,7 @@ def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:
             raise SceneError(f'--set {shown(override)}: must be key=value, such as target.width="15 mm"')
         if len(steps) > _DEEPEST:
             raise SceneError(f"--set {shown(override)}: must lead through at most {_DEEPEST} tables; got {len(steps)}")
-        value = _value(text.strip())
+        value = toml_value(text.strip())
         check_depth([value])
         _set(result, steps, value, key.strip())
     return result
@@ -110,7 +110,7 @@ def _copied(value: Any) -> Any:
     return [_copied(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def _value(text: str) -> Any:
+def toml_value(text: str) -> Any:
     """Return `text` as a TOML value, or as the string it is."""
     try:
         parsed = tomllib.loads(f"value = {text}")

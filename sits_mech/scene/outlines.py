@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sits_mech.quantities import Array, Mask
-from sits_mech.units import SLACK, SceneError, shown
+from sits_mech.units import SLACK, SceneError, printable, shown
 
 Loop = tuple[tuple[float, float], ...]
 _KINDS = ("triangle", "quad")
@@ -135,9 +135,13 @@ def read_mesh(path: str | Path) -> Any:
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             return meshio.read(path)
-    except (OSError, meshio.ReadError, UnicodeDecodeError, ValueError, KeyError, IndexError, SystemExit) as error:
+    except ModuleNotFoundError as error:
+        what = f"must be read with {error.name}: pip install {error.name}, or save it as .msh"
+        raise SceneError(f"{path}: {what}; got no {error.name}") from None
+    except (Exception, SystemExit) as error:  # a reader of damaged files raises anything
         reason = " ".join((str(error) if not isinstance(error, SystemExit) else said.getvalue()).split())
-        raise SceneError(f"{path}: must be a mesh file that meshio reads; got: {reason}") from None
+        came = printable(reason) or type(error).__name__
+        raise SceneError(f"{path}: must be a mesh file that meshio reads, such as .msh; got: {came}") from None
 
 
 def _of_group(mesh: Any, block: int, group: str, path: str | Path) -> Mask:

@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel
 
 from sits_mech.quantities import POSE, Pose, shown_unit
+from sits_mech.scene.files import toml_value
 from sits_mech.silicone.material import Silicone, implausible
 from sits_mech.silicone.stability import stability
-from sits_mech.units import SceneError
+from sits_mech.units import SceneError, split_quantity
 
 _STRETCHES = 0.3, 4.0  # that pads come near to
 _QUARTER = 1.6  # rad, just above a quarter turn
@@ -60,6 +61,39 @@ def slips_of_pose(pose: Pose) -> tuple[str, ...]:
     usual = {"d_v": LENGTH, "d_h": PLACE, "d_y": PLACE}
     lines = (usual.get(name, ANGLE).slip(name, float(getattr(pose, name))) for name in POSE)
     return tuple(line for line in lines if line)
+
+
+def bare_lengths(part: BaseModel, overrides: Sequence[str]) -> tuple[str, ...]:
+    """Return those of overrides, such as ``elastomer.thickness=3``, that set a length of a part to a bare number."""
+    parts = ((each, *each.partition("=")[::2]) for each in overrides)
+    return tuple(each for each, key, text in parts if is_bare(toml_value(text.strip())) and _is_length(part, key))
+
+
+def is_bare(value: object) -> bool:
+    """Whether a value is a number other than zero without a unit, or holds one."""
+    if isinstance(value, list | tuple):
+        return any(map(is_bare, value))
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return False
+    try:
+        number, unit = split_quantity(value, "")
+    except SceneError:
+        return False
+    return number != 0.0 and not unit
+
+
+def _is_length(part: Any, key: str) -> bool:
+    """Whether a key of a part, such as "coils.C1.centre", is of a length or a place."""
+    *steps, last = key.strip().split(".")
+    for step in steps:
+        if isinstance(part, tuple):
+            named = [each for k, each in enumerate(part) if step in (getattr(each, "name", ""), f"{k}")]
+            part = named[0] if named else None
+        else:
+            part = getattr(part, step, None)
+    field = type(part).model_fields.get(last) if isinstance(part, BaseModel) else None
+    usual = None if field is None else next(_usual((field.annotation, *field.metadata)), None)
+    return usual is not None and usual.unit == "m"
 
 
 def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:

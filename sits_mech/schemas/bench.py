@@ -1,6 +1,7 @@
 """Describe a bench file: JSON Schema of one row of the CSV that `read_measured` reads, by column headings.
 
-A heading is a name with a unit in brackets, SI without one; what precedes the headings or starts with # is passed over.
+A heading is a name with a unit in brackets or in the row below, SI without one; what precedes the headings or starts
+with # is passed over.
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ _UNIT = r"\s*([\[(].*[\])])?$"
 def bench_schema() -> dict[str, Any]:
     """Return the schema of a row of a bench file: an object whose keys are the headings."""
     number = {"type": "number"}
-    loads = {f"^{name}{_UNIT}": _column(UNITS[name], "a force or moment on the target") for name in WRENCH}
-    poses = {f"^{name}{_UNIT}": _column(UNITS[name], "where stages put the target") for name in POSE}
+    loads, poses = (
+        {f"^{name.replace('_', '_?')}{_UNIT}": _column(UNITS[name], what) for name in names}
+        for names, what in ((WRENCH, "a force or moment on the target"), (POSE, "where stages put the target"))
+    )
     depth = {f"^depth{_UNIT}": _column("m", "how far the target was pressed down from where it rests without load")}
     coils = {
         rf"^L(\d+|_.+?){_UNIT}": _column("H", "the inductance of a coil at its terminals, by number or by name"),

@@ -21,6 +21,7 @@ from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.laws import LAWS
 
 Schema = dict[str, Any]
+_BULK = ("bulk_modulus", "K", "D1")  # keys of which a law has one
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _HEAD = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$")
@@ -87,7 +88,19 @@ def _coil_shapes() -> list[Schema]:
 def _silicone() -> Schema:
     """Return the schema of a silicone: a name of the catalogue, or a table of a law and its constants."""
     name = {"enum": list(silicones()), "description": "A silicone of the catalogue."}
-    return {"anyOf": [name, *(_law(name) for name in LAWS)], "description": "A name of the catalogue, or a table."}
+    tables = [*(_law(name) for name in LAWS), _by_words()]
+    return {"anyOf": [name, *tables], "description": "A name of the catalogue, or a table."}
+
+
+def _by_words() -> Schema:
+    """Return the schema of a table of neo-Hooke's law with E and nu, K and mu, or a hardness."""
+    pressure, plain = quantity_schema("Pa"), quantity_schema("")
+    words = dict.fromkeys(("E", "young_modulus", "mu", "G", "shear_modulus"), pressure)
+    words |= dict.fromkeys(("shore_a", "shore_00"), plain)
+    own = _law("neo-hookean")
+    properties = own["properties"] | words | {"nu": plain, "poisson_ratio": plain}
+    one = [{"required": [word]} for word in words]
+    return own | {"title": "words", "required": [], "properties": properties, "anyOf": one}
 
 
 def _law(name: str) -> Schema:
@@ -100,7 +113,7 @@ def _law(name: str) -> Schema:
         "properties": {"weight": quantity_schema(""), "time": quantity_schema("s")},
     }
     properties = {
-        "law": {"const": name}, **constants, "bulk_modulus": quantity_schema("Pa"),
+        "law": {"const": name}, **constants, **{key: quantity_schema("1/Pa" if key == "D1" else "Pa") for key in _BULK},
         "prony": listed(branch, description="Shares of the first stiffness that relax."),
         "mullins": {
             "type": "object", "additionalProperties": False, "required": ["r"],
@@ -112,9 +125,8 @@ def _law(name: str) -> Schema:
         "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
         "spread": {"type": "number"},
     }
-    needed = ["law", *law.units, "bulk_modulus"]
-    own = {"type": "object", "title": name, "additionalProperties": False}
-    return own | {"required": needed, "properties": properties}
+    own = {"type": "object", "title": name, "additionalProperties": False, "required": ["law", *law.units]}
+    return own | {"properties": properties, "anyOf": [{"required": [key]} for key in _BULK]}
 
 
 def attributes(kind: type) -> dict[str, str]:

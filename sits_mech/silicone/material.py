@@ -2,7 +2,8 @@
 
 A material table names the ``law``, the constants that the law has (laws/: one file each, with its formula), and
 ``bulk_modulus``: ``K/2 (J - 1)^2`` is added to every law. All constants in Pa, but for plain numbers. They are those of
-slow load on virgin material. Rate and history (history.py) play a part where the table has the keys
+slow load on virgin material. What users rather have, E and nu, K, D1 or a hardness, words.py turns into them. Rate and
+history (history.py) play a part where the table has the keys
 
     prony = [{weight = 0.1, time = "0.5 s"}, ...]     shares of the instantaneous stiffness, and their relaxation times
     mullins = {r = 2.5, m = "0 Pa", beta = 1.0}       softening after the largest load: 1/r is its depth, r > 1; m and
@@ -21,6 +22,7 @@ from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
 from sits_mech.silicone.laws import LAWS, Constants, Law
+from sits_mech.silicone.words import in_constants
 from sits_mech.units import SceneError, quantity, shown
 
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
@@ -151,6 +153,7 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     `name`: in the catalogue. Raise SceneError for an unknown or missing key, no positive shear modulus, or Prony
     weights that leave none to slow load.
     """
+    table = in_constants(table)
     name_of_law = table.get("law")
     if not isinstance(name_of_law, str) or name_of_law not in LAWS:
         raise SceneError(f"law must be one of {', '.join(LAWS)}; got {shown(name_of_law)}")

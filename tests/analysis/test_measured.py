@@ -44,6 +44,44 @@ def test_files_as_spreadsheets_write_them(text: str, tmp_path: Path) -> None:
     assert found.forces.tolist() == [[0.0, 0.0], [0.0, 1.0]] and found.L.tolist() == [[1.0, 1.5], [1.5, 1.0]]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "F_x,F_z,L1,L2\nN,N,uH,uH\n{rows}", "Fx (N),Fz (N),L1 (uH),L2 (uH)\n{rows}",
+        "Log\nFx,Fz,L1,L2\n[N],[N],[µH],[µH]\n{rows}",
+        "Fx [N],Fz [N],L1 [\u00b5H],L2 [µH]\n{rows}\nFx [N],Fz [N],L1 [µH],L2 [µH]\n2,3,2.5,2.6",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "cp1252", "utf-16"])
+def test_units_and_letters_as_loggers_write_them(text: str, encoding: str, tmp_path: Path) -> None:
+    """A row of units below the names, Fx for F_x, Windows' letters, names that come again when a logger restarts."""
+    path = tmp_path / "bench.csv"
+    path.write_bytes(text.format(rows="0,1,2.3,2.4\n1,2,2.4,2.5").encode(encoding))
+    found = read_measured(path, NAMES, COILS, least=2)
+    assert found.forces[:2].tolist() == [[0.0, 1.0], [1.0, 2.0]]
+    np.testing.assert_allclose(found.L[:2], [[2.3e-6, 2.4e-6], [2.4e-6, 2.5e-6]], rtol=1e-14)
+    assert len(found.L) == 2 + (text.count("Fx") == 2)
+
+
+def test_masses_on_the_target_press_with_their_weight(tmp_path: Path) -> None:
+    """Grams and kilograms of a force are those of a weight, by standard gravity."""
+    found = read_measured(written(tmp_path, "Fx (g),Fz [kg],L1,L2\n0,1,1,1\n100,2,1,1"), NAMES, COILS, least=2)
+    np.testing.assert_allclose(found.forces, [[0.0, 9.80665], [0.980665, 19.6133]], rtol=1e-14)
+
+
+def test_doubled_columns_are_refused(tmp_path: Path) -> None:
+    """Of loads, coils, by whatever name; not of remarks. Names that come again in another order are refused as well."""
+    for head, match in (
+        ("F_x,F_z,L1,L1", "must come once; got L1 and L1 for l1"), ("F_x,F_z,Fx,L1", "got F_x and Fx for f_x"),
+        ("F_x,F_z,L1,L_C1", "a coil must have one column; got l1 and l_c1"),
+        ("F_x,F_z,L1,x\n1,2,3,4\nF_z,F_x,L1,x", "must be those above; got others"),
+    ):
+        with pytest.raises(ValueError, match=match):
+            read_measured(written(tmp_path, f"{head}\n1,2,3,4"), NAMES, COILS[:1], least=1)
+    twice = written(tmp_path, "F_x,F_z,note,L1,note\n1,2,3,4,5")
+    assert read_measured(twice, NAMES, COILS[:1], least=1).L.tolist() == [[4.0]]
+
+
 def test_codes_become_inductances(tmp_path: Path) -> None:
     """Through the tank's frequency, to the code's own step."""
     L = np.array([[2.1e-6, 2.2e-6], [2.0e-6, 2.3e-6], [2.05e-6, 2.25e-6], [1.9e-6, 2.4e-6]])
@@ -81,8 +119,8 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     """No file, no names, a missing coil, a wrong unit, too few rows: one line each."""
     with pytest.raises(ValueError, match="must be a readable measurement"):
         read_measured(tmp_path / "none.csv", NAMES, COILS)
-    with pytest.raises(ValueError, match="must have a column F_x, or d_v of a pose, and one for each coil"):
-        read_measured(written(tmp_path, "force,L1\n1,2\n"), NAMES, COILS)
+    with pytest.raises(ValueError, match=r"must have a column F_x, or d_v .*; got force, L1$"):
+        read_measured(written(tmp_path, "force,L1\n1,2\n3,4\n"), NAMES, COILS)
     good = "\n".join("1,2,3,4" for _ in range(4))
     with pytest.raises(ValueError, match="must have a column L2 or code2; got f_x, f_z, l1, q"):
         read_measured(written(tmp_path, f"F_x,F_z,L1,q\n{good}"), NAMES, COILS)
@@ -96,8 +134,8 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
         read_measured(written(tmp_path, f"F_x,F_z,L1,L2\n{good}"), NAMES, COILS[:1])
     held = read_measured(written(tmp_path, f"F_x,F_z,F_y,L1\n{good}"), NAMES, COILS[:1], held={"F_y": 3.0})
     assert held.forces.tolist() == [[1.0, 2.0]] * 4
-    with pytest.raises(ValueError, match='column f_z: must be a force.*got "1 kg"'):
-        read_measured(written(tmp_path, f"F_x,F_z [kg],L1,L2\n{good}"), NAMES, COILS)
+    with pytest.raises(ValueError, match='column f_z: must be a force.*got "1 bar"'):
+        read_measured(written(tmp_path, f"F_x,F_z [bar],L1,L2\n{good}"), NAMES, COILS)
     with pytest.raises(ValueError, match="at least 4 rows of numbers; got 3"):
         read_measured(written(tmp_path, "F_x,F_z,L1,L2\n1,2,3,4\n1,2,3,4\n1,2,3,4"), NAMES, COILS)
 

@@ -173,6 +173,23 @@ def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) ->
     assert "implausible" in answer(capsys, "fit", str(path), "--law", "neo-hookean")["notes"][-1]
 
 
+def test_fit_shows_what_it_reads(capsys: Capture, tmp_path: Path) -> None:
+    """Columns, rows and notes, and a picture, without a fit; sizes and slack of the specimen from the command line."""
+    strain = np.linspace(0.02, 1.0, 50)
+    force = 24e-6 * 2e4 * (1.0 + strain - (1.0 + strain) ** -2)
+    path = tmp_path / "machine.csv"
+    rows = "".join(f"{25.0 * (e + 0.1)};{f}\n" for e, f in zip(strain, force, strict=True))
+    path.write_text(f"Weg;Kraft\nmm;N\n0;0\n1;0\n2.5;0\n{rows}")
+    sizes = ("--length", "25 mm", "--area", "24 mm2")
+    found = answer(capsys, "fit", str(path), *sizes, "--show", "-o", str(tmp_path / "read.png"))["found"]
+    assert found[0][1].startswith("Weg; Kraft: 50 rows taken, 3 left out") and "slack of 10 % off" in found[0][1]
+    assert (tmp_path / "read.png").stat().st_size > 1000 and "law" not in str(found)
+    fit = answer(capsys, "fit", str(path), *sizes, "--slack", "10 %", "--law", "neo-hookean")
+    assert fit["constants"]["shear_modulus"] == pytest.approx(2e4, rel=1e-6)
+    assert run(["fit", "--show"]) == 2 and run(["fit", str(path)]) == 2
+    assert '--length "25 mm", or in a line above' in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_explain_names_a_load_that_is_refused(capsys: Capture) -> None:
     """In a note; the plan comes all the same."""

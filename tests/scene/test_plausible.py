@@ -6,7 +6,7 @@ import pytest
 
 from sits_mech.cli.main import run
 from sits_mech.quantities import Pose
-from sits_mech.scene.plausible import LENGTH, slips, slips_of_pose
+from sits_mech.scene.plausible import LENGTH, bare_lengths, slips, slips_of_pose
 from sits_mech.scene.sensor import catalogue, load_sensor
 
 YEOH = 'elastomer.material={law="yeoh", c10="20 kPa", c20="-2 kPa", c30=0, bulk_modulus="20 MPa"%s}'
@@ -59,5 +59,30 @@ def test_strict_makes_them_errors(capsys: pytest.CaptureFixture[str]) -> None:
     assert "biorob2018: implausible: frequency" in capsys.readouterr().err
     assert run([*words, "--strict"]) == 2
     assert capsys.readouterr().err.startswith("error: biorob2018: implausible: frequency")
-    assert run(["inductance", "biorob2018", "--dv", "2", "--strict"]) == 2
+    assert run(["inductance", "biorob2018", "--dv", "2 m", "--strict"]) == 2
     assert "error: the pose: implausible: d_v = 2 m" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [("--set", "elastomer.thickness=3"), ("--set", "coils.C1.centre=[1, 2]"), ("--set", "target.width='15'"),
+     ("--set", "coils.0.track_width=1e-4"), ("--dv", "2"), ("--dh", "-0.5")],
+)
+def test_bare_lengths_on_the_command_line_are_refused(
+    asked: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one line that names the option; scene files keep SI, as does --si."""
+    words = ["inductance", "biorob2018", *asked, *(() if asked[0] == "--dv" else ("--dv", "2 mm"))]
+    assert run(words) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: {asked[0]} ") and 'must be a length with a unit, such as "2 mm"; --si takes' in said
+
+
+def test_other_bare_numbers_stay(capsys: pytest.CaptureFixture[str]) -> None:
+    """Turns, zero, numbers that are no lengths, lengths with --si, and texts with a unit in a shell's dress."""
+    sensor, bare = load_sensor("biorob2018"), "coils.C1.turns=5 elastomer.standoff=0 target.conductivity=7e6".split()
+    assert bare_lengths(sensor, [*bare, "elastomer.thickness=3 mm", 'target.width="15 mm"', "frequency=5e6"]) == ()
+    assert bare_lengths(sensor, ["elastomer.thickness=3e-3", "coils.C2.centre=['1 mm', 2]"]) != ()
+    words = ["inductance", "biorob2018", "--dv", "0.002", "--si", "--set", "target.width=0.015", "--model", "planar"]
+    assert run([*words, "--accept"]) == 0
+    capsys.readouterr()

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.analysis.columns import cells_of, number
-from sits_mech.analysis.measured import Sheet, table_lines
+from sits_mech.analysis.columns import cells_of, names_found, number
+from sits_mech.analysis.measured import Sheet, table_of
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import UNITS, WRENCH, Array
 from sits_mech.units import SceneError
@@ -29,16 +29,17 @@ def read_history(path: str | Path) -> LoadHistory:
 
     Raises SceneError when the file cannot be read, columns or numbers are missing, or time stands still or runs back.
     """
-    found = table_lines(path, "a readable history of loads", _TIMES)
+    found = table_of(path, "a readable history of loads", _TIMES)
     if found is None:
-        raise SceneError(f"{path}: must have a column t, such as t [s], and one for each force; got none")
-    (head, *lines), separator, columns = found
-    names = cells_of(head, separator)
+        came = names_found(path, "a readable history of loads")
+        raise SceneError(f"{path}: must have a column t, such as t [s], and one for each force; got {came}")
+    table, columns = found
+    names = [column.title for column in table.columns]
     _check_columns(str(path), columns, names)
     known = [name for name in WRENCH if name.lower() in columns]
     if not known:
         raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(WRENCH)}; got none")
-    sheet = Sheet(str(path), columns, _rows(lines, separator, len(names), str(path)))
+    sheet = Sheet(str(path), columns, _rows(table.rows, table.separator, len(names), str(path)))
     time = sheet.values(next(name for name in _TIMES if name in columns), "s")
     still = np.flatnonzero(np.diff(time) <= 0.0)
     if still.size:
@@ -60,7 +61,7 @@ def _check_columns(source: str, columns: Collection[str], names: Sequence[str]) 
         raise SceneError(f"{source}: columns must be t and some of {', '.join(WRENCH)}, each once; got {what}")
 
 
-def _rows(lines: list[str], separator: str, width: int, source: str) -> Array:
+def _rows(lines: Sequence[str], separator: str, width: int, source: str) -> Array:
     """Return the numbers of all rows."""
     rows = []
     for row, line in enumerate(lines, 1):

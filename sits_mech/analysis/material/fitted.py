@@ -4,8 +4,10 @@ Incompressible, stretch ``lambda = 1 + engineering strain``, engineering stress 
 uniaxial and, where there are data, the planar and the biaxial test. Unknown: the law's constants x. Minimised:
 
     sum over tests, over points:  w (P(x) - P_measured)^2,    w = the point's share of its test's strain range
+                                                              over the number of specimens of its mode
 
-so that neither sampling rate nor number of points plays a part. Constants are accepted only where they are stable:
+so that neither sampling rate nor number of points or specimens plays a part. Constants are accepted only where they are
+stable:
 
     P linear in x           over all uniaxial and planar states whose I1 is within the data's (the biaxial ones are
                             among them) Drucker's tangent stays positive and uniaxial P rises: linear inequalities
@@ -42,7 +44,7 @@ from sits_mech.analysis.material.least_squares import Answer, Points, fit_consta
 from sits_mech.analysis.material.record import Record, read_record
 from sits_mech.analysis.material.relaxing import Relaxation, fit_relaxation
 from sits_mech.analysis.material.softening import CyclicFit, envelope, fit_softening
-from sits_mech.analysis.material.tensile import TensileTest, read_tensile
+from sits_mech.analysis.material.tensile import Sizes, TensileTest, read_tensile
 from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import engineering_stress, principal_stretches
@@ -90,8 +92,8 @@ def fit_law(test: TensileTest, law: str, max_strain: float = 1.0, *, terms: int 
         rms=answer.rms,
         stable=_stable(law, answer, points),
         source=Path(test.source).name,
-        modes=tuple(one.mode for one in tests),
-        notes=answer.notes,
+        modes=tuple(dict.fromkeys(one.mode for one in tests)),
+        notes=(*test.notes, *answer.notes),
     )
 
 
@@ -114,7 +116,9 @@ def _points(tests: list[TensileTest]) -> Points:
     return Points(
         stretches=np.vstack([principal_stretches(test.mode, 1.0 + test.strain) for test in tests]),
         stress=np.concatenate([test.stress for test in tests]),
-        weight=np.concatenate([_weights(test.strain) for test in tests]),
+        weight=np.concatenate([
+            _weights(test.strain) / np.sqrt(sum(one.mode == test.mode for one in tests)) for test in tests
+        ]),
     )
 
 
@@ -181,18 +185,18 @@ class Fitted:
 
 def fit_tests(
     tensile: Path | None, relaxation: Path | None, cyclic: Path | None, *, law: str = "yeoh", max_strain: float = 1.0,
-    terms: int = 2,
+    terms: int = 2, given: Sizes | None = None,
 ) -> Fitted:
-    """Fit the tests of one silicone, files for `read_tensile` and `read_record`, at least one.
+    """Fit the tests of one silicone, files for `read_tensile` and `read_record`, at least one; sizes as `given`.
 
     Without a tensile test the law is fitted to the envelope of the cyclic one. Raise ValueError for no or unsuitable
     tests.
     """
     if tensile is None and relaxation is None and cyclic is None:
         raise ValueError("fit: must be given a tensile test, --relaxation or --cyclic; got none of them")
-    cycles = None if cyclic is None else read_record(cyclic, timed=False)
-    hold = None if relaxation is None else read_record(relaxation)
-    test = read_tensile(tensile) if tensile is not None else None if cycles is None else envelope(cycles)
+    cycles = None if cyclic is None else read_record(cyclic, given, timed=False)
+    hold = None if relaxation is None else read_record(relaxation, given)
+    test = read_tensile(tensile, given) if tensile is not None else None if cycles is None else envelope(cycles)
 
     def fitted(test: TensileTest | None) -> Fitted:
         """Fit law, rate and softening, in this order."""
@@ -203,20 +207,22 @@ def fit_tests(
         return Fitted(test, fit, relaxed, softened)
 
     found = fitted(test)
-    pull = cycles if tensile is None or test is None else _pull(tensile, test)
+    pull = cycles if tensile is None or test is None else _pull(tensile, test, given or Sizes())
     return found if pull is None or not pull.timed or not found.branches else _settled(fitted, found, pull)
 
 
-def _pull(path: Path, test: TensileTest) -> Record | None:
+def _pull(path: Path, test: TensileTest, given: Sizes) -> Record | None:
     """Return a tensile test as a record over time, up to its largest stress; None unless it is one test alone."""
     if test.others or test.mode != "uniaxial":
         return None
     try:
-        record = read_record(path, timed=False)
+        record = read_record(path, replace(given, slack=test.slack), timed=False)
     except ValueError:
         return None  # it is a tensile test all the same, whose strain or time is of no use as a path
     last = int(np.argmax(record.stress)) + 1
-    return replace(record, time=record.time[:last], strain=record.strain[:last], stress=record.stress[:last])
+    first = int(np.argmax(record.strain >= 0.0)) if test.slack else 0
+    used = slice(first, last)
+    return replace(record, time=record.time[used], strain=record.strain[used], stress=record.stress[used])
 
 
 def _settled(fitted: Callable[[TensileTest], Fitted], found: Fitted, pull: Record) -> Fitted:

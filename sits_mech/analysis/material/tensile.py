@@ -1,17 +1,21 @@
-"""Read strain and engineering stress of a tensile test, by content, from a text file.
+"""Read strain and engineering stress of tensile tests, by content, from a file of a test machine.
 
-Columns (see `columns`) are known by their names, upper or lower case, in any order:
+Columns are known by their words (`words`) and units, whatever else the file holds. Taken are, of several,
 
-    [test] engineering strain (-), (mm/mm) or (%)     or without a unit; "nominal" for "engineering" as well
-    [test] engineering stress (Pa), (kPa), (MPa), (N/mm2) or (psi)
+    strain    engineering strain; stretch, less one; true strain, e = exp(e_true) - 1; displacement over the length
+    stress    engineering stress; true stress over 1 + e (incompressible); force over the area
 
-where the test is nothing or "uniaxial", "planar" (or "pure shear"), "biaxial" (or "equibiaxial"). What else the file
-holds is passed over. Each test is kept up to its largest stress, that is without the break, and with rising strain.
+of specimens side by side (each stress with its strain) or one below the other (names that come again, or a strain that
+falls by half of its range from row to row). Sizes of a specimen are asked for, or stand above the names.
+
+Each is kept up to its largest stress, that is without break and unloading, and with rising strain. Where the file shows
+a slack specimen (at least `_FLAT` rows and `_LEAST` of strain without stress first) its zero is where the stress
+begins: the parabola e(s) through the stresses up to a fifth of that at 100 % strain, at s = 0 (as the toe compensation
+of ASTM D638 with the tangent's curvature).
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,91 +23,214 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.analysis.columns import headed, number_rows
-from sits_mech.memory import input_text
-from sits_mech.quantities import Array
+from sits_mech.analysis.columns import Table, names_found, read_tables
+from sits_mech.analysis.material.words import UNITS, Quantity, quantities, sizes
+from sits_mech.quantities import Array, Mask
 
-UNITS = {
-    "strain": ({"": 1.0, "-": 1.0, "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "%": 1e-2}, "a plain number or in %"),
-    "stress": (
-        {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "n/mm2": 1e6, "n/mm^2": 1e6, "psi": 6894.757293168},
-        "in Pa, kPa, MPa, N/mm2 or psi",
-    ),
-}
-"""Factors to SI of the units of a column, and what it must be in."""
-_NAMES = {"uniaxial": "uniaxial", "planar": "planar", "pure shear": "planar", "biaxial": "biaxial"}
-_COLUMN = re.compile(
-    r"(?:(?P<test>uniaxial|planar|pure shear|(?:equi-?)?biaxial)\s+)?(?:engineering|nominal)\s+(?P<what>strain|stress)"
-    r"\s*(?:[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]])?",
-    re.IGNORECASE,
-)
+_STRAINS = ("strain", "stretch", "true_strain", "displacement")
+_STRESSES = ("stress", "true_stress", "force")
+_MUST = {"stress": "a pressure", "true_stress": "a pressure", "strain": "a plain number or in %"}
+_MOST = 25.0  # of strain, of any silicone: beyond, a column without a unit is in percent
+_LEAST, _FLAT = 5e-3, 2  # slack: of strain, and rows without stress
+_NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and where the curve is a parabola
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of a specimen, None where its file says them: free length [m], area [m^2]; and slack, a strain."""
+
+    length: float | None = None
+    area: float | None = None
+    slack: float | None = None
 
 
 @dataclass(frozen=True)
 class TensileTest:
-    """A tensile test, with those of the same silicone in other modes."""
+    """A tensile test, with those of the same silicone: in other modes, of other specimens."""
 
     strain: Array  # engineering, (n,), increasing
     stress: Array  # engineering, (n,) [Pa]
     source: str  # file
     mode: str = "uniaxial"  # "uniaxial", "planar" or "biaxial"
     others: tuple[TensileTest, ...] = ()
+    notes: tuple[str, ...] = ()  # of all
+    slack: float = 0.0  # that the strain is without
+    left_out: Array | None = None  # (2, m) strain and stress of rows that are not taken
+    columns: str = ""  # that it was read from
+
+    @property
+    def all(self) -> tuple[TensileTest, ...]:
+        """The test itself and its others."""
+        return (self, *self.others)
 
 
-class _Columns(NamedTuple):
-    """Mode of a test, places of its strain and stress, and the factors of their units to SI."""
+class Pull(NamedTuple):
+    """Rows of a specimen as they stand: mode, (n,) engineering strain, stress [Pa], time [s] or none, and columns."""
 
     mode: str
-    places: list[int]
-    factors: list[float]
+    strain: Array
+    stress: Array
+    time: Array | None
+    columns: str
+    notes: tuple[str, ...]
 
 
-def read_tensile(path: str | Path) -> TensileTest:
-    """Read a tensile test: a header of any length, a row of column names, numbers; other modes beside it.
+def read_tensile(path: str | Path, given: Sizes | None = None) -> TensileTest:
+    """Read tensile tests: headers of any length, rows of names, numbers; specimens and other modes beside each other.
 
-    The uniaxial test comes first, else the first of the file. Raise ValueError if the file cannot be read, columns are
-    missing or of unknown unit, or a test has fewer than 5 usable rows.
+    A uniaxial test comes first, else the first of the file. Raise ValueError if the file cannot be read, columns or
+    sizes are missing or of unknown unit, or a test has fewer than 5 usable rows.
     """
-    lines = input_text(path, "a readable tensile test", errors="replace").splitlines()
-    found = headed(lines, lambda names: _columns(names, str(path)))
-    if found is None:
-        what = 'must have the columns "Engineering Strain" and "Engineering Stress (MPa)"'
-        raise ValueError(f"{path}: {what}; got none with these names")
-    first, *others = (_test(found[0], found[1], columns, str(path)) for columns in found[2])
-    return replace(first, others=tuple(others))
+    given = given or Sizes()
+    pulls = read_pulls(path, given, "a readable tensile test")
+    tests = [_test(one, str(path), given.slack) for pull in pulls for one in _one_by_one(pull)]
+    order = ("uniaxial", "planar", "biaxial")
+    first, *others = sorted(tests, key=lambda test: order.index(test.mode))
+    notes = list(dict.fromkeys(note for test in tests for note in test.notes))
+    notes += [_spread([test for test in tests if test.mode == mode]) for mode in order]
+    return replace(first, others=tuple(others), notes=tuple(filter(None, notes)))
 
 
-def _columns(names: list[str], source: str) -> list[_Columns]:
-    """Return the tests announced by a row of column names, uniaxial first; none if it is no such row."""
-    cells: dict[tuple[str, str], tuple[int, str]] = {}
-    for index, name in enumerate(names):
-        match = _COLUMN.fullmatch(name)
-        if match is not None:
-            test = re.sub("equi-?", "", (match["test"] or "uniaxial").lower())
-            cells.setdefault((_NAMES[test], match["what"].lower()), (index, match["unit"] or ""))
-    found = []
-    for mode in ("uniaxial", "planar", "biaxial"):
-        own = {what: cells[mode, what] for what in UNITS if (mode, what) in cells}
-        if len(own) == len(UNITS):
-            factors = [unit_of(names[place], unit, *UNITS[what], source) for what, (place, unit) in own.items()]
-            found.append(_Columns(mode, [place for place, _ in own.values()], factors))
+def read_pulls(path: str | Path, given: Sizes, what: str, timed: bool = False) -> list[Pull]:
+    """Return the specimens of a file, rows as they stand; `timed`: those with a time alone. Raise as `read_tensile`."""
+    tables = read_tables(path, what, lambda columns: _whole(quantities(columns)))
+    if not tables:
+        _refuse(path, what)
+    found, earlier = list[Pull](), dict[str, float]()
+    for table, known in tables:
+        earlier |= sizes(table.above)
+        found += [pull for pull in _pulls(table, known, earlier, given) if not timed or pull.time is not None]
+    if not found:
+        names = ", ".join(column.title for column in tables[0][0].columns)
+        raise ValueError(f'{path}: must have the column "Time (s)" beside strain and stress; got {names}')
     return found
 
 
-def unit_of(name: str, unit: str, units: dict[str, float], needed: str, source: str) -> float:
-    """Return the factor of a column's unit to SI; refuse it, stating what is needed."""
-    if unit.lower() not in units:
-        raise ValueError(f'{source}: column "{name}" must be {needed}; got "{unit}"')
-    return units[unit.lower()]
+def _whole(known: list[Quantity]) -> list[Quantity]:
+    """Return what is known of columns where a strain and a stress are among them."""
+    kinds = {(one.mode, one.kind) for one in known if np.isfinite(one.factor)}
+    pairs = ((mode, strain, stress) for mode, _ in kinds for strain in _STRAINS for stress in _STRESSES)
+    return known if any({(mode, strain), (mode, stress)} <= kinds for mode, strain, stress in pairs) else []
 
 
-def _test(lines: Sequence[str], separator: str, columns: _Columns, source: str) -> TensileTest:
-    """Return the rows that hold numbers, up to the largest stress."""
-    data = number_rows(lines, separator, columns.places, source) * columns.factors
-    data = data[np.isfinite(data).all(axis=1)]
-    data = data[: int(np.argmax(np.r_[data[:, 1], -np.inf])) + 1]
-    rising = data[:, 0] > np.maximum.accumulate(np.r_[-1.0, data[:-1, 0]])
-    if (count := np.count_nonzero(rising)) < 5:
-        must = f"must hold at least 5 rows of rising strain in the {columns.mode} test"
-        raise ValueError(f"{source}: {must}; got {count}")
-    return TensileTest(data[rising, 0], data[rising, 1], source, columns.mode)
+def _refuse(path: str | Path, what: str) -> None:
+    """Refuse a file without such columns: by a unit that does not fit, else by the names that are there."""
+    for table, known in read_tables(path, what, quantities):
+        for one in (one for one in known if one.kind != "time"):
+            if not np.isfinite(one.factor):
+                must = _MUST.get(one.kind, f"in {UNITS[one.kind]} or a unit like it")
+                came = f'got "{one.column.unit}"' if one.column.unit else 'got "", no unit'
+                raise ValueError(f'{table.source}: column "{one.column.title}" must be {must}; {came}')
+    must = "must have columns of strain (or stretch, displacement) and stress (or force), such as"
+    raise ValueError(f'{path}: {must} "Strain (%)" and "Stress (MPa)"; got {names_found(path, what)}')
+
+
+def _pulls(table: Table, known: list[Quantity], above: dict[str, float], given: Sizes) -> list[Pull]:
+    """Return the specimens of a table, (strain, stress) by columns."""
+    found, usable = list[Pull](), [one for one in known if np.isfinite(one.factor)]
+    times = [one for one in usable if one.kind == "time"]
+    for mode in dict.fromkeys(one.mode for one in usable):
+        strains, stresses = (_best(usable, mode, kinds) for kinds in (_STRAINS, _STRESSES))
+        for k, stress in enumerate(stresses if strains else ()):
+            before = [one for one in strains if one.column.place < stress.column.place]
+            strain = strains[k] if len(strains) == len(stresses) else (before or strains)[-1 if before else 0]
+            earlier = [one for one in times if one.column.place < stress.column.place]
+            time = next(iter(earlier[-1:] or times), None)
+            found.append(_pull(table, (strain, stress, time), above, given))
+    return found
+
+
+def _best(known: list[Quantity], mode: str, kinds: Sequence[str]) -> list[Quantity]:
+    """Return the columns of the first of some kinds that there is."""
+    each = ([one for one in known if (one.mode, one.kind) == (mode, kind)] for kind in kinds)
+    return next((found for found in each if found), [])
+
+
+def _pull(
+    table: Table, taken: tuple[Quantity, Quantity, Quantity | None], above: dict[str, float], given: Sizes
+) -> Pull:
+    """Return a specimen by its columns, converted to engineering strain and stress [Pa]."""
+    used = [one for one in taken if one is not None]
+    rows = table.numbers([one.column.place for one in used]) * [one.factor for one in used] + 0.0  # and no -0
+    e, s, *t = rows[np.isfinite(rows).all(axis=1)].T
+    strain, stress, notes, source = taken[0], taken[1], list[str](), table.source
+    if strain.kind == "displacement":
+        e = e / _size(source, strain, "length", given.length, above)
+    elif not strain.column.unit and np.max(np.abs(e), initial=0.0) > _MOST:
+        must = f"must come with a unit, such as (%), where it is beyond {_MOST:g}"
+        raise ValueError(f'{source}: column "{strain.column.title}" {must}; got up to {np.abs(e).max():g}')
+    e = e - 1.0 if strain.kind == "stretch" else np.expm1(e) if strain.kind == "true_strain" else e
+    if stress.kind == "true_stress":
+        s = s / (1.0 + e)
+    elif stress.kind == "force":
+        s = s / _size(source, stress, "area", given.area, above)
+    words = [one.column.title for one in taken[:2] if one is not None and one.kind not in ("strain", "stress")]
+    if words:
+        notes.append(f"engineering strain and stress are made of {' and '.join(words)}")
+    return Pull(strain.mode, e, s, t[0] if t else None, f"{strain.column.title}; {stress.column.title}", tuple(notes))
+
+
+def _size(source: str, of: Quantity, name: str, given: float | None, above: dict[str, float]) -> float:
+    """Return a specimen's length or area: given, or as it stands above the names; else refuse."""
+    if given is None and name == "area" and "area" not in above:
+        given = above["width"] * above["thickness"] if {"width", "thickness"} <= {*above} else None
+        given = 0.25 * np.pi * above["diameter"] ** 2 if given is None and "diameter" in above else given
+    found = above.get(name) if given is None else given
+    if found is None or not found > 0.0:
+        asked = '--length "25 mm"' if name == "length" else '--area "24 mm^2"'
+        must = f"must come with the {name} of the specimen"
+        raise ValueError(f'{source}: column "{of.column.title}" {must}: {asked}, or in a line above; got none')
+    return found
+
+
+def _one_by_one(pull: Pull) -> list[Pull]:
+    """Return the tests of rows that hold one below the other: the strain falls at once by half of its range."""
+    falls = np.flatnonzero(np.diff(pull.strain) < -0.5 * np.ptp(pull.strain) if len(pull.strain) else []) + 1
+    parts = [np.split(column, falls) for column in (pull.strain, pull.stress)]
+    return [pull._replace(strain=e, stress=s) for e, s in zip(*parts, strict=True) if len(falls) == 0 or len(e) >= 5]
+
+
+def _test(pull: Pull, source: str, slack: float | None) -> TensileTest:
+    """Return the rows of a specimen up to the largest stress, in rising strain, without slack."""
+    strain, stress, notes = pull.strain, pull.stress, list(pull.notes)
+    end = int(np.argmax(np.r_[stress, -np.inf])) + 1
+    taken = (np.arange(len(strain)) < end) & (strain > np.maximum.accumulate(np.r_[-1.0, strain])[:-1])
+    if slack is None and (slack := _slack(strain[taken], stress[taken])):
+        what = f"{100.0 * slack:.3g} % of strain before the stress begins are taken off as slack"
+        notes.append(f"{what}; --slack 0 keeps it")
+    slack = slack or 0.0
+    taken &= strain >= slack if slack > 0.0 else taken
+    if (count := np.count_nonzero(taken)) < 5:
+        raise ValueError(f"{source}: must hold at least 5 rows of rising strain in the {pull.mode} test; got {count}")
+    back = strain[:end].max() - strain[end:] if end < len(strain) else np.zeros(1)
+    if back.max() > 0.1 * strain[:end].max():
+        what = f"{len(strain) - np.count_nonzero(taken)} of {len(strain)} rows are left out: strain goes back"
+        notes.append(f"{what}; unloading after rising peaks gives softening by --cyclic")
+    left_out = np.stack([strain[~taken] - slack, stress[~taken]])
+    return TensileTest(
+        strain[taken] - slack, stress[taken], source, pull.mode, (), tuple(notes), slack, left_out, pull.columns
+    )
+
+
+def _slack(strain: Array, stress: Array) -> float:
+    """Return the strain at which the stress of a pull begins, where it first shows none; else zero."""
+    most = np.max(stress[strain < np.min(strain, initial=0.0) + 1.0], initial=0.0)
+    flat = int(np.argmax(np.r_[stress > _NONE * most, True]))
+    toe: Mask = (stress > _NONE * most) & (stress < _TOE * most) & (np.arange(len(stress)) >= flat)
+    if flat < _FLAT or np.count_nonzero(toe) < 4 or not strain[flat - 1] - strain[0] > _LEAST:
+        return 0.0
+    begins = float(np.polyfit(stress[toe], strain[toe], 2)[-1])
+    return begins if begins > _LEAST else 0.0
+
+
+def _spread(tests: list[TensileTest]) -> str:
+    """Return in words how much specimens differ; nothing of one alone."""
+    if len(tests) < 2:
+        return ""
+    at = 0.5 * min(float(test.strain[-1]) for test in tests)
+    each = np.array([np.interp(at, test.strain, test.stress) for test in tests])
+    share = each / each.mean()
+    return (
+        f"{len(tests)} {tests[0].mode} specimens are fitted together; at {100.0 * at:.3g} % strain their stresses are "
+        f"{share.min():.3g} to {share.max():.3g} of the mean (standard deviation {100.0 * share.std(ddof=1):.2g} %)"
+    )

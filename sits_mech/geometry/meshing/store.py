@@ -1,13 +1,13 @@
-"""Read a user's mesh from a file that meshio reads, with named groups of faces, lengths in metres.
+"""Read a user's mesh from a file (formats.py), with named groups of faces, lengths in metres.
 
-Tetrahedra or hexahedra, straight or quadratic. What cannot be solved is refused with one line: no mesh, cells of two
-kinds, a group that is missing or names what is no face, a cell that is flat or inside out, and what is no watertight
-solid (soundness.py). Duplicated nodes are merged on request.
+Tetrahedra or hexahedra, straight or quadratic; nodes in any order. What cannot be solved is refused with one line: no
+mesh, cells of two kinds, a group that is missing or names what is no face, a cell that is flat or inside out, and what
+is no watertight solid (soundness.py). Duplicated nodes are merged on request.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,12 +16,18 @@ import numpy as np
 from skfem import Mesh
 from skfem.io.meshio import from_meshio
 
+from sits_mech.geometry.meshing.cells import Named
+from sits_mech.geometry.meshing.formats import read_named
 from sits_mech.geometry.meshing.soundness import check_sound, joined, place
 from sits_mech.quantities import Array, Integers
-from sits_mech.scene.outlines import read_mesh
 
 CELLS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron27": 8}
 """Cells that can be read, with their corners."""
+MADE = ("hexahedron20", "wedge")
+"""Cells that others are made of."""
+NAMING = (".msh", ".inp", ".med", ".vtu", ".vtk", ".e")
+"""Suffixes of files that keep names of faces."""
+_LOWER = ("vertex", "line", "triangle", "quad", "polygon")
 
 _FLAT = 1e-6  # smallest determinant of the map onto a cell, over the cube of the cell's size
 
@@ -39,45 +45,71 @@ def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -
     `weld` merges duplicated nodes; faces that they held apart leave their groups. ValueError with one line: file, what
     it must hold, what came, and where.
     """
-    name, given = str(path), read_mesh(path)
+    name, given = str(path), read_named(path)
     kind = _only_kind(name, given)
-    cells, all_points = np.asarray(given.cells_dict[kind], dtype=np.int64), np.asarray(given.points, dtype=float)
-    used = np.unique(cells)
+    cells, all_points = given.cells[kind], given.points
+    used_by = (cells, *(block for blocks in given.faces.values() for block in blocks), *given.nodes.values())
+    if any(part.size and (part.min() < 0 or part.max() >= len(all_points)) for part in used_by):
+        raise ValueError(f"{name}: cells and sets must be of nodes of the file; some are not")
+    count = CELLS[kind]
+    ends = np.unique(cells[:, :count])
+    used = np.concatenate([ends, np.setdiff1d(cells, ends)])  # corners first, as skfem takes them
     if all_points.shape[1] != 3 or not np.all(np.isfinite(all_points[used])):
         raise ValueError(f"{name}: nodes must have three finite coordinates; some have not")
     number = np.full(len(all_points), -1)
     number[used] = np.arange(used.size)
     points, cells = all_points[used], number[cells]
-    _check_cells(name, points, cells[:, : CELLS[kind]])
+    _check_cells(name, points, cells[:, :count])
     merged = 0
     if weld:
-        number, points, cells, merged = _welded(number, points, cells, CELLS[kind])
-    corners, own = np.unique(cells[:, : CELLS[kind]], return_inverse=True)
+        number, points, cells, merged = _welded(number, points, cells, count)
+    corners, own = np.unique(cells[:, :count], return_inverse=True)
     check_sound(name, points[corners], own.reshape(len(cells), -1))
     mesh = from_meshio(meshio.Mesh(points, {kind: cells}))
     _check_curved(name, mesh)
-    faces = {each: block for each, block in given.cells_dict.items() if each.startswith(("triangle", "quad"))}
-    named = {}
-    for group, parts in _groups(given).items():
-        blocks = [np.asarray(faces[each][own]) for each, own in parts.items() if each in faces]
-        named[group] = _facets(f"{name}: the group {group}", mesh, blocks, all_points, number)
+    named = {
+        group: _facets(f"{name}: the group {group}", mesh, blocks, all_points, number)
+        for group, blocks in given.faces.items()
+    }
+    for group, facets in _of_nodes(mesh, {group: number[own] for group, own in given.nodes.items()}).items():
+        named[group] = named[group] if len(named.get(group, ())) else facets
     for group in groups:
         if not len(named.get(group, ())):
-            came = ", ".join(sorted(named)) or "none"
-            raise ValueError(f"{name}: must name groups of faces {', '.join(groups)}; got {came}")
-    return ReadSolid(mesh.with_boundaries(named), merged)
+            raise ValueError(f"{name}: must name groups of faces {', '.join(groups)}; {_came(named, given, name)}")
+    return ReadSolid(mesh.with_boundaries({group: own for group, own in named.items() if len(own)}), merged)
 
 
-def _only_kind(name: str, given: meshio.Mesh) -> str:
+def _came(named: Mapping[str, Integers], given: Named, name: str) -> str:
+    """Return in words what names a file has, and where it has none in which formats they are kept."""
+    some = [f"{group} (no faces)" if not len(own) else group for group, own in sorted(named.items())]
+    if some:
+        return f"got {', '.join(some)}"
+    return f"got none: names are kept in {', '.join(NAMING)}"
+
+
+def _of_nodes(mesh: Mesh, sets: Mapping[str, Integers]) -> dict[str, Integers]:
+    """Return the outer facets whose corners are all in a set of nodes; of two such sets the smaller one has it."""
+    outer, taken, found = mesh.boundary_facets(), np.zeros(len(mesh.facets.T), dtype=bool), dict[str, Integers]()
+    for name, own in sorted(sets.items(), key=lambda item: len(item[1])):
+        inside = np.isin(mesh.facets[:, outer], own[own >= 0]).all(axis=0)
+        facets = outer[inside & ~taken[outer]]
+        taken[facets] = len(facets) < len(outer)
+        found[name] = np.asarray(facets)
+    return found
+
+
+def _only_kind(name: str, given: Named) -> str:
     """Return the one kind of cells in space that a mesh has."""
-    solid = {each.type: given.points[each.data[0]] for each in given.cells if each.dim == 3 and len(each.data)}
+    solid = {kind: own[0] for kind, own in given.cells.items() if not kind.startswith(_LOWER) and len(own)}
     first = str(next(iter(solid), "none"))
     if len(solid) == 1 and first in CELLS:
         return first
-    count = {kind: len(given.cells_dict[kind]) for kind in solid}
-    some = (f"{count[kind]} {kind}, the first about {place(at)}" for kind, at in solid.items())
-    came = "; ".join(some) or ", ".join(given.cells_dict) or "none"
-    raise ValueError(f"{name}: must hold cells of one kind of {', '.join(CELLS)}; got {came}")
+    some = (
+        f"{len(given.cells[kind])} {kind}, the first about {place(given.points[at[at < len(given.points)]])}"
+        for kind, at in solid.items()
+    )
+    came = "; ".join(some) or ", ".join(given.cells) or "none"
+    raise ValueError(f"{name}: must hold cells of one kind of {', '.join((*CELLS, *MADE))}; got {came}")
 
 
 def _welded(number: Integers, points: Array, cells: Integers, corners: int) -> tuple[Integers, Array, Integers, int]:
@@ -92,16 +124,6 @@ def _welded(number: Integers, points: Array, cells: Integers, corners: int) -> t
     return number, points[kept], new.reshape(cells.shape), len(points) - kept.size
 
 
-def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Integers]]:
-    """Return numbers of the cells of each kind that belong to a name."""
-    named = {name: own for name, own in mesh.cell_sets_dict.items() if not name.startswith("gmsh:")}
-    marks = mesh.cell_data_dict.get("gmsh:physical", {})
-    for name, (tag, _) in mesh.field_data.items():
-        own = {kind: np.flatnonzero(values == tag) for kind, values in marks.items()}
-        named.setdefault(name, {kind: numbers for kind, numbers in own.items() if numbers.size})
-    return named
-
-
 def _facets(what: str, mesh: Mesh, blocks: list[Integers], points: Array, number: Integers) -> Integers:
     """Return numbers of the mesh's outer facets that are the given faces of the file, `number` its nodes in the mesh.
 
@@ -109,7 +131,7 @@ def _facets(what: str, mesh: Mesh, blocks: list[Integers], points: Array, number
     """
     count = len(mesh.facets)
     known = {tuple(corners): k for k, corners in enumerate(np.sort(mesh.facets.T, axis=1).tolist())}
-    faces = [face[:count] for block in blocks for face in block]
+    faces = [face for block in blocks for face in block if len(face) == count]
     found = [known.get(tuple(sorted(number[face].tolist())), -1) for face in faces]
     lost = [face for face, facet in zip(faces, found, strict=True) if facet < 0]
     if 0 < len(lost) < len(faces):

@@ -202,7 +202,8 @@ def answer(
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
     size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
-    size[1] = max(size[1], _ROUNDING * float(np.max(np.abs(fine.load / weight))))
+    largest = float(np.max(np.abs(fine.load / weight)))
+    size[1] = max(size[1], (_ROUNDING if given else 1.0) * largest)  # what holds out of the plane is of uneven cells
     unit = np.where(held, size[1] * weight, size[0] / weight)
 
     def shown(q: Array, load: Array) -> Array:

@@ -37,8 +37,9 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
 
-GROUPS = ("ground", "target", "free")
-"""Groups of faces that a pad's mesh must name."""
+_NEEDED = ("ground", "target")  # groups of faces that a pad's mesh must name
+GROUPS = (*_NEEDED, "free")
+"""Groups of faces of a pad's mesh; faces in none are free."""
 _SYMMETRY = "symmetry"  # group that half a pad's mesh must name, too
 
 _ORDER = 1.2  # of errors with even division: edges are singular
@@ -160,7 +161,7 @@ def _file(elastomer: Elastomer) -> tuple[Path, bool, int]:
 @lru_cache(maxsize=4)
 def _stamped(path: Path, weld: bool, stamp: int) -> ReadSolid:
     """Read the mesh of a file as written at one time."""
-    found = read_solid(path, GROUPS, weld=weld)
+    found = read_solid(path, _NEEDED, weld=weld)
     _check_groups(str(path), found.mesh)
     return found
 

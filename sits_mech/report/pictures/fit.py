@@ -61,20 +61,49 @@ def _with(value: float | None, width: float | None, digits: int = 4) -> str:
 def fit_figure(test: TensileTest, fit: Fit) -> Figure:
     """Plot engineering stress over strain, all modes of the test with the law, and the residuals beside."""
     with new_figure(height=0.8, columns=2) as (figure, (curve, rest)):
-        for one in (test, *test.others):
-            _draw_test(curve, rest, one, fit)
+        seen = set[str]()
+        for one in test.all:
+            _draw_test(curve, rest, one, fit, "_" if one.mode in seen else "")
+            seen.add(one.mode)
         rest.axhline(0.0, color="black", linewidth=0.5)
         rest.set(xlabel="engineering strain [%]", ylabel="measured minus law [kPa]", xlim=(0.0, 100.0 * fit.max_strain))
         curve.set(xlabel="engineering strain [%]", ylabel="engineering stress [kPa]")
         curve.set_ylim(bottom=0.0)
         curve.set_xlim(left=0.0)
         figure.suptitle(f"{fill(Path(test.source).stem, 40)}: tensile test and {fit.law} law")
-        figure.legend(loc="outside lower center", ncols=1 + len(test.others))
+        figure.legend(loc="outside lower center", ncols=len(seen))
     return figure
 
 
-def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit) -> None:
-    """Add one test and the law along it; a law that locks is drawn as far as it goes."""
+def read_rows(test: TensileTest) -> list[tuple[str, str]]:
+    """Return what a file of a machine was read as, in rows of a table: a row a specimen, and what is to be said."""
+    rows = []
+    for k, one in enumerate(test.all):
+        left = 0 if one.left_out is None else one.left_out.shape[1]
+        end = f"up to {100.0 * one.strain[-1]:.4g} % strain and {1e-3 * one.stress[-1]:.4g} kPa"
+        slack = f", slack of {100.0 * one.slack:.3g} % off" if one.slack else ""
+        taken = f"{one.columns}: {len(one.strain)} rows taken, {left} left out, {end}{slack}"
+        rows.append((f"{one.mode} {k + 1}", taken))
+    return rows + [("note", note) for note in test.notes]
+
+
+def read_figure(test: TensileTest) -> Figure:
+    """Plot the rows of a file as engineering stress over strain: those taken, and in grey those left out."""
+    with new_figure(height=0.8) as (figure, (curve,)):
+        for k, one in enumerate(test.all):
+            if one.left_out is not None and one.left_out.size:
+                e, s = one.left_out
+                label = "left out" if k == 0 else None
+                curve.plot(100.0 * e, 1e-3 * s, ".", color="0.6", markersize=3.0, label=label)
+            curve.plot(100.0 * one.strain, 1e-3 * one.stress, color=f"C{k}", label=f"{one.mode} {k + 1}")
+        curve.set(xlabel="engineering strain [%]", ylabel="engineering stress [kPa]")
+        figure.suptitle(f"{fill(Path(test.source).name, 40)}: what is taken of it")
+        curve.legend()
+    return figure
+
+
+def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit, unnamed: str) -> None:
+    """Add one test and the law along it; a law that locks is drawn as far as it goes. "_" keeps it off the legend."""
     (colour, mark), used = _STROKES[test.mode], test.strain <= fit.max_strain
     shown = test.strain <= 1.5 * fit.max_strain
     dots = slice(None, None, max(1, int(np.count_nonzero(shown)) // _POINTS))
@@ -85,10 +114,12 @@ def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit) -> None:
     hollow: dict[str, Any] = {"color": colour, "markersize": 2.0, "markerfacecolor": "none", "markeredgewidth": 0.5}
     curve.plot(
         100.0 * test.strain[shown][dots], 1e-3 * test.stress[shown][dots], mark, **hollow,
-        label=f"{test.mode}, measured",
+        label=f"{unnamed}{test.mode}, measured",
     )
-    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=f"{test.mode}, {fit.law} law")
-    curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], color=colour, linestyle="--", label="beyond the fit")
+    own: dict[str, Any] = {"color": colour, "label": f"{unnamed}{test.mode}, {fit.law} law"}
+    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], **own)
+    beyond: dict[str, Any] = {"color": colour, "linestyle": "--", "label": f"{unnamed}beyond the fit"}
+    curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], **beyond)
     left = test.stress - engineering_stress(fit.law, fit.constants, test.strain, test.mode)
     rest.plot(100.0 * test.strain[used][dots], 1e-3 * left[used][dots], mark, **hollow)
 

@@ -41,15 +41,15 @@ def test_a_cyclic_test_may_have_no_time(tmp_path):
     path = file(tmp_path, "Engineering Strain;Engineering Stress (Pa)", np.column_stack([STRAIN, STRESS]))
     found = read_record(path, timed=False)
     assert not found.timed and found.strain == pytest.approx(STRAIN)
-    with pytest.raises(ValueError, match=r'must have the columns "Time \(s\)", "Engineering Strain"'):
+    with pytest.raises(ValueError, match=r'must have the column "Time \(s\)" beside strain and stress; got Eng'):
         read_record(path)
 
 
 @pytest.mark.parametrize(
     ("names", "columns", "message"),
     [
-        ("time (s);engineering strain;engineering stress (bar)", (TIME, STRAIN, STRESS), 'in Pa, kPa.*got "bar"'),
-        ("time (d);engineering strain;engineering stress (Pa)", (TIME, STRAIN, STRESS), "must be in s, ms, min or h"),
+        ("time (s);engineering strain;engineering stress (mm)", (TIME, STRAIN, STRESS), 'must be a pressure; got "mm"'),
+        ("time (m);engineering strain;engineering stress (Pa)", (TIME, STRAIN, STRESS), r'must have the column "Time'),
         ("time;engineering strain;engineering stress (Pa)", (-TIME, STRAIN, STRESS), "time must rise; got 0 s and"),
         ("time;engineering strain;engineering stress (Pa)", (TIME // 2, STRAIN, STRESS), "time must rise"),
         ("time;stretch;engineering stress (Pa)", (TIME, STRAIN, STRESS), "strain must be above -1; got -1"),

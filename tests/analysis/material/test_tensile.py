@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.material.fitted import fit_law
-from sits_mech.analysis.material.tensile import read_tensile
+from sits_mech.analysis.material.tensile import Sizes, read_tensile
 from sits_mech.silicone.homogeneous import engineering_stress
 
 STRAIN = np.linspace(0.0, 1.0, 51)
@@ -68,20 +68,124 @@ def test_every_row_of_a_spreadsheet_is_read(tmp_path: Path, separator: str, quot
     assert found.strain == pytest.approx(0.025 * np.arange(30)) and found.stress == pytest.approx(1.5e3 * np.arange(30))
 
 
+YEOH = {"c10": 8e3, "c20": 600.0, "c30": 50.0}
+PULL = np.linspace(0.02, 1.2, 60)
+STRESS = engineering_stress("yeoh", YEOH, PULL)
+LENGTH, AREA = 25e-3, 24e-6
+_BLUEHILL = """"Specimen","1"
+"Length","25.0","mm"
+"Width","6.0","mm"
+"Thickness","4.0","mm"
+
+"Time","Extension","Load","Tensile strain (Strain 1)","Tensile stress"
+"(s)","(mm)","(N)","(%)","(MPa)"
+"""
+
+
+def _table(folder: Path, head: str, parts: list[tuple[np.ndarray, ...]], encoding: str = "utf-8") -> Path:
+    """Write columns below a head, its separator in it, decimal commas where that is none; parts one below another."""
+    separator = next(one for one in ";\t," if one in head)
+    rows = [separator.join(f"{x:.9g}" for x in row) for part in parts for row in zip(*part, strict=True)]
+    text = "\n".join(rows) if separator == "," else "\n".join(rows).replace(".", ",")
+    path = folder / "machine.csv"
+    path.write_bytes(f"{head.rstrip()}\n{text}\n".encode(encoding))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("head", "columns", "encoding"),
+    [
+        (_BLUEHILL, (PULL, 1e3 * LENGTH * PULL, AREA * STRESS, 1e2 * PULL, 1e-6 * STRESS), "utf-8"),
+        ("Time (s),Tensile strain (Displacement) (%),Stress (MPa)", (PULL, 1e2 * PULL, 1e-6 * STRESS), "cp1252"),
+        ("Prüfer;N. N.\nMesslänge;25,00;mm\n\nDehnung;Standardkraft;Spannung\n%;N;MPa",
+         (1e2 * PULL, AREA * STRESS, 1e-6 * STRESS), "cp1252"),
+        ("Breite: 6,0 mm\nDicke: 4 mm\nEinspannlänge: 25 mm\nWeg in mm;Kraft in N",
+         (1e3 * LENGTH * PULL, AREA * STRESS), "utf-8"),
+        ("Éprouvette\t1\nDéformation en traction (%)\tContrainte (N/mm²)", (1e2 * PULL, 1e-6 * STRESS), "cp1252"),
+        ("Deformación (-);Esfuerzo de tracción (kgf/cm2)", (PULL, STRESS / 98066.5), "utf-16"),
+        ("厚さ (mm),4\n幅 (mm),6\nつかみ間隔,25,mm\n時間,試験力,ストローク\nsec,N,mm",
+         (PULL, AREA * STRESS, 1e3 * LENGTH * PULL), "cp932"),
+        ("公称ひずみ（％）,公称応力（MPa）", (1e2 * PULL, 1e-6 * STRESS), "utf-8-sig"),
+        ("stretch,nominal stress (psi)", (1.0 + PULL, STRESS / 6894.757293168361), "utf-8"),
+        ("true strain (-),true stress (kPa)", (np.log1p(PULL), 1e-3 * STRESS * (1.0 + PULL)), "utf-8"),
+    ],
+)
+def test_words_units_and_letters_of_machines(
+    head: str, columns: tuple[np.ndarray, ...], encoding: str, tmp_path: Path
+) -> None:
+    """Exports of five languages, forces over the sizes above them, stretches and true stresses: one law."""
+    test = read_tensile(_table(tmp_path, head, [columns], encoding))
+    assert test.strain == pytest.approx(PULL, rel=1e-6) and test.stress == pytest.approx(STRESS, rel=1e-6)
+    made = any(word in head for word in ("Weg", "試験力", "stretch", "true"))
+    assert bool(test.notes) == made  # of other columns, and said
+
+
+def test_sizes_are_asked_for_where_the_file_has_none(tmp_path: Path) -> None:
+    """Given ones count before those of the file."""
+    path = _table(tmp_path, "Length;20;mm\nDisplacement (mm);Force (N)", [(1e3 * LENGTH * PULL, AREA * STRESS)])
+    test = read_tensile(path, Sizes(LENGTH, AREA))
+    assert test.strain == pytest.approx(PULL, rel=1e-6) and test.stress == pytest.approx(STRESS, rel=1e-6)
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_specimens_are_fitted_together_and_their_spread_is_said(beside: bool, tmp_path: Path) -> None:
+    """Beside each other or one below the other: the mean law of specimens of 1, 1.3 and 0.7 times its stress."""
+    factors, head = (1.0, 1.3, 0.7), "strain (-),stress (kPa)"
+    if beside:
+        row = tuple(np.concatenate([[PULL, 1e-3 * factor * STRESS] for factor in factors]))
+        path = _table(tmp_path, "Specimen 1,,Specimen 2,,Specimen 3,\n" + ",".join([head] * 3), [row])
+    else:
+        path = _table(tmp_path, head, [(PULL, 1e-3 * factor * STRESS) for factor in factors])
+    fit = fit_law(read_tensile(path), "yeoh")
+    assert fit.constants == pytest.approx(YEOH, rel=1e-5) and fit.modes == ("uniaxial",)
+    assert "3 uniaxial specimens" in fit.notes[0] and "0.7 to 1.3 of the mean (standard deviation 30 %)" in fit.notes[0]
+
+
+def test_unloading_is_left_out_and_offered_to_softening(tmp_path: Path) -> None:
+    """A break is left out without a word."""
+    back = _table(tmp_path, "strain,stress (Pa)", [(np.r_[PULL, PULL[::-1]], np.r_[STRESS, 0.6 * STRESS[::-1]])])
+    test = read_tensile(back)
+    assert test.stress == pytest.approx(STRESS, rel=1e-6) and test.left_out.shape == (2, 60)
+    assert "60 of 120 rows are left out: strain goes back" in test.notes[0] and "--cyclic" in test.notes[0]
+    broken = _table(tmp_path, "strain,stress (Pa)", [(np.r_[PULL, 1.21, 1.23], np.r_[STRESS, 10.0, 0.0])])
+    assert read_tensile(broken).notes == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 30.0])
+def test_slack_is_found_taken_off_and_said(noise: float, tmp_path: Path) -> None:
+    """Constants come back after 10 % of slack; a given slack, zero too, is kept to; a test without has none."""
+    rng, flat = np.random.default_rng(2), np.arange(0.0, 0.1, 0.02)
+    stress = np.r_[0.0 * flat, STRESS] + noise * rng.standard_normal(65)
+    path = _table(tmp_path, "strain,stress (Pa)", [(np.r_[flat, 0.1 + PULL], stress)])
+    fit = fit_law(read_tensile(path), "yeoh")
+    assert fit.constants["c10"] == pytest.approx(YEOH["c10"], rel=0.005 if noise else 5e-4)
+    assert "taken off as slack; --slack 0 keeps it" in fit.notes[0]
+    kept = fit_law(read_tensile(path, Sizes(slack=0.0)), "yeoh")
+    assert kept.constants["c10"] < 0.8 * YEOH["c10"] and "slack" not in str(kept.notes)
+    assert fit_law(read_tensile(path, Sizes(slack=0.1)), "yeoh").constants["c10"] == pytest.approx(8e3, rel=5e-3)
+    for starts in (PULL, PULL[10:], np.r_[0.0, PULL]):
+        own = engineering_stress("yeoh", YEOH, starts)
+        assert read_tensile(_table(tmp_path, "strain,stress (Pa)", [(starts, own)])).slack == 0.0
+
+
 def test_files_without_a_pull_are_refused(tmp_path: Path) -> None:
     """Missing file, columns without these names or a unit, no numbers: one line each."""
     with pytest.raises(ValueError, match="must be a readable tensile test"):
         read_tensile(tmp_path / "none.csv")
-    for head in ("Time;Strain;Stress", "t;True Strain;True Stress (MPa)", "t;Planar Strain;Engineering Stress (Pa)"):
-        with pytest.raises(ValueError, match='must have the columns "Engineering Strain"'):
+    for head, came in (("Time;Way;Strength (MPa)", "Time, Way, St"), ("t;Planar Strain;Stress (Pa)", "t, Planar")):
+        with pytest.raises(ValueError, match=f"must have columns of strain .*; got {came}"):
             read_tensile(_written(tmp_path, head))
     for head, wrong in (
-        ("Time;Engineering Strain;Engineering Stress (bar)", r'Stress \(bar\)" must be in Pa, .*; got "bar"'),
-        ("Time;Engineering Strain;Engineering Stress", r'"Engineering Stress" must be in Pa, .*; got ""'),
+        ("Time;Engineering Strain;Engineering Stress (mm)", r'Stress \(mm\)" must be a pressure; got "mm"'),
+        ("Time;Engineering Strain;Engineering Stress", r'"Engineering Stress" must be a pressure; got "", no unit'),
         ("Time;Engineering Strain (mm);Engineering Stress (Pa)", r'must be a plain number or in %; got "mm"'),
+        ("Time;Displacement (mm);Stress (Pa)", 'must come with the length of the specimen: --length "25 mm"'),
+        ("Time;Strain;Force (N)", 'must come with the area of the specimen: --area "24 mm'),
     ):
         with pytest.raises(ValueError, match=wrong):
             read_tensile(_written(tmp_path, head))
+    with pytest.raises(ValueError, match="must come with a unit, .*beyond 25; got up to 100"):
+        read_tensile(_table(tmp_path, "Strain;Stress (kPa)", [(100.0 * STRAIN, STRAIN)]))
     with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 3"):
         read_tensile(_written(tmp_path, "Time;Engineering Strain;Engineering Stress (MPa)", break_at=3))
     with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 4"):

@@ -1,6 +1,7 @@
 """The picture and the rows of a fit: every curve and every constant is there."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from matplotlib.figure import Figure
 
 from sits_mech.analysis.material.fitted import fit_law
 from sits_mech.analysis.material.tensile import TensileTest
-from sits_mech.report.pictures.fit import fit_figure, fit_rows
+from sits_mech.report.pictures.fit import fit_figure, fit_rows, read_figure, read_rows
 from sits_mech.report.pictures.style import save_figure
 from sits_mech.silicone.homogeneous import engineering_stress
 
@@ -57,3 +58,21 @@ def test_rows_carry_unit_and_half_width() -> None:
     assert rows["mu"].count(",") == rows["alpha"].count(",")
     falling = TensileTest(STRAIN, 2e4 * np.sqrt(STRAIN), "made.csv")
     assert "note" in dict(fit_rows(fit_law(falling, "gent")))
+
+
+def test_what_was_read_is_drawn_and_said(tmp_path: Path, collisions: Callable[[Figure], list[str]]) -> None:
+    """Each specimen in its colour, rows left out in grey, a row a specimen with its slack, and the notes."""
+    back = np.stack([STRAIN[::-4], 0.5 * pulls().stress[::-4]])
+    first = TensileTest(STRAIN, pulls().stress, "made.csv", slack=0.05, left_out=back, columns="e; s")
+    second = TensileTest(STRAIN, 1.2 * first.stress, "made.csv", columns="f; g")
+    test = replace(first, others=(second,), notes=("a loop",))
+    figure = read_figure(test)
+    (axes,) = figure.axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["left out", "uniaxial 1", "uniaxial 2"]
+    np.testing.assert_allclose(axes.lines[0].get_xydata(), (back * [[100.0], [1e-3]]).T)
+    assert collisions(figure) == []
+    rows = read_rows(test)
+    assert [name for name, _ in rows] == ["uniaxial 1", "uniaxial 2", "note"] and rows[-1][1] == "a loop"
+    assert rows[0][1].startswith("e; s: 81 rows taken, 21 left out, up to 160 %") and "slack of 5 % off" in rows[0][1]
+    legend = fit_figure(test, fit_law(test, "gent")).legends[0].get_texts()
+    assert [text.get_text() for text in legend] == ["uniaxial, measured", "uniaxial, gent law", "beyond the fit"]

@@ -1,0 +1,126 @@
+"""Name what a column of a test machine holds, by its words in English, German, French, Spanish and Japanese.
+
+A word may stand for two quantities (an extension in mm or in %); the unit decides. Words that only say which of a kind
+it is (engineering, tensile) are passed over, "true" makes another quantity, and any other word makes a column unknown:
+"strain rate" is no strain.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from sits_mech.analysis.columns import Column, plain
+from sits_mech.units import SceneError, si_value
+
+UNITS = {
+    "time": "s", "strain": "", "stretch": "", "true_strain": "", "displacement": "m", "stress": "Pa",
+    "true_stress": "Pa", "force": "N",
+}
+"""SI units of what a column may hold."""
+_WORDS = {
+    ("time",): "time zeit prüfzeit temps tiempo 時間",
+    ("strain",): "strain ε dehnung nenndehnung bruchdehnung stauchung ひずみ 歪 歪み",
+    ("strain", "displacement"): (
+        "elongation extension compression deformation verformung verlängerung allongement déformation alargamiento "
+        "elongación deformación extensión 伸び 伸び率"
+    ),
+    ("stretch",): "stretch λ lambda streckung verstreckung streckverhältnis stretchratio extensionratio 伸長比",
+    ("displacement",): (
+        "displacement crosshead position stroke travel weg standardweg traversenweg déplacement traverse course "
+        "desplazamiento carrera posición 変位 ストローク"
+    ),
+    ("stress",): "stress σ spannung nennspannung zugspannung druckspannung contrainte esfuerzo 応力",
+    ("stress", "force"): "tension tensión effort",
+    ("force",): "force f load kraft standardkraft prüfkraft zugkraft last charge fuerza carga 試験力 荷重 力",
+}
+"""What a word may stand for, most likely first."""
+_KINDS = {plain(word): kinds for kinds, words in _WORDS.items() for word in words.split()}
+_PASSED = {plain(word) for word in (
+    "engineering nominal tensile technical uniaxial axial average corrected standard absolute displacement crosshead "
+    "extensometer machine technische nominelle nominale en traction de tracción ingenieril unitaria longitudinal "
+    "ingénierie conventionnelle uniaxiale composite"
+).split()}
+_TRUE = {plain(word) for word in (
+    "true logarithmic log hencky cauchy wahre logarithmische vraie rationnelle real verdadera verdadero logarítmica"
+).split()}
+_MODES = {
+    "planar": "planar", "pure shear": "planar", "equibiaxial": "biaxial", "equi biaxial": "biaxial",
+    "biaxial": "biaxial", "uniaxial": "uniaxial",
+}
+_JAPANESE = re.compile(r"公称|工学|引張り?|一軸|標準|最大(?=点)")
+_MARK = re.compile(r"(?:\b(?:specimen|sample|probe|test|eprouvette|probeta)\b|試験片)?\s*#?\d+\b|[()\[\]]|\bratio\b")
+_SIZES = {
+    "length": "length gaugelength gagelength gripseparation messlänge anfangsmesslänge einspannlänge longueur "
+    "longueurinitiale longueurdereference longitud longitudinicial 標線間距離 つかみ間隔 長さ l0",
+    "width": "width breite probenbreite largeur ancho 幅 b0",
+    "thickness": "thickness dicke probendicke épaisseur espesor 厚さ 厚み a0",
+    "diameter": "diameter durchmesser diamètre diámetro 直径 d0",
+    "area": "area crosssection crosssectionalarea querschnitt querschnittsfläche section aire área 断面積 s0",
+}
+_SIZED = {plain(word): size for size, words in _SIZES.items() for word in words.split()}
+
+
+_SIZE = re.compile(r"\W*([^\d:=(\[]+0?)\s*(?:[(\[]([^)\]]*)[)\]])?\s*[:=]?\s*(\d+(?:[.,]\d+)?)\s*(\S*).*")
+
+
+class Quantity(NamedTuple):
+    """What a column holds: the mode of the test, a kind of `UNITS`, and the factor of its unit to SI."""
+
+    mode: str
+    kind: str
+    factor: float
+    column: Column
+
+
+def quantities(columns: Sequence[Column]) -> list[Quantity]:
+    """Return what is known of columns, in their order; factor nan where a unit does not fit."""
+    return [known for column in columns if (known := _quantity(column)) is not None]
+
+
+def _quantity(column: Column) -> Quantity | None:
+    """Return what a column holds; None where its words are not all known."""
+    text = plain(_JAPANESE.sub("", column.name).replace("真", "true "))
+    mode = next((name for name in _MODES if text.startswith(f"{name} ")), "")
+    words = _MARK.sub(" ", text.removeprefix(mode)).split()
+    kinds = next((_KINDS[word] for word in words if word in _KINDS), None)
+    if kinds is None or any(word not in _KINDS and word not in _PASSED and word not in _TRUE for word in words):
+        return None
+    if _TRUE & {*words}:
+        kinds = tuple(f"true_{kind}" for kind in kinds if kind in ("strain", "stress"))
+    factors = {kind: _factor(kind, column.unit) for kind in kinds}
+    kind = next((kind for kind in kinds if math.isfinite(factors[kind])), kinds[0] if kinds else "")
+    return Quantity(_MODES.get(mode, "uniaxial"), kind, factors[kind], column) if kind else None
+
+
+def _factor(kind: str, unit: str) -> float:
+    """Return the factor of a unit to SI; nan where it does not fit. Times and strains may be without one."""
+    try:
+        return si_value(f"1 {unit}", UNITS[kind]) if unit or UNITS[kind] in ("", "s") else math.nan
+    except SceneError:
+        return math.nan
+
+
+def sizes(above: Sequence[list[str]]) -> dict[str, float]:
+    """Return the sizes of a specimen [m, m^2] that lines above a table name, first of each: "Width; 6; mm"."""
+    found: dict[str, float] = {}
+    for cells in above:
+        text = " ".join(cell for cell in cells if cell)
+        match = _SIZE.fullmatch(text)
+        size = match and _SIZED.get(re.sub(r"specimen|sample|probe\b| ", "", plain(match[1])))
+        if match and size and size not in found:
+            unit = match[2] or match[4]
+            factor = _factor("displacement", unit) if size != "area" else _area(unit)
+            if math.isfinite(factor):
+                found[size] = factor * float(match[3].replace(",", "."))
+    return found
+
+
+def _area(unit: str) -> float:
+    """Return the factor of a unit of area; nan where it is none."""
+    try:
+        return si_value(f"1 {unit}", "m^2") if unit else math.nan
+    except SceneError:
+        return math.nan
