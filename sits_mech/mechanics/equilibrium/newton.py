@@ -308,8 +308,7 @@ def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
         return Verdict(least, np.nan, PathEnd.INVERTED, _NONE)
     if stiffness is None:
         stiffness, hidden = target_stiffness(body, trial)
-    held = None if way.out_of_plane is None or hidden is None else way.out_of_plane[: len(hidden)]
-    beside = np.inf if hidden is None else smallest_eigenvalue(hidden, held)
+    beside = np.inf if hidden is None else smallest_eigenvalue(hidden, way.out_of_plane)
     value, reason = smallest_stiffness(way, stiffness, beside)
     return Verdict(least, value, reason, stiffness, beside)
 
@@ -326,8 +325,12 @@ def smallest_stiffness(way: Way, stiffness: Array, hidden: float) -> tuple[float
 
 
 def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:
-    """Return the smallest eigenvalue of the symmetric stiffness on free components; nan if not finite."""
-    S = stiffness if held is None else stiffness[np.ix_(~held, ~held)]
+    """Return the smallest eigenvalue of the symmetric stiffness on free components; nan if not finite.
+
+    `held` may go on to components that the body has not.
+    """
+    free = np.ones(len(stiffness), dtype=bool) if held is None else ~held[: len(stiffness)]
+    S = stiffness[np.ix_(free, free)]
     if not np.all(np.isfinite(S)):
         return np.nan
     return float(np.linalg.eigvalsh(0.5 * (S + S.T)).min(initial=np.inf))
