@@ -196,7 +196,7 @@ def answer(
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
     pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
-    spent, best = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed)
+    spent, best, sink = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed), -float(fine.q[1])
     large: Note | None = None
     beyond, kept = list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
@@ -209,7 +209,7 @@ def answer(
         if there is None:
             break
         values, spent = [*values, shown(there.state.q, there.state.load)], spent + there.state.iterations
-        limit = levels.limit(values, np.where(held, 0.0, there.off / unit), pressed=pressed)
+        limit = levels.limit(values, np.where(held, 0.0, there.off / unit), pressed=pressed, sink=sink)
         beyond.append(packed(there.state))
         stretches.append(largest_stretch(levels.maker(level), there.state.u))
         if np.max(there.off[~held] / unit[~held], initial=0.0) > np.max(best.error):  # it does not settle there

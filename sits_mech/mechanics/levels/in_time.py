@@ -142,7 +142,7 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     pressed = any(walk.pressed for walk in walks)
     values, errors = [], []
     for rows, gap in zip(np.moveaxis(late / size, 1, 0), times.gap, strict=True):
-        limit = levels.limit(list(rows), pressed=pressed)
+        limit = levels.limit(list(rows), pressed=pressed, sink=-size * float(rows[-1][1]))
         values.append(limit.value)
         own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST if np.any(rows) else 0.0)
         errors.append(errors_of(own, levels.share))
