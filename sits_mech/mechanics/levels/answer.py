@@ -32,6 +32,7 @@ _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
 _LAST = 25  # and where it has found none, for a last state
 _ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
+_PAYS = 0.5  # of an error, from which on a level that does not give the one asked is not worth its price
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -203,6 +204,8 @@ def answer(
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
     for level in range(2, min(most, len(levels), line.deepest)):
         if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
+            break
+        if left(levels.foreseen(best, level)) > max(line.asked, _PAYS * left(best)):
             break
         large = levels.check_memory(level)
         there = None if large else next(walk, None)
