@@ -59,6 +59,7 @@ _FINENESS = ((1, 0), (2, 0), (2, 1), (4, 0), (4, 1), (6, 1))  # parts of a base 
 _RESTED = 4  # of them, for a load at finite strain: minutes and more a load on finer ones
 _INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on m = 1 to 4 in films and under discs
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
+_OPENS = 100.0  # times (sink/t)**2: what edges that a press opens add to the uncertainty of their power (family.py)
 _ROUGH = 1.0  # error of an answer on two levels that is not spoken of
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
 
@@ -235,7 +236,7 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
 
     order = 2.0 * GRADING * shape.exponent
     terms = np.column_stack([(split * 2.0**layers) ** -order, split**-_INSIDE])
-    return Levels(terms, cells, lambda level: made(level).body, carrier, _SHARE, kept(changed), _RESTED)
+    return Levels(terms, cells, lambda level: made(level).body, carrier, _SHARE, kept(changed), _RESTED, _OPENS)
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sits_mech.mechanics.element.assembly import Pattern
-from sits_mech.mechanics.levels.family import NUMBER, Front, Memory, front, per_element
+from sits_mech.mechanics.element.memory import NUMBER, Front, Memory, front, per_element
 
 
 def memory_of(pattern: Pattern) -> Memory:

@@ -23,7 +23,7 @@ from extreme.solids import shaped
 from scipy.special import ive
 
 from sits_mech.mechanics.block import block_pad, pad_family
-from sits_mech.mechanics.levels.family import memory_of_box
+from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.quantities import SolveReport, Wrench
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 

@@ -40,6 +40,7 @@ _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that 
 _LAST = 25  # and where it has found none, for a last state
 _UPRIGHT = 0.5  # of the stiffness without load; levels differ by 0.03 of it at most (test_answer.py)
 _ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
+_PAYS = 0.5  # of an error, from which on a level that does not give the one asked is not worth its price
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -220,7 +221,7 @@ def answer(
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
     pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
-    spent, best = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed)
+    spent, best, sink = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed), -float(fine.q[1])
     large: Note | None = None
     beyond, kept = list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
@@ -228,12 +229,14 @@ def answer(
     for level in range(2, min(most, len(levels), line.deepest)):
         if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
+        if left(levels.foreseen(best, level)) > max(line.asked, _PAYS * left(best)):
+            break
         large = levels.check_memory(level)
         there = None if large else next(walk, None)
         if there is None:
             break
         values, spent = [*values, shown(there.state.q, there.state.load)], spent + there.state.iterations
-        limit = levels.limit(values, np.where(held, 0.0, there.off / unit), pressed=pressed)
+        limit = levels.limit(values, np.where(held, 0.0, there.off / unit), pressed=pressed, sink=sink)
         beyond.append(packed(there.state))
         stretches.append(largest_stretch(levels.maker(level), there.state.u))
         if np.max(there.off[~held] / unit[~held], initial=0.0) > np.max(best.error):  # it does not settle there

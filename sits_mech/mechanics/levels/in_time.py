@@ -138,11 +138,10 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     """Extrapolate some walks at each time; errors over the largest displacement of the history."""
     weight = levels.coarse.levers
     late = np.array([np.array(walk.q) + times.late for walk in walks]) * weight
-    size = max(float(np.max(np.abs(late[-1]))), 1e-300)
-    pressed = any(walk.pressed for walk in walks)
+    size = max(np.max(np.abs(late[-1])), 1e-300)
     values, errors = [], []
     for rows, gap in zip(np.moveaxis(late / size, 1, 0), times.gap, strict=True):
-        limit = levels.limit(list(rows), pressed=pressed)
+        limit = levels.limit(list(rows), pressed=any(walk.pressed for walk in walks), sink=-size * rows[-1][1])
         values.append(limit.value)
         own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST if np.any(rows) else 0.0)
         errors.append(errors_of(own, levels.share))
@@ -154,10 +153,10 @@ def _motion(
     line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: _Limits, large: Note | None
 ) -> Motion:
     """Return the motion in SI with its report."""
-    scales, last, k = line.scales, walks[-1], levels.fine.components
+    scales, last, body, sensor = line.scales, walks[-1], levels.fine, line.sensor
+    k = body.components
     pose, error = (np.pad(part * scales.lengths[:k], ((0, 0), (0, len(POSE) - k))) for part in found[:2])
     pose[:, 1] += scales.standoff + scales.thickness
-    body, sensor = levels.fine, line.sensor
     plate = sensor.target.thickness / scales.thickness if sensor.target is not None else 0.0
     state = walks[1].far
     beneath = ground_notes(sensor, scales.pose(state.q))
@@ -171,7 +170,7 @@ def _motion(
     if found.relative > line.asked:
         notes.append(Note.of(NoteKind.TOLERANCE_MISSED, error=found.relative, tolerance=line.asked))
     report = SolveReport(
-        "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
+        "", len(levels.maker(len(walks) - 1).free) + k, sum(walk.iterations for walk in walks),
         state.residual, found.relative, 0.0, "converged", tuple(notes), (), min(walk.min_J for walk in walks), stretch,
         abs(stretch - before),
     )
@@ -192,12 +191,12 @@ class _Walk:
 
     def keep(self, moment: Moment, iterations: int) -> None:
         """Append a moment and make it the present one."""
-        self.now, self.iterations, state = moment, self.iterations + iterations, moment.state
+        body, state = self.body, moment.state
+        self.now, self.iterations = moment, self.iterations + iterations
         self.q.append(state.q)
-        self.far = max(self.far, state, key=lambda each: self.body.length(each.q))
+        self.far = max(self.far, state, key=lambda each: body.length(each.q))
         self.min_J = min(self.min_J, state.min_J)
-        self.stretch.append(largest_stretch(self.body, state.u))
-        body = self.body
+        self.stretch.append(largest_stretch(body, state.u))
         self.touches |= face_contact(body.faces, body.mesh, body.parts, state.u, state.q).touch
         self.pressed |= faces_press(body.mesh, body.parts, state.u, state.q)
 
@@ -260,7 +259,7 @@ class _Pair:
             half = _stepped(body, self.other, 0.5 * dt, loads[0], held, time)
         twice = _stepped(body, half or self.other, 0.5 * dt, loads[1], held, time)
         gap = (twice.state.q - whole.state.q) / self.less
-        self.size = max(self.size, float(np.max(np.abs(twice.state.q * weight))))
+        self.size = max(self.size, np.max(np.abs(twice.state.q * weight)))
         added = float(np.max(np.abs((gap - (self.gap[-1] if self.gap else 0.0)) * weight))) / self.size
         if dt > 0.0:
             change = _SAFE * (self.growth / max(added, 1e-300)) ** (1.0 / _ORDER)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from common.elimination import memory_of
 
+from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.newton import newton
-from sits_mech.mechanics.levels.family import memory_of_box
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.scene.sensor import Elastomer, load_sensor

@@ -84,6 +84,29 @@ def test_a_level_that_moves_the_limit_widens_its_error():
     assert found.error[0] > abs(found.value - before.value)[0] > 0.0
 
 
+def test_edges_that_a_press_opens_are_less_sure():
+    """By c (sink/t)^2 of what their term adds; the limit stays, and a target that is pulled up opens nothing."""
+    levels = family("box")
+    values = list(LIMIT + levels.terms[:3] @ np.stack([FIRST, SECOND]))
+    plain, pressed, pulled = (levels.limit(values, sink=sink) for sink in (0.0, 0.1, -0.1))
+    np.testing.assert_allclose(pressed.value, plain.value)
+    np.testing.assert_allclose(pressed.error - plain.error, 100.0 * 0.1**2 * 0.0625 * np.abs(FIRST), rtol=1e-9)
+    np.testing.assert_allclose(pulled.error, plain.error)
+
+
+@pytest.mark.parametrize("level", [2, 3])
+def test_what_a_level_promises_is_what_known_terms_leave(level):
+    """Without what it moves; the fourth level is not divided at the edge, and leaves what its term adds."""
+    levels = family("box")
+    values = list(LIMIT + levels.terms[: level + 1] @ np.stack([FIRST, (level - 2) * SECOND]))
+    before, there = levels.limit(values[:level]), levels.limit(values)
+    foreseen, own = levels.foreseen(before, level), level - 1
+    np.testing.assert_allclose(foreseen.parts[own:], 0.0)
+    kept = (before if level == 2 else there).parts[0] * (0.25 if level == 2 else 1.0)
+    np.testing.assert_allclose(foreseen.parts[0], kept, rtol=1e-9)
+    np.testing.assert_allclose(foreseen.error, np.abs(foreseen.parts).sum(axis=0))
+
+
 @pytest.mark.parametrize("p", [1.2, 2.0, 2.378])
 def test_in_contact_one_power_is_owned_to_more_than_once(p):
     """What is added of one power is a m^-p at every level: the largest, carried to the last, is that of the last."""
