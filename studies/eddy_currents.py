@@ -27,14 +27,15 @@ def draw_currents(path: Path, rung: Rung) -> None:
     gap, omega = 2e-4, 1e7 * np.pi
     plate = prepared_near(sensor.target, None, rung, (gap, 5e6, 5e-3, 1.5e-3))[0]
     cells = plate.cells
-    driving = cells.means(Posed(sensor.coils[:1], "rings", np.eye(3)[None], np.array([[0.0, 0.0, gap]])))
+    driving = cells.means(cells.along(Posed(sensor.coils[:1], "rings", np.eye(3)[None], np.array([[0.0, 0.0, gap]]))))
     middles = (cells.levels[1:] + cells.levels[:-1]) / 2
     corners = cells.plan.nodes[cells.plan.cells].mean(axis=1)
     places = np.column_stack([np.repeat(corners, middles.size, axis=0), np.tile(middles, len(corners))])
     images = np.stack([[places * (*np.diag(g), s) for s in (1.0, -1.0)] for g in cells.plan.group])
     J = np.zeros(images.shape, dtype=complex)
     for part in plate.classes:
-        found = np.linalg.solve(part.R + 1j * omega * part.L, driven(part.problem, driving)[0] * part.unit) * part.unit
+        answer = part.reduced.answer(part.induced(driven(part.problem, driving) * part.unit), omega)[0]
+        found = part.reduced.coupling @ answer * part.unit
         moments = np.column_stack([m @ found for m in part.problem.loops.moments])
         J += omega * np.einsum("gsab,nb->gsna", part.problem.factors(), moments / part.problem.loops.volume[:, None])
     size = np.linalg.norm(np.abs(J), axis=-1)

@@ -18,13 +18,15 @@ leaves a pose to pay for the coefficients alone:
 
     Delta Z_cd = c_c^T Y(omega) c_d,    Y = omega^2 sum_k (B v_k) (B v_k)^T / (1 + j omega tau_k).
 
-Many elements under few fields need few modes. The fluxes B are answered by ``(R + s_k L)^-1 B^T`` for few real s_k
-(`_SHIFTS`, over the highest angular frequency); what currents there are from zero to that frequency is a combination
-of these, to 1e-3 of the resistance, and L and R projected on them have the modes that are kept (`few_modes`).
+Where the eigenvectors themselves are not asked for, half of their work will do: with Cholesky's R = C C^T and
+Householder reflections Q that make ``C^-1 L C^-T = Q T Q^T`` tridiagonal, a frequency is a tridiagonal solution
+(`reduced`),
+
+    Y = omega^2 W (1 + j omega T)^-1 W^T,    W = B C^-T Q.
 
 Source: the integral formulation is that of R. Albanese and G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1; an
-expansion in the eigenvectors of two symmetric matrices, one of them positive: any text on linear algebra; rational
-Krylov spaces: A. Ruhe, Linear Algebra Appl. 58 (1984) 391.
+expansion in the eigenvectors of two symmetric matrices, one of them positive, and their reduction: G. H. Golub and
+C. F. Van Loan, Matrix Computations, 4th ed. (2013), 8.3 and 8.7.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ from typing import Any
 
 import numpy as np
 from scipy.constants import mu_0
-from scipy.linalg import cho_factor, cho_solve, eigh
+from scipy.linalg import eigh, get_lapack_funcs, solve_banded, solve_triangular
 
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Sensor
@@ -43,12 +45,9 @@ from sits_mech.scene.sensor import Sensor
 RESOLVED = 1.5
 """Skin depth that is resolved well, over the one that elements are made for."""
 
-_SHIFTS = ((0.0, 1), (1.0 / 3.0, 2), (3.0, 2))  # s over the angular frequency, and how often it is applied
-_WHOLE = 2.0  # elements, over what the shifts would leave, up to which all modes are kept
+_BLOCK = 64  # columns that LAPACK reflects together
 DEPTHS = np.array([1.0, 1.6, 2.6])
 """Skin depths, over the least that is resolved, from which is gone on."""
-_NOTHING = 1e-15  # of the strongest field: weaker ones are of another symmetry
-_SPAN = 1e-10  # of the strongest direction: weaker ones are rounding
 
 
 def skin_depth(frequency: float, conductivity: float, relative_permeability: float = 1.0) -> float:
@@ -58,32 +57,63 @@ def skin_depth(frequency: float, conductivity: float, relative_permeability: flo
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes of one conductor (or of one symmetry class of it), seen through a basis of fields.
-
-    Beyond `highest`, with the skin depth d, ``Re Y / (omega d)`` is linear and ``Im Y / omega`` quadratic in d, known
-    at frequencies below.
-    """
+    """Modes of one conductor, seen through a basis of fields."""
 
     tau: Array  # (m,) time constants [s]
     coupling: Array  # (n, m) B v_k: what a unit of each field function induces in each mode [sqrt(W) / (V s) per unit]
     shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))  # (elements, m) v_k: currents, if asked for
-    highest: float = np.inf  # angular frequency up to which the elements resolve d [rad/s]
 
     def admittance(self, omega: float) -> Complex:
         """Return Y(omega) of the module docstring, shape (n, n), symmetric; omega [rad/s]."""
-        return self.reaction(self.coupling, omega)
-
-    def reaction(self, induced: Array, omega: float) -> Complex:
-        """Return ``c^T Y(omega) c``, (..., n, n), by what fields induce, ``c^T coupling`` (..., n, m), at omega."""
-        if omega > self.highest:
-            return beyond(lambda lower: self.reaction(induced, lower), omega, self.highest)
         weight = omega**2 / (1.0 + 1j * omega * self.tau)
-        return np.asarray((induced * weight) @ np.swapaxes(induced, -1, -2))
+        return np.asarray((self.coupling * weight) @ self.coupling.T)
 
     def currents(self, omega: float) -> Complex:
         """Return the elements' currents for a unit of each field function, shape (elements, n)."""
         weight = -1j * omega / (1.0 + 1j * omega * self.tau)
         return np.asarray((self.shapes * weight) @ self.coupling.T)
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """One conductor (or one symmetry class of it), seen through a basis of fields, at any frequency.
+
+    Beyond `highest`, with the skin depth d, ``Re Y / (omega d)`` is linear and ``Im Y / omega`` quadratic in d, known
+    at frequencies below.
+    Of complex currents the real and the imaginary part of what they see follow each other, each with the same T.
+    """
+
+    diagonal: Array  # (m,) of T [s]
+    beside: Array  # (m - 1,)
+    coupling: Array  # (n, m) W: what a unit of each field function induces [sqrt(W) / (V s) per unit]
+    highest: float = np.inf  # angular frequency up to which the elements resolve the skin depth [rad/s]
+
+    def admittance(self, omega: float) -> Complex:
+        """Return Y(omega) of the module docstring, shape (n, n), symmetric; omega [rad/s]."""
+        return self.reaction(self.coupling, omega)
+
+    def reaction(self, induced: Array, omega: float, other: Array | None = None) -> Complex:
+        """Return ``a^T Y(omega) b`` (..., n, k) by what fields induce, ``a^T W`` (..., n, m) and ``b^T W``, or a's."""
+
+        def resolved(lower: float) -> Complex:
+            """Return it where the skin depth is resolved."""
+            X = self.answer(induced, lower)
+            b = np.swapaxes(induced if other is None else other, -1, -2)
+            return np.asarray(lower**2 * (X.real @ b + 1j * (X.imag @ b)))
+
+        return beyond(resolved, omega, self.highest)
+
+    def answer(self, induced: Array, omega: float) -> Complex:
+        """Return ``(1 + j omega T)^-1 W^T c`` of what fields induce, (..., n, m)."""
+        m = self.diagonal.size
+        bands = np.ones((3, m), dtype=complex)
+        bands[1] += 1j * omega * self.diagonal
+        bands[0, 1:] = bands[2, :-1] = 1j * omega * self.beside
+        flat = induced.reshape(-1, m)
+        if not flat.size:
+            return np.zeros(induced.shape, dtype=complex)
+        found = solve_banded((1, 1), bands, flat.T.astype(complex), check_finite=False)  # one row of reals fails
+        return np.asarray(found.T.reshape(induced.shape))
 
 
 def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = None) -> Modes:
@@ -105,7 +135,7 @@ def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = N
 
 
 def beyond(reaction: Callable[[float], Complex], omega: float, highest: float) -> Complex:
-    """Return a reaction at an angular frequency, from lower ones if that is above the highest; see `Modes.highest`."""
+    """Return a reaction at an angular frequency, from lower ones if that is above the highest; see `Reduced`."""
     if omega <= highest:
         return reaction(omega)
     depth = np.sqrt(highest / omega)
@@ -115,56 +145,35 @@ def beyond(reaction: Callable[[float], Complex], omega: float, highest: float) -
     return np.asarray((R + 1j * L) * omega / highest)
 
 
-def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float = 1.0) -> Modes:
-    """Return modes that answer the fluxes B (b, n) as all modes do, from zero to an angular frequency [rad/s].
+def reduced(L: Any, R: Any, B: Any, *, weight: float = 1.0, highest: float = np.inf) -> Reduced:
+    """Return what fluxes B (b, n) see of a conductor whose L and R (n, n) are Hermitian, R positive.
 
-    L and R (n, n) are Hermitian, R positive. `weight` is how often a class of complex currents, of which the real part
-    of the reaction counts, is there.
+    `weight` is how often a class of complex currents, of which the real part of the reaction counts, is there;
+    `highest` is that of `Reduced`.
     """
-    if len(R) <= _WHOLE * sum(times for _, times in _SHIFTS) * len(B):
-        tau, V = eigh(L, R)
-    else:
-        Q = _krylov_space(L, R, B, omega)
-        tau, V = eigh(Q.conj().T @ (L @ Q), Q.conj().T @ (R @ Q))
-        V = Q @ V
-    seen = B @ V
-    if np.iscomplexobj(seen):
-        seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
-        tau = np.tile(tau, 2)
-    return Modes(np.maximum(tau, 0.0), (seen.real), highest=omega / RESOLVED**2)
+    names = ("potrf", "hegst", "hetrd", "unmqr") if np.iscomplexobj(R) else ("potrf", "sygst", "sytrd", "ormqr")
+    lapack: Any = get_lapack_funcs(names, (L, R))
+    potrf, sygst, sytrd, ormqr = lapack
+    C = _done(potrf(np.asfortranarray(R), lower=1))
+    S = _done(sygst(np.asfortranarray(L), C, lower=1))
+    S, diagonal, beside, tau, _ = sytrd(S, lower=1, lwork=_BLOCK * len(S), overwrite_a=1)
+    W = solve_triangular(C, B.conj().T, lower=True, check_finite=False)
+    if len(S) > 1:
+        way = "C" if np.iscomplexobj(R) else "T"
+        W[1:] = ormqr("L", way, S[1:, :-1], tau, np.asfortranarray(W[1:]), _BLOCK * max(1, W.shape[1]))[0]
+    W = W.conj().T
+    if np.iscomplexobj(W):
+        W = np.hstack([W.real, W.imag]) * np.sqrt(weight)
+        diagonal, beside = np.tile(diagonal, 2), np.concatenate([beside, [0.0], beside])
+    return Reduced(diagonal, beside, W, highest)
 
 
-def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
-    """Return the answers of shifts to the fluxes B, R-orthonormal, shape (n, k).
-
-    The space need not be exact, only its projection: solves in single precision are enough.
-    """
-    single = np.complex64 if np.iscomplexobj(R) else np.float32
-    blocks: list[Complex] = []
-    strength = np.linalg.norm(B, axis=1)
-    some = strength > _NOTHING * strength.max()
-    B = B[some] / strength[some, None]
-    for share, times in _SHIFTS:
-        factor = _factored(R + share * omega * L, single)
-        driven = B.conj().T
-        for _ in range(times):
-            found = np.asarray(cho_solve(factor, driven.astype(factor[0].dtype), check_finite=False), dtype=R.dtype)
-            driven = R @ found
-            size = np.sqrt(np.real(np.einsum("ij,ij->j", found.conj(), driven)))
-            blocks.append(found / size)
-            driven = driven / size
-    X = np.hstack(blocks)
-    values, vectors = eigh(X.conj().T @ (R @ X))
-    kept = values > _SPAN * values[-1]
-    return np.asarray(X @ (vectors[:, kept] / np.sqrt(values[kept])))
-
-
-def _factored(matrix: Complex, single: type) -> Any:
-    """Return Cholesky's factor in single precision; in double where that loses the small resistances."""
-    try:
-        return cho_factor(matrix.astype(single), lower=True, overwrite_a=True, check_finite=False)
-    except np.linalg.LinAlgError:
-        return cho_factor(matrix, lower=True, check_finite=False)
+def _done(found: tuple[Any, int]) -> Any:
+    """Return what LAPACK found; LinAlgError where a matrix is not positive."""
+    matrix, info = found
+    if info:
+        raise np.linalg.LinAlgError(f"leading minor {info} of the resistances is not positive")
+    return matrix
 
 
 def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:

@@ -1,10 +1,10 @@
 """The three-dimensional model: coils as rings or spirals below, a plate of any outline above; absolute henry and ohm.
 
-The plate carries its own eddy-current modes (`space.modes`), found for a ladder of clearances and frequencies whose
-steps are blended (`answer`); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
-plate's bounding box and some small products (`space.coupling`),
+The plate's currents are reduced (`space.modes`) for a ladder of clearances and frequencies whose steps are blended
+(`answer`); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the plate's bounding
+box, of which it sees combinations a, and some small products (`space.coupling`),
 
-    Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),    R = Re Delta Z,   L = L0 + Im Delta Z / omega.
+    Delta Z_cd = a_c^T Y(omega) a_d,    R = Re Delta Z,   L = L0 + Im Delta Z / omega.
 
 Thin and thick skin regimes are one model: horizontal sheets, graded to the faces below the skin depth, each with its
 stream function, joined at the rim by loops that pass from sheet to sheet. One preparation answers all frequencies up to
@@ -50,7 +50,7 @@ from sits_mech.magnetics.space.far import Asked as Field
 from sits_mech.magnetics.space.fields import HELD
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate
-from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
+from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Limit, Rung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
@@ -208,13 +208,15 @@ class Sheets:
         seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places, rung.step)
         gap = min(clear)
         asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
+        thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
+        limit = Limit(replace(rung, single=self.single), thickness, finest)
         if sensor.conductors:
-            values = self._together(parts, plates, seen, frequency[0])
+            forms = limit.forms(self._together(parts, plates, seen, frequency[0]))
             uneven = None if asked is None else _field_of_all(parts, plates, seen, frequency[0], asked)
         else:
-            values, uneven = plates[0].divisions[0].reactions(plates[0].divisions, seen, frequency[0], asked)
-        thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
-        value, left = limit(values, replace(rung, single=self.single), thickness, finest)
+            alone = plates[0].divisions
+            forms, uneven = alone[0].reactions(alone, seen, frequency[0], limit, asked)
+        value, left = forms[0], limit.errors(forms)
         forced = ROUGH / 2 * (rung.along[0] == rung.along[1])
         left, error, lost = _told(value, left, plates, forced * bool(large), bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)

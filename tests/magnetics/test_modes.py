@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.modes import Modes, eddy_modes, few_modes
+from sits_mech.magnetics.modes import Reduced, beyond, eddy_modes, reduced
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space import modes as preparing
+from sits_mech.quantities import Pose
+from sits_mech.scene.sensor import load_sensor
 
 
 @pytest.mark.parametrize("isolated", [False, True])
@@ -23,30 +27,45 @@ def test_modes_solve_the_circuit_at_any_frequency(isolated):
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_few_modes_answer_as_all(turned):
-    """Time constants over six decades; promised 1e-3 of what is largest, up to the highest frequency."""
+@pytest.mark.parametrize("n", [1, 2, 90])
+def test_reduced_currents_answer_at_any_frequency(n, turned):
+    """Time constants over six decades; of complex currents the symmetric part counts, as often as they are there."""
     rng = np.random.default_rng(3)
-    n, weight = 240, 2.0
-    Q = np.linalg.qr(rng.normal(size=(n, n)) + (1j * rng.normal(size=(n, n)) if turned else 0.0))[0]
-    L, B = (Q * np.geomspace(1e-5, 10.0, n)) @ Q.conj().T, rng.normal(size=(4, n)) @ Q.conj().T
-    few = few_modes(L, np.eye(n, dtype=Q.dtype), B, 2.25, weight=weight if turned else 1.0)
-    assert few.tau.size < n
-    for omega in (1e-3, 0.1, 1.0):
-        solved = B @ np.linalg.solve(np.eye(n) + 1j * omega * L, B.conj().T)
-        exact = omega**2 * ((solved + solved.T) / 2 * weight if turned else solved)
-        np.testing.assert_allclose(few.admittance(omega), exact, rtol=0.0, atol=1e-3 * np.abs(exact).max())
+    weight, other = 2.0, 1j * rng.normal(size=(2, n, n)) if turned else np.zeros((2, n, n))
+    Q, P = (np.linalg.qr(rng.normal(size=(n, n)) + each)[0] for each in other)
+    L, R = ((X * np.geomspace(1.0, least, n)) @ X.conj().T for X, least in ((Q, 1e-6), (P, 1e-2)))
+    B = rng.normal(size=(4, n)) + (1j * rng.normal(size=(4, n)) if turned else 0.0)
+    found = reduced(L, R, B, weight=weight)
+    for omega in (1e-3, 1.0, 1e4):
+        solved = B @ np.linalg.solve(R + 1j * omega * L, B.conj().T)
+        exact = omega**2 * ((solved + solved.T) / 2 * (weight if turned else 1.0))
+        np.testing.assert_allclose(found.admittance(omega), exact, rtol=0.0, atol=1e-10 * np.abs(exact).max())
+        part = found.reaction(found.coupling[:1], omega, found.coupling[1:])
+        np.testing.assert_allclose(part, exact[:1, 1:], rtol=0.0, atol=1e-10 * np.abs(exact).max())
 
 
-def test_few_modes_where_single_precision_loses_the_resistances():
-    """R is 1e-11 of omega L there: the sum is positive in double precision only."""
-    n = 240
-    rng = np.random.default_rng(5)
-    Q = np.linalg.qr(rng.normal(size=(n, n)))[0]
-    L, B = (Q * np.r_[np.full(n - 200, 1e11), np.full(200, 1e-9)]) @ Q.T, rng.normal(size=(2, n)) @ Q.T
-    L = (L + L.T) / 2
-    with pytest.raises(np.linalg.LinAlgError):
-        np.linalg.cholesky((np.eye(n) + L).astype(np.float32))
-    assert np.all(np.isfinite(few_modes(L, np.eye(n), B, 1.0).admittance(1.0)))
+def test_resistances_that_are_not_positive_are_refused():
+    with pytest.raises(np.linalg.LinAlgError, match="^leading minor 2 of the resistances is not positive$"):
+        reduced(np.eye(3), np.diag([1.0, -1.0, 1.0]), np.eye(3))
+
+
+def test_many_frequencies_take_one_reduction(monkeypatch):
+    """A spectrum of a plate reduces each class of each division once; a pose at a known frequency solves no system."""
+    counts = {"reduced": 0, "answer": 0}
+    for owner, name in ((preparing, "reduced"), (Reduced, "answer")):
+        made = getattr(owner, name)
+
+        def counted(*given, name=name, made=made, **more):
+            counts[name] += 1
+            return made(*given, **more)
+
+        monkeypatch.setattr(owner, name, counted)
+    model = sheets(load_sensor("biorob2018", ['target.width="7.83 mm"']), 1e-1)
+    for frequency in (5e6, 4e6, 3e6):
+        model.impedance(Pose(0.0, 2e-3), frequency)
+    assert counts == {"reduced": 5 * 8 + 8, "answer": 3 * 5 * 8}
+    model.impedance(Pose(np.array([0.0, 1e-4]), np.array([2e-3, 2.1e-3])), 5e6)
+    assert counts == {"reduced": 5 * 8 + 8, "answer": 3 * 5 * 8}
 
 
 def test_beyond_the_highest_frequency_resistance_goes_like_the_skin_depth():
@@ -57,10 +76,6 @@ def test_beyond_the_highest_frequency_resistance_goes_like_the_skin_depth():
         d = omega**-0.5
         return omega * np.array([[c * d + e * d**2 - 1j * (1.0 - m * d)]])
 
-    class Plate(Modes):
-        def reaction(self, induced, omega):
-            return exact(omega) if omega <= 1.0 else super().reaction(induced, omega)
-
     for at in (1.001, 4.0, 1e4):
-        found = Plate(np.zeros(0), np.zeros((1, 0)), highest=1.0).admittance(at)
+        found = beyond(exact, at, 1.0)
         np.testing.assert_allclose(found, exact(at), rtol=1e-12)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from scipy.constants import mu_0
+from scipy.linalg import hadamard
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.space.boxes import box_means
@@ -85,9 +86,14 @@ def stacked(plan: Plan, levels: Array) -> Prisms:
 
 
 def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
-    """Return the mean 1/r from each cell to each cell's images, shape (g, 2, n, n)."""
+    """Return the mean 1/r from each cell to each cell's images, (g, 2, n, n); of a rectangle, their `mirrored` sums."""
     if plan.tensor is not None:
         boxes = box_means(*plan.tensor, levels)
+        for axis in range(3):
+            one, other = np.moveaxis(boxes, axis, 0)
+            one += other
+            other *= -2.0
+            other += one
         n = boxes.shape[-1]
         return boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n)
     images = _images(plan, prisms)
@@ -127,8 +133,12 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
     loops = problem.loops
     pairs, weights, moments = problem.parts
     L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)
-    for (a, b), G in zip(pairs, mixed(weights, means), strict=True):
-        L += moments[a].conj().T @ (moments[b].T @ G.T).T
+    if problem.plan.tensor is not None:
+        sums = [(sign, means[k]) for k, sign in mirrored(weights)]
+    else:
+        sums = [(1.0, G) for G in mixed(weights, means)]
+    for (a, b), (sign, G) in zip(pairs, sums, strict=True):
+        L += moments[a].conj().T @ (sign * (moments[b].T @ G.T)).T
     images = weights.shape[1]
     weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
     uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
@@ -152,6 +162,16 @@ def driven(problem: Problem, driving: Array) -> Complex:
         for k, P in zip(some, mixed(weights[some], driving[..., a, :]) if some else (), strict=True):
             B += (problem.transposed[pairs[k][1]] @ P).T
     return np.asarray(B)
+
+
+def mirrored(weights: Array) -> list[tuple[tuple[int, int], float]]:
+    """Return which sum of a rectangle's eight images rows of weights are, and its factor.
+
+    In each class of its mirror planes the images' signs are a row of Hadamard's matrix.
+    """
+    shares = weights @ hadamard(8) / 8.0
+    index = np.argmax(np.abs(shares), axis=1)
+    return [(divmod(k, 2), float(row[k])) for k, row in zip(index.tolist(), shares, strict=True)]
 
 
 def mixed(weights: Any, images: Array) -> Any:

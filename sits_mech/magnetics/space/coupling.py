@@ -1,20 +1,23 @@
 """Answer a pose in the three-dimensional model by the coils' potential at some points of the plate, and products.
 
-A coil's potential over the plate is a polynomial (`fields`), of few terms for a coil away from it; a class of modes
-sees few combinations of its coefficients c (`modes`). For each coil, with A in the plate's own axes,
+A coil's potential over the plate is a polynomial (`fields`); a class of currents sees few combinations of its
+coefficients c (`modes`). For each coil, with A in the plate's own axes,
 
     a_c = fields^T c,    Delta Z_cd = sum over classes a_c^T Y(omega) a_d.
 
-Coils of a low level drive the first combinations alone. Equal coils have equal fields in their own axes, which are
-evaluated together.
+What is extrapolated over a plate's divisions (`rungs`) is linear in Delta Z, and so in Y: it is taken of Y, once a
+frequency, and a pose costs one product. The differences of levels, from which the error comes, are weak: they are kept
+on the few directions U of a class's combinations that show them,
+
+    d_cd = (U^T a_c)^T (U^T dY U) (U^T a_d).
+
+Equal coils have equal fields in their own axes, which are evaluated together.
 """
 
 from __future__ import annotations
 
-import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
@@ -22,19 +25,19 @@ import numpy as np
 
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
-from sits_mech.magnetics.coils.straight import CACHED, Potential
-from sits_mech.magnetics.modes import Modes
+from sits_mech.magnetics.coils.straight import CACHED
+from sits_mech.magnetics.modes import Reduced
 from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, biot_savart, few_points, radiated
-from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, Nodes, side_by_side
+from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, side_by_side
+from sits_mech.magnetics.space.rungs import Limit
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import kept_by_first
-from sits_mech.quantities import Array, Complex, Integers
+from sits_mech.quantities import Array, Complex
 
-_LEVELS = 100  # more than there are
-_BLOCK = 8  # coils of about one level, answered together
+_SHOWN = 1e-4  # of the strongest answer: weaker directions do not show in differences of levels
 _POINT = 1e-2  # of the strongest, of points that make the plate's field: 0.8 % of what it does in tracks from 2e-2
-_FEW = 24  # coils in poses, at one frequency, that are answered mode by mode
-_Order = tuple[Nodes, list[tuple[int, Integers, Array]]]
+
+_Forms = tuple[Sequence[Array], Sequence[Array], Sequence[Array]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +46,9 @@ class Sheeted:
 
     box: Box  # of its fields
     bases: tuple[Basis, ...]  # combinations of fields, one a symmetry class
-    classes: tuple[Modes, ...]  # one a symmetry class, seen through its combinations
+    classes: tuple[Reduced, ...]  # one a symmetry class, seen through its combinations
     unknowns: int  # of the discrete problem
     sheets: int  # of the discrete problem
-    asked: Counter[float] = field(default_factory=Counter)  # coils in poses, by frequency: Y costs what some of them do
 
     @cached_property
     def columns(self) -> list[slice]:
@@ -59,41 +61,33 @@ class Sheeted:
         return Blocks(self.columns[-1].stop, tuple((np.r_[own], part.admittance(omega)) for own, part in parts))
 
     def reactions(
-        self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, asked: Asked | None = None
+        self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, limit: Limit | None = None,
+        asked: Asked | None = None,
     ) -> tuple[list[Complex], Complex | None]:
-        """Return Delta Z of a plate for n coils, one symmetric array (p, n, n) [ohm] a division; it is the first.
+        """Return Delta Z of a plate for n coils, symmetric arrays (p, n, n) [ohm]; it is the first of the divisions.
 
-        With it what is asked of B of the first one's currents. All are as prepared together; frequency [Hz].
+        One a division; or, with a limit, its `forms`. With it what is asked of B of the first one's currents. All are
+        as prepared together; frequency [Hz].
         """
-        n, p, omega = len(seen.coils), len(seen.places), 2 * np.pi * frequency
-        results, field = np.empty((len(divisions), p, n, n), dtype=complex), list[Complex]()
-        self.asked[frequency] += n * p
-        for some, drive, rank, levels in _drives(self, seen):
-            pairs = np.arange(len(rank))[:, None, None], rank[:, :, None], rank[:, None, :]
-            if self.asked[frequency] <= _FEW:
-                found = np.stack([_by_modes(plate, drive, omega) for plate in divisions])
-            else:
-                found = _reaction(tuple(divisions), drive, levels, omega)
-            results[:, some] = found[:, *pairs]
+        omega, found, field = 2 * np.pi * frequency, list[list[Complex]](), list[Complex]()
+        for some, drive in _drives(self, seen):
+            found.append(_by_forms(self, drive, _forms(self, tuple(divisions[1:]), omega, limit)))
             if asked is not None:
-                own = np.take_along_axis(drive, rank[..., None], axis=1)
-                fields = _fields(self, own, (seen.turns[some], seen.places[some]), omega, asked.points)
+                fields = _fields(self, drive, (seen.turns[some], seen.places[some]), omega, asked.points)
                 field += map(asked.of, fields)
-        return list(results), np.concatenate(field, axis=1) if field else None
+        results = [np.concatenate(each) for each in zip(*found, strict=True)]
+        return [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in results], np.concatenate(field, axis=1) if field else None
 
     def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
         """Return B of the plate's currents by each coil at points (k, 3) below, (p, k, 3, n) [T/A]."""
         found = list[Complex]()
-        for some, drive, rank, _ in _drives(self, seen):
-            own, poses = np.take_along_axis(drive, rank[..., None], axis=1), (seen.turns[some], seen.places[some])
-            found += _fields(self, own, poses, 2 * np.pi * frequency, points)
+        for some, drive in _drives(self, seen):
+            found += _fields(self, drive, (seen.turns[some], seen.places[some]), 2 * np.pi * frequency, points)
         return np.concatenate(found)
 
     def answered(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, far: Far) -> list[Answered]:
         """Return what a plate does to the coils' impedance, and to others' far combinations U; as `reactions`."""
-        own = np.concatenate([np.take_along_axis(drive, rank[..., None], axis=1)
-                              for _, drive, rank, _ in _drives(self, seen)])
-        found, omega = [], 2 * np.pi * frequency
+        own, found, omega = np.concatenate([drive for _, drive in _drives(self, seen)]), [], 2 * np.pi * frequency
         for plate in divisions:
             YU, Y = answers_to(plate, far, omega)
             answer = (plate.admittance(omega) @ own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
@@ -101,32 +95,24 @@ class Sheeted:
         return found
 
 
-def _drives(plate: Sheeted, seen: Posed) -> Iterator[tuple[slice, Array, Integers, Integers]]:
-    """Yield, for some poses after others, what a plate sees of each coil's potential; any division sees the same.
-
-    Which poses; a_c of all classes side by side (poses, n, sum of r), coils of high level first; the place of each coil
-    in that order (poses, n); the highest level at each place (n,).
-    """
+def _drives(plate: Sheeted, seen: Posed) -> Iterator[tuple[slice, Array]]:
+    """Yield which poses, some after others, and a_c of all classes (poses, n, sum of r); that of any division."""
     (kinds, which), box = kinds_of(seen.coils), plate.box
-    width = plate.columns[-1].stop
-    centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
-    region, points = _region(box, seen, centres), math.prod(box.order)
-    fields = [winding_potential(kind, seen.windings, region, points, seen.step) for kind in kinds]
-    step = max(1, HELD // (len(which) * width))
+    points, centres = box.points(), np.array([(*coil.centre, 0.0) for coil in seen.coils])
+    region, width, n = _region(box, seen, centres), plate.columns[-1].stop, len(which)
+    fields = [winding_potential(kind, seen.windings, region, len(points), seen.step) for kind in kinds]
+    step = max(1, min(HELD // (n * width), CACHED // len(points)))
     for start in range(0, len(seen.places), step):
         some = slice(start, start + step)
-        turns, places = seen.turns[some], seen.places[some]
-        needed = box.needed(seen.coils, turns, places)
-        levels = needed.max(axis=-1)
-        rank = np.argsort(np.argsort(-levels, axis=1, kind="stable"), axis=1)
-        drive = np.zeros((*levels.shape, width))
-        alike = needed @ (1, _LEVELS, _LEVELS**2) + _LEVELS**3 * np.array(which)
-        for one in np.unique(alike).tolist():
-            pose, coil = np.nonzero(alike == one)
-            order = tuple(needed[pose[0], coil[0]].tolist())
-            moved = turns[pose], places[pose] - centres[coil]
-            _drive(drive, (pose, rank[pose, coil]), fields[which[coil[0]]], _of_order(plate, order), moved)
-        yield some, drive, rank, -np.sort(-levels, axis=1).min(axis=0)
+        turns = seen.turns[some]
+        at = turns @ points.T + seen.places[some][:, :, None]
+        c, drive = np.empty((len(at), n, 3, len(points))), np.empty((len(at), n, width))
+        for k, kind in enumerate(which):
+            A = box.coefficients(fields[kind](at - centres[k][:, None]))
+            c[:, k] = np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ A
+        for basis, own in zip(plate.bases, plate.columns, strict=True):
+            drive[..., own] = c.reshape(*c.shape[:2], -1)[..., basis.rows] @ basis.fields
+        yield some, drive
 
 
 def _region(box: Box, seen: Posed, centres: Array) -> tuple[float, float, float]:
@@ -136,33 +122,6 @@ def _region(box: Box, seen: Posed, centres: Array) -> tuple[float, float, float]
     reach = np.abs(corners.reshape(-1, 3).max(0) - centres), np.abs(corners.reshape(-1, 3).min(0) - centres)
     aside = np.linalg.norm(np.maximum(*reach)[:, :2], axis=1)
     return box.clearance, float(corners[..., 2].max()), float(aside.max())
-
-
-def _drive(
-    drive: Array, index: tuple[Integers, Integers], field: Potential, order: _Order, poses: tuple[Array, Array]
-) -> None:
-    """Fill in a_c of all classes by one winding about z in some poses, with polynomials of one order."""
-    (pose, place), (turns, places), (values, parts) = index, poses, order
-    step = max(1, CACHED // len(values.points))
-    for first in range(0, len(places), step):
-        some = slice(first, first + step)
-        found = values.coefficients(field, turns[some], places[some])
-        for start, rows, combined in parts:
-            drive[pose[some], place[some], start : start + combined.shape[1]] = found[:, rows] @ combined
-
-
-@kept_by_first(64)
-def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> _Order:
-    """Return the nodes of polynomials of an order; where a class's combinations start, its coefficients, and these."""
-    box, found = plate.box, []
-    order = [size[k] for size, k in zip(box.sizes, needed, strict=True)]
-    for basis, own in zip(plate.bases, plate.columns, strict=True):
-        places = np.unravel_index(basis.rows, (3, *box.order))
-        some = np.all([place < n for place, n in zip(places[1:], order, strict=True)], axis=0)
-        rows = np.ravel_multi_index([place[some] for place in places], (3, *order))
-        fields = basis.fields if some.all() else basis.fields[some, : basis.widths[max(needed)]]
-        found.append((own.start, rows, fields))
-    return box.nodes(order), found
 
 
 def _fields(
@@ -187,42 +146,48 @@ def _moments(plate: Sheeted, omega: float) -> tuple[Array, Array]:
     return plate.box.points()[few], np.ascontiguousarray(moments).view(float)
 
 
-@kept_by_first(8)
-def _responses(plate: Sheeted, others: tuple[Sheeted, ...], omega: float) -> tuple[Array, ...]:
-    """Return the real and imaginary part of each class's Y on all d divisions, shape (r, 2, d, r)."""
-    answers = zip(*([part.admittance(omega) for part in each.classes] for each in (plate, *others)), strict=True)
-    return tuple(np.stack([np.stack([Y.real, Y.imag], axis=1) for Y in each], axis=2) for each in answers)
+@kept_by_first(4)
+def _forms(plate: Sheeted, others: tuple[Sheeted, ...], omega: float, limit: Limit | None) -> _Forms:
+    """Return class by class the first ones of a limit's forms of Y, or Y of each division; U; and other forms on U.
+
+    Forms of Y are (r, f, 2, r), real and imaginary part apart.
+    """
+    first, each = 1 + len(others) if limit is None else 1, (plate, *others)
+    answers = [[part.admittance(omega) for part in parts] for parts in zip(*(p.classes for p in each), strict=True)]
+    by_class = answers if limit is None else list(map(limit.forms, answers))
+    whole = [_apart(found[:first]) for found in by_class]
+    strongest = np.max([np.abs(Y[:, 0]).max(axis=(0, 2)) for Y in whole], axis=0)
+    few, steps = zip(*(_shown(_apart(found[first:], len(found[0])), strongest) for found in by_class), strict=True)
+    return whole, few, steps
 
 
-def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
-    """Return the sum of the classes' reactions for drives (p, n, all classes' r), without Y."""
-    parts = zip(plate.columns, plate.classes, strict=True)
-    return np.asarray(sum(part.reaction(drive[..., own] @ part.coupling, omega) for own, part in parts))
+def _apart(forms: Sequence[Complex], size: int = 0) -> Array:
+    """Return the real and the imaginary parts of f forms (r, r), (r, f, 2, r)."""
+    each = [np.stack([Y.real, Y.imag], axis=1) for Y in forms]
+    return np.stack(each, axis=1) if each else np.zeros((size, 0, 2, size))
 
 
-def _reaction(plates: tuple[Sheeted, ...], drive: Array, levels: Integers, omega: float) -> Complex:
-    """Return `_by_modes` on all d divisions in one product, (d, p, n, n), coils of high levels first."""
-    (p, n, _), d, (plate, *others) = drive.shape, len(plates), plates
-    total = np.zeros((p, n, 2, d, n))
-    firsts = _blocks(levels)
-    for first, end in zip(firsts, (*firsts[1:], n), strict=True):
-        found = np.zeros((p, 2 * d * (end - first), n - first))
-        for basis, own, Y in zip(plate.bases, plate.columns, _responses(plate, tuple(others), omega), strict=True):
-            r = basis.widths[levels[first]]
-            if r > 0:
-                part = drive[:, first:, own.start : own.start + r]
-                answer = part[:, : end - first].reshape(-1, r) @ Y[:r, ..., :r].reshape(r, -1)
-                found += answer.reshape(p, -1, r) @ np.swapaxes(part, 1, 2)
-        total[:, first:end, ..., first:] = found.reshape(p, end - first, 2, d, n - first)
-    block = np.searchsorted(firsts, np.arange(n), "right")
-    Z = np.moveaxis(total[:, :, 0] + 1j * total[:, :, 1], 2, 0) * (np.sign(block - block[:, None]) / 2 + 0.5)
-    return np.asarray(Z + np.swapaxes(Z, 2, 3))
+def _shown(forms: Array, strongest: Array) -> tuple[Array, Array]:
+    """Return the directions U (r, s) in which forms are not weak beside the strongest of each part, and U^T . U."""
+    flat = (forms / strongest[:, None]).reshape(len(forms), -1)
+    values, V = np.linalg.eigh(flat @ flat.T)
+    U = V[:, values > _SHOWN**2]
+    return U, np.ascontiguousarray(np.einsum("is,ifkj,jt->sfkt", U, forms, U, optimize=True))
 
 
-def _blocks(levels: Integers) -> list[int]:
-    """Return where blocks of coils of like level begin, levels descending; small ones cost more than they save."""
-    found = [0]
-    for k in np.flatnonzero(np.diff(levels)) + 1:
-        if min(k - found[-1], len(levels) - k) >= _BLOCK:
-            found.append(int(k))
-    return found
+def _by_forms(plate: Sheeted, drive: Array, forms: _Forms) -> list[Complex]:
+    """Return the forms of Delta Z (p, n, n) for drives."""
+    total: list[Complex] = []
+    parts = [drive[..., own] for own in plate.columns]
+    for each, seen in ((forms[0], parts), (forms[2], [a @ U for a, U in zip(parts, forms[1], strict=True)])):
+        f = each[0].shape[1]
+        found = np.sum([_products(a, Y) for a, Y in zip(seen, each, strict=True)], axis=0)
+        total += [np.asarray(found[:, :, k, 0] + 1j * found[:, :, k, 1]) for k in range(f)]
+    return total
+
+
+def _products(a: Array, Y: Array) -> Array:
+    """Return a^T Y a of drives (p, n, r) and forms (r, f, 2, r), shape (p, n, f, 2, n)."""
+    (p, n, r), (f, parts) = a.shape, Y.shape[1:3]
+    answer = (a.reshape(p * n, r) @ Y.reshape(r, f * parts * r)).reshape(p, n * f * parts, r)
+    return (answer @ np.swapaxes(a, 1, 2)).reshape(p, n, f, parts, n)

@@ -9,11 +9,10 @@ q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 f
 
     2 g n (n + q) + c max(4 n^2 + 2 n u + 2 u^2, 5 u^2 + 7.5 q u / min(g, 4)),
 
-the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled to find modes, and
-what drives them. A near plate keeps L and R of all k classes of each division, 2 c k u^2; those made before, and all
-but the last class, are there beside a division's dense matrices. Then A = R + j omega L of the largest class is summed,
-copied and factored, 6 u^2; where the plate moves, LU factors at f frequencies are kept, 2 f k u^2 (f = 3 where cells do
-not resolve the skin depth, `modes.beyond`). What takes more memory or time than the limits is refused.
+the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled and reduced, and
+what drives them. A near plate keeps of all k classes of each division what its currents see, c k u^2; those made
+before, and all but the last class, are there beside a division's dense matrices, and 4 c u^2 while that is found.
+What takes more memory or time than the limits is refused.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan, stretched
 from sits_mech.geometry.tracks import standing_rings
 from sits_mech.magnetics.coils.ring_field import spectrum, wave_numbers
-from sits_mech.magnetics.modes import DEPTHS, RESOLVED, skin_depth
+from sits_mech.magnetics.modes import RESOLVED, skin_depth
 from sits_mech.magnetics.space.classes import first_alike, kernel_seconds
 from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.fields import Box
@@ -55,9 +54,8 @@ _VERTICAL = 3.0  # half thicknesses from the rim up to which current passes betw
 _KEPT = 1.1  # of that, from the rim on where cells keep their sizes when a plate grows
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _GIB = 20.0  # s of processor time that a plate of a GiB takes to prepare, some
-_FACTOR = 1e-10  # s that the factors of a class take, over the cube of its currents
+_REDUCED = 3e-10  # s that a class takes to be reduced, with all that it sees, over the cube of its currents
 _UNSEEN = 1e-3  # share of the field that may be missed
-_APART = 4.0  # digits more (natural logarithm) for coils that need fewer polynomials
 _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
 _Scale = tuple[float, float, float, float]  # as of `prepared`
 
@@ -72,13 +70,15 @@ class Seen(Enum):
 
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """Divisions of a plate, what prepares them (as `prepare_sheets`), the bytes and the seconds that they take."""
+    """Divisions of a plate, what prepares them (as `prepare_sheets`), the bytes and the seconds that they take.
+
+    `resolved` is the angular frequency up to which cells resolve the skin depth [rad/s].
+    """
 
     divisions: tuple[tuple[Plan, Array], ...]
     box: Box
-    highest: float
+    resolved: float
     depth: float
-    resolved: bool
     needed: float
     seconds: float
 
@@ -95,15 +95,8 @@ def prepared(
     so that differences are free of what other divisions change. TooLarge before the first large array.
     """
     family, metal = _fitting_family(target, outline, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
-    found = kept(
-        (family.divisions, metal, family.box, family.highest, family.depth),
-        lambda: prepare_sheets(family.divisions, metal, family.box, highest=family.highest, depth=family.depth),
-        packed, partial(unpacked, family.box),
-    )
-    if not family.resolved:
-        return found
-    whole = partial(replace, highest=math.inf)
-    return tuple(replace(plate, classes=tuple(map(whole, plate.classes))) for plate in found)
+    asked = family.divisions, metal, family.box, family.resolved, family.depth
+    return kept(asked, lambda: prepare_sheets(*asked), packed, partial(unpacked, family.box, family.resolved))
 
 
 @latest(64)
@@ -118,10 +111,9 @@ def prepared_near(
     """
     seen = Seen.AT_REST if isinstance(beside, Sources) else Seen.IN_POSES
     family = _fitting_family(target, outline, rung, scale, (seen, become))
-    highest = math.inf if family.resolved else family.highest / RESOLVED**2
     others = None if beside == 0.0 else beside
     return prepare_near(
-        family.divisions, target.metal.conductivity, family.box, highest=highest, depth=family.depth,
+        family.divisions, target.metal.conductivity, family.box, family.resolved, family.depth,
         beside=field_box(target, outline, others, rung) if isinstance(others, float) else others,
     )
 
@@ -158,7 +150,7 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     box = field_box(target, outline, clearance, rung)
     half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
     least = min(_DEEPEST * half, _NARROWEST * float(box.half[:2].min()))
-    highest, depth = scale[1] * min(1.0, depth / least) ** 2, max(depth, least)
+    highest, depth = 2 * np.pi * scale[1] * min(1.0, depth / least) ** 2, max(depth, least)
     largest = max(min(_ALONG.largest * scale[3], _WIDEST * width), _FINEST * width)
     cells = float(np.prod(np.maximum(1.0, np.minimum(box.half[:2], scale[2]) / largest)))  # of a quarter, at least
     _check_memory(box, 4.0 * cells, 64.0 * cells**2)  # before there are any
@@ -167,15 +159,15 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
-    resolved, terms = half <= _THICK * depth, math.prod(box.order) if seen is Seen.POLYNOMIALS else 1
+    resolved = math.inf if half <= _THICK * depth else highest / RESOLVED**2
+    terms = math.prod(box.order) if seen is Seen.POLYNOMIALS else 1
     dense = [memory_of(plan, z.size - 1, vertical, terms) for plan, z in divisions]
     kernels = sum(kernel_seconds(*divisions[k]) for k in set(first_alike(divisions)))
     needed, seconds = max(dense), _GIB * max(dense) / GIB + kernels
     if seen is not Seen.POLYNOMIALS:
-        frequencies = 0 if seen is Seen.AT_REST else 1 if resolved else DEPTHS.size
-        needed, factored = _near_cost(divisions, dense, vertical, frequencies)
-        seconds += factored
-    return _Family(divisions, box, highest, vertical, resolved, needed, seconds)
+        needed, whole = _near_cost(divisions, dense, vertical)
+        seconds += whole
+    return _Family(divisions, box, resolved, vertical, needed, seconds)
 
 
 def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
@@ -199,18 +191,16 @@ def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
 
 
 def _near_cost(
-    divisions: Sequence[tuple[Plan, Array]], dense: Sequence[float], depth: float, frequencies: int
+    divisions: Sequence[tuple[Plan, Array]], dense: Sequence[float], depth: float
 ) -> tuple[float, float]:
-    """Return the most that a near plate takes [bytes], with dense matrices of its divisions, and its factors [s]."""
+    """Return the most that a near plate takes [bytes], with dense matrices of its divisions, and to reduce it [s]."""
     first = sorted(set(first_alike(divisions)))
     different = [divisions[k] for k in first]
     u = np.array([(z.size - 1) * most_unknowns(plan, depth) for plan, z in different], dtype=float)
     classes, c = np.array([(2 * len(p.characters), 1 + np.iscomplex(p.characters).any()) for p, _ in different]).T
-    each = 16.0 * c * u**2
-    kept = np.cumsum(classes * each)
-    making = kept - each + np.array(dense)[first]
-    made = kept[-1] + 16.0 * frequencies * classes @ u**2 + 48.0 * u.max() ** 2
-    return max(*making, made), _FACTOR * frequencies * float(classes @ u**3)
+    each = 8.0 * c * u**2
+    making = np.cumsum(classes * each) + 3.0 * each + np.array(dense)[first]
+    return float(making.max()), _REDUCED * float(classes @ u**3)
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:
@@ -250,7 +240,7 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
     order[short] = min(order[short], math.isqrt(_MOST // order[2]))
     order[long] = min(order[long], _MOST // (order[2] * order[short]))
     decay = math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])
-    return Box(half, (order[0], order[1], order[2]), decay, _APART + rung.terms, clearance)
+    return Box(half, (order[0], order[1], order[2]), decay, clearance)
 
 
 @lru_cache(maxsize=64)

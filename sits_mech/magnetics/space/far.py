@@ -28,6 +28,7 @@ from scipy.linalg import qr, solve_triangular
 from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.fields import Basis, Blocks, Box, chebyshev_points, side_by_side, to_coefficients
+from sits_mech.magnetics.space.rungs import Limit
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import kept_by_first
 from sits_mech.quantities import Array, Complex, Integers
@@ -78,9 +79,10 @@ class Moving(Plate, Protocol):
     """A division that answers coils in its poses, it and the plate's other ones, which see the same of these."""
 
     def reactions(
-        self, divisions: Sequence[Any], seen: Posed, frequency: float, asked: Asked | None = None
+        self, divisions: Sequence[Any], seen: Posed, frequency: float, limit: Limit | None = None,
+        asked: Asked | None = None,
     ) -> tuple[list[Complex], Complex | None]:
-        """Return Delta Z of each division (p, n, n) [ohm], symmetric, and what is asked of one's field."""
+        """Return Delta Z of each division (p, n, n) [ohm], symmetric, or a limit's forms; what is asked of a field."""
         ...
 
     def field(self, seen: Posed, frequency: float, points: Array) -> Complex:

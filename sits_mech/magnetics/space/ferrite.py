@@ -239,7 +239,7 @@ def _strongest(A: Complex, G: Array, rows: Integers, size: Array) -> Basis:
     driven = G * size[:, None]
     values, vectors = eigh(driven @ solve(A.real, driven.T, assume_a="sym"))
     some = values > _KEEP**2 * values[-1]
-    return Basis(rows, vectors[:, some] / size[:, None], np.zeros(0, dtype=np.int64))
+    return Basis(rows, vectors[:, some] / size[:, None])
 
 
 def _joined(blocks: Sequence[Complex], count: int) -> Complex:

@@ -1,19 +1,12 @@
-"""Expand a coil's field over a plate in products of Chebyshev polynomials on its box, as few as it needs.
+"""Expand a coil's field over a plate in products of Chebyshev polynomials on its box.
 
-The potential A of a coil is analytic over the plate but for the windings. Along an axis of the box, of half size h, the
-nearest windings lie at a distance ``a h`` from its middle along the axis and ``b h`` across, on the ellipse about the
-interval with
-
-    cosh(rate) = (hypot(a - 1, b) + hypot(a + 1, b)) / 2,
-
-and the coefficients fall like ``exp(-rate n)``. A coil under the plate needs all polynomials; one beside it few. Orders
-are taken from one ladder of `sizes`; a level of it holds the polynomials below that size along every axis, so that
-levels are nested.
+The potential A of a coil is analytic over the plate but for the windings, whose distance tells how fast its
+coefficients fall and so how many there are (`divisions.field_box`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -21,34 +14,10 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from sits_mech.geometry.sheet_plan import Plan
-from sits_mech.magnetics.coils.straight import Potential
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Complex, Integers, tensor_grid
-from sits_mech.scene.sensor import Coil
 
 HELD = 4_000_000  # numbers at once
-_SIZES = (2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 28, 34, 40, 48, 57, 68, 81, 96, 115, 137, 163, 194, 230)
-"""Orders along a side below the asked one, by which a smaller set is tried; each about a fifth more than the last."""
-
-
-@dataclass(frozen=True, eq=False)
-class Nodes:
-    """Chebyshev points of a box, and the matrices from values there to coefficients."""
-
-    points: Array  # (q, 3) z fastest, from the bottom face's centre [m]
-    first: Array  # along x
-    others: Array  # along y and z together
-
-    def coefficients(self, field: Potential, turns: Array, places: Array) -> Array:
-        """Return a field's coefficients in p poses, in the plate's axes, by component, z fastest; shape (p, 3 q).
-
-        `field` is as of `winding_potential`; rotations (p, 3, 3) and places (p, 3) are in its axes [m].
-        """
-        A = field(turns @ self.points.T + places[:, :, None])
-        nx, nyz = len(self.first), len(self.others)
-        across = A.reshape(-1, nyz) @ self.others.T
-        c = (self.first @ across.reshape(-1, nx, nyz)).reshape(*A.shape[:2], -1)
-        return (np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,49 +27,19 @@ class Box:
     half: Array  # (3,) half sizes [m]
     order: tuple[int, int, int]  # Chebyshev polynomials along x, y, z
     decay: tuple[float, float, float]  # rho of each axis: coefficients fall like rho^-n
-    digits: float = 12.0  # natural logarithm of the accuracy kept of fields that need fewer polynomials
     clearance: float = 1e-3  # from the windings, for which it is made [m]
 
-    @property
-    def sizes(self) -> list[list[int]]:
-        """Numbers of polynomials to choose from along each axis; the last is its order, alone in z."""
-        return [*([size for size in _SIZES if size < n] + [n] for n in self.order[:2]), [self.order[2]]]
-
-    def points(self, order: Sequence[int] | None = None) -> Array:
-        """Return the Chebyshev points of some orders (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
-        counts = self.order if order is None else order
-        axes = [h * chebyshev_points(n) for h, n in zip(self.half, counts, strict=True)]
+    def points(self) -> Array:
+        """Return the Chebyshev points (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
+        axes = [h * chebyshev_points(n) for h, n in zip(self.half, self.order, strict=True)]
         nodes = tensor_grid(*axes).reshape(-1, 3)
         return np.asarray(nodes + (0.0, 0.0, self.half[2]))
 
-    def nodes(self, order: Sequence[int]) -> Nodes:
-        """Return where polynomials of some orders are found, and how."""
-        first, second, third = (to_coefficients(n) for n in order)
-        return Nodes(self.points(order), first, np.asarray(np.kron(second, third), dtype=np.float64))
-
-    def levels(self) -> Integers:
-        """Return the level of each polynomial of three components, flat."""
-        each = [np.searchsorted(size, np.arange(n), "right") for size, n in zip(self.sizes, self.order, strict=True)]
-        level = np.maximum(np.maximum(each[0][:, None, None], each[1][:, None]), each[2])
-        return np.tile(level.ravel(), 3)
-
-    def needed(self, coils: Sequence[Coil], turns: Array, places: Array) -> Integers:
-        """Return which of `sizes` the fields of n coils need along each axis in p poses, shape (p, n, 3)."""
-        radius, depth = np.array([(coil.outer_diameter / 2, coil.height / 2) for coil in coils]).T[..., None]
-        centres = np.column_stack([[coil.centre for coil in coils], -depth])
-        up = turns[:, 2]  # the coils' axis in the plate's own axes
-        middle = places + turns[:, :, 2] * self.half[2]
-        apart = np.einsum("pij,pni->pnj", turns, centres - middle[:, None])
-        aside = np.sqrt(np.maximum(1.0 - up**2, 0.0))
-        reach = radius * aside[:, None] + depth * np.abs(up)[:, None]
-        along = np.maximum(np.abs(apart) - reach, 0.0)
-        clear = np.maximum(along - self.half, 0.0)
-        found = np.empty(along.shape, dtype=np.int64)
-        for k, (half, size) in enumerate(zip(self.half, self.sizes, strict=True)):
-            a, b = along[..., k] / half, np.hypot(clear[..., k - 1], clear[..., k - 2]) / half
-            rate = np.arccosh(np.maximum((np.hypot(a - 1.0, b) + np.hypot(a + 1.0, b)) / 2, 1.0))
-            found[..., k] = np.searchsorted(size[:-1], self.digits / np.maximum(rate, 1e-9))
-        return found
+    def coefficients(self, values: Array) -> Array:
+        """Return the coefficients of fields from values at the points, (..., q), in the same order."""
+        first, second, third = map(to_coefficients, self.order)
+        across = values.reshape(-1, len(second) * len(third)) @ np.kron(second, third).T
+        return np.asarray((first @ across.reshape(-1, len(first), across.shape[1])).reshape(values.shape))
 
 
 def chebyshev_points(order: int) -> Array:
@@ -116,7 +55,14 @@ def to_coefficients(order: int) -> Array:
 
 
 def field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
-    """Return the mean of each T_i T_j T_k over each cell's images, shape (g, 2, n, coefficients)."""
+    """Return the mean of each T_i T_j T_k over each cell's images, (g, 2, n, coefficients).
+
+    Of a rectangle, of which all images are the same but for signs, those of the cells, (1, 1, n, coefficients).
+    """
+    if plan.tensor is not None:
+        axes = *plan.tensor, np.unique(np.concatenate([prisms.low, prisms.high]))
+        each = [_axis_means(axis / half, n) for axis, half, n in zip(axes, box.half, box.order, strict=True)]
+        return np.asarray(np.einsum("xi,yj,zk->xyzijk", *each)).reshape(1, 1, len(prisms.low), -1)
     points, weights = gauss_points(prisms, 2)
     n, q = weights.shape
     result = np.empty((plan.group.shape[0], 2, n, int(np.prod(box.order))))
@@ -129,6 +75,12 @@ def field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
             xy = (x * weights[..., None])[..., :, None] * y[..., None, :]
             result[k, s] = np.matmul(xy.reshape(n, q, -1).transpose(0, 2, 1), z).reshape(n, -1)
     return result
+
+
+def _axis_means(nodes: Array, order: int) -> Array:
+    """Return the means of T_0 ... T_(order-1) between nodes by two Gauss points, shape (intervals, order)."""
+    middle, half = (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes) / 2
+    return np.asarray(sum(chebyshev(middle + way * half / np.sqrt(3.0), order) for way in (-1.0, 1.0)) / 2.0)
 
 
 def chebyshev(x: Array, order: int) -> Array:
@@ -188,9 +140,8 @@ def without_gradients(box: Box, rows: Integers, seen: Array) -> Array:
 class Basis:
     """Combinations of fields."""
 
-    rows: Integers  # (n,) which of the three components' coefficients they hold, by level
-    fields: Array  # (n, r) those of a level's rows alone end with its `widths`
-    widths: Integers  # combinations that fields of each level drive
+    rows: Integers  # (n,) which of the three components' coefficients they hold
+    fields: Array  # (n, r)
 
     @property
     def size(self) -> int:

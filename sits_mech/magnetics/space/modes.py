@@ -1,4 +1,4 @@
-"""Eddy-current modes of a plate in three dimensions, seen through polynomial fields; one preparation, any pose.
+"""Eddy currents of a plate in three dimensions, seen through polynomial fields; one preparation, any pose.
 
 Strong form in the plate: ``J = -j omega sigma (A_coils + A_J)``, div J = 0, no current through the surface, with
 ``A_J(r) = mu0 / (4 pi) int J(r') / |r - r'| dV'``. Weak form over the divergence-free currents w of `loops`:
@@ -7,13 +7,14 @@ Strong form in the plate: ``J = -j omega sigma (A_coils + A_J)``, div J = 0, no 
 
 that is ``(R + j omega L) i = -j omega g`` with R and L real, symmetric and independent of pose and frequency (complex
 Hermitian in a disc's angular orders). A vertical loop's or sheet's moment in each cell meets the mean of 1/r between
-cells (`prisms`). The plate's symmetries split the problem into classes, each with its own modes.
+cells (`prisms`). The plate's symmetries split the problem into classes, each reduced once for all
+frequencies (`magnetics.modes`).
 
 The coils' potential over the plate is a polynomial: the products of Chebyshev polynomials ``T_i T_j T_k`` on its
 bounding box, for each component of A. Coefficients fall like ``rho^-(i+j+k)``; weighted by that, the few
 combinations the plate can see are kept (`Sheeted.bases`), and a pose pays for these alone:
 
-    Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),   a_c = coupling^T basis^T (coefficients).
+    Delta Z_cd = a_c^T Y a_d,    Y = omega^2 B (R + j omega L)^-1 B^T,    a_c = basis^T (coefficients).
 
 A gradient drives no current; in cells with uniform current it drives one of the order of the cells' error, another on
 each division. Combinations of fields are kept without their gradients, so that divisions are levels of one family.
@@ -24,42 +25,62 @@ size away from them. Neglected: displacement current; cells carry uniform curren
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Plan
-from sits_mech.magnetics.modes import Modes, few_modes
-from sits_mech.magnetics.space.classes import Problem, first_alike, kernel, mixed, problems, scaled, stacked
+from sits_mech.magnetics.modes import Reduced, reduced
+from sits_mech.magnetics.space.classes import (
+    Problem,
+    driven,
+    first_alike,
+    kernel,
+    mirrored,
+    mixed,
+    problems,
+    scaled,
+    stacked,
+)
 from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.fields import Basis, Box, decay_scale, field_means, without_gradients
+from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
 
 _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
+_Key = tuple[int, int]  # of a class, by order and mirror
 
 
 def prepare_sheets(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, highest: float = math.inf,
+    depth: float = 0.0,
 ) -> tuple[Sheeted, ...]:
-    """Find a plate's modes on several divisions, the finest first, whose combinations of fields serve for all.
+    """Prepare a plate on several divisions, the finest first, whose combinations of fields serve for all.
 
     A division is the plan of the outline or of its fundamental part, and z (l + 1,) of the sheets' interfaces from the
-    middle plane (0) up to the top face [m]. The modes answer up to the frequency `highest` [Hz]; within `depth` of the
-    rim current may pass between sheets [m].
+    middle plane (0) up to the top face [m]. Cells resolve the skin depth up to the angular frequency `highest` [rad/s];
+    within `depth` of the rim current may pass between sheets [m].
     """
-    bases: dict[tuple[int, int], Basis] = {}
-    found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
-    metal = conductivity, 2 * np.pi * highest
+    bases: dict[_Key, Basis] = {}
+    found: list[tuple[dict[_Key, Reduced], int, int]] = []
     for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
-        once = found[first][:2] if first < len(found) else _modes(plan, levels, metal, (box, depth), bases)
+        if first < len(found):
+            once = found[first][:2]
+        else:
+            classes, unknowns = {}, 0
+            for key, one, (L, R, _), B in matrices_of(plan, levels, (conductivity, depth), (box, None), bases):
+                if key in bases:
+                    classes[key] = reduced(L, R, B, weight=one.weight, highest=highest)
+                    unknowns += one.loops.unknowns * int(one.weight)
+            once = classes, unknowns
         found.append((*once, 2 * (levels.size - 1)))
-    if not bases:
-        raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    none = {key: Modes(np.zeros(0), np.zeros((basis.size, 0))) for key, basis in bases.items()}
+    check_free(bases)
+    none = {key: reduced(np.eye(1), np.eye(1), np.zeros((basis.size, 1))) for key, basis in bases.items()}
     seen = tuple(bases.values())
     return tuple(
         Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
@@ -67,53 +88,57 @@ def prepare_sheets(
     )
 
 
+def check_free(found: Mapping[_Key, object]) -> None:
+    """Refuse a division without classes of currents."""
+    if not found:
+        raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
+
+
 def packed(plates: Sequence[Sheeted]) -> dict[str, Any]:
     """Return the divisions of a plate as arrays by name."""
-    first = plates[0]
     found: dict[str, Any] = {"sizes": [[plate.unknowns, plate.sheets] for plate in plates]}
-    for k, basis in enumerate(first.bases):
-        found |= {f"rows_{k}": basis.rows, f"fields_{k}": basis.fields, f"widths_{k}": basis.widths}
+    for k, basis in enumerate(plates[0].bases):
+        found |= {f"rows_{k}": basis.rows, f"fields_{k}": basis.fields}
     for d, plate in enumerate(plates):
         for k, part in enumerate(plate.classes):
-            found |= {f"tau_{d}_{k}": part.tau, f"coupling_{d}_{k}": part.coupling, f"highest_{d}_{k}": part.highest}
+            found |= {f"{name}_{d}_{k}": getattr(part, name) for name in ("diagonal", "beside", "coupling")}
     return found
 
 
-def unpacked(box: Box, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
+def unpacked(box: Box, highest: float, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
     """Return the divisions of a plate from their arrays."""
-    sizes = arrays["sizes"].tolist()
     count = sum(f"rows_{k}" in arrays for k in range(len(arrays)))
-    bases = tuple(Basis(*(arrays[f"{name}_{k}"] for name in ("rows", "fields", "widths"))) for k in range(count))
+    bases = tuple(Basis(arrays[f"rows_{k}"], arrays[f"fields_{k}"]) for k in range(count))
     return tuple(
         Sheeted(box, bases, tuple(
-            Modes(arrays[f"tau_{d}_{k}"], arrays[f"coupling_{d}_{k}"], highest=float(arrays[f"highest_{d}_{k}"]))
+            Reduced(arrays[f"diagonal_{d}_{k}"], arrays[f"beside_{d}_{k}"], arrays[f"coupling_{d}_{k}"], highest)
             for k in range(count)
         ), *own)
-        for d, own in enumerate(sizes)
+        for d, own in enumerate(arrays["sizes"].tolist())
     )
 
 
-def _modes(
-    plan: Plan, levels: Array, metal: tuple[float, float], reach: tuple[Box, float],
-    bases: dict[tuple[int, int], Basis],
-) -> tuple[dict[tuple[int, int], Modes], int]:
-    """Return classes of one division by order and mirror, and unknowns; the first division fills `bases`.
+def matrices_of(
+    plan: Plan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
+    bases: dict[_Key, Basis], keep: float = _KEEP,
+) -> Iterator[tuple[_Key, Problem, tuple[Complex, Complex, Array], Complex]]:
+    """Yield the classes of a division: order and mirror, problem, L and R and units (`scaled`), fluxes (r, unknowns).
 
-    `metal` is its conductivity and the highest angular frequency.
+    Fluxes are of what is `seen`: combinations of fields on a box, of which the first division fills `bases`, and then
+    coils at rest. `metal`: conductivity, and the depth of `prepare_sheets`.
     """
-    box, depth = reach
-    prisms = stacked(plan, levels)
+    (conductivity, depth), (box, sources), prisms, first = metal, seen, stacked(plan, levels), not bases
     means = kernel(plan, levels, prisms)
-    fields = field_means(plan, prisms, box)
-    classes, unknowns, first = {}, 0, not bases
+    fields = None if box is None else field_means(plan, prisms, box)
+    driving = None if sources is None else sources.means(plan, prisms)
     for key, problem in problems(plan, levels, depth):
-        if not (first or key in bases):
-            continue
-        L, R, unit = scaled(problem, means, metal[0])
-        bases[key], B = combined(problem, box, fields, (R, unit), bases.get(key))
-        classes[key] = few_modes(L, R, B, metal[1], weight=problem.weight)
-        unknowns += problem.loops.unknowns * int(problem.weight)
-    return classes, unknowns
+        L, R, unit = scaled(problem, means, conductivity)
+        B: Any = np.zeros((0, len(unit)))
+        if box is not None and (first or key in bases):
+            bases[key], B = combined(problem, box, np.asarray(fields), (R, unit), bases.get(key), keep)
+        if driving is not None:
+            B = np.vstack([B, driven(problem, driving) * unit])
+        yield key, problem, (L, R, unit), B
 
 
 def combined(
@@ -125,11 +150,13 @@ def combined(
     division's, or None: to be found. Combinations weaker than `keep`, to the strongest, are left out.
     """
     (R, unit), scale = units, decay_scale(box)
-    rows, B = _fluxes(problem, fields, None if basis is None else basis.rows)
+    rows, B = _fluxes(problem, box, fields, None if basis is None else basis.rows)
     B = B * unit * scale[rows, None]
     if basis is None:
         strong = without_gradients(box, rows, _resisted(R, B, problem.weight))
-        basis = _by_level(box, rows, _strongest(strong, keep) / scale[rows, None])
+        fields = _strongest(strong, keep) / scale[rows, None]
+        some = fields.any(axis=1)
+        basis = Basis(rows[some], fields[some])
     return basis, (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
 
 
@@ -167,27 +194,23 @@ def _strongest(seen: Array, keep: float) -> Array:
     return np.asarray(basis / np.linalg.norm(basis, axis=0))
 
 
-def _by_level(box: Box, rows: Integers, fields: Array) -> Basis:
-    """Turn combinations so that low levels drive the first ones alone, without rows of zeros."""
-    kept = np.flatnonzero(fields.any(axis=1))
-    level = box.levels()[rows[kept]]
-    order = kept[np.argsort(level, kind="stable")]
-    widths = np.searchsorted(np.sort(level), np.arange(max(map(len, box.sizes))), "right")
-    turned = np.asarray(np.linalg.qr(fields[order].T, mode="r")).T
-    return Basis(rows[order], turned, np.minimum(widths, fields.shape[1]))
-
-
-def _fluxes(problem: Problem, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
+def _fluxes(problem: Problem, box: Box, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
     """Return which of the three components' coefficients a class sees, and their fluxes B (rows, unknowns)."""
     pairs, weights, moments = problem.parts
-    means = mixed(weights, fields)
     sees = np.zeros((3, fields.shape[-1]), dtype=bool)
-    if rows is None:  # most are of another symmetry than the class
+    if problem.plan.tensor is not None:
+        x, y, z = np.indices(box.order).reshape(3, -1) % 2
+        images = mirrored(weights)
+        means: Any = [8.0 * sign * fields[0, 0] for _, sign in images]
+        for (a, _), ((along, across), _) in zip(pairs, images, strict=True):
+            sees[a] |= (x + 2 * y == along) & (z == across)
+    else:  # most are of another symmetry than the class
+        means = mixed(weights, fields)
         least = _ROUNDING * max(np.abs(P).max() for P in means)
         for (a, _), P in zip(pairs, means, strict=True):
             sees[a] |= np.abs(P).max(axis=0) > least
-    else:
-        sees.flat[rows] = True
+    if rows is not None:
+        sees = np.isin(np.arange(sees.size), rows).reshape(sees.shape)
     B: Any = [np.zeros((np.count_nonzero(some), problem.loops.unknowns), dtype=weights.dtype) for some in sees]
     for (a, b), P in zip(pairs, means, strict=True):
         B[a] += (moments[b].T @ P[:, sees[a]]).T

@@ -2,7 +2,7 @@
 
 Close to a wide plate the polynomials of the coils' field over its box would be too many (`divisions.is_near`), and a
 plate that does not move needs none. Nothing stands between here: the mean of each coil's A over each cell, in each
-pose, drives the currents of every symmetry class (`classes`), whose matrices are factored once a frequency,
+pose, drives the currents of every symmetry class (`classes`), which are reduced once (`magnetics.modes`),
 
     (R + j omega L) i_c = -j omega g_c,    Delta Z_cd = omega^2 g_c^H (R + j omega L)^-1 g_d.
 
@@ -12,40 +12,62 @@ than the coils: their fields it sees through few polynomials (`modes.combined`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
-from typing import Any
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import DEPTHS, beyond
-from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
+from sits_mech.magnetics.modes import Reduced, reduced
+from sits_mech.magnetics.space.classes import Problem, driven, first_alike, stacked
 from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, biot_savart
-from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, field_means, side_by_side
-from sits_mech.magnetics.space.modes import combined
+from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, side_by_side
+from sits_mech.magnetics.space.modes import check_free, matrices_of
+from sits_mech.magnetics.space.rungs import Limit
 from sits_mech.magnetics.space.sources import Cells, Posed, Sources
 from sits_mech.memory import kept_by_first
 from sits_mech.quantities import Array, Complex, Integers
 
-_Solved = Callable[[float], list[Complex]]  # currents at an angular frequency, class by class
 _CLOSE = 0.45  # distance over the largest cell's size from which on the middles show
 _KEEP = 1e-4  # weaker combinations of other plates' fields are left out, a tenth of what `neighbours` leaves out
 
 
 @dataclass(frozen=True)
 class _Class:
-    """A symmetry class with L and R on unknowns of like resistance."""
+    """A symmetry class."""
 
     problem: Problem
-    L: Complex
-    R: Complex
-    unit: Array  # of each unknown
-    fluxes: Complex  # of combinations of other fields and of coils at rest
-    columns: Integers  # which of all those are its
+    unit: Array  # of each unknown: these have like resistance
+    reduced: Reduced  # seen through each unknown
+    seen: Array  # what combinations of other fields and coils at rest induce in it (m, reduced)
+    columns: Integers  # which of all those are these
+
+    @property
+    def turned(self) -> bool:
+        """Whether its currents are complex."""
+        return self.reduced.diagonal.size > len(self.unit)
+
+    def induced(self, fluxes: Complex) -> Array:
+        """Return what fluxes (m, unknowns) induce in the reduced currents."""
+        W, m = self.reduced.coupling, len(self.unit)
+        found, other = fluxes.real @ W, fluxes.imag @ W if self.turned else None
+        return found if other is None else found + np.hstack([-other[:, m:], other[:, :m]])
+
+    def cell_moments(self, induced: Array, omega: float) -> Complex:
+        """Return the moments in all images of its cells of what is induced (m, reduced), over -j omega, (m, q, 3)."""
+        answer, W, m = self.reduced.answer(induced, omega), self.reduced.coupling, len(self.unit)
+        loops, factors = self.problem.parts[2], self.problem.factors()
+        ways = [(answer, W, False)]
+        if self.turned:
+            (p, q), V = (answer[:, :m] / 2, answer[:, m:] / 2), W[:, :m] + 1j * W[:, m:]
+            ways = [(p - 1j * q, V, False), (p + 1j * q, V.conj(), True)]
+        total = 0.0
+        for x, V, back in ways:
+            each = [(m.conj() if back else m) @ (V @ x.T * self.unit[:, None]) for m in loops]
+            total = total + np.einsum("gsab,bcm->mgsca", factors.conj() if back else factors, each)
+        return np.asarray(total).reshape(len(induced), -1, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +76,6 @@ class Near:
 
     cells: Cells
     classes: tuple[_Class, ...]
-    highest: float  # angular frequency up to which the cells resolve the skin depth [rad/s]
     box: Box  # of other plates' fields
     bases: tuple[Basis, ...] = ()  # combinations of these, one a symmetry class; empty without other plates
     sources: int = 0  # coils that it sees at rest, after these
@@ -71,30 +92,26 @@ class Near:
 
     @kept_by_first(2)
     def admittance(self, omega: float) -> Blocks:
-        """Return Y of the combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
-        return Blocks(self.seen, tuple(
-            (part.columns, beyond(partial(_seen, self, k), omega, self.highest)) for k, part in enumerate(self.classes)
-        ))
+        """Return Y of combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
+        parts = tuple((part.columns, part.reduced.reaction(part.seen, omega)) for part in self.classes)
+        return Blocks(self.seen, parts)
 
     def reactions(
-        self, divisions: Sequence[Near], seen: Posed, frequency: float, asked: Asked | None = None
+        self, divisions: Sequence[Near], seen: Posed, frequency: float, limit: Limit | None = None,
+        asked: Asked | None = None,
     ) -> tuple[list[Complex], Complex | None]:
         """Return what a plate does to the coils' impedance, and what is asked of its field; as `Sheeted.reactions`."""
-        _check_field(divisions, seen)
-        omega, n = 2 * np.pi * frequency, len(seen.coils)
-        shown = _shown(divisions)
-        both = [_reaction(plate, seen, omega, asked if plate is shown else None) for plate in divisions]
-        return [Z[..., :n] for Z, _ in both], next((field for _, field in both if field is not None), None)
+        found, field = _reactions(divisions, seen, 2 * np.pi * frequency, asked)
+        values = [Z[..., : len(seen.coils)] for Z in found]
+        values = [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in values]
+        return values if limit is None else limit.forms(values), field
 
     def answered(self, divisions: Sequence[Near], seen: Posed, frequency: float, far: Far) -> list[Answered]:
         """Return what a plate does to the coils' impedance, and what it answers to others; as `Sheeted.answered`."""
-        found, n, omega = [], len(seen.coils), 2 * np.pi * frequency
-        _check_field(divisions, seen)
-        for plate in divisions:
-            answer, _ = _reaction(plate, seen, omega)
-            e = np.swapaxes(answer[..., n:] @ far.fields, 1, 2)
-            found.append((answer[..., :n], e, answers_to(plate, far, omega)[1]))
-        return found
+        n, omega = len(seen.coils), 2 * np.pi * frequency
+        found, _ = _reactions(divisions, seen, omega)
+        return [(Z[..., :n], np.swapaxes(Z[..., n:] @ far.fields, 1, 2), answers_to(plate, far, omega)[1])
+                for plate, Z in zip(divisions, found, strict=True)]
 
     def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
         """Return B of the plate's currents at points; as `Sheeted.field`, of each cell's current in its middle."""
@@ -102,8 +119,7 @@ class Near:
         if self.sources:
             own = (points - seen.places[0]) @ seen.turns[0]
             return np.asarray(seen.turns[0] @ _resting(self, omega, own.tobytes()))[None]
-        _check_field([self], seen)
-        (found,) = np.asarray(_reaction(self, seen, omega, Asked(points, lambda B: B[None]))[1])
+        (found,) = np.asarray(_reactions([self], seen, omega, Asked(points, lambda B: B[None]))[1])
         return np.asarray(found)
 
     @property
@@ -113,8 +129,8 @@ class Near:
 
 
 def prepare_near(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0,
-    beside: Box | Sources | None = None,
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, highest: float = math.inf,
+    depth: float = 0.0, beside: Box | Sources | None = None,
 ) -> tuple[Near, ...]:
     """Return a plate's divisions; `divisions` to `depth` as of `prepare_sheets`, `box` of the coils' fields.
 
@@ -124,18 +140,16 @@ def prepare_near(
     others, sources = (box, beside) if isinstance(beside, Sources) else (beside, None)
     found: list[dict[tuple[int, int], _Class]] = []
     bases: dict[tuple[int, int], Basis] = {}
-    metal, seen, alike = (conductivity, depth), (others, sources), first_alike(divisions)
-    if sources is not None:
-        points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(alike))
-        check_straight(sources.coils, sources.windings, sources.distance, points)
-    for (plan, levels), first in zip(divisions, alike, strict=True):
-        found.append(found[first] if first < len(found) else _classes(plan, levels, metal, seen, bases))
-    if not found[0]:
-        raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    number = len(sources.coils) if sources else 0
+    metal, alike = (conductivity, depth), first_alike(divisions)
+    _check_at_rest(sources, divisions)
+    for division, first in zip(divisions, alike, strict=True):
+        each = matrices_of(*division, metal, (others, sources), bases, _KEEP) if first == len(found) else ()
+        new = {key: _reduced(problem, own, B, highest) for key, problem, own, B in each}
+        found.append(new or found[first])
+    check_free(found[0])
+    number, seen, kept = len(sources.coils) if sources else 0, others or box, tuple(bases.values())
     return tuple(
-        Near(Cells(*division, box), _numbered(classes, bases, number), 2 * np.pi * highest, others or box,
-             tuple(bases.values()), number)
+        Near(Cells(*division, box), _numbered(classes, bases, number), seen, kept, number)
         for division, classes in zip(divisions, found, strict=True)
     )
 
@@ -149,118 +163,84 @@ def _numbered(
     return tuple(replace(one, columns=columns.get(key, last.start + np.arange(coils))) for key, one in classes.items())
 
 
-def _classes(
-    plan: Plan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
-    bases: dict[tuple[int, int], Basis],
-) -> dict[tuple[int, int], _Class]:
-    """Return classes of a division; the first one fills `bases`. `metal`: conductivity, `depth` of `prepare_sheets`."""
-    (conductivity, depth), (others, sources) = metal, seen
-    prisms, first = stacked(plan, levels), not bases
-    means = kernel(plan, levels, prisms)
-    fields = None if others is None else field_means(plan, prisms, others)
-    driving = None if sources is None else sources.means(plan, prisms)
-    classes = {}
-    for key, problem in problems(plan, levels, depth):
-        L, R, unit = scaled(problem, means, conductivity)
-        B: Any = np.zeros((0, len(unit)))
-        if others is not None and (first or key in bases):
-            bases[key], B = combined(problem, others, np.asarray(fields), (R, unit), bases.get(key), _KEEP)
-        if driving is not None:
-            B = np.vstack([B, driven(problem, driving) * unit])
-        classes[key] = _Class(problem, L, R, unit, B, np.zeros(0, dtype=int))
-    return classes
+def _reduced(problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float) -> _Class:
+    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses."""
+    L, R, unit = matrices
+    whole = reduced(L, R, np.eye(len(unit), dtype=R.dtype), weight=problem.weight, highest=highest)
+    part = _Class(problem, unit, whole, np.zeros((0, whole.diagonal.size)), np.zeros(0, dtype=int))
+    return replace(part, seen=part.induced(B))
 
 
-def _check_field(divisions: Sequence[Near], seen: Posed) -> None:
-    """Refuse coils of straight tracks whose field on all divisions, in one pose, takes too long."""
-    points = sum(plate.cells.points[0].size // 3 for plate in divisions)
-    check_straight(seen.coils, seen.windings, divisions[0].cells.box.clearance, points)
+def _reactions(
+    divisions: Sequence[Near], seen: Posed, omega: float, asked: Asked | None = None
+) -> tuple[list[Complex], Complex | None]:
+    """Return Delta Z of divisions and, to its right, Y of coils' fields and combinations, shape (p, n, n + r).
 
-
-def _reaction(
-    plate: Near, seen: Posed, omega: float, asked: Asked | None = None
-) -> tuple[Complex, Complex | None]:
-    """Return Delta Z of a division and, to its right, Y of coils' fields and combinations, shape (p, n, n + r).
-
-    With it what is asked of the field, pose by pose.
+    With it what is asked of the field of the division that shows it, pose by pose. Divisions of one plan see the same.
     """
-    n = len(seen.coils)
-    result, field = np.empty((len(seen.places), n, n + plate.seen), dtype=complex), list[Complex]()
-    step = max(1, HELD // (plate.cells.points[0].size * n))
-    for first in range(0, len(result), step):
+    n, shown, field = len(seen.coils), _shown(divisions), list[Complex]()
+    plans = {id(plate.cells.plan): plate for plate in divisions}
+    results = np.zeros((len(divisions), len(seen.places), n, n + divisions[0].seen), dtype=complex)
+    step = max(1, HELD // (3 * _most_points(plans.values(), seen) * n))
+    for first in range(0, len(seen.places), step):
         some = slice(first, first + step)
-        driving = plate.cells.means(seen.some(some))
-        fluxes = [driven(part.problem, driving) * part.unit for part in plate.classes]
-        solved = cache(partial(_solved, plate, fluxes))
-        result[some] = beyond(partial(_answer, plate, fluxes, solved, n), omega, plate.highest)
-        if asked is None:
-            continue
-        moments = _moments(plate, omega, fluxes, solved)
-        moments = moments.reshape(-1, n, *moments.shape[1:])
-        for turn, place, each in zip(seen.turns[some], seen.places[some], moments, strict=True):
-            B = biot_savart(plate.cells.middles[None], each[None], (asked.points - place) @ turn)
-            field.append(asked.of(turn @ B))
-    return result, np.concatenate(field, axis=1) if field else None
+        own = seen.some(some)
+        along = {plan: plate.cells.along(own) for plan, plate in plans.items()}
+        for plate, result in zip(divisions, results, strict=True):
+            driving = plate.cells.means(along[id(plate.cells.plan)])
+            induced = [part.induced(driven(part.problem, driving) * part.unit) for part in plate.classes]
+            result[some] = _answer(plate, [each.reshape(len(own.places), n, -1) for each in induced], omega)
+            if plate is shown and asked is not None:
+                field += _field(plate, own, _moments(plate, omega, induced), asked)
+    return list(results), np.concatenate(field, axis=1) if field else None
 
 
-def _answer(plate: Near, fluxes: Sequence[Complex], solved: _Solved, n: int, omega: float) -> Complex:
-    """Return `_reaction` of some poses, from the fluxes of n coils in each, (poses times n, unknowns) by class."""
-    answer = np.zeros((len(fluxes[0]) // n, n, n + plate.seen), dtype=complex)
-    others = _by_others(plate, omega)
-    for part, by_others, B, each in zip(plate.classes, others, fluxes, solved(omega), strict=True):
-        own = B.reshape(-1, n, B.shape[-1])
-        currents = each.reshape(own.shape)
-        answer[..., :n] += _symmetric(part, own @ np.swapaxes(currents, 1, 2))
-        if len(part.fluxes):
-            both = own @ by_others.T + currents @ part.fluxes.T
-            answer[..., n:][..., part.columns] += _weight(part) * both
-    return np.asarray(omega**2 * answer)
+def _answer(plate: Near, induced: Sequence[Array], omega: float) -> Complex:
+    """Return `_reactions` of a division from what n coils in p poses induce class by class, (p, n, reduced)."""
+    p, n, _ = induced[0].shape
+    result = np.zeros((p, n, n + plate.seen), dtype=complex)
+    for part, a in zip(plate.classes, induced, strict=True):
+        result[..., :n] += part.reduced.reaction(a, omega)
+        result[..., n + part.columns] += part.reduced.reaction(a, omega, part.seen)
+    return result
 
 
-def _seen(plate: Near, k: int, omega: float) -> Complex:
-    """Return Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
-    part = plate.classes[k]
-    currents = _currents(_factor(part, omega), part.fluxes) if plate.sources else _by_others(plate, omega)[k]
-    return omega**2 * _symmetric(part, part.fluxes @ currents.T)
+def _check_at_rest(sources: Sources | None, divisions: Sequence[tuple[Plan, Array]]) -> None:
+    """Refuse coils of straight tracks whose field on a plate at rest takes too long."""
+    if sources is not None:
+        points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(first_alike(divisions)))
+        check_straight(sources.coils, sources.windings, sources.distance, points)
 
 
-def _currents(factor: Any, B: Complex) -> Complex:
-    """Return the currents that fluxes (m, unknowns) drive, without -j omega."""
-    return lu_solve(factor, B.conj().T, check_finite=False).T
+def _most_points(plates: Collection[Near], seen: Posed) -> int:
+    """Return the most points of plates' plans; refuse coils of straight tracks whose field there takes too long."""
+    points = [(plate.cells.points[0].size // 3, plate.cells.box.clearance) for plate in plates]
+    check_straight(seen.coils, seen.windings, points[0][1], sum(count for count, _ in points))
+    return max(points)[0]
 
 
-def _solved(plate: Near, fluxes: Sequence[Complex], omega: float) -> list[Complex]:
-    """Return `_currents` class by class."""
-    return [_currents(factor, B) for factor, B in zip(_factors(plate, omega), fluxes, strict=True)]
+def _field(plate: Near, seen: Posed, moments: Complex, asked: Asked) -> list[Complex]:
+    """Return what is asked of the field of moments by n coils in p poses, (p times n, images times cells, 3)."""
+    each = moments.reshape(len(seen.places), -1, *moments.shape[1:])
+    return [
+        asked.of(turn @ biot_savart(plate.cells.middles[None], own[None], (asked.points - place) @ turn))
+        for turn, place, own in zip(seen.turns, seen.places, each, strict=True)
+    ]
 
 
 @kept_by_first(2)
 def _resting(plate: Near, omega: float, points: bytes) -> Complex:
-    """Return B by the coils that a plate at rest sees, (k, 3, n) [T/A], in its own axes; its factors are not kept."""
-    fluxes = [part.fluxes[-plate.sources :] for part in plate.classes]
-    moments = _moments(plate, omega, fluxes, partial(_solved, plate, fluxes))
-    vars(plate).pop(_factors.__qualname__, None)
+    """Return B by the coils that a plate at rest sees, (k, 3, n) [T/A], in its own axes."""
+    moments = _moments(plate, omega, [part.seen[-plate.sources :] for part in plate.classes])
     found = biot_savart(plate.cells.middles[None], moments[None], np.frombuffer(points).reshape(-1, 3))
     return np.asarray(found[0])
 
 
-def _moments(plate: Near, omega: float, fluxes: Sequence[Complex], solved: _Solved) -> Complex:
-    """Return the moments in all images of the cells of what fluxes (m, unknowns) drive, (m, images times cells, 3)."""
-    omega = min(omega, plate.highest)
-    each = zip(plate.classes, _factors(plate, omega), fluxes, solved(omega), strict=True)
-    return np.asarray(-1j * omega * sum(_cell_moments(*one) for one in each))
-
-
-def _cell_moments(part: _Class, factor: Any, B: Complex, currents: Complex) -> Complex:
-    """Return a class's share of `_moments` over -j omega, by the currents that fluxes drive."""
-    loops, factors = part.problem.parts[2], part.problem.factors()
-    both = np.einsum("gsab,bcm->mgsca", factors, [m @ (currents * part.unit).T for m in loops])
-    if np.iscomplexobj(part.R):
-        back = lu_solve(factor, B.T, trans=1, check_finite=False).T
-        both += np.einsum("gsab,bcm->mgsca", factors.conj(), [m.conj() @ (back * part.unit).T for m in loops])
-    else:
-        both *= 2.0
-    return np.asarray(_weight(part) * both.reshape(len(B), -1, 3))
+def _moments(plate: Near, omega: float, induced: Sequence[Array]) -> Complex:
+    """Return the moments in all images of the cells of what is induced class by class, (m, images times cells, 3)."""
+    each = zip(plate.classes, induced, strict=True)
+    omega = min(omega, plate.classes[0].reduced.highest)
+    return np.asarray(-1j * omega * sum(part.cell_moments(own, omega) for part, own in each))
 
 
 def _shown(divisions: Sequence[Near]) -> Near:
@@ -273,30 +253,3 @@ def _shown(divisions: Sequence[Near]) -> Near:
     if small:
         return min(small, key=lambda each: each.unknowns)
     return min(divisions, key=lambda each: (each.cells.size, each.unknowns))
-
-
-def _weight(part: _Class) -> float:
-    """Return half of how often a class is there: its fields act on each other both ways."""
-    return 0.5 * (part.problem.weight if np.iscomplexobj(part.R) else 1.0)
-
-
-def _symmetric(part: _Class, Z: Complex) -> Complex:
-    """Return a class's reaction both ways, from one of them."""
-    return _weight(part) * (Z + np.swapaxes(Z, -1, -2))
-
-
-@kept_by_first(DEPTHS.size)
-def _factors(plate: Near, omega: float) -> list[Any]:
-    """Return LU factors of R + j omega L, class by class."""
-    return [_factor(part, omega) for part in plate.classes]
-
-
-def _factor(part: _Class, omega: float) -> Any:
-    """Return LU factors of one class."""
-    return lu_factor(part.R + 1j * omega * part.L, overwrite_a=True, check_finite=False)
-
-
-@kept_by_first(DEPTHS.size)
-def _by_others(plate: Near, omega: float) -> list[Complex]:
-    """Return the currents that combinations of other plates' fields drive, class by class."""
-    return [_currents(factor, part.fluxes) for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]

@@ -140,17 +140,19 @@ def _edge_log(length: Array, sum_of_distances: Array) -> Array:
     return 2.0 * np.arctanh(np.minimum(ratio, 1.0 - 1e-15))
 
 
-def gauss_points(prisms: Prisms, n: int) -> tuple[Array, Array]:
-    """Return n x n x 2 Gauss points of each prism and their weights (sum 1): shapes (m, p, 3), (m, p)."""
-    s, ws = np.polynomial.legendre.leggauss(n)
-    v, wv = np.polynomial.legendre.leggauss(2)
-    u, w = (g.ravel() for g in np.meshgrid((1 + s) / 2, (1 + s) / 2, indexing="ij"))
+def gauss_points(prisms: Prisms, n: int, across: int = 0) -> tuple[Array, Array]:
+    """Return n x n x 2 Gauss points of each prism and their weights (sum 1): shapes (m, p, 3), (m, p).
+
+    Along a prism's second side there are as many as `across`, if that is given.
+    """
+    (s, ws), (t, wt), (v, wv) = map(np.polynomial.legendre.leggauss, (n, across or n, 2))
+    u, w = (g.ravel() for g in np.meshgrid((1 + s) / 2, (1 + t) / 2, indexing="ij"))
     c = prisms.corners
     blend = np.stack([(1 - u) * (1 - w), u * (1 - w), u * w, (1 - u) * w])
     plan = np.einsum("kp,mkd->mpd", blend, c)
     du = np.einsum("p,md->mpd", 1 - w, c[:, 1] - c[:, 0]) + np.einsum("p,md->mpd", w, c[:, 2] - c[:, 3])
     dw = np.einsum("p,md->mpd", 1 - u, c[:, 3] - c[:, 0]) + np.einsum("p,md->mpd", u, c[:, 2] - c[:, 1])
-    jacobian = (du[..., 0] * dw[..., 1] - du[..., 1] * dw[..., 0]) * np.outer(ws, ws).ravel()
+    jacobian = (du[..., 0] * dw[..., 1] - du[..., 1] * dw[..., 0]) * np.outer(ws, wt).ravel()
     weight = jacobian / jacobian.sum(1, keepdims=True)
     middle, half = (prisms.low + prisms.high) / 2, (prisms.high - prisms.low) / 2
     z = middle[:, None] + half[:, None] * v

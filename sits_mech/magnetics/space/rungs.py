@@ -8,9 +8,9 @@ differences d_1 and d_2 and the limit (`added`)
 
     q = d_1 / d_2 = (m_1^-p - m_2^-p) / (m_2^-p - m_3^-p),    Y = y_3 + d_2 / ((m_3/m_2)^p - 1),
 
-of second order p in the cells, but of R along a plate where current crowds at the rim (`limit`). The limit is linear in
-the levels, so that it is as smooth over poses and frequencies as they are. How far the differences are from showing the
-order is in its error.
+of second order p in the cells, but of R along a plate where current crowds at the rim (`Limit`). The limit is linear in
+the levels, so that it is as smooth over poses and frequencies as they are, and is taken of what answers all poses, once
+a frequency (`coupling`). How far the differences are from showing the order is in its error.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -33,18 +34,22 @@ from sits_mech.scene.sensor import Target
 _MISSED, _NEXT = 0.5, 0.15  # error over what the last difference is off the order, and over what is added
 
 
-def added(values: Sequence[Array], sizes: Sequence[float], order: float) -> tuple[Array, Array]:
-    """Return the extrapolated rest ``Y - y_3`` of three levels, coarsest first, and its error, entry by entry.
+def added(d1: Array, d2: Array, sizes: Sequence[float], order: float) -> tuple[Array, Array]:
+    """Return the extrapolated rest ``Y - y_3`` from the differences of three levels, and its error, entry by entry.
 
     Where the first two of the m in `sizes` are equal, no order is shown, and the error is all of the rest.
     """
-    d1, d2 = (after - before for before, after in zip(values[:-1], values[1:], strict=True))
-    more = d2 / ((sizes[2] / sizes[1]) ** order - 1.0)
+    more = rest(sizes, order) * d2
     if sizes[0] == sizes[1]:
         return more, np.abs(more)
     a, b, c = np.asarray(sizes, dtype=float) ** np.full(3, -order)
     missed = d2 - d1 / ((a - b) / (b - c))
     return more, (_MISSED * np.abs(missed) + _NEXT * np.abs(more))
+
+
+def rest(sizes: Sequence[float], order: float) -> float:
+    """Return what is added to the last of three levels, over the last difference."""
+    return float(1.0 / ((sizes[2] / sizes[1]) ** order - 1.0))
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,7 @@ class Rung:
     along: tuple[int, int, int]  # levels of the cells along the plate, the coarsest first
     across: tuple[int, int, int]  # levels of its sheets, the coarsest first
     terms: float  # digits (natural logarithm) the coils' field keeps
-    step: float = STEP  # of tables of the coils' field, in distances to the windings
+    step: float = 2 * STEP  # of tables of the coils' field, in distances to the windings: 5e-6 of Delta Z
     few: bool = False  # so few cells that all of what is extrapolated is its error
     single: bool = False  # the coarsest division is all: no extrapolation, no error
 
@@ -150,33 +155,60 @@ def star(rung: Rung) -> list[tuple[int, int]]:
     return [(m, rung.across[0]) for m in rung.along[::-1]] + [(rung.along[_stem(rung)], k) for k in rung.across[1:]]
 
 
-def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float) -> tuple[Complex, Complex]:
-    """Return what the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
+@dataclass(frozen=True)
+class Limit:
+    """What the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
 
-    `values` (p, n, n) are Delta Z of each division; then of the first one, off by another error [ohm]. `thickness` of
-    the plate and `finest`, the skin depth for which it is divided, are over the skin depth. Along a plate the error of
-    R falls like the square of the cells, and much faster where the current of a thick plate crowds at the rim in few of
-    them. Where the levels along show no order, their whole rest is its error; where cells are few, all rests at least:
-    of 40 discs by chance (studies/benchmark_sheets.py) 1 is beyond that, 8 and 12 were by the error of finer ones.
+    `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth. Along a
+    plate the error of R falls like the square of the cells, and much faster where the current of a thick plate crowds
+    at the rim in few of them. Where the levels along show no order, their whole rest is its error; where cells are few,
+    all rests at least: of 40 discs by chance (studies/benchmark_sheets.py) 1 is beyond that, 8 and 12 were by the error
+    of finer ones.
     """
-    if rung.single:
-        return values[0], np.zeros_like(values[0])
-    along, stem, others = values[2::-1], values[2 - _stem(rung)], values[DIVISIONS:]
-    across = stem, *values[3:DIVISIONS]
-    crowded = math.prod(x**6 / (1.0 + x**6) for x in (thickness / _CROWDED, finest / _COARSE))
-    results = []
-    unordered = rung.along[0] == rung.along[1]
-    skin, deep = min(1.0, thickness / _CROWDED), float(np.interp(thickness, _DEEP, (0.0, 1.0)))
-    trusts = max(_EVEN, 0.7 * skin), _TRUST
-    parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
-    for part, order, trust in zip(parts, (_ORDER + _FASTER * crowded, _ORDER), trusts, strict=True):
-        x, error_x = added([part(Z) for Z in along], rung.along, order)
-        z, error_z = added([part(Z) for Z in across], rung.across, _ORDER)
-        own = trust * (error_x + error_z) + unordered * (1.0 - trust) * error_x
-        if rung.few:
-            own = np.maximum(error_x, np.abs(x)) + np.maximum(error_z, np.abs(z))
-        error = own + sum(np.abs(part(Z - values[0])) for Z in others)
-        results.append((part(along[-1] + across[-1] - stem) + x + z, error))
-    (R, error_R), (X, error_X) = results
-    left_R, left_X = (np.dot(each, (1.0, skin**2, deep)) for each in _LEFT)
-    return R + 1j * X, error_R + left_R * np.abs(R) + 1j * (error_X + left_X * np.abs(X))
+
+    rung: Rung
+    thickness: float
+    finest: float
+
+    @property
+    def orders(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Orders along and across, of R and of L."""
+        crowded = math.prod(x**6 / (1.0 + x**6) for x in (self.thickness / _CROWDED, self.finest / _COARSE))
+        return (_ORDER + _FASTER * crowded, _ORDER), (_ORDER, _ORDER)
+
+    def forms(self, values: Sequence[Complex]) -> list[Complex]:
+        """Return the limit of the divisions' values, and the differences of levels along and across, coarsest first.
+
+        Linear in the values, which may be Delta Z or what makes it; then what others, off by another error, are off the
+        first one.
+        """
+        if self.rung.single:
+            return [values[0]]
+        stem = values[2 - _stem(self.rung)]
+        levels = [*values[2::-1]], [stem, *values[3:DIVISIONS]]
+        steps = [after - before for each in levels for before, after in pairwise(each)]
+        value = levels[0][-1] + levels[1][-1] - stem
+        for sizes, last, (of_R, of_L) in zip((self.rung.along, self.rung.across), steps[1::2],
+                                             zip(*self.orders, strict=True), strict=True):
+            value = value + rest(sizes, of_R) * last.real + 1j * rest(sizes, of_L) * last.imag
+        return [value, *steps, *(other - values[0] for other in values[DIVISIONS:])]
+
+    def errors(self, forms: Sequence[Complex]) -> Complex:
+        """Return the errors of the real and the imaginary part of a limit Delta Z (p, n, n), by its `forms` [ohm]."""
+        value, *steps = forms
+        if not steps:
+            return np.zeros_like(value)
+        rung, thickness, found = self.rung, self.thickness, []
+        unordered = rung.along[0] == rung.along[1]
+        skin, deep = min(1.0, thickness / _CROWDED), float(np.interp(thickness, _DEEP, (0.0, 1.0)))
+        trusts = max(_EVEN, 0.7 * skin), _TRUST
+        parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
+        for part, (along, across), trust, left in zip(parts, self.orders, trusts, _LEFT, strict=True):
+            x, error_x = added(part(steps[0]), part(steps[1]), rung.along, along)
+            z, error_z = added(part(steps[2]), part(steps[3]), rung.across, across)
+            own = trust * (error_x + error_z) + unordered * (1.0 - trust) * error_x
+            if rung.few:
+                own = np.maximum(error_x, np.abs(x)) + np.maximum(error_z, np.abs(z))
+            own = own + sum(np.abs(part(other)) for other in steps[4:])
+            found.append(own + np.dot(left, (1.0, skin**2, deep)) * np.abs(part(value)))
+        return np.asarray(found[0] + 1j * found[1])

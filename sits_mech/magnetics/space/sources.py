@@ -116,21 +116,28 @@ class Cells:
         return float(np.sqrt(np.abs((x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])).max() / 2))
 
     @cached_property
-    def points(self) -> tuple[Array, Array]:
-        """Return points (g, n, q, k, 3) of the cells' images on the polynomials' heights, and weights (n, q).
+    def points(self) -> tuple[Array, Array, Integers]:
+        """Return points (g, q, k, 3) of the cells' images on the polynomials' heights, weights (q,), first ones (n,).
 
-        Points are from the bottom face's centre [m]; weights are of those along the plate.
+        Points are from the bottom face's centre [m], cell after cell; weights are of those along the plate.
         """
         corners = self.plan.nodes[self.plan.cells]
-        flat = np.zeros(len(corners))
-        count = int(_count((corners.max(1) - corners.min(1)).max(), self.box.clearance))
-        points, weights = (part[:, ::2] for part in gauss_points(Prisms(corners, flat, flat), count))
+        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        counts = _count(np.maximum(sides[:, :2], sides[:, 2:]), self.box.clearance)
         order, half = self.box.order[2], self.box.half[2]
-        z = half * (1.0 + chebyshev_points(order))
-        along = np.stack([points[..., :2] @ g.T for g in self.plan.group])[..., None, :]
-        along = np.broadcast_to(along, (*along.shape[:3], order, 2))
-        heights = np.broadcast_to(z[:, None], (*along.shape[:4], 1))
-        return np.concatenate([along, heights], axis=-1), 2.0 * weights
+        each, cells = list[tuple[Array, Array]](), list[Integers]()
+        for pair in np.unique(counts, axis=0).tolist():
+            some = np.flatnonzero((counts == pair).all(axis=1))
+            z = np.zeros(some.size)
+            points, weights = gauss_points(Prisms(corners[some], z, z), *pair)
+            each.append((points[:, ::2, :2].reshape(-1, 2), 2.0 * weights[:, ::2].ravel()))
+            cells.append(np.repeat(some, math.prod(pair)))
+        by_cell = np.argsort(np.concatenate(cells), kind="stable")
+        flat, weights = (np.concatenate(parts)[by_cell] for parts in zip(*each, strict=True))
+        along = np.stack([flat @ g.T for g in self.plan.group])[:, :, None]
+        z = np.broadcast_to((half * (1.0 + chebyshev_points(order)))[:, None], (*along.shape[:2], order, 1))
+        points = np.concatenate([np.broadcast_to(along, (*along.shape[:2], order, 2)), z], axis=-1)
+        return points, weights, np.cumsum(counts.prod(axis=1)) - counts.prod(axis=1)
 
     @cached_property
     def middles(self) -> Array:
@@ -153,23 +160,29 @@ class Cells:
         T = chebyshev(np.stack([z, -z]), order)
         return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
 
-    def means(self, seen: Posed) -> Array:
-        """Return means of A over each cell's images, coils fastest, shape (g, 2, cells, 3, poses times coils)."""
-        (points, weights), places = self.points, seen.places
+    def along(self, seen: Posed) -> Array:
+        """Return means of A along the plate on the polynomials' heights, (poses, coils, 3, g, n, k), of any sheets."""
+        (points, weights, first), places = self.points, seen.places
         kinds, which = kinds_of(seen.coils)
-        g, n, q, k, _ = points.shape
         world = seen.turns @ points.reshape(-1, 3).T + places[:, :, None]
         centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
         reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
         region = self.box.clearance, float(world[:, 2].max()), reach
         fields = [winding_potential(kind, seen.windings, region, points.size // 3, seen.step) for kind in kinds]
-        found = np.empty((g, 2, n * self.through.shape[1], 3, len(places), len(which)))
+        found = np.empty((len(places), len(which), 3, len(points), len(first), points.shape[2]))
         for c, kind in enumerate(which):
             A = fields[kind](world - centres[c][:, None])
-            own = np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ A
-            along = np.einsum("pagnqk,nq->pagnk", own.reshape(len(places), 3, g, n, q, k), weights)
-            found[..., c] = np.einsum("pagnk,slk->gsnlap", along, self.through).reshape(found.shape[:-1])
-        return found.reshape(*found.shape[:4], -1)
+            weighted = A.reshape(*A.shape[:2], *points.shape[:3]) * weights[:, None]
+            sums = np.add.reduceat(weighted, first, axis=3).reshape(*A.shape[:2], -1)
+            found[:, c] = (np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ sums).reshape(found[:, c].shape)
+        return found
+
+    def means(self, along: Array) -> Array:
+        """Return means over each cell's images of what is known along it, (g, 2, cells, 3, poses times coils)."""
+        p, c, _, g, n, _ = along.shape
+        found = along @ np.concatenate(self.through).T
+        found = found.reshape(p * c, 3, g, n, 2, -1).transpose(2, 4, 3, 5, 1, 0)
+        return np.ascontiguousarray(found).reshape(g, 2, -1, 3, p * c)
 
 
 def _count(sides: Array, away: Array | float) -> Integers:

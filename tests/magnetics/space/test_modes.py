@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.space.divisions import prepared
-from sits_mech.magnetics.space.rungs import LADDER, Rung, limit
+from sits_mech.magnetics.space.rungs import LADDER, Limit, Rung
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.scene.sensor import load_sensor
 
@@ -44,7 +44,6 @@ def test_one_preparation_answers_all_frequencies() -> None:
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]]))
     wide, narrow = (prepared(sensor.target, None, rung, (1.5e-3, top, 12e-3, 2e-3)) for top in (2.5e7, 4e6))
     for f, thick in ((1e6, 3.0), (1e4, 0.3)):
-        found = [plates[0].reactions(plates, seen, f)[0] for plates in (wide, narrow)]
-        one, two = (limit(values, rung, thick, 0.1)[0] for values in found)
+        one, two = (plates[0].reactions(plates, seen, f, Limit(rung, thick, 0.1))[0][0] for plates in (wide, narrow))
         assert abs(one - two).max() < 5e-3 * abs(two).max()
         assert abs(one.real - two.real).max() < 1e-2 * abs(two.real).max()

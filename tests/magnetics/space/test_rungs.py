@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space.rungs import ROUGH, Rung, limit
+from sits_mech.magnetics.space.rungs import ROUGH, Limit, Rung
 from sits_mech.memory import GIB, MEMORY
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import Pose
@@ -62,7 +62,9 @@ def test_where_memory_holds_no_default_rung_the_roughest_answers(monkeypatch: py
 def test_levels_without_an_order_tell_all_of_their_rest(along: tuple[int, int, int], L: float, R: float) -> None:
     """Of a thin plate whose values y + a / m^2 show it, a share of 0.15 is told, times what such plates showed."""
     Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.16 / m**2)]]) for m in (*along[::-1], along[0], along[0])]
-    found, error = limit(Z, Rung(along, (1, 2, 3), 7.0), 1e-3, 1.0)
+    limit = Limit(Rung(along, (1, 2, 3), 7.0), 1e-3, 1.0)
+    forms = limit.forms(Z)
+    found, error = forms[0], limit.errors(forms)
     told = error - 1e-3 * found.real - 3e-4j * found.imag  # without what no division shows
     assert found.item() == pytest.approx(1.0 + 1.0j, abs=1e-12)
     assert told.item() == pytest.approx(0.01 * (R + 1.0j * L), abs=1e-8)

@@ -89,10 +89,10 @@ def test_means_over_cells_and_their_images():
 
 def test_a_plate_at_rest_answers_as_one_that_could_move():
     """Polynomials carry the coils' field to 1e-5; what gradients in it drive in the cells, 2e-3, one of them keeps."""
-    box = Box(np.array([4.004, 3.003, 0.08]) * MM, (22, 18, 4), (1.5, 1.6, 20.0))
+    box = Box(np.array([4.004, 3.003, 0.08]) * MM, (22, 18, 4), (1.5, 1.6, 20.0), 2 * MM)
     far = Sources(COILS, "rings", (1 * MM, 0.5 * MM, 2.08 * MM), 2 * MM)
-    (plate,) = prepare_near([(PLAN, LEVELS)], COPPER, box, highest=2.5e7, beside=far)
-    (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, highest=2.5e7)
+    (plate,) = prepare_near([(PLAN, LEVELS)], COPPER, box, 5e7 * np.pi, beside=far)
+    (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, 5e7 * np.pi)
     place = np.array([[*far.place[:2], 2 * MM]])
     (exact,), _ = moving.reactions([moving], Posed(COILS, "rings", np.eye(3)[None], place), 1e6)
     Y = plate.admittance(2e6 * np.pi)
@@ -133,7 +133,7 @@ def test_straight_tracks_that_take_too_long_are_refused_before_they_are_summed(
     plate = Conductor(name="back", material="copper", shape="rectangle", centre=(0.0, -2e-3), width=2e-2, length=2e-2,
                       thickness=1e-4)  # fmt: skip
     asked = sensor.model_copy(update={"conductors": (plate,), "target": None} if backed else {})
-    monkeypatch.setenv(SECONDS.variable, "6")
+    monkeypatch.setenv(SECONDS.variable, "20")
 
     def summed(*given: object) -> None:
         raise AssertionError("the field was summed")
