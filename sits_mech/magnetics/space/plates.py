@@ -60,9 +60,9 @@ def divided_plate(
     plate, sources, metal = part.plate, part.sources, part.plate.metal
     if part.susceptibility != 0.0:
         seen = clear[1] if sources is None else clear[0], sources
-        scale = sources.distance if sources else clear[0], *part.lengths(sensor, clear, True)
+        reached = sources.distance if sources else clear[0], *part.lengths(sensor, clear, True)
         own = replace(rung, few=False, step=0.0)
-        found, *off = prepared_permeable(plate, part.outline, part.susceptibility, own, scale, seen)
+        found, *off = prepared_permeable(plate, part.outline, part.susceptibility, own, reached, seen)
         depths = plate.thickness / skin_depth(frequency[0], metal.conductivity, metal.relative_permeability)
         note = Note.of(NoteKind.PERMEABLE, permeability=metal.relative_permeability, depths=float(depths))
         return Divided((found,) * DIVISIONS + tuple(off), 0.0, 0.0, 1.0, (note,))

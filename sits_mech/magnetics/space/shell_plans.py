@@ -20,7 +20,7 @@ from sits_mech.scene.sensor import Coil, Conductor, Target
 _ALONG = Grading(first=0.4, growth=2.2, largest=1.0)  # first over the thickness, largest over the field's length
 _LEVELS = {"smooth": (4, 2), "outline": (3, 2)}  # parts of the cells of two divisions, the finer first
 _MIDDLE, _PER_DIGIT = 8.0, 0.2  # digits of a rung, by which cells shrink
-_WIDEST, _RIM = 0.3, 0.4  # the largest over the half width; that at the rim over it, at most
+_WIDEST, _RIM = 0.25, 0.4  # the largest over the half width; that at the rim over it, at most
 _SECTORS, _MORE = 32, 3  # of a disc on the coarser division, and at most times as many where it is wide
 _PAIR, _CUBE = 6e-7, 6e-10  # s that two triangles take, and a class, over its triangles' cube
 _FEW, _UNBOUNDED = 3, 1e9  # cells along the longer half side of a plate far away; its permeability
@@ -36,7 +36,7 @@ def divided_surfaces(
     """
     reach, length = scale
     width = min(plate.extent) / 2
-    largest = min(_ALONG.largest * length * math.exp(_PER_DIGIT * (_MIDDLE - rung.terms)), _WIDEST * width)
+    largest = min(_ALONG.largest * length, _WIDEST * width) * math.exp(_PER_DIGIT * (_MIDDLE - rung.terms))
     first = min(_ALONG.first * plate.thickness, _RIM * largest)
     smooth = outline is None and plate.shape in ("rectangle", "disc")
     counts = _LEVELS["smooth" if smooth else "outline"]

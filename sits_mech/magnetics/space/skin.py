@@ -8,7 +8,7 @@ and odd (-) in z. In a wide plate, of waves k along it and g = sqrt(k^2 + gamma^
 Where delta is small to the waves' length (thick or thin to t), g is gamma, and k^2 the surface's own Laplacian,
 
     <K u, v> = mu/gamma [int_faces (tanh | coth)(gamma t/2) grad u . grad v + int_rim tanh(gamma t/2) grad u . grad v]
-             + mu (tanh(gamma t/2)/gamma)^2 [int_edge 2 d_n u d_n v - d_s u d_s v]                                  (1)
+             + mu (tanh(gamma t/2)/gamma)^2 [int_edge (d_n u d_n v on both sides) - d_s u d_s v]                    (1)
 
 The last is the corner between face and rim. A quarter space with the same H_s, along the edge, on both faces holds
 H_s [1 - (1 - e^(-gamma x))(1 - e^(-gamma y))]: mu H_s/gamma^2 less than both half spaces. Flux across, of which none
@@ -64,7 +64,7 @@ class Metal:
         if small:
             return series, _SOME * (series - part.response(mu * part.inner))
         flat = mu / gamma * ((tanh if even else 1.0 / tanh) * faces + tanh * rim)
-        skin = part.response(flat + mu * (tanh / gamma) ** 2 * (2.0 * across - along))
+        skin = part.response(flat + mu * (tanh / gamma) ** 2 * (across - along))
         s = float(np.clip((x - _SWITCH[0]) / (_SWITCH[1] - _SWITCH[0]), 0.0, 1.0))
         s = s * s * (3.0 - 2.0 * s)
         gone = skin - series
