@@ -64,7 +64,7 @@ class NoteKind(StrEnum):
     SPIRALS_AS_RINGS = "spirals as rings"
     SPIRALS = "spirals"  # difference of L0 from that of rings: share
     FREE_TRACKS = "free tracks"  # coil, vias, back [m]
-    FERRITE = "ferrite"  # permeability, boxes
+    PERMEABLE = "permeable"  # permeability, depths
     SKIN = "skin"  # thickness in skin depths: depths, sheets
     GAP_SMALL = "gap small"  # for so wide a plate: share of the field that is not resolved
     PLATE_TOO_LARGE = "plate too large"  # for a finer division: cells, width, length [m], needed, limit [bytes]

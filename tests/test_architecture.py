@@ -64,6 +64,9 @@ PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN
 UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
     "magnetics/space/plates.py": "tests/magnetics/space/test_near.py: plates of scenes, near, far and at rest",
+    "magnetics/space/boxes.py": "tests/magnetics/test_sheets_outline.py: boxes beside prisms of the same shape",
+    "magnetics/space/skin.py": "tests/magnetics/space/test_permeable.py: plates of all skin depths",
+    "magnetics/space/shell_plans.py": "tests/magnetics/space/test_permeable.py: discs, squares, few cells far away",
     "analysis/codes.py": "tests/analysis/test_bench.py: codes back to L, and their slopes beside those of tables",
     "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
     "analysis/material/uniaxial.py": "tests/silicone/test_uniaxial.py: every law, with rate and softening",

@@ -244,7 +244,7 @@ class PlacedPlate:
     anchor: float  # [m]
     middle: tuple[float, float, float]  # x, y, z; of the target at rest, seen from above [m]
     windings: float = 0.0  # distance of a fixed plate from the coils; 0 for the target [m]
-    susceptibility: complex = 0.0  # of a fixed plate [-]
+    susceptibility: complex = 0.0  # [-]
 
     def among(self, some: Integers) -> PlacedPlate:
         """Return it in some of its places; itself, where it does not move."""
@@ -274,15 +274,16 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
                     f"they overlap by {-apart.min() * 1e3:.3g} mm"
                 )
             gap = np.minimum(gap, apart)
-        parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0))]
+        found = "", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0)
+        parts = [PlacedPlate(*found, susceptibility=sensor.target.metal.susceptibility)]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
         windings = nearest(solid, coils) if part.shape != "outline" else from_windings(part, sensor.coils)
         beside = max(nearest(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(part.extent))
         anchor = min(beside, max(windings, _EASY * min(part.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         place = solid.places - (0.0, 0.0, part.thickness / 2)
-        found = solid.name, as_plate(part), None, solid.turns, place
-        parts.append(PlacedPlate(*found, gap, anchor, part.centre, windings, part.metal.susceptibility))
+        fixed = solid.name, as_plate(part), None, solid.turns, place
+        parts.append(PlacedPlate(*fixed, gap, anchor, part.centre, windings, part.metal.susceptibility))
     return parts
 
 

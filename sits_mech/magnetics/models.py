@@ -29,7 +29,7 @@ from functools import partial
 import numpy as np
 
 from sits_mech.description import Description, Question, Refusal, Rung, function
-from sits_mech.geometry.plates import not_cut
+from sits_mech.geometry.plates import metal_parts, not_cut
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.axis.coaxial import on_axis
@@ -120,9 +120,9 @@ def _of_air(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
 
 
 def _of_sheets(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
-    """Return what space leaves out: beside ferrite the metal's field in the tracks."""
-    ferrite = any(part.metal.susceptibility != 0.0 for part in sensor.conductors)
-    return (*(_tracks(sensor) if ferrite else ()), *_of_air(sensor, question))
+    """Return what space leaves out: where a part is permeable the metal's field in the tracks."""
+    permeable = any(part.metal.susceptibility != 0.0 for _, part in metal_parts(sensor))
+    return (*(_tracks(sensor) if permeable else ()), *_of_air(sensor, question))
 
 
 def _tracks(sensor: Sensor) -> tuple[Omission, ...]:

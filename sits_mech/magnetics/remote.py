@@ -67,7 +67,7 @@ from sits_mech.magnetics.coils.far_field import (
 )
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.section.coils import free_space_inductance
-from sits_mech.magnetics.space.ferrite import added_inductance
+from sits_mech.magnetics.space.shell_plans import added_inductance
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Coil, Conductor, Sensor

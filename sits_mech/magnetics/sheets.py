@@ -19,10 +19,10 @@ Small gaps under wide plates (`space.near`): the plate sees the coils' potential
 Other metal (`space.neighbours`): plates parallel to the coils join with their own modes, and see the coils as they
 are, at rest; what they answer together is found once, and a pose costs some tens of milliseconds.
 
-Ferrite (`space.ferrite`): fixed rectangles that are permeable and do not conduct join with their magnetisation.
+Permeable plates (`space.permeable`), steel, ferrite or filled rubber, join with a potential on their surface.
 
-Range: metal that is not magnetic. Neglected: eddies in the coils' own tracks (`coils.resistance`), displacement
-current.
+Range: permeable plates without holes, linear. Neglected: eddies in the coils' own tracks (`coils.resistance`),
+displacement current.
 Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
 G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 """
@@ -50,7 +50,7 @@ from sits_mech.magnetics.space.far import Asked as Field
 from sits_mech.magnetics.space.fields import HELD
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate
-from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Limit, Rung, fitting
+from sits_mech.magnetics.space.rungs import ROUGH, Limit, Rung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
@@ -64,7 +64,6 @@ _KIND = Kind("sheets", "H")
 _OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: studies/extremes.py
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
-_HIGHEST, _DEEP = 1e7, 3.0  # skin depths of ferrite at that frequency [Hz] over its thickness, at least
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ class Sheets:
     def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
         """Return `impedance`, and what the plates' field does in the tracks, (2, p, n, n); None without plates.
 
-        Of the first division, each plate by the coils alone; None beside ferrite.
+        Of the first division, each plate by the coils alone; None where a plate is permeable.
         """
         found = list[Complex]()
         shown = self._answer(pose, frequency, partial(self._reaction, tracks=tracks, change=found))
@@ -161,6 +160,7 @@ class Sheets:
         (one, other), free = (self.sensor.target, sensor.target), not self.sensor.conductors and self.outline is None
         if one is not None and other is not None:
             free &= one.shape == other.shape != "outline" and one.metal == other.metal
+            free &= one.metal.relative_permeability == 1.0
         return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
 
     def _kind(self, part: PlacedPlate) -> Asked:
@@ -226,14 +226,10 @@ class Sheets:
     def _together(
         self, parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float
     ) -> list[Complex]:
-        """Return Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
-        ferrite, answering = any(len(plate.divisions) < DIVISIONS for plate in plates), []
+        """Return Delta Z of several plates on all divisions; then as far off as permeable ones' estimated errors."""
+        most, answering = max(len(plate.divisions) for plate in plates), []
         for part, plate in zip(parts, plates, strict=True):
-            found = plate.divisions
-            if len(found) < DIVISIONS:
-                found = (found[0],) * DIVISIONS + found[1:]
-            elif ferrite:
-                found = (*found, found[0])
+            found = plate.divisions + plate.divisions[:1] * (most - len(plate.divisions))
             answering.append(SpacePlate(found, part.turns, part.places))
         target: tuple[Any, ...] = answering.pop(0).divisions if self.sensor.target is not None else ()
         values = coupled_reactions(target, seen, answering, frequency)
@@ -265,16 +261,8 @@ def not_representable(sensor: Sensor) -> Refusal | None:
     if sensor.substrate_radius is not None:
         return Refusal("substrate_radius", "be left out for sheets, of flat coils", f"{sensor.substrate_radius:g} m")
     for name, part in metal_parts(sensor):
-        metal, key = part.metal, f"{name}.relative_permeability"
-        if metal.relative_permeability == 1.0:
-            continue
-        if name == "target":
-            return Refusal(key, "be 1 for sheets", f"{metal.relative_permeability:g}")
-        if skin_depth(_HIGHEST, metal.conductivity, metal.relative_permeability) < _DEEP * part.thickness:
-            got = f"{metal.relative_permeability:g} with {metal.conductivity:g} S/m"
-            return Refusal(key, "be 1 for sheets where a part conducts", got)
-        if part.shape != "rectangle":
-            return Refusal(f"{name}.shape", "be rectangle for sheets where a part is of ferrite", part.shape)
+        if part.metal.relative_permeability != 1.0 and part.holes:
+            return Refusal(f"{name}.holes", "be left out for sheets where a part is permeable", f"{len(part.holes)}")
     return overlapping(sensor)
 
 

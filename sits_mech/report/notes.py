@@ -122,7 +122,7 @@ _TEMPLATES: Mapping[NoteKind, str] = {
     NoteKind.RINGS: "disc as {rings} rings, extrapolated from {levels} levels of division",
     NoteKind.SPIRALS_AS_RINGS: "spiral windings taken as rings",
     NoteKind.SPIRALS: "spiral windings: L0 differs from that of rings by up to {share:.2%}",
-    NoteKind.FERRITE: "ferrite, mu_r = {permeability:g}: {boxes} boxes through the thickness",
+    NoteKind.PERMEABLE: "permeable, mu_r = {permeability:g}, {depths:.3g} skin depths thick: saturation is not in it",
     NoteKind.GAP_SMALL: "the gap is small for so wide a plate: {share:.1%} of the coils' field is not resolved",
     NoteKind.LARGE_LOAD: (
         "a large load for this pad: small strain would be off by {bound:.2g}; some pads became unstable in shear from "

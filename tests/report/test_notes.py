@@ -119,8 +119,8 @@ SAID = [
         "C1: free tracks, without 1 mm of vias and 2 mm of way back",
     ),
     (
-        Note.of(K.FERRITE, permeability=120.0, boxes=4, part="conductors.core"),
-        "conductors.core: ferrite, mu_r = 120: 4 boxes through the thickness",
+        Note.of(K.PERMEABLE, permeability=120.0, depths=17.25, part="conductors.core"),
+        "conductors.core: permeable, mu_r = 120, 17.2 skin depths thick: saturation is not in it",
     ),
     *(
         (

@@ -1,34 +1,21 @@
-"""Interaction of boxes on a tensor mesh: the mean of 1/r for currents, charges on faces for magnetisation.
+"""Interaction of boxes on a tensor mesh: the mean of 1/r for currents.
 
-Two boxes that carry uniform currents J, J' have the mutual energy ``mu0 / (4 pi) (integral J) . (integral J') G``, two
-with uniform magnetisations M, M' the energy ``mu0 M . K M'``, with
+Two boxes that carry uniform currents J, J' have the mutual energy ``mu0 / (4 pi) (integral J) . (integral J') G``, with
 
-    G = < 1 / |r - r'| >   [1/m], the mean over both volumes,
-    K_ab = 1/(4 pi) int int' d_a d'_b (1/|r - r'|) dV dV' = -1/(4 pi) int int' d_a d_b (1/|r - r'|)   [m^3],
+    G = < 1 / |r - r'| >   [1/m], the mean over both volumes.
 
-that is, charges M.n on their faces. K of a box with itself is its volume times its demagnetising factors (trace 1).
-Both are differences of antiderivatives, two along each axis: G V V' of Hoer and Love's F with ``d6 F / dx2 dy2 dz2 =
-1/r``, and 4 pi K of
-
-    f = y (z^2 - x^2)/2 asinh(y/rho_xz) + z (y^2 - x^2)/2 asinh(z/rho_xy)
-        - x y z atan(y z/(x r)) + (2x^2 - y^2 - z^2) r/6,
-    g = x y z asinh(z/rho_xy) + y (3z^2 - y^2)/6 asinh(x/rho_yz) + x (3z^2 - x^2)/6 asinh(y/rho_xz)
-        - z^3/6 atan(x y/(z r)) - z y^2/2 atan(x z/(y r)) - z x^2/2 atan(y z/(x r)) - x y r/3,
-
-for K_xx and K_xy, others by exchange of axes; g is odd in x and y. A tensor mesh has few different distances, so that
-each is evaluated once for these. Differences lose digits like r^6 / (V V'): far boxes have the second moments,
-``1/R + (1/2) M : grad grad (1/R)``, and K as dipoles without them, ``V V' (delta_ab - 3 n_a n_b) / (4 pi r^3)``.
+G V V' are differences, two along each axis, of Hoer and Love's F with ``d6 F / dx2 dy2 dz2 = 1/r``. A tensor mesh has
+few different distances, so that each is evaluated once for these. Differences lose digits like r^6 / (V V'): far boxes
+have the second moments, ``1/R + (1/2) M : grad grad (1/R)``.
 
 Errors of G: rounding for near boxes, 1e-3 at the change to far ones.
-Sources: C. Hoer and C. Love, J. Res. NBS 69C (1965) 127; A. J. Newell, W. Williams, D. J. Dunlop, J. Geophys. Res. 98
-(1993) 9551.
+Source: C. Hoer and C. Love, J. Res. NBS 69C (1965) 127.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -37,10 +24,6 @@ from sits_mech.quantities import Array, Integers
 
 _FAR = 6.0  # largest sides between the centres of boxes from which on G is that of far ones: the docstring's 1e-3
 _LOST = 1e10  # r^6 over the product of both volumes from which on differences in double precision lose 1e-6
-PAIRS = tuple(combinations_with_replacement(range(3), 2))
-"""Components of K as they are listed."""
-_DIPOLES = 1e11  # r^6 over the product of both volumes from which on boxes are dipoles: differences lose 1e-5
-_APART = 12.0  # and largest sides between them, at least: the dipoles' own error is some 1e-3 there
 
 
 def box_means(x: Array, y: Array, z: Array) -> Array:
@@ -62,24 +45,6 @@ def box_means(x: Array, y: Array, z: Array) -> Array:
     return result.reshape(2, 2, 2, np.prod(n), np.prod(n))
 
 
-def box_charges(x: Array, y: Array, z: Array) -> Array:
-    """Return K [m^3] between boxes, the first axis as `PAIRS`, shape (6, 2, 2, 2, n, n); as `box_means`."""
-    scale = max(axis[-1] for axis in (x, y, z))
-    axes = [_Axis.of(axis / scale, 1.0) for axis in (x, y, z)]
-    n = [axis.size - 1 for axis in (x, y, z)]
-    square, volume, largest = _apart(axes)
-    far = (square**3 > _DIPOLES * volume) & (square > (_APART * largest) ** 2)
-    square = np.where(square > 0.0, square, 1.0)
-    K = np.empty((len(PAIRS), 2, 2, 2, np.prod(n), np.prod(n)))
-    for row, (a, b) in zip(K, PAIRS, strict=True):
-        product = _shaped(axes[a].apart, a) * _shaped(axes[b].apart, b)
-        dipoles = volume * (float(a == b) - 3.0 * product / square) / square**1.5
-        whole = np.where(far, dipoles, _integrated(axes, a, b)) * scale**3 / (4 * np.pi)
-        for octant, (X, Y, Z) in _octants(n):
-            row[octant] = whole[:, X, :, Y, :, Z].transpose(0, 2, 4, 1, 3, 5).reshape(row.shape[-2:])
-    return K
-
-
 def _octants(n: Sequence[int]) -> Iterator[tuple[tuple[int, ...], list[slice]]]:
     """Yield each octant, and which second boxes lie in it along the axes, from the middle on."""
     for octant in np.ndindex(2, 2, 2):
@@ -88,14 +53,13 @@ def _octants(n: Sequence[int]) -> Iterator[tuple[tuple[int, ...], list[slice]]]:
 
 @dataclass(frozen=True)
 class _Axis:
-    """Cells of a half axis by all cells along it: distances of nodes over a scale, which pair has which and its sign.
+    """Cells of a half axis by all cells along it: distances of nodes over a scale, and which pair has which.
 
     Sides of the first and of the second cell, and the distance of their centres [m].
     """
 
     values: Array  # (m,)
     index: Integers  # (n + 1, 2 n + 1)
-    sign: Array  # (n + 1, 2 n + 1)
     first: Array  # (n, 2 n)
     second: Array  # (n, 2 n)
     apart: Array  # (n, 2 n)
@@ -109,7 +73,7 @@ class _Axis:
         side, centre = np.diff(nodes), (nodes[1:] + nodes[:-1]) / 2
         first, second = np.broadcast_arrays(side[:, None], np.concatenate([side[::-1], side]))
         apart = centre[:, None] - np.concatenate([-centre[::-1], centre])
-        return cls(values, index.reshape(between.shape), np.sign(between), first, second, apart)
+        return cls(values, index.reshape(between.shape), first, second, apart)
 
     def row(self, i: int) -> _Axis:
         """Return the pairs of one first cell."""
@@ -142,15 +106,13 @@ def _near_table(axes: Sequence[_Axis], scale: float) -> Any:
     return F
 
 
-def _differences(F: Any, axis: int, cells: _Axis, *, odd: bool = False) -> Any:
+def _differences(F: Any, axis: int, cells: _Axis) -> Any:
     """Return minus the second difference of F at the distances along an axis, first and second cell in its place."""
     whole = np.moveaxis(np.moveaxis(F, axis, 0)[cells.index], (0, 1), (axis, axis + 1))
-    if odd:
-        whole = whole * cells.sign.reshape(*cells.sign.shape, *(1,) * (whole.ndim - axis - 2))
     return -np.diff(np.diff(whole, axis=axis), axis=axis + 1)
 
 
-def _apart(axes: Sequence[_Axis], scale: float = 1.0) -> tuple[Array, Array, Array]:
+def _apart(axes: Sequence[_Axis], scale: float) -> tuple[Array, Array, Array]:
     """Return r^2 of the centres, V V' over scale^6 and the largest side of all pairs of boxes, two axes an axis."""
     square, volume, largest = np.zeros(1), np.ones(1), np.zeros(1)
     for k, axis in enumerate(axes):
@@ -191,35 +153,3 @@ def _hoer_love(x: Any, y: Any, z: Any) -> Any:
     even = (xx * xx + yy * yy + zz * zz - 3.0 * (xx * yy + yy * zz + zz * xx)) * r / 60
     logs = log(x, yy, zz) + log(y, zz, xx) + log(z, xx, yy)
     return logs + even - angle(x, y, z) - angle(y, z, x) - angle(z, x, y)
-
-
-def _integrated(axes: Sequence[_Axis], a: int, b: int) -> Array:
-    """Return 4 pi K_ab by differences, shape (n_x, 2 n_x, n_y, 2 n_y, n_z, 2 n_z)."""
-    order = [a, *(k for k in range(3) if k != a)] if a == b else [a, b, 3 - a - b]
-    function: Callable[..., Array] = _diagonal if a == b else _mixed
-    F = np.moveaxis(function(*np.ix_(*(axes[k].values for k in order))), (0, 1, 2), order)
-    for k, axis in enumerate(axes):
-        F = _differences(F, 2 * k, axis, odd=a != b and k in (a, b))
-    return -F
-
-
-def _diagonal(x: Array, y: Array, z: Array) -> Array:
-    """Return f of the module docstring at distances that are not negative."""
-    r = np.sqrt(x * x + y * y + z * z)
-    total = y * (z * z - x * x) / 2 * _asinh(y, x, z) + z * (y * y - x * x) / 2 * _asinh(z, x, y)
-    return total - x * y * z * np.arctan2(y * z, x * r) + (2 * x * x - y * y - z * z) * r / 6
-
-
-def _mixed(x: Array, y: Array, z: Array) -> Array:
-    """Return g of the module docstring at distances that are not negative."""
-    r = np.sqrt(x * x + y * y + z * z)
-    total = x * y * z * _asinh(z, x, y)
-    total = total + y * (3 * z * z - y * y) / 6 * _asinh(x, y, z) + x * (3 * z * z - x * x) / 6 * _asinh(y, x, z)
-    total = total - z**3 / 6 * np.arctan2(x * y, z * r) - z * y * y / 2 * np.arctan2(x * z, y * r)
-    return total - z * x * x / 2 * np.arctan2(y * z, x * r) - x * y * r / 3
-
-
-def _asinh(a: Array, b: Array, c: Array) -> Array:
-    """Return asinh(a / sqrt(b^2 + c^2)), zero where its factor vanishes."""
-    rho = np.sqrt(b * b + c * c)
-    return np.arcsinh(a / np.where(rho > 0.0, rho, 1.0))

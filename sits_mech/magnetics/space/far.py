@@ -149,7 +149,8 @@ def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:
     for rows, part in Y.parts:
         own = rows < Y.size - coils
         block = part[np.ix_(own, own)]
-        parts.append((rows[own], [side * (np.sign(np.trace(side)) or 1.0) for side in (block.real, block.imag)]))
+        sides = [side * (np.sign(np.trace(side)) or 1.0) for side in (block.real, block.imag)]
+        parts.append((rows[own], [_definite(side) for side in sides]))
     most = [max(max(np.linalg.eigvalsh(sides[k]).max() for _, sides in parts), np.finfo(float).tiny) for k in (0, 1)]
     strong: _Weights = []
     weak: _Weights = []
@@ -159,6 +160,14 @@ def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:
         strong.append((rows, (V * root) @ V.T))
         weak.append((rows, (V / root) @ V.T))
     return strong, weak
+
+
+def _definite(side: Array) -> Array:
+    """Return a symmetric matrix; of both signs, as permeable metal has them, with all eigenvalues positive."""
+    if np.diag(side).min() >= -_ROUNDING * np.diag(side).max():
+        return side
+    values, V = np.linalg.eigh(side)
+    return np.asarray((V * np.abs(values)) @ V.T)
 
 
 def _weighted(weights: _Weights, columns: Array) -> Array:

@@ -9,8 +9,8 @@ from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
-from sits_mech.magnetics.space.ferrite import prepared_core
-from sits_mech.magnetics.space.rungs import Rung
+from sits_mech.magnetics.space.permeable import prepared_permeable
+from sits_mech.magnetics.space.rungs import DIVISIONS, Rung
 from sits_mech.magnetics.space.sources import Sources, reach
 from sits_mech.notes import Note, NoteKind
 from sits_mech.scene.sensor import Sensor, Target
@@ -43,7 +43,7 @@ class Asked:
 class Divided:
     """A plate's divisions, its skin depths, the field that they miss, what to say."""
 
-    divisions: tuple[Any, ...]  # `Moving`; of a fixed plate of ferrite, Core: as found, and off by its error
+    divisions: tuple[Any, ...]  # `Moving`; of a permeable plate all as found, and more that are off by its errors
     thickness: float
     unseen: float
     margin: float  # of the error of L, over what divisions tell
@@ -58,11 +58,15 @@ def divided_plate(
     The coils are given if it stands still.
     """
     plate, sources, metal = part.plate, part.sources, part.plate.metal
+    if part.susceptibility != 0.0:
+        seen = clear[1] if sources is None else clear[0], sources
+        reached = sources.distance if sources else clear[0], *part.lengths(sensor, clear, True)
+        own = replace(rung, few=False, step=0.0)
+        found, *off = prepared_permeable(plate, part.outline, part.susceptibility, own, reached, seen)
+        depths = plate.thickness / skin_depth(frequency[0], metal.conductivity, metal.relative_permeability)
+        note = Note.of(NoteKind.PERMEABLE, permeability=metal.relative_permeability, depths=float(depths))
+        return Divided((found,) * DIVISIONS + tuple(off), 0.0, 0.0, 1.0, (note,))
     near = sources is not None or is_near(plate, part.outline, clear[0], rung)
-    if sources is not None and part.susceptibility != 0.0:
-        cores = prepared_core(plate, part.susceptibility, rung, clear[0], sources)
-        note = Note.of(NoteKind.FERRITE, permeability=metal.relative_permeability, boxes=cores[0].sheets)
-        return Divided(cores, 0.0, 0.0, 1.0, (note,))
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
     asked: Any = plate, part.outline, replace(rung, few=False, step=0.0), scale  # neither divides
     divisions = prepared_near(*asked, sources or clear[1], part.become) if near else prepared(*asked, part.become)
