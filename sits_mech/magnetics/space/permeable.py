@@ -31,7 +31,7 @@ from sits_mech.magnetics.space.fields import (
     side_by_side,
     without_gradients,
 )
-from sits_mech.magnetics.space.rungs import Rung
+from sits_mech.magnetics.space.rungs import Limit, Rung
 from sits_mech.magnetics.space.shell_plans import divided_surfaces
 from sits_mech.magnetics.space.shells import ShellClass, Surface, shell_classes
 from sits_mech.magnetics.space.skin import Metal
@@ -119,11 +119,13 @@ class Permeable:
         return Blocks(last.stop, tuple(parts))
 
     def reactions(
-        self, divisions: Sequence[Permeable], seen: Posed, frequency: float, asked: Asked | None = None
+        self, divisions: Sequence[Permeable], seen: Posed, frequency: float, limit: Limit | None = None,
+        asked: Asked | None = None,
     ) -> tuple[list[Complex], None]:
-        """Return what parts of the plate do to the coils' impedance, (p, n, n) each [ohm]."""
+        """Return what parts of the plate do to the coils' impedance, (p, n, n) each [ohm], or a limit's `forms`."""
         found, n = _answers(self.whole, seen, frequency), len(seen.coils)
-        return [found[each.part][..., :n] for each in divisions], None
+        values = [found[each.part][..., :n] for each in divisions]
+        return (values if limit is None else limit.forms(values)), None
 
     def answered(self, divisions: Sequence[Permeable], seen: Posed, frequency: float, far: Far) -> list[Answered]:
         """Return what parts of the plate do to the coils' impedance, and what they answer to others' far fields."""
