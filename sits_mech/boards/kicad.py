@@ -93,11 +93,7 @@ class _Reader:
                 for item in children(node, "pad"):
                     holes += self.pad(item, frame)
                     tracks += self.primitives(item, frame)
-        zones = [
-            self.zone(node) for node in children(tree, "zone")  # of copper, and no teardrop of a pad
-            if child(node, "keepout") is None and child(child(node, "attr") or [], "teardrop") is None
-        ]
-        zones += self.areas(children(tree, "gr_poly"))
+        zones = [*map(self.zone, filter(_is_pour, children(tree, "zone"))), *self.areas(children(tree, "gr_poly"))]
         named = {item.net for part in (tracks, holes, zones) for item in part}
         names = tuple(sorted(({*self.nets.values()} | named) - {""}))
         return Board(self.name, layers, names, tuple(tracks), tuple(holes), tuple(zones), notes, tuple(references))
@@ -126,14 +122,20 @@ class _Reader:
         """Return tracks, lines, arcs and strips of copper among some nodes, those of a pad on its layers and net."""
         found = []
         for node in nodes:
-            lost = [layer for layer in texts(node, "layer") if layer.endswith(".Cu") and not self.on(node)]
-            if lost:
-                raise SceneError(f"{self.name}: {node[0]}: must be on one of {', '.join(self.layers)}; got {lost[0]}")
-            shape = self.shape(node, frame) if layers or self.on(node) else None
+            own, on = net or self.net(node), self.drawn_on(node)
+            on = layers or on
+            shape = self.shape(node, frame) if on else None
             if shape is not None:
-                own, on = net or self.net(node), layers or self.on(node)[:1]
                 found += [Track(layer, line, shape[1], own, frame.number) for layer in on for line in shape[0]]
         return found
+
+    def drawn_on(self, node: Node) -> tuple[str, ...]:
+        """Return the copper layer that a track or a drawing is on, if any; refuse one that the board has not."""
+        on = self.on(node)[:1]
+        lost = [layer for layer in texts(node, "layer") if layer.endswith(".Cu") and not on]
+        if lost:
+            raise SceneError(f"{self.name}: {node[0]}: must be on one of {', '.join(self.layers)}; got {lost[0]}")
+        return on
 
     def shape(self, node: Node, frame: _Frame) -> tuple[list[Array], float] | None:
         """Return lines and width of what a node draws on the board [m]; None of a polygon that is no strip."""
@@ -212,6 +214,11 @@ class _Reader:
 def _word(item: float | str) -> str:
     """Return a name that may have been read as a number."""
     return f"{item:g}" if isinstance(item, float) else str(item)
+
+
+def _is_pour(zone: Node) -> bool:
+    """Tell whether a zone is one of copper, and no teardrop of a pad."""
+    return child(zone, "keepout") is None and child(child(zone, "attr") or [], "teardrop") is None
 
 
 def _drawings(node: Node, prefix: str) -> list[Node]:

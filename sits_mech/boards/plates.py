@@ -53,6 +53,11 @@ class Pour:
     holes: tuple[Array, ...]  # [m]
     parts: tuple[Pour, ...] = ()  # that it joins, where it stands for several
 
+    @property
+    def title(self) -> str:
+        """Return what it is, for a reader."""
+        return f"pour of {self.net or 'no net'} on {self.layer}"
+
     @cached_property
     def box(self) -> tuple[Array, Array]:
         """Return the lower left and the upper right corner of the box around it [m]."""
@@ -94,20 +99,20 @@ def _as_pours(like: Pour, pieces: Sequence[Sequence[Array]]) -> list[Pour]:
 
 def _clear(pour: Pour, zone: Zone, routes: Sequence[Route], name: str) -> tuple[list[Pour], list[str]]:
     """Return what is left of a pour beside the coils, which may end in it, and what to say of that."""
-    title, said = f"pour of {pour.net or 'no net'} on {pour.layer}", []
+    said: list[str] = []
     for found in routes:
         for run in (run for run in found.runs if run.layer == pour.layer):
             at = _touched(pour, run)
             if at is None:
                 continue
             if zone.drawn:
-                return [], [f"{title}: left out, it is drawn and touches {found.title} at {place(at)}"]
+                return [], [f"{pour.title}: left out, it is drawn and touches {found.title} at {place(at)}"]
             if pour.net not in found.end_nets:
                 raise SceneError(
-                    f"{name}: {found.title}: its track must be clear of the {title}; got one that touches it at "
+                    f"{name}: {found.title}: its track must be clear of the {pour.title}; got one that touches it at "
                     f"{place(at)}"
                 )
-            said = [f"{title}: cut {1e3 * _CLEAR:g} mm clear of {found.title}, which ends in it"]
+            said = [f"{pour.title}: cut {1e3 * _CLEAR:g} mm clear of {found.title}, which ends in it"]
     return (_cut(pour, routes) if said else [pour]), said
 
 
@@ -188,13 +193,9 @@ def plates(
         pour = waiting.pop(0)
         table, said = _table(pour, frame)
         table = {"name": free_name(f"{pour.net or 'copper'} {pour.layer}", [plate.name for _, plate in kept])} | table
-        title = f"pour of {pour.net or 'no net'} on {pour.layer}, {1e6 * pour.area:.4g} mm2"
+        title = f"{pour.title}, {1e6 * pour.area:.4g} mm2"
         try:
-            plate = Conductor.model_validate(table)
-            for other, there in kept:
-                if _boxes_meet(pour, other):
-                    raise SceneError(f"its box must be clear of that around conductors.{there.name}; they overlap")
-            check_parts(sensor.coils, None, None, (*(there for _, there in kept), plate), None)
+            plate = _fitting(pour, table, kept, sensor)
         except SceneError as error:
             if pour.parts:
                 waiting = sorted([*waiting, *pour.parts], key=attrgetter("area"), reverse=True)
@@ -205,6 +206,18 @@ def plates(
         kept.append((pour, plate))
         notes += [f"{title}: {said}"] if said else []
     return found, tuple(notes)
+
+
+def _fitting(
+    pour: Pour, table: dict[str, Any], kept: Sequence[tuple[Pour, Conductor]], sensor: Sensor
+) -> Conductor:
+    """Return a plate that is clear of those kept and of the coils; raise SceneError for another."""
+    plate = Conductor.model_validate(table)
+    for other, there in kept:
+        if _boxes_meet(pour, other):
+            raise SceneError(f"its box must be clear of that around conductors.{there.name}; they overlap")
+    check_parts(sensor.coils, None, None, (*(there for _, there in kept), plate), None)
+    return plate
 
 
 def together(poured: Sequence[Pour], size: float) -> list[Pour]:
@@ -256,7 +269,7 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     least = 2.0 * math.sqrt(_SMALL / math.pi) * frame.size
     holes = [hole for hole in pour.holes if float(np.hypot(*np.ptp(hole, axis=0))) >= least]  # by the box's diagonal
     lost = len(pour.holes) - len(holes)
-    said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] if lost else []
+    said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] * bool(lost)
     if pour.parts:
         areas = ", ".join(f"{1e6 * part.area:.4g}" for part in pour.parts)
         said.append(f"{len(pour.parts)} side by side, of {areas} mm2, as one: bridges between them carry no current")
@@ -265,7 +278,7 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
         rims = simplified([pour.rim, *holes], fine)
         loops = [[[_rounded(x), _rounded(y)] for x, y in (rim - middle).tolist()] for rim in rims]
         sizes = {"shape": "outline", "points": loops[0]} | ({"holes": loops[1:]} if holes else {})
-        among = f", {len(holes)} hole{'s' * (len(holes) > 1)} among them" if holes else ""
+        among = f", {len(holes)} hole{'s' * (len(holes) > 1)} among them" * bool(holes)
         said = [f"outline of {sum(map(len, rims))} corners, to {1e3 * fine:.2g} mm{among}", *said]
     place = [*(_rounded(v) + 0.0 for v in middle - frame.origin), _rounded(layer.z - frame.top)]
     table = {"material": "copper", "centre": place, "thickness": _rounded(layer.thickness)} | sizes

@@ -68,20 +68,19 @@ def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding
         line, layers = np.vstack([run.points for run in path.runs]), tuple(run.layer for run in path.runs)
         layers = tuple(layer for k, layer in enumerate(layers) if k == 0 or layer != layers[k - 1])
     take = _take(board, piece, path)
-    nets = {track.net for track in piece.tracks} | {hole.net for _, hole in piece.holes}
+    nets = tuple(sorted(piece.track_nets | piece.hole_nets))
     size = ((low + high) / 2, high - low)
-    return Winding(number, layers, length_of(line), *size, tuple(sorted(nets - {""})), take, refusal, path)
+    return Winding(number, layers, length_of(line), *size, nets, take, refusal, path)
 
 
 def _take(board: Board, piece: Joints, path: Route | None) -> str:
     """Return the option that takes a piece alone: its net, its footprint, a net of its pads, else a place on it."""
     held = [hole.net for hole in board.holes]
-    asked = [("--net", net) for net in sorted({track.net for track in piece.tracks})]
+    asked = [("--net", net) for net in sorted(piece.track_nets)]
     asked += [("--footprint", name) for name in board.references(piece.tracks)]
-    at_ends = sorted({hole.net for _, hole in piece.holes})
-    asked += [("--net", net) for net in sorted(at_ends, key=held.count)]  # ground last
-    for option, name in asked:
-        found, _ = _followed((of_net if option == "--net" else of_footprint)(board, name)) if name else (None, "")
+    asked += [("--net", net) for net in sorted(sorted(piece.hole_nets), key=held.count)]  # ground last
+    for option, name in asked if path is not None else ():
+        found, _ = _followed((of_net if option == "--net" else of_footprint)(board, name))
         if path is not None and found is not None and found.ends == path.ends:
             return f"{option}={shlex.quote(name)}"
     x, y = piece.tracks[0].points[0] / METRES * (1, -1) + 0.0
