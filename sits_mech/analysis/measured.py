@@ -139,12 +139,8 @@ def read_units(
 def _written(path: str | Path, forces: Sequence[str]) -> _Written:
     """Return the rows of a file as they are written."""
     needs = (*(name.lower() for name in forces[:1]), "d_v")
-    found = table_of(path, "a readable measurement", needs)
-    if found is None:
-        needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
-        came = names_found(path, "a readable measurement")
-        raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got {came}")
-    table, columns = found
+    must = f"a column {f'{forces[0]}, or d_v of a pose,' if forces else 'd_v, of a pose,'} and one for each coil"
+    table, columns = table_of(path, "a readable measurement", needs, f"{must}, such as L1 [uH]")
     return _Written(str(path), table.rows, table.separator, columns)
 
 
@@ -214,16 +210,17 @@ def _poses(sheet: Sheet) -> Array:
     return poses
 
 
-def table_of(path: str | Path, what: str, needed: Sequence[str]) -> tuple[Table, dict[str, tuple[int, str]]] | None:
-    """Return a file's table below the names that have one of those needed, and its columns; None without.
+def table_of(path: str | Path, what: str, needs: Sequence[str], must: str) -> tuple[Table, dict[str, tuple[int, str]]]:
+    """Return a file's table below the names that have one of those needed, and its columns; refuse a file without.
 
-    `what` the file must be; columns as of `Sheet`. Names that come again further below are passed over.
+    `what` the file must be, and what it `must` have; columns as of `Sheet`. Names that come again further below are
+    passed over.
     """
-    tables = read_tables(path, what, lambda columns: {*needed} & {_name(column.name) for column in columns})
+    tables = read_tables(path, what, lambda columns: {*needs} & {_name(column.name) for column in columns})
     if not tables:
-        return None
+        raise SceneError(f"{path}: must have {must}; got {names_found(path, what)}")
     first = tables[0][0]
-    columns = [_table_columns(table, needed) for table, _ in tables]
+    columns = [_table_columns(table, needs) for table, _ in tables]
     if any(one != columns[0] for one in columns):
         raise SceneError(f"{path}: names and units that come again must be those above; got others")
     return replace(first, rows=[row for table, _ in tables for row in table.rows]), columns[0]

@@ -75,16 +75,19 @@ def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding
 
 def _take(board: Board, piece: Joints, path: Route | None) -> str:
     """Return the option that takes a piece alone: its net, its footprint, a net of its pads, else a place on it."""
+    x, y = piece.tracks[0].points[0] / METRES * (1, -1) + 0.0
+    by_place = f"--at={x:.10g},{y:.10g},{piece.tracks[0].layer}"
+    if path is None:
+        return by_place
     held = [hole.net for hole in board.holes]
     asked = [("--net", net) for net in sorted(piece.track_nets)]
     asked += [("--footprint", name) for name in board.references(piece.tracks)]
     asked += [("--net", net) for net in sorted(sorted(piece.hole_nets), key=held.count)]  # ground last
-    for option, name in asked if path is not None else ():
+    for option, name in asked:
         found, _ = _followed((of_net if option == "--net" else of_footprint)(board, name))
-        if path is not None and found is not None and found.ends == path.ends:
+        if found is not None and found.ends == path.ends:
             return f"{option}={shlex.quote(name)}"
-    x, y = piece.tracks[0].points[0] / METRES * (1, -1) + 0.0
-    return f"--at={x:.10g},{y:.10g},{piece.tracks[0].layer}"
+    return by_place
 
 
 def _followed(copper: Copper) -> tuple[Route | None, str]:

@@ -16,6 +16,7 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sits_mech.memory import input_bytes
 from sits_mech.quantities import Array
@@ -25,7 +26,6 @@ _KINDS = {"C3D4": "tetra", "C3D10": "tetra10", "C3D8": "hexahedron", "C3D20": "h
           "C3D6": "wedge", "C3D15": "wedge15"}
 _SHELL = re.compile(r"(?:CPS|CPE|CAX|M3D|S|R3D|SFM3D|STRI)([3468])")
 _SIDE = re.compile(r"s\d+")
-_NODES = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27, "wedge": 6, "wedge15": 15}
 _FACES = {
     4: ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
     6: ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
@@ -62,14 +62,14 @@ def read_deck(path: str | Path) -> Deck:
             elif keyword.startswith("end"):
                 part = ""
             elif keyword in _TAKEN:
-                _TAKEN[keyword](deck, options, rows, used_part(options, part, used))
+                _TAKEN[keyword](deck, options, rows, _used_part(options, part, used))
         except (ValueError, IndexError, KeyError) as error:
             came = printable(f"{type(error).__name__} {error}", 80)
             raise SceneError(f"{path}: line {number}: must be a block *{keyword} of Abaqus; got {came}") from None
     return deck
 
 
-def used_part(options: dict[str, str], part: str, used: dict[str, str]) -> str:
+def _used_part(options: dict[str, str], part: str, used: dict[str, str]) -> str:
     """Return the part that a set of an assembly speaks of, by its instance."""
     instance = options.get("instance", "")
     return next((source for source, name in used.items() if name == instance), part)
@@ -112,8 +112,9 @@ def _nodes(deck: Deck, options: dict[str, str], rows: list[list[str]], part: str
 def _elements(deck: Deck, options: dict[str, str], rows: list[list[str]], part: str) -> None:
     """Add elements, whose rows may go on in the next line."""
     kind = options["type"].upper()
-    solid, shell = _KINDS.get(kind.rstrip("HIRMTSE")), _SHELL.match(kind)
-    size = _NODES[solid] if solid else int(shell[1]) if shell else 0
+    plain, shell = kind.rstrip("HIRMTSE"), _SHELL.match(kind)
+    solid = _KINDS.get(plain)
+    size = int(plain[3:]) if solid else int(shell[1]) if shell else 0
     if not size:
         if kind.startswith("C3D"):
             raise ValueError(f"type {kind}")
@@ -156,15 +157,11 @@ def _move(deck: Deck, part: str, rows: list[list[str]]) -> None:
     """Put the nodes of a part where its instance is: a shift, then a turn about two points by degrees."""
     numbers = [[float(each) for each in row] for row in rows if len(row) in (3, 7)]
     for row in numbers:
-        a, shift = np.array(row[:3]), np.zeros(3)
-        turn = np.eye(3)
-        if len(row) == 3:
-            shift = a
-        else:
-            axis = (np.array(row[3:6]) - a) / np.linalg.norm(np.array(row[3:6]) - a)
-            cross, angle = np.cross(np.eye(3), axis), np.deg2rad(row[6])
-            turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-            shift = a - turn @ a
+        shift, turn = np.array(row[:3]), np.eye(3)
+        if len(row) == 7:
+            axis = np.array(row[3:6]) - row[:3]
+            turn = Rotation.from_rotvec(row[6] * axis / np.linalg.norm(axis), degrees=True).as_matrix()
+            shift = shift - turn @ shift
         for key in [key for key in deck.nodes if key[0] == part]:
             deck.nodes[key] = turn @ deck.nodes[key] + shift
 

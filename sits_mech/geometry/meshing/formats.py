@@ -36,7 +36,7 @@ def read_named(path: str | Path) -> Named:
     cells = {str(kind): np.asarray(own, dtype=np.int64) for kind, own in given.cells_dict.items()}
     nodes = {name: np.asarray(own, dtype=np.int64) for name, own in given.point_sets.items()}
     nodes |= _tagged(getattr(given, "point_tags", None), given.point_data.get("point_tags"))
-    faces = {name: [corners(cells[kind])[own] for kind, own in parts.items() if kind in cells and _flat(kind)]
+    faces = {name: [_corners(cells[kind])[own] for kind, own in parts.items() if kind in cells and _flat(kind)]
              for name, parts in _groups(given).items()}
     if Path(path).suffix.lower() in (".e", ".exo", ".ex2"):
         faces |= _side_sets(path, cells)
@@ -49,7 +49,7 @@ def _flat(kind: str) -> bool:
     return kind.startswith(("triangle", "quad"))
 
 
-def corners(faces: Integers) -> Integers:
+def _corners(faces: Integers) -> Integers:
     """Return the corners of triangles or quadrilaterals of any order."""
     return faces[:, : 3 if faces.shape[1] in (3, 6, 7) else 4]
 

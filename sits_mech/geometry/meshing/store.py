@@ -16,13 +16,14 @@ import numpy as np
 from skfem import Mesh
 from skfem.io.meshio import from_meshio
 
+from sits_mech.geometry.meshing.abaqus import CORNERS
 from sits_mech.geometry.meshing.cells import Named
 from sits_mech.geometry.meshing.formats import read_named
 from sits_mech.geometry.meshing.soundness import check_sound, joined, place
 from sits_mech.quantities import Array, Integers
 
-CELLS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron27": 8}
-"""Cells that can be read, with their corners."""
+CELLS = ("tetra", "tetra10", "hexahedron", "hexahedron27")
+"""Cells that can be read."""
 MADE = ("hexahedron20", "wedge")
 """Cells that others are made of."""
 NAMING = (".msh", ".inp", ".med", ".vtu", ".vtk", ".e")
@@ -49,7 +50,7 @@ def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -
     kind = _only_kind(name, given)
     cells, all_points = given.cells[kind], given.points
     _check_numbers(name, cells, given)
-    count = CELLS[kind]
+    count = CORNERS[kind]
     ends = np.unique(cells[:, :count])
     used = np.concatenate([ends, np.setdiff1d(cells, ends)])  # corners first, as skfem takes them
     if all_points.shape[1] != 3 or not np.all(np.isfinite(all_points[used])):
