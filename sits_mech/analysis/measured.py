@@ -101,16 +101,16 @@ class Measured:
 
 def read_measured(
     path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,
-    held: Mapping[str, float] | None = None, least: int = 4, unseen: bool = False,
+    held: Mapping[str, float] | None = None, unseen: bool = False,
 ) -> Measured:
     """Read a measurement of the forces and coils of a model; without forces the file must have poses.
 
     `tank` is needed where the file holds codes; `held` are other components of the load that the model has, of one
     value each [N, N m]; what is neither is zero; `unseen` loads, nan, are kept. SceneError when the file cannot be
-    read, a column is missing or of an unknown unit, there are fewer rows of loads than `least`, or the file has other
-    loads than the model.
+    read, a column is missing or of an unknown unit, there are fewer than 4 rows of loads (1 with `unseen`), or the file
+    has other loads than the model.
     """
-    return _measured(_written(path, forces), _Asked(forces, coils, tank, held or {}), least, unseen)
+    return _measured(_written(path, forces), _Asked(forces, coils, tank, held or {}), unseen)
 
 
 def read_units(
@@ -132,7 +132,7 @@ def read_units(
         raise SceneError(f"{path}: must have a row with the name of its unit; got none")
     asked = _Asked(forces, coils, tank, held or {})
     return {
-        name: _measured(replace(file, source=f"{path}: {name}", rows=own), asked, 1, True) for name, own in rows.items()
+        name: _measured(replace(file, source=f"{path}: {name}", rows=own), asked, True) for name, own in rows.items()
     }
 
 
@@ -144,17 +144,13 @@ def _written(path: str | Path, forces: Sequence[str]) -> _Written:
     return _Written(str(path), table.rows, table.separator, columns)
 
 
-def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measured:
+def _measured(file: _Written, asked: _Asked, unseen: bool) -> Measured:
     """Return the measurement that rows hold, as `read_measured`."""
     source, forces = file.source, asked.forces
     coils = [_coil(file, k, coil) for k, coil in enumerate(asked.coils)]
     moved = not forces or forces[0].lower() not in file.columns
-    used: tuple[str, ...] = POSE
-    if moved:
-        least, unseen = 1, False
-    else:
-        used = (*forces, *_others(file, forces), "depth")
-    rows = _rows(file, (*coils, *used), tuple(forces) * unseen)
+    used = POSE if moved else (*forces, *_others(file, forces), "depth")
+    rows, least = _rows(file, (*coils, *used), tuple(forces) * unseen), 1 if moved or unseen else 4
     if len(rows) < least:
         raise SceneError(f"{source}: must hold at least {least} rows of numbers; got {len(rows)}")
     sheet = Sheet(source, file.columns, rows)

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from sits_mech.boards.copper import Board, Hole, Track, place
-from sits_mech.boards.joints import Joints, joined, merged
+from sits_mech.boards.joints import ROUNDING, Joints, joined, merged
 from sits_mech.boards.lines import flattened, length_of, longest_way, spaced
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown
@@ -130,7 +130,7 @@ def alone(board: Board, piece: Joints) -> Copper:
 def drawn(track: Track) -> Array:
     """Return a track as a line, roughly; a bad arc as its points."""
     try:
-        return flattened(track, max(COARSE * track.width, 1e-6), "")
+        return flattened(track, max(COARSE * track.width, ROUNDING), "")
     except SceneError:
         return track.points
 

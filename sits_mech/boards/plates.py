@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.boards.copper import Board, Zone, place
+from sits_mech.boards.copper import GRID, Board, Zone, place
 from sits_mech.boards.route import Route, Run
 from sits_mech.boards.stackup import Layer
 from sits_mech.quantities import Array
@@ -39,7 +39,6 @@ from sits_mech.scene.parts import Conductor
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
 
-_GRID = 1e-9  # the board's own step [m]
 _CLEAR = 2e-4  # of a pour from a coil that ends in it: KiCad's default clearance [m]
 
 
@@ -141,9 +140,9 @@ def loops(points: Array, pen: float = 0.0) -> list[list[Array]]:
     """
     import shapely
 
-    whole = shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure")
-    whole = whole.buffer(pen / 2 / _GRID) if pen > 0.0 else whole
-    return [[rim * _GRID for rim in each] for each in _rings(whole)] if whole.area > 0.0 else [[points]]
+    whole = shapely.make_valid(shapely.Polygon(np.round(points / GRID)), method="structure")
+    whole = whole.buffer(pen / 2 / GRID) if pen > 0.0 else whole
+    return [[rim * GRID for rim in each] for each in _rings(whole)] if whole.area > 0.0 else [[points]]
 
 
 def _touched(pour: Pour, run: Run) -> Array | None:
@@ -244,7 +243,7 @@ def _tied(one: Pour, other: Pour, size: float) -> Pour | None:
 
     shapes = [polygon([each.rim, *each.holes]) for each in (one, other)]
     a, b = np.array(shapely.shortest_line(*shapes).coords)
-    gap = max(float(np.hypot(*(b - a))), _GRID)
+    gap = max(float(np.hypot(*(b - a))), GRID)
     width = size * float(np.clip(_SMALL * size / gap, 2.0 * _FINE, _WIDE))
     step = (b - a) / gap * width
     bridge = shapely.LineString([a - step, b + step]).buffer(width / 2, cap_style="flat")

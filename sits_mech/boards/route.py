@@ -24,7 +24,7 @@ from sits_mech.units import SceneError
 _CARELESS = 0.05  # of the narrowest track's width: ends that are nearer meet, where rounding does not make one path
 _LIKE = 0.5  # a piece longer than this share of the longest may be the coil as well
 _SAME_WIDTH = 0.01  # tracks whose widths differ by less are one run
-_SAME, _FINEST = 1e-6, 0.02  # points closer than this [m], or than this share of the width, are one
+_FINEST = 0.02  # points closer than this share of the width are one
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ def _runs(joints: Joints, chain: Sequence[End], lines: Sequence[Array]) -> tuple
     for tracks, pieces in runs:
         weights = [length_of(track.points) for track in tracks]
         width = float(np.average([track.width for track in tracks], weights=weights))
-        found.append(Run(tracks[0].layer, width, spaced(np.vstack(pieces), max(_SAME, _FINEST * width))))
+        found.append(Run(tracks[0].layer, width, spaced(np.vstack(pieces), max(ROUNDING, _FINEST * width))))
     return tuple(found)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.boards.copper import Board, place
-from sits_mech.boards.joints import Joints
+from sits_mech.boards.joints import ROUNDING, Joints
 from sits_mech.boards.lines import length_of
 from sits_mech.boards.pieces import COARSE, FEW, TURNS, Copper, alone, along, of_footprint, of_net, pieces, turns
 from sits_mech.boards.route import Route, route
@@ -93,6 +93,6 @@ def _take(board: Board, piece: Joints, path: Route | None) -> str:
 def _followed(copper: Copper) -> tuple[Route | None, str]:
     """Return copper as a path, else why it is none."""
     try:
-        return route(copper, max(COARSE * max((track.width for track in copper.tracks), default=0.0), 1e-6)), ""
+        return route(copper, max(COARSE * max((track.width for track in copper.tracks), default=0.0), ROUNDING)), ""
     except SceneError as error:
         return None, str(error).removeprefix(f"{copper.where}: ")
