@@ -141,8 +141,8 @@ class _Reader:
         """Return lines and width of what a node draws on the board [m]; None of a polygon that is no strip."""
         where = f"{self.name}: {node[0]}"
         if node[0].endswith("poly"):
-            corners = self.corners(child(node, "pts") or [], where)
-            found = strip(frame.onto(np.array(corners))) if len(corners) > 3 and is_filled(node) else None
+            corners = self.corners(node, frame)
+            found = strip(corners) if len(corners) > 3 and is_filled(node) else None
             return found and ([*map(np.array, pairwise(found[0]))], found[1] + self.border(node))
         points = frame.onto(three_points(node, where))
         (width,) = numbers(child(node, "stroke") or node, "width", 1, f"{where} at {place(points[0])}")
@@ -184,31 +184,30 @@ class _Reader:
 
     def zone(self, node: Node) -> Zone:
         """Return a zone with what is filled of it."""
-        fills, where = [], f"{self.name}: filled_polygon"
+        fills = []
         for fill in children(node, "filled_polygon"):
-            corners = self.corners(child(fill, "pts") or [], where)
+            corners = self.corners(fill)
             layer = self.layers.get((texts(fill, "layer") or texts(node, "layer") or [""])[0], "")
             if len(corners) > 2 and layer:
-                fills.append((layer, _BOARD.onto(np.array(corners))))
-        net, border = self.net(node) or "".join(texts(node, "net_name")), METRES * pen(node, self.version, where)
-        return Zone(net, self.on(node), tuple(fills), border)
+                fills.append((layer, corners))
+        net, border = self.net(node) or "".join(texts(node, "net_name")), pen(node, self.version, f"{self.name}: zone")
+        return Zone(net, self.on(node), tuple(fills), METRES * border)
 
     def areas(self, nodes: Sequence[Node]) -> list[Zone]:
         """Return filled polygons drawn on copper that are no strips, as zones."""
         found = list[Zone]()
         for node in nodes:
-            corners, where = self.corners(child(node, "pts") or [], f"{self.name}: {node[0]}"), self.on(node)[:1]
-            if where and len(corners) > 2 and is_filled(node) and self.shape(node, _BOARD) is None:
-                fill = (where[0], _BOARD.onto(np.array(corners)))
-                found.append(Zone(self.net(node), where, (fill,), self.border(node), drawn=True))
+            corners, on = self.corners(node), self.on(node)[:1]
+            if on and len(corners) > 2 and is_filled(node) and self.shape(node, _BOARD) is None:
+                found.append(Zone(self.net(node), on, ((on[0], corners),), self.border(node), drawn=True))
         return found
 
-    def corners(self, points: Node, where: str) -> list[list[float]]:
-        """Return the corners of a polygon, three of an arc, as in the file [mm]."""
-        found = list[list[float]]()
-        for node in children(points, "xy", "arc"):
-            found += [numbers([node], "xy", 2, where)] if node[0] == "xy" else three_points(node, where).tolist()
-        return found
+    def corners(self, node: Node, frame: _Frame = _BOARD) -> Array:
+        """Return the corners of a polygon on the board (k, 2), three of an arc [m]."""
+        found, where = [np.zeros((0, 2))], f"{self.name}: {node[0]}"
+        for item in children(child(node, "pts") or [], "xy", "arc"):
+            found.append(np.array([numbers([item], "xy", 2, where)]) if item[0] == "xy" else three_points(item, where))
+        return frame.onto(np.vstack(found))
 
 
 def _word(item: float | str) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -65,12 +66,10 @@ def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding
     layers = tuple(dict.fromkeys(track.layer for track in piece.tracks))
     path, refusal = _followed(alone(board, piece))
     if path is not None:
-        line, layers = np.vstack([run.points for run in path.runs]), tuple(run.layer for run in path.runs)
-        layers = tuple(layer for k, layer in enumerate(layers) if k == 0 or layer != layers[k - 1])
-    take = _take(board, piece, path)
-    nets = tuple(sorted(piece.track_nets | piece.hole_nets))
-    size = ((low + high) / 2, high - low)
-    return Winding(number, layers, length_of(line), *size, nets, take, refusal, path)
+        line = np.vstack([run.points for run in path.runs])
+        layers = tuple(layer for layer, _ in groupby(run.layer for run in path.runs))
+    take, nets = _take(board, piece, path), tuple(sorted(piece.track_nets | piece.hole_nets))
+    return Winding(number, layers, length_of(line), (low + high) / 2, high - low, nets, take, refusal, path)
 
 
 def _take(board: Board, piece: Joints, path: Route | None) -> str:
