@@ -64,18 +64,17 @@ def read_tables(
 
     `what` the file must be. Raise SceneError when it cannot be read.
     """
-    for lines in _texts(input_bytes(path, what)):
-        for separator in ";\t,":
-            at: list[tuple[int, _Known]] = []
-            for k, line in enumerate(lines):
-                if _may_name(line, separator, bool(at)) and (hit := known(_columns(lines, k, separator))):
-                    at.append((k, hit))
-            if at:
-                edges = [0, *(k for k, _ in at), len(lines)]
-                return [
-                    (_table(str(path), lines[before:after], k - before, separator), hit)
-                    for (k, hit), before, after in zip(at, edges, edges[2:], strict=False)
-                ]
+    for lines, separator in _ways(path, what):
+        at: list[tuple[int, _Known]] = []
+        for k, line in enumerate(lines):
+            if _may_name(line, separator, bool(at)) and (hit := known(_columns(lines, k, separator))):
+                at.append((k, hit))
+        if at:
+            edges = [0, *(k for k, _ in at), len(lines)]
+            return [
+                (_table(str(path), lines[before:after], k - before, separator), hit)
+                for (k, hit), before, after in zip(at, edges, edges[2:], strict=False)
+            ]
     return []
 
 
@@ -96,13 +95,12 @@ def _may_name(line: str, separator: str, again: bool) -> bool:
 
 def names_found(path: str | Path, what: str) -> str:
     """Return, for messages, the row of words that stands above the first two rows of numbers of a file."""
-    for lines in _texts(input_bytes(path, what)):
-        for separator in ";\t,":
-            counts = [sum(_is_number(cell, separator) for cell in cells_of(line, separator)) for line in lines[:1000]]
-            for k in range(1, len(counts) - 1):
-                if counts[k] > 1 and counts[k + 1] > 1 and (words := [j for j in range(k) if not counts[j]]):
-                    last = words[-1] if not _unit_row([lines[words[-1]]], separator) or len(words) < 2 else words[-2]
-                    return printable(", ".join(filter(None, cells_of(lines[last], separator))))
+    for lines, separator in _ways(path, what):
+        counts = [sum(_is_number(cell, separator) for cell in cells_of(line, separator)) for line in lines[:1000]]
+        for k in range(1, len(counts) - 1):
+            if min(counts[k : k + 2]) > 1 and (words := [j for j in range(k) if not counts[j]]):
+                last = words[-1] if not _unit_row([lines[words[-1]]], separator) or len(words) < 2 else words[-2]
+                return printable(", ".join(filter(None, cells_of(lines[last], separator))))
     return "no row of names above rows of numbers"
 
 
@@ -129,8 +127,9 @@ def _unit(written: str) -> str:
     return _UNITS.get(unit.casefold(), unit)
 
 
-def _texts(content: bytes) -> Iterator[list[str]]:
-    """Return the lines of a text that hold anything, in each of the ways that it may be encoded."""
+def _ways(path: str | Path, what: str) -> Iterator[tuple[list[str], str]]:
+    """Return the lines of a file that hold anything, by each of the ways that it may be encoded and separated."""
+    content = input_bytes(path, what)
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         ways = ["utf-16"]
     elif 3 * content[:1000].count(0) > len(content[:1000]):
@@ -142,7 +141,8 @@ def _texts(content: bytes) -> Iterator[list[str]]:
         except UnicodeDecodeError:
             ways = ["cp1252", "cp932"]
     for way in ways:
-        yield [line for line in content.decode(way, "replace").splitlines() if line.strip(" ;,\t")]
+        lines = [line for line in content.decode(way, "replace").splitlines() if line.strip(" ;,\t")]
+        yield from ((lines, separator) for separator in ";\t,")
 
 
 def _columns(lines: Sequence[str], k: int, separator: str) -> list[Column]:

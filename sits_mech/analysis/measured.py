@@ -101,16 +101,16 @@ class Measured:
 
 def read_measured(
     path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,
-    held: Mapping[str, float] | None = None, least: int = 4, unseen: bool = False,
+    held: Mapping[str, float] | None = None, unseen: bool = False,
 ) -> Measured:
     """Read a measurement of the forces and coils of a model; without forces the file must have poses.
 
     `tank` is needed where the file holds codes; `held` are other components of the load that the model has, of one
     value each [N, N m]; what is neither is zero; `unseen` loads, nan, are kept. SceneError when the file cannot be
-    read, a column is missing or of an unknown unit, there are fewer rows of loads than `least`, or the file has other
-    loads than the model.
+    read, a column is missing or of an unknown unit, there are fewer than 4 rows of loads (1 with `unseen`), or the file
+    has other loads than the model.
     """
-    return _measured(_written(path, forces), _Asked(forces, coils, tank, held or {}), least, unseen)
+    return _measured(_written(path, forces), _Asked(forces, coils, tank, held or {}), unseen)
 
 
 def read_units(
@@ -132,33 +132,25 @@ def read_units(
         raise SceneError(f"{path}: must have a row with the name of its unit; got none")
     asked = _Asked(forces, coils, tank, held or {})
     return {
-        name: _measured(replace(file, source=f"{path}: {name}", rows=own), asked, 1, True) for name, own in rows.items()
+        name: _measured(replace(file, source=f"{path}: {name}", rows=own), asked, True) for name, own in rows.items()
     }
 
 
 def _written(path: str | Path, forces: Sequence[str]) -> _Written:
     """Return the rows of a file as they are written."""
     needs = (*(name.lower() for name in forces[:1]), "d_v")
-    found = table_of(path, "a readable measurement", needs)
-    if found is None:
-        needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
-        came = names_found(path, "a readable measurement")
-        raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got {came}")
-    table, columns = found
+    must = f"a column {f'{forces[0]}, or d_v of a pose,' if forces else 'd_v, of a pose,'} and one for each coil"
+    table, columns = table_of(path, "a readable measurement", needs, f"{must}, such as L1 [uH]")
     return _Written(str(path), table.rows, table.separator, columns)
 
 
-def _measured(file: _Written, asked: _Asked, least: int, unseen: bool) -> Measured:
+def _measured(file: _Written, asked: _Asked, unseen: bool) -> Measured:
     """Return the measurement that rows hold, as `read_measured`."""
     source, forces = file.source, asked.forces
     coils = [_coil(file, k, coil) for k, coil in enumerate(asked.coils)]
     moved = not forces or forces[0].lower() not in file.columns
-    used: tuple[str, ...] = POSE
-    if moved:
-        least, unseen = 1, False
-    else:
-        used = (*forces, *_others(file, forces), "depth")
-    rows = _rows(file, (*coils, *used), tuple(forces) * unseen)
+    used = POSE if moved else (*forces, *_others(file, forces), "depth")
+    rows, least = _rows(file, (*coils, *used), tuple(forces) * unseen), 1 if moved or unseen else 4
     if len(rows) < least:
         raise SceneError(f"{source}: must hold at least {least} rows of numbers; got {len(rows)}")
     sheet = Sheet(source, file.columns, rows)
@@ -214,16 +206,17 @@ def _poses(sheet: Sheet) -> Array:
     return poses
 
 
-def table_of(path: str | Path, what: str, needed: Sequence[str]) -> tuple[Table, dict[str, tuple[int, str]]] | None:
-    """Return a file's table below the names that have one of those needed, and its columns; None without.
+def table_of(path: str | Path, what: str, needs: Sequence[str], must: str) -> tuple[Table, dict[str, tuple[int, str]]]:
+    """Return a file's table below the names that have one of those needed, and its columns; refuse a file without.
 
-    `what` the file must be; columns as of `Sheet`. Names that come again further below are passed over.
+    `what` the file must be, and what it `must` have; columns as of `Sheet`. Names that come again further below are
+    passed over.
     """
-    tables = read_tables(path, what, lambda columns: {*needed} & {_name(column.name) for column in columns})
+    tables = read_tables(path, what, lambda columns: {*needs} & {_name(column.name) for column in columns})
     if not tables:
-        return None
+        raise SceneError(f"{path}: must have {must}; got {names_found(path, what)}")
     first = tables[0][0]
-    columns = [_table_columns(table, needed) for table, _ in tables]
+    columns = [_table_columns(table, needs) for table, _ in tables]
     if any(one != columns[0] for one in columns):
         raise SceneError(f"{path}: names and units that come again must be those above; got others")
     return replace(first, rows=[row for table, _ in tables for row in table.rows]), columns[0]

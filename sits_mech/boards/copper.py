@@ -11,6 +11,8 @@ import numpy as np
 from sits_mech.boards.stackup import METRES, Layer
 from sits_mech.quantities import Array
 
+GRID = 1e-9  # the step of a board's places [m]
+
 
 @dataclass(frozen=True)
 class Track:

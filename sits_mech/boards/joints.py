@@ -11,7 +11,7 @@ two layers of its own footprint's lines is a via.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -37,6 +37,16 @@ class Joints:
     tracks: tuple[Track, ...]  # those that count
     numbers: NDArray[np.int64]  # (n, 2) of the joints at the first and last point of each track
     holes: tuple[tuple[int, Hole], ...] = ()  # vias and pads that are joints, by number
+
+    @cached_property
+    def track_nets(self) -> frozenset[str]:
+        """Return the nets of the tracks."""
+        return frozenset(track.net for track in self.tracks) - {""}
+
+    @cached_property
+    def hole_nets(self) -> frozenset[str]:
+        """Return the nets of vias and pads."""
+        return frozenset(hole.net for _, hole in self.holes) - {""}
 
     def point(self, end: End) -> Array:
         """Return an end of a track [m]."""
@@ -173,19 +183,23 @@ def _in_holes(joints: Joints) -> Joints:
 
 def _overlapping(joints: Joints) -> Joints:
     """Join loose ends of two tracks on one layer, each the other's nearest, within half the narrower of them."""
-    near: dict[End, End] = {}
-    loose = joints.loose()
-    for layer in {joints.tracks[end[0]].layer for end in loose}:
-        mine = [end for end in loose if joints.tracks[end[0]].layer == layer]
-        points = np.array([joints.point(end) for end in mine])
-        nearest = np.atleast_2d(cKDTree(points).query(points, k=3)[1])  # itself, the track's other end, the next
-        for end, which in zip(mine, nearest, strict=True):
-            for other in [mine[k] for k in which if k < len(mine) and mine[k][0] != end[0]][:1]:
-                gap = float(np.hypot(*(joints.point(other) - joints.point(end))))
-                if gap <= min(joints.tracks[end[0]].width, joints.tracks[other[0]].width) / 2:
-                    near[end] = other
+    by_layer: dict[str, list[End]] = {}
+    for end in joints.loose():
+        by_layer.setdefault(joints.tracks[end[0]].layer, []).append(end)
+    near = dict(pair for ends in by_layer.values() for pair in _nearest(joints, ends))
     pairs = [(end, other) for end, other in near.items() if near.get(other) == end and end < other]
     return _renumbered(joints, [(int(joints.numbers[a]), int(joints.numbers[b])) for a, b in pairs])
+
+
+def _nearest(joints: Joints, ends: Sequence[End]) -> Iterator[tuple[End, End]]:
+    """Yield ends, each with the nearest one of another track where it is within half the narrower of them."""
+    points = np.array([joints.point(end) for end in ends])
+    nearest = np.atleast_2d(cKDTree(points).query(points, k=3)[1])  # itself, the track's other end, the next
+    for end, which in zip(ends, nearest, strict=True):
+        for other in [ends[k] for k in which if k < len(ends) and ends[k][0] != end[0]][:1]:
+            gap = float(np.hypot(*(joints.point(other) - joints.point(end))))
+            if gap <= min(joints.tracks[end[0]].width, joints.tracks[other[0]].width) / 2:
+                yield end, other
 
 
 def _is_via(joints: Joints, hole: Hole, ends: Sequence[End]) -> bool:

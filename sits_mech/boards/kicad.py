@@ -93,11 +93,7 @@ class _Reader:
                 for item in children(node, "pad"):
                     holes += self.pad(item, frame)
                     tracks += self.primitives(item, frame)
-        zones = [
-            self.zone(node) for node in children(tree, "zone")  # of copper, and no teardrop of a pad
-            if child(node, "keepout") is None and child(child(node, "attr") or [], "teardrop") is None
-        ]
-        zones += self.areas(children(tree, "gr_poly"))
+        zones = [*map(self.zone, filter(_is_pour, children(tree, "zone"))), *self.areas(children(tree, "gr_poly"))]
         named = {item.net for part in (tracks, holes, zones) for item in part}
         names = tuple(sorted(({*self.nets.values()} | named) - {""}))
         return Board(self.name, layers, names, tuple(tracks), tuple(holes), tuple(zones), notes, tuple(references))
@@ -126,21 +122,27 @@ class _Reader:
         """Return tracks, lines, arcs and strips of copper among some nodes, those of a pad on its layers and net."""
         found = []
         for node in nodes:
-            lost = [layer for layer in texts(node, "layer") if layer.endswith(".Cu") and not self.on(node)]
-            if lost:
-                raise SceneError(f"{self.name}: {node[0]}: must be on one of {', '.join(self.layers)}; got {lost[0]}")
-            shape = self.shape(node, frame) if layers or self.on(node) else None
+            own, on = net or self.net(node), self.drawn_on(node)
+            on = layers or on
+            shape = self.shape(node, frame) if on else None
             if shape is not None:
-                own, on = net or self.net(node), layers or self.on(node)[:1]
                 found += [Track(layer, line, shape[1], own, frame.number) for layer in on for line in shape[0]]
         return found
+
+    def drawn_on(self, node: Node) -> tuple[str, ...]:
+        """Return the copper layer that a track or a drawing is on, if any; refuse one that the board has not."""
+        on = self.on(node)[:1]
+        lost = [layer for layer in texts(node, "layer") if layer.endswith(".Cu") and not on]
+        if lost:
+            raise SceneError(f"{self.name}: {node[0]}: must be on one of {', '.join(self.layers)}; got {lost[0]}")
+        return on
 
     def shape(self, node: Node, frame: _Frame) -> tuple[list[Array], float] | None:
         """Return lines and width of what a node draws on the board [m]; None of a polygon that is no strip."""
         where = f"{self.name}: {node[0]}"
         if node[0].endswith("poly"):
-            corners = self.corners(child(node, "pts") or [], where)
-            found = strip(frame.onto(np.array(corners))) if len(corners) > 3 and is_filled(node) else None
+            corners = self.corners(node, frame)
+            found = strip(corners) if len(corners) > 3 and is_filled(node) else None
             return found and ([*map(np.array, pairwise(found[0]))], found[1] + self.border(node))
         points = frame.onto(three_points(node, where))
         (width,) = numbers(child(node, "stroke") or node, "width", 1, f"{where} at {place(points[0])}")
@@ -182,36 +184,40 @@ class _Reader:
 
     def zone(self, node: Node) -> Zone:
         """Return a zone with what is filled of it."""
-        fills, where = [], f"{self.name}: filled_polygon"
+        fills = []
         for fill in children(node, "filled_polygon"):
-            corners = self.corners(child(fill, "pts") or [], where)
+            corners = self.corners(fill)
             layer = self.layers.get((texts(fill, "layer") or texts(node, "layer") or [""])[0], "")
             if len(corners) > 2 and layer:
-                fills.append((layer, _BOARD.onto(np.array(corners))))
-        net, border = self.net(node) or "".join(texts(node, "net_name")), METRES * pen(node, self.version, where)
-        return Zone(net, self.on(node), tuple(fills), border)
+                fills.append((layer, corners))
+        net, border = self.net(node) or "".join(texts(node, "net_name")), pen(node, self.version, f"{self.name}: zone")
+        return Zone(net, self.on(node), tuple(fills), METRES * border)
 
     def areas(self, nodes: Sequence[Node]) -> list[Zone]:
         """Return filled polygons drawn on copper that are no strips, as zones."""
         found = list[Zone]()
         for node in nodes:
-            corners, where = self.corners(child(node, "pts") or [], f"{self.name}: {node[0]}"), self.on(node)[:1]
-            if where and len(corners) > 2 and is_filled(node) and self.shape(node, _BOARD) is None:
-                fill = (where[0], _BOARD.onto(np.array(corners)))
-                found.append(Zone(self.net(node), where, (fill,), self.border(node), drawn=True))
+            corners, on = self.corners(node), self.on(node)[:1]
+            if on and len(corners) > 2 and is_filled(node) and self.shape(node, _BOARD) is None:
+                found.append(Zone(self.net(node), on, ((on[0], corners),), self.border(node), drawn=True))
         return found
 
-    def corners(self, points: Node, where: str) -> list[list[float]]:
-        """Return the corners of a polygon, three of an arc, as in the file [mm]."""
-        found = list[list[float]]()
-        for node in children(points, "xy", "arc"):
-            found += [numbers([node], "xy", 2, where)] if node[0] == "xy" else three_points(node, where).tolist()
-        return found
+    def corners(self, node: Node, frame: _Frame = _BOARD) -> Array:
+        """Return the corners of a polygon on the board (k, 2), three of an arc [m]."""
+        found, where = [np.zeros((0, 2))], f"{self.name}: {node[0]}"
+        for item in children(child(node, "pts") or [], "xy", "arc"):
+            found.append(np.array([numbers([item], "xy", 2, where)]) if item[0] == "xy" else three_points(item, where))
+        return frame.onto(np.vstack(found))
 
 
 def _word(item: float | str) -> str:
     """Return a name that may have been read as a number."""
     return f"{item:g}" if isinstance(item, float) else str(item)
+
+
+def _is_pour(zone: Node) -> bool:
+    """Tell whether a zone is one of copper, and no teardrop of a pad."""
+    return child(zone, "keepout") is None and child(child(zone, "attr") or [], "teardrop") is None
 
 
 def _drawings(node: Node, prefix: str) -> list[Node]:

@@ -27,12 +27,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import Voronoi
 
-from sits_mech.boards.copper import Track, place
+from sits_mech.boards.copper import GRID, Track, place
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
 
 _STRAIGHT = 1e-7  # height of the arc over its chord, below which it is a line
-_SAME = 1e-9  # points closer than this are one: the board's own step is 1 nm [m]
 _SLENDER, _COVERED = 6.0, 0.05
 _STEP, _INSIDE, _OFF = 0.25, 0.45, 0.02  # of the width: points of the rim, middle from the rim, corners left out
 _MOST = 200_000  # points of a rim
@@ -47,7 +46,7 @@ def flattened(track: Track, chord_error: float, where: str) -> Array:
     if len(points) == 2:
         return points
     a, b = points[1] - points[0], points[2] - points[0]
-    short = np.hypot(*np.transpose([a, b - a, b])) < _SAME
+    short = np.hypot(*np.transpose([a, b - a, b])) < GRID
     if short.any():
         came = "three equal points" if short[0] and short[2] else "two equal points"
         raise SceneError(f"{where}: the arc at {place(points[0])} must have a radius and two ends; got {came}")

@@ -8,8 +8,8 @@ there, else the nearest that turns, else the nearest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import lru_cache
 from itertools import pairwise
@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from sits_mech.boards.copper import Board, Hole, Track, place
-from sits_mech.boards.joints import Joints, joined, merged
+from sits_mech.boards.joints import ROUNDING, Joints, joined, merged
 from sits_mech.boards.lines import flattened, length_of, longest_way, spaced
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown
@@ -37,13 +37,16 @@ class Copper:
     board: str  # its name
     tracks: tuple[Track, ...]
     holes: tuple[Hole, ...]
-    has: Callable[[Joints], bool] = lambda _: True  # whether a piece of it is of what was asked
     net: str = ""  # that was asked
 
     @property
     def where(self) -> str:
         """Return what messages begin with."""
         return f"{self.board}: {self.title}"
+
+    def has(self, piece: Joints) -> bool:
+        """Tell whether a piece of it is of what was asked: of the net, or ends in its pads."""
+        return not self.net or self.net in piece.track_nets | piece.hole_nets
 
 
 def parts(joints: Joints) -> tuple[Joints, ...]:
@@ -76,17 +79,12 @@ def of_net(board: Board, net: str) -> Copper:
     """Return the copper of a net; raise SceneError where the board has no such net."""
     if net not in board.nets:
         raise SceneError(f"--net: {board.name}: {_unknown('net', net, board.nets)}")
-
-    def touches(piece: Joints) -> bool:
-        """Tell whether a piece is of the net, or ends in its pads."""
-        return any(track.net == net for track in piece.tracks) or any(hole.net == net for _, hole in piece.holes)
-
-    own = {id(track): track for track in board.tracks if track.net == net}
-    mine = [piece for piece in pieces(board) if touches(piece)]
-    own |= {id(track): track for piece in mine for track in piece.tracks}
-    ends = {id(hole) for piece in mine for _, hole in piece.holes}
+    mine = [piece for piece in pieces(board) if net in piece.track_nets | piece.hole_nets]
+    found = _together(board, mine, net, f"net {net}")
+    own = {id(track): track for track in (*(track for track in board.tracks if track.net == net), *found.tracks)}
+    ends = {id(hole) for hole in found.holes}
     holes = [hole for hole in board.holes if hole.layers and (hole.net == net or id(hole) in ends)]
-    return Copper(net, f"net {net}", board.name, tuple(own.values()), tuple(holes), touches, net)
+    return replace(found, tracks=tuple(own.values()), holes=tuple(holes), net=net)
 
 
 def of_footprint(board: Board, reference: str) -> Copper:
@@ -104,14 +102,7 @@ def at_place(board: Board, point: Array, layer: str) -> Copper:
 
     Raise SceneError where the board has no tracks, or none on the layer.
     """
-    import shapely
-
-    gaps = list[float]()
-    for piece in pieces(board):
-        some = [track for track in piece.tracks if layer in ("", track.layer)]
-        away = shapely.distance(shapely.Point(point), [shapely.LineString(drawn(track)) for track in some])
-        beside = (max(gap - track.width / 2, 0.0) for gap, track in zip(away, some, strict=True))
-        gaps.append(min(beside, default=np.inf))
+    gaps = [_away(piece, point, layer) for piece in pieces(board)]
     if min(gaps, default=np.inf) == np.inf:
         on = layer and f" on {layer}"
         raise SceneError(f"--at: {board.name}: must be a place of a board with tracks{on}; got none")
@@ -120,18 +111,26 @@ def at_place(board: Board, point: Array, layer: str) -> Copper:
     return alone(board, next((piece for piece in here if turns(piece) >= TURNS), here[0]))
 
 
+def _away(piece: Joints, point: Array, layer: str) -> float:
+    """Return how far a piece's copper is from a place, infinite where it has none on the layer [m]."""
+    import shapely
+
+    some = [track for track in piece.tracks if layer in ("", track.layer)]
+    away = shapely.distance(shapely.Point(point), [shapely.LineString(drawn(track)) for track in some])
+    return min((max(gap - track.width / 2, 0.0) for gap, track in zip(away, some, strict=True)), default=np.inf)
+
+
 def alone(board: Board, piece: Joints) -> Copper:
     """Return a piece of copper as that of a coil, named by its net or its footprint, if any."""
     at = f"{place(piece.tracks[0].points[0])} on {piece.tracks[0].layer}"
-    names = sorted({track.net for track in piece.tracks} - {""})
-    names += board.references(piece.tracks)
-    return _together(board, [piece], next(iter(names), ""), f"copper at {at}")
+    names = [*sorted(piece.track_nets), *board.references(piece.tracks), ""]
+    return _together(board, [piece], names[0], f"copper at {at}")
 
 
 def drawn(track: Track) -> Array:
     """Return a track as a line, roughly; a bad arc as its points."""
     try:
-        return flattened(track, max(COARSE * track.width, 1e-6), "")
+        return flattened(track, max(COARSE * track.width, ROUNDING), "")
     except SceneError:
         return track.points
 

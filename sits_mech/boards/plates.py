@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.boards.copper import Board, Zone, place
+from sits_mech.boards.copper import GRID, Board, Zone, place
 from sits_mech.boards.route import Route, Run
 from sits_mech.boards.stackup import Layer
 from sits_mech.quantities import Array
@@ -39,7 +39,6 @@ from sits_mech.scene.parts import Conductor
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
 
-_GRID = 1e-9  # the board's own step [m]
 _CLEAR = 2e-4  # of a pour from a coil that ends in it: KiCad's default clearance [m]
 
 
@@ -52,6 +51,11 @@ class Pour:
     rim: Array  # (n, 2) counter-clockwise [m]
     holes: tuple[Array, ...]  # [m]
     parts: tuple[Pour, ...] = ()  # that it joins, where it stands for several
+
+    @property
+    def title(self) -> str:
+        """Return what it is, for a reader."""
+        return f"pour of {self.net or 'no net'} on {self.layer}"
 
     @cached_property
     def box(self) -> tuple[Array, Array]:
@@ -94,20 +98,20 @@ def _as_pours(like: Pour, pieces: Sequence[Sequence[Array]]) -> list[Pour]:
 
 def _clear(pour: Pour, zone: Zone, routes: Sequence[Route], name: str) -> tuple[list[Pour], list[str]]:
     """Return what is left of a pour beside the coils, which may end in it, and what to say of that."""
-    title, said = f"pour of {pour.net or 'no net'} on {pour.layer}", []
+    said: list[str] = []
     for found in routes:
         for run in (run for run in found.runs if run.layer == pour.layer):
             at = _touched(pour, run)
             if at is None:
                 continue
             if zone.drawn:
-                return [], [f"{title}: left out, it is drawn and touches {found.title} at {place(at)}"]
+                return [], [f"{pour.title}: left out, it is drawn and touches {found.title} at {place(at)}"]
             if pour.net not in found.end_nets:
                 raise SceneError(
-                    f"{name}: {found.title}: its track must be clear of the {title}; got one that touches it at "
+                    f"{name}: {found.title}: its track must be clear of the {pour.title}; got one that touches it at "
                     f"{place(at)}"
                 )
-            said = [f"{title}: cut {1e3 * _CLEAR:g} mm clear of {found.title}, which ends in it"]
+            said = [f"{pour.title}: cut {1e3 * _CLEAR:g} mm clear of {found.title}, which ends in it"]
     return (_cut(pour, routes) if said else [pour]), said
 
 
@@ -136,9 +140,9 @@ def loops(points: Array, pen: float = 0.0) -> list[list[Array]]:
     """
     import shapely
 
-    whole = shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure")
-    whole = whole.buffer(pen / 2 / _GRID) if pen > 0.0 else whole
-    return [[rim * _GRID for rim in each] for each in _rings(whole)] if whole.area > 0.0 else [[points]]
+    whole = shapely.make_valid(shapely.Polygon(np.round(points / GRID)), method="structure")
+    whole = whole.buffer(pen / 2 / GRID) if pen > 0.0 else whole
+    return [[rim * GRID for rim in each] for each in _rings(whole)] if whole.area > 0.0 else [[points]]
 
 
 def _touched(pour: Pour, run: Run) -> Array | None:
@@ -188,13 +192,9 @@ def plates(
         pour = waiting.pop(0)
         table, said = _table(pour, frame)
         table = {"name": free_name(f"{pour.net or 'copper'} {pour.layer}", [plate.name for _, plate in kept])} | table
-        title = f"pour of {pour.net or 'no net'} on {pour.layer}, {1e6 * pour.area:.4g} mm2"
+        title = f"{pour.title}, {1e6 * pour.area:.4g} mm2"
         try:
-            plate = Conductor.model_validate(table)
-            for other, there in kept:
-                if _boxes_meet(pour, other):
-                    raise SceneError(f"its box must be clear of that around conductors.{there.name}; they overlap")
-            check_parts(sensor.coils, None, None, (*(there for _, there in kept), plate), None)
+            plate = _fitting(pour, table, kept, sensor)
         except SceneError as error:
             if pour.parts:
                 waiting = sorted([*waiting, *pour.parts], key=attrgetter("area"), reverse=True)
@@ -205,6 +205,18 @@ def plates(
         kept.append((pour, plate))
         notes += [f"{title}: {said}"] if said else []
     return found, tuple(notes)
+
+
+def _fitting(
+    pour: Pour, table: dict[str, Any], kept: Sequence[tuple[Pour, Conductor]], sensor: Sensor
+) -> Conductor:
+    """Return a plate that is clear of those kept and of the coils; raise SceneError for another."""
+    plate = Conductor.model_validate(table)
+    for other, there in kept:
+        if _boxes_meet(pour, other):
+            raise SceneError(f"its box must be clear of that around conductors.{there.name}; they overlap")
+    check_parts(sensor.coils, None, None, (*(there for _, there in kept), plate), None)
+    return plate
 
 
 def together(poured: Sequence[Pour], size: float) -> list[Pour]:
@@ -231,7 +243,7 @@ def _tied(one: Pour, other: Pour, size: float) -> Pour | None:
 
     shapes = [polygon([each.rim, *each.holes]) for each in (one, other)]
     a, b = np.array(shapely.shortest_line(*shapes).coords)
-    gap = max(float(np.hypot(*(b - a))), _GRID)
+    gap = max(float(np.hypot(*(b - a))), GRID)
     width = size * float(np.clip(_SMALL * size / gap, 2.0 * _FINE, _WIDE))
     step = (b - a) / gap * width
     bridge = shapely.LineString([a - step, b + step]).buffer(width / 2, cap_style="flat")
@@ -256,7 +268,7 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     least = 2.0 * math.sqrt(_SMALL / math.pi) * frame.size
     holes = [hole for hole in pour.holes if float(np.hypot(*np.ptp(hole, axis=0))) >= least]  # by the box's diagonal
     lost = len(pour.holes) - len(holes)
-    said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] if lost else []
+    said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] * bool(lost)
     if pour.parts:
         areas = ", ".join(f"{1e6 * part.area:.4g}" for part in pour.parts)
         said.append(f"{len(pour.parts)} side by side, of {areas} mm2, as one: bridges between them carry no current")
@@ -265,7 +277,7 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
         rims = simplified([pour.rim, *holes], fine)
         loops = [[[_rounded(x), _rounded(y)] for x, y in (rim - middle).tolist()] for rim in rims]
         sizes = {"shape": "outline", "points": loops[0]} | ({"holes": loops[1:]} if holes else {})
-        among = f", {len(holes)} hole{'s' * (len(holes) > 1)} among them" if holes else ""
+        among = f", {len(holes)} hole{'s' * (len(holes) > 1)} among them" * bool(holes)
         said = [f"outline of {sum(map(len, rims))} corners, to {1e3 * fine:.2g} mm{among}", *said]
     place = [*(_rounded(v) + 0.0 for v in middle - frame.origin), _rounded(layer.z - frame.top)]
     table = {"material": "copper", "centre": place, "thickness": _rounded(layer.thickness)} | sizes

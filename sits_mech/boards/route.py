@@ -24,7 +24,7 @@ from sits_mech.units import SceneError
 _CARELESS = 0.05  # of the narrowest track's width: ends that are nearer meet, where rounding does not make one path
 _LIKE = 0.5  # a piece longer than this share of the longest may be the coil as well
 _SAME_WIDTH = 0.01  # tracks whose widths differ by less are one run
-_SAME, _FINEST = 1e-6, 0.02  # points closer than this [m], or than this share of the width, are one
+_FINEST = 0.02  # points closer than this share of the width are one
 
 
 @dataclass(frozen=True)
@@ -89,28 +89,28 @@ def _longest(joints: Joints, copper: Copper) -> tuple[Joints, tuple[str, ...]]:
     where = copper.where
     if not joints.tracks:
         raise SceneError(f"{where}: must have tracks; got none that leads from one place to another")
-    found = [part for part in parts(joints) if copper.has(part)] or list(parts(joints))
-    lengths = [sum(length_of(track.points) for track in part.tracks) for part in found]
-    best = int(np.argmax(lengths))
-    mine = found[best]
-    if len(found) == 1:
+    every = parts(joints)
+    mine, *others = sorted([part for part in every if copper.has(part)] or every, key=_length, reverse=True)
+    if not others:
         return mine, ()
-    at_pads = [bool(part.holes) for part in found]
-    if not all(at_pads):
-        lost = min((k for k in range(len(found)) if k != best), key=lambda k: at_pads[k])
+    if not all(part.holes for part in (mine, *others)):
+        lost = min(others, key=lambda part: bool(part.holes))
         raise SceneError(
-            f"{where}: must be one track from end to end; got {len(found)} pieces, apart between "
-            f"{_gap(mine, found[lost])}"
+            f"{where}: must be one track from end to end; got {1 + len(others)} pieces, apart between "
+            f"{_gap(mine, lost)}"
         )
-    second = int(np.argsort(lengths)[-2])
-    if lengths[second] > _LIKE * lengths[best]:
-        places = " and ".join(f"from {_ends(part)}" for part in (mine, found[second]))
+    if _length(others[0]) > _LIKE * _length(mine):
+        places = " and ".join(f"from {_ends(part)}" for part in (mine, others[0]))
         raise SceneError(
             f"{where}: must have one track much longer than others between pads; got two, {places}: take one by --at"
         )
-    rest = 1e3 * (sum(lengths) - lengths[best])
-    note = f"{where}: left out beyond pads: {len(found) - 1} pieces of {rest:.4g} mm together"
-    return mine, (note,)
+    rest = 1e3 * sum(map(_length, others))
+    return mine, (f"{where}: left out beyond pads: {len(others)} pieces of {rest:.4g} mm together",)
+
+
+def _length(piece: Joints) -> float:
+    """Return the length of a piece's tracks [m]."""
+    return sum(length_of(track.points) for track in piece.tracks)
 
 
 def _ends(piece: Joints) -> str:
@@ -190,7 +190,7 @@ def _runs(joints: Joints, chain: Sequence[End], lines: Sequence[Array]) -> tuple
     for tracks, pieces in runs:
         weights = [length_of(track.points) for track in tracks]
         width = float(np.average([track.width for track in tracks], weights=weights))
-        found.append(Run(tracks[0].layer, width, spaced(np.vstack(pieces), max(_SAME, _FINEST * width))))
+        found.append(Run(tracks[0].layer, width, spaced(np.vstack(pieces), max(ROUNDING, _FINEST * width))))
     return tuple(found)
 
 

@@ -21,6 +21,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sits_mech.boards.copper import Board, place
+from sits_mech.boards.joints import ROUNDING
 from sits_mech.boards.kicad import read_board
 from sits_mech.boards.lines import length_of
 from sits_mech.boards.pieces import Copper, at_place, of_footprint, of_net
@@ -37,7 +38,6 @@ from sits_mech.units import SceneError, shown
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
 _FIGURES = 4  # decimals of permittivities
 _APART = 6.0  # along the path, over the width
-_ROUNDING = 1e-6  # of places on a board [m]
 _NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*(?:mm)?\s*"
 _PLACE = re.compile(rf"{_NUMBER},{_NUMBER}(?:,\s*(\S+)\s*)?")
 _TO_ADD = """
@@ -222,5 +222,5 @@ def _first(runs: list[Run], along: Array) -> Array | None:
     i, j = shapely.STRtree(pieces).query(pieces, "dwithin", width)
     between = np.abs(along[j] - along[i]) - (length[i] + length[j]) / 2
     gap = shapely.distance(pieces[i], pieces[j]) - (width[i] + width[j]) / 2
-    met = (between > _APART * np.maximum(width[i], width[j])) & (gap < -_ROUNDING)
+    met = (between > _APART * np.maximum(width[i], width[j])) & (gap < -ROUNDING)
     return np.asarray(a[np.minimum(i, j)[met].min()]) if met.any() else None

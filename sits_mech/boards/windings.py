@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
 from sits_mech.boards.copper import Board, place
-from sits_mech.boards.joints import Joints
+from sits_mech.boards.joints import ROUNDING, Joints
 from sits_mech.boards.lines import length_of
 from sits_mech.boards.pieces import COARSE, FEW, TURNS, Copper, alone, along, of_footprint, of_net, pieces, turns
 from sits_mech.boards.route import Route, route
@@ -65,32 +66,32 @@ def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding
     layers = tuple(dict.fromkeys(track.layer for track in piece.tracks))
     path, refusal = _followed(alone(board, piece))
     if path is not None:
-        line, layers = np.vstack([run.points for run in path.runs]), tuple(run.layer for run in path.runs)
-        layers = tuple(layer for k, layer in enumerate(layers) if k == 0 or layer != layers[k - 1])
-    take = _take(board, piece, path)
-    nets = {track.net for track in piece.tracks} | {hole.net for _, hole in piece.holes}
-    size = ((low + high) / 2, high - low)
-    return Winding(number, layers, length_of(line), *size, tuple(sorted(nets - {""})), take, refusal, path)
+        line = np.vstack([run.points for run in path.runs])
+        layers = tuple(layer for layer, _ in groupby(run.layer for run in path.runs))
+    take, nets = _take(board, piece, path), tuple(sorted(piece.track_nets | piece.hole_nets))
+    return Winding(number, layers, length_of(line), (low + high) / 2, high - low, nets, take, refusal, path)
 
 
 def _take(board: Board, piece: Joints, path: Route | None) -> str:
     """Return the option that takes a piece alone: its net, its footprint, a net of its pads, else a place on it."""
-    held = [hole.net for hole in board.holes]
-    asked = [("--net", net) for net in sorted({track.net for track in piece.tracks})]
-    asked += [("--footprint", name) for name in board.references(piece.tracks)]
-    at_ends = sorted({hole.net for _, hole in piece.holes})
-    asked += [("--net", net) for net in sorted(at_ends, key=held.count)]  # ground last
-    for option, name in asked:
-        found, _ = _followed((of_net if option == "--net" else of_footprint)(board, name)) if name else (None, "")
-        if path is not None and found is not None and found.ends == path.ends:
-            return f"{option}={shlex.quote(name)}"
     x, y = piece.tracks[0].points[0] / METRES * (1, -1) + 0.0
-    return f"--at={x:.10g},{y:.10g},{piece.tracks[0].layer}"
+    by_place = f"--at={x:.10g},{y:.10g},{piece.tracks[0].layer}"
+    if path is None:
+        return by_place
+    held = [hole.net for hole in board.holes]
+    asked = [("--net", net) for net in sorted(piece.track_nets)]
+    asked += [("--footprint", name) for name in board.references(piece.tracks)]
+    asked += [("--net", net) for net in sorted(sorted(piece.hole_nets), key=held.count)]  # ground last
+    for option, name in asked:
+        found, _ = _followed((of_net if option == "--net" else of_footprint)(board, name))
+        if found is not None and found.ends == path.ends:
+            return f"{option}={shlex.quote(name)}"
+    return by_place
 
 
 def _followed(copper: Copper) -> tuple[Route | None, str]:
     """Return copper as a path, else why it is none."""
     try:
-        return route(copper, max(COARSE * max((track.width for track in copper.tracks), default=0.0), 1e-6)), ""
+        return route(copper, max(COARSE * max((track.width for track in copper.tracks), default=0.0), ROUNDING)), ""
     except SceneError as error:
         return None, str(error).removeprefix(f"{copper.where}: ")

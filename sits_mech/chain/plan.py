@@ -123,7 +123,7 @@ def plan(
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     layer = choose_mechanics(sensor, mechanics, loads, asked) if loads else None
     solved, field = choose_magnetics(sensor, magnetics, loads, asked, loaded=bool(loads))
-    seen = _counted_or_seen(sensor, layer, (solved, field.name), loads, asked)
+    seen = _seen(sensor, layer, (solved, field.name), loads, asked)
     pairs = list(_halves(sensor, solved, (layer, field), loads, seen))
     steps = tuple(step for step, _ in pairs)
     left_out = (*omissions(sensor, (layer, field), loads, at_rest=True), *_between(loads, layer, asked))
@@ -264,20 +264,16 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
     return replace(question, answer=(rest, found))
 
 
-def _counted_or_seen(
+def _seen(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
 ) -> Look | Forecast | None:
-    """Return what the first meshes show of one load, or its counts where they are dear; arguments as of `_seen`."""
+    """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
+
+    Its counts where these meshes are dear.
+    """
     ahead = counted(sensor, choice, loads)
     if ahead is not None and ahead.seconds > _LOOKED:
         return ahead
-    return _seen(sensor, choice, coils, loads, tolerance)
-
-
-def _seen(
-    sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
-) -> Look | None:
-    """Return what the first meshes show of one load at finite strain, for the signals of a coarse model."""
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
         return None
 

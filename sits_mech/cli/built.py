@@ -185,7 +185,7 @@ def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
     from sits_mech.readout.loads import fixed
 
     held = fixed(prior.data)
-    found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, held, least=1, unseen=True)
+    found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, held, unseen=True)
     if found.poses is not None:
         raise SceneError(f"{path}: must be of loads, or depths and loads that are nan; got poses: sits-mech compare")
     return found

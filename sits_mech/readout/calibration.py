@@ -164,14 +164,18 @@ class Calibration:
         if set(named) != set(self.forces):
             raise ValueError(f"forces: must be {', '.join(self.forces)}; got {', '.join(named) or 'none'}")
         points = np.stack(np.broadcast_arrays(*(np.asarray(named[name], float) for name in self.forces)), -1)
-        out = ~(np.abs(self.map.scaled(points)) <= (np.inf if beyond else 1.0 + MARGIN))
+        self._check_within(points, np.inf if beyond else 1.0 + MARGIN)
+        return points
+
+    def _check_within(self, points: Array, most: float) -> None:
+        """Refuse forces (..., d) that are no numbers or, scaled, beyond `most`."""
+        out = ~(np.abs(self.map.scaled(points)) <= most)
         if out.any():
             k = int(np.argwhere(out)[0, -1])
             name, unit = self.forces[k], shown_unit(self.forces[k])
             value = points[..., k][out[..., k]].flat[0]
             span = f"from {self.low[k]:.4g} to {self.high[k]:.4g} {unit}, as the table does"
             raise ValueError(f"{name}: must lie {span}; got {value:.4g} {unit}")
-        return points
 
     def force_error(self, forces: ArrayLike, L_error: ArrayLike) -> Array:
         """Return how far each force is off, at most, when each inductance is off by its error, of either sign.

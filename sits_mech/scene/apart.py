@@ -199,16 +199,21 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
             )
     elif coil.shape == other.shape == "path":
         for z in shared:
-            place = crossing([*_lines(coil, z, 0.0), *_lines(other, z, reach)])
-            if place is not None:
-                raise SceneError(
-                    f"{names} overlap: tracks must not cross in one layer; those at z = {z:g} m do at x = "
-                    f"{place[0]:.4g} m, y = {place[1]:.4g} m"
-                )
+            _check_tracks(names, z, [*_lines(coil, z, 0.0), *_lines(other, z, reach)])
     elif -beside > (_SLACK - 1.0) * max(*coil.extent, *other.extent):
         raise SceneError(
             f"{names} overlap: the boxes around them must be clear of each other in every layer; they overlap by "
             f"{-beside:.3g} m at z = {shared[0]:g} m"
+        )
+
+
+def _check_tracks(names: str, z: float, lines: Sequence[Array]) -> None:
+    """Refuse tracks of two coils that cross in one layer."""
+    place = crossing(lines)
+    if place is not None:
+        raise SceneError(
+            f"{names} overlap: tracks must not cross in one layer; those at z = {z:g} m do at x = {place[0]:.4g} m, "
+            f"y = {place[1]:.4g} m"
         )
 
 

@@ -25,9 +25,11 @@ from typing import Any
 from sits_mech.units import SceneError, quantity, shown
 
 _ALIASES = {"E": "young_modulus", "nu": "poisson_ratio", "K": "bulk_modulus", "G": "shear_modulus"}
+_WORD_OF = {name: word for word, name in _ALIASES.items()}
 _NU = 0.4995  # K/mu = 1000
 _TENSION, _SPREAD = 0.43, 1.1  # of eight silicones
 _HARDNESS = {"shore_a": (5.0, 80.0), "shore_00": (5.0, 80.0)}  # in which durometers are read
+_STIFFNESS, _BULK = ("shear_modulus", "young_modulus", *_HARDNESS), ("bulk_modulus", "poisson_ratio", "D1")
 _OWN = ("young_modulus", "poisson_ratio", "D1", *_HARDNESS)
 WORDS = ("E", "nu", "K", "mu", *_OWN)
 """Words for constants beside those of the laws."""
@@ -45,8 +47,32 @@ def modulus_of_hardness(scale: str, hardness: float) -> float:
 
 def in_constants(table: Mapping[str, Any]) -> dict[str, Any]:
     """Return a material table by constants alone; raise SceneError where its words contradict each other."""
-    plain = "law" not in table or table["law"] == "neo-hookean"
-    aliases = _ALIASES | ({"mu": "shear_modulus"} if plain else {})
+    plain = table.get("law", "neo-hookean") == "neo-hookean"
+    found = _named(table, _ALIASES | ({"mu": "shear_modulus"} if plain else {}))
+    own = [key for key in found if key in _OWN]
+    if plain and (own or "shear_modulus" in found):
+        found.setdefault("law", "neo-hookean")
+    if not own:
+        return found
+    _check_words(found, plain)
+    return _stated(found, plain)
+
+
+def _check_words(found: Mapping[str, Any], plain: bool) -> None:
+    """Refuse words that contradict each other, or are no words of the law."""
+    ways, ends = ([key for key in found if key in some] for some in (_STIFFNESS, _BULK))
+    if plain and len(ways) != 1:
+        raise SceneError(f"a silicone must have one of E, mu, shore_a, shore_00; got {', '.join(ways) or 'none'}")
+    if len(ends) > 1:
+        raise SceneError(f"a silicone must have one of K, nu, D1; got {', '.join(ends)}")
+    foreign = [key for key in (*ways, *ends) if key not in ("shear_modulus", "bulk_modulus", "D1")]
+    if not plain and foreign:
+        word = _WORD_OF.get(foreign[0], foreign[0])
+        raise SceneError(f"{word} must be of neo-hookean; other laws take K or D1; got law {shown(found['law'])}")
+
+
+def _named(table: Mapping[str, Any], aliases: Mapping[str, str]) -> dict[str, Any]:
+    """Return a table by the names that words stand for, each once."""
     found: dict[str, Any] = {}
     for key, value in table.items():
         name = aliases.get(key, key)
@@ -54,20 +80,7 @@ def in_constants(table: Mapping[str, Any]) -> dict[str, Any]:
             both = ", ".join(word for word in table if aliases.get(word, word) == name)
             raise SceneError(f"{name} must be given once; got {both}")
         found[name] = value
-    if plain and ({*_OWN, "shear_modulus"} & {*found}):
-        found.setdefault("law", "neo-hookean")
-    if not {*_OWN} & {*found}:
-        return found
-    words = [key for key in found if key in _OWN]
-    ways = [key for key in ("shear_modulus", "young_modulus", *_HARDNESS) if key in found]
-    if plain and len(ways) != 1:
-        raise SceneError(f"a silicone must have one of E, mu, shore_a, shore_00; got {', '.join(ways) or 'none'}")
-    if not plain and {"young_modulus", *_HARDNESS} & {*found}:
-        raise SceneError(f"{words[0]} must be of neo-hookean; got law {shown(table['law'])}")
-    ends = [key for key in ("bulk_modulus", "poisson_ratio", "D1") if key in found]
-    if len(ends) > 1:
-        raise SceneError(f"a silicone must have one of K, nu, D1; got {', '.join(ends)}")
-    return _stated(found, plain)
+    return found
 
 
 def _stated(found: dict[str, Any], plain: bool) -> dict[str, Any]:
@@ -77,12 +90,8 @@ def _stated(found: dict[str, Any], plain: bool) -> dict[str, Any]:
     if not 0.0 < nu < 0.5:
         raise SceneError(f"nu must lie between 0 and 0.5, such as 0.4995 (K of 1000 shear moduli); got {nu:g}")
     for scale in _HARDNESS.keys() & given.keys():
-        hardness, (low, high) = quantity(given[scale], "", scale), _HARDNESS[scale]
-        if not low <= hardness <= high:
-            raise SceneError(f"{scale} must lie between {low:g} and {high:g}; got {hardness:g}")
-        given["young_modulus"] = modulus_of_hardness(scale, hardness)
-        words = f"Shore {scale[6:].upper()} {hardness:g}, by its durometer and tension tests of 8 silicones"
-        found |= {"spread": found.get("spread", _SPREAD), "source": found.get("source", words)}
+        given["young_modulus"], words = _of_hardness(scale, given[scale])
+        found = {"spread": _SPREAD, "source": words} | found
     if "D1" in given:
         found["bulk_modulus"] = 2.0 / _positive(given["D1"])
     if "young_modulus" in given:
@@ -90,12 +99,19 @@ def _stated(found: dict[str, Any], plain: bool) -> dict[str, Any]:
         if K and not 9.0 * K > E:
             raise SceneError(f"K must be above E/9; got {K:g} Pa with E of {E:g} Pa")
         found["shear_modulus"] = 3.0 * K * E / (9.0 * K - E) if K else E / (2.0 * (1.0 + nu))
-    if "bulk_modulus" not in found and plain:
+    if plain:
         ratio = 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
-        found["bulk_modulus"] = ratio * quantity(found["shear_modulus"], "Pa", "mu")
-    elif "poisson_ratio" in given and not plain:
-        raise SceneError("nu must be of neo-hookean; a law of more constants takes K or D1")
+        found.setdefault("bulk_modulus", ratio * quantity(found["shear_modulus"], "Pa", "mu"))
     return found
+
+
+def _of_hardness(scale: str, value: Any) -> tuple[float, str]:
+    """Return Young's modulus of a hardness [Pa], and its source in words; refuse what a durometer does not read."""
+    hardness, (low, high) = quantity(value, "", scale), _HARDNESS[scale]
+    if not low <= hardness <= high:
+        raise SceneError(f"{scale} must lie between {low:g} and {high:g}; got {hardness:g}")
+    words = f"Shore {scale[6:].upper()} {hardness:g}, by its durometer and tension tests of 8 silicones"
+    return modulus_of_hardness(scale, hardness), words
 
 
 def _positive(value: Any) -> float:

@@ -40,7 +40,7 @@ def test_columns_units_and_separators(tmp_path: Path) -> None:
 )
 def test_files_as_spreadsheets_write_them(text: str, tmp_path: Path) -> None:
     """A separator at each end, quotes, remarks, rows that are cut off, a comma as the decimal point."""
-    found = read_measured(written(tmp_path, text), NAMES, COILS, least=2)
+    found = read_measured(written(tmp_path, text), NAMES, COILS, unseen=True)
     assert found.forces.tolist() == [[0.0, 0.0], [0.0, 1.0]] and found.L.tolist() == [[1.0, 1.5], [1.5, 1.0]]
 
 
@@ -57,7 +57,7 @@ def test_units_and_letters_as_loggers_write_them(text: str, encoding: str, tmp_p
     """A row of units below the names, Fx for F_x, Windows' letters, names that come again when a logger restarts."""
     path = tmp_path / "bench.csv"
     path.write_bytes(text.format(rows="0,1,2.3,2.4\n1,2,2.4,2.5").encode(encoding))
-    found = read_measured(path, NAMES, COILS, least=2)
+    found = read_measured(path, NAMES, COILS, unseen=True)
     assert found.forces[:2].tolist() == [[0.0, 1.0], [1.0, 2.0]]
     np.testing.assert_allclose(found.L[:2], [[2.3e-6, 2.4e-6], [2.4e-6, 2.5e-6]], rtol=1e-14)
     assert len(found.L) == 2 + (text.count("Fx") == 2)
@@ -65,7 +65,7 @@ def test_units_and_letters_as_loggers_write_them(text: str, encoding: str, tmp_p
 
 def test_masses_on_the_target_press_with_their_weight(tmp_path: Path) -> None:
     """Grams and kilograms of a force are those of a weight, by standard gravity."""
-    found = read_measured(written(tmp_path, "Fx (g),Fz [kg],L1,L2\n0,1,1,1\n100,2,1,1"), NAMES, COILS, least=2)
+    found = read_measured(written(tmp_path, "Fx (g),Fz [kg],L1,L2\n0,1,1,1\n100,2,1,1"), NAMES, COILS, unseen=True)
     np.testing.assert_allclose(found.forces, [[0.0, 9.80665], [0.980665, 19.6133]], rtol=1e-14)
 
 
@@ -77,9 +77,9 @@ def test_doubled_columns_are_refused(tmp_path: Path) -> None:
         ("F_x,F_z,L1,x\n1,2,3,4\nF_z,F_x,L1,x", "must be those above; got others"),
     ):
         with pytest.raises(ValueError, match=match):
-            read_measured(written(tmp_path, f"{head}\n1,2,3,4"), NAMES, COILS[:1], least=1)
+            read_measured(written(tmp_path, f"{head}\n1,2,3,4"), NAMES, COILS[:1], unseen=True)
     twice = written(tmp_path, "F_x,F_z,note,L1,note\n1,2,3,4,5")
-    assert read_measured(twice, NAMES, COILS[:1], least=1).L.tolist() == [[4.0]]
+    assert read_measured(twice, NAMES, COILS[:1], unseen=True).L.tolist() == [[4.0]]
 
 
 def test_codes_become_inductances(tmp_path: Path) -> None:
@@ -172,10 +172,12 @@ def test_columns_of_moments_and_of_nothing(tmp_path: Path) -> None:
 def test_loads_that_were_not_measured(tmp_path: Path) -> None:
     """Kept as nan where that is asked for, with the way down; passed over otherwise, as rows without a reading are."""
     path = tmp_path / "press.csv"
-    path.write_text("F_z [N], depth [mm], L1 [uH]\n0, 0, 2.3\nnan, 0.1, 2.2\n1, 0.2, nan\n2, 0.3, 2.0\n")
-    found = read_measured(path, ("F_z",), ("C1",), least=1, unseen=True)
-    assert np.isnan(found.forces[1, 0]) and len(found.L) == 3 and found.depth == pytest.approx([0.0, 1e-4, 3e-4])
-    assert read_measured(path, ("F_z",), ("C1",), least=1).forces.ravel() == pytest.approx([0.0, 2.0])
+    rows = "0, 0, 2.3\nnan, 0.1, 2.2\n1, 0.2, nan\n2, 0.3, 2.0\n3, 0.4, 1.9\n4, 0.5, 1.8\n"
+    path.write_text(f"F_z [N], depth [mm], L1 [uH]\n{rows}")
+    found = read_measured(path, ("F_z",), ("C1",), unseen=True)
+    assert np.isnan(found.forces[1, 0]) and len(found.L) == 5
+    assert found.depth == pytest.approx([0.0, 1e-4, 3e-4, 4e-4, 5e-4])
+    assert read_measured(path, ("F_z",), ("C1",)).forces.ravel() == pytest.approx([0.0, 2.0, 3.0, 4.0])
 
 
 def test_units_are_told_apart_by_their_column(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.analysis.columns import cells_of, names_found, number
+from sits_mech.analysis.columns import cells_of, number
 from sits_mech.analysis.measured import Sheet, table_of
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import UNITS, WRENCH, Array
@@ -29,11 +29,8 @@ def read_history(path: str | Path) -> LoadHistory:
 
     Raises SceneError when the file cannot be read, columns or numbers are missing, or time stands still or runs back.
     """
-    found = table_of(path, "a readable history of loads", _TIMES)
-    if found is None:
-        came = names_found(path, "a readable history of loads")
-        raise SceneError(f"{path}: must have a column t, such as t [s], and one for each force; got {came}")
-    table, columns = found
+    must = "a column t, such as t [s], and one for each force"
+    table, columns = table_of(path, "a readable history of loads", _TIMES, must)
     names = [column.title for column in table.columns]
     _check_columns(str(path), columns, names)
     known = [name for name in WRENCH if name.lower() in columns]

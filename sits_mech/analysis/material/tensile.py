@@ -96,10 +96,10 @@ def read_pulls(path: str | Path, given: Sizes, what: str, timed: bool = False) -
     tables = read_tables(path, what, lambda columns: _whole(quantities(columns)))
     if not tables:
         _refuse(path, what)
-    found, earlier = list[Pull](), dict[str, float]()
+    found, above = list[Pull](), dict[str, float]()
     for table, known in tables:
-        earlier |= sizes(table.above)
-        found += [pull for pull in _pulls(table, known, earlier, given) if not timed or pull.time is not None]
+        above |= sizes(table.above)
+        found += [pull for pull in _pulls(table, known, _sizes(above, given)) if not timed or pull.time is not None]
     if not found:
         names = ", ".join(column.title for column in tables[0][0].columns)
         raise ValueError(f'{path}: must have the column "Time (s)" beside strain and stress; got {names}')
@@ -108,9 +108,9 @@ def read_pulls(path: str | Path, given: Sizes, what: str, timed: bool = False) -
 
 def _whole(known: list[Quantity]) -> list[Quantity]:
     """Return what is known of columns where a strain and a stress are among them."""
-    kinds = {(one.mode, one.kind) for one in known if np.isfinite(one.factor)}
-    pairs = ((mode, strain, stress) for mode, _ in kinds for strain in _STRAINS for stress in _STRESSES)
-    return known if any({(mode, strain), (mode, stress)} <= kinds for mode, strain, stress in pairs) else []
+    usable = _usable(known)
+    pairs = ([_best(usable, mode, kinds) for kinds in (_STRAINS, _STRESSES)] for mode in {one.mode for one in usable})
+    return known if any(map(all, pairs)) else []
 
 
 def _refuse(path: str | Path, what: str) -> None:
@@ -125,19 +125,23 @@ def _refuse(path: str | Path, what: str) -> None:
     raise ValueError(f'{path}: {must} "Strain (%)" and "Stress (MPa)"; got {names_found(path, what)}')
 
 
-def _pulls(table: Table, known: list[Quantity], above: dict[str, float], given: Sizes) -> list[Pull]:
-    """Return the specimens of a table, (strain, stress) by columns."""
-    found, usable = list[Pull](), [one for one in known if np.isfinite(one.factor)]
+def _pulls(table: Table, known: list[Quantity], own: dict[str, float]) -> list[Pull]:
+    """Return the specimens of a table, (strain, stress) by columns, of sizes as by `_sizes`."""
+    found, usable = list[Pull](), _usable(known)
     times = [one for one in usable if one.kind == "time"]
     for mode in dict.fromkeys(one.mode for one in usable):
         strains, stresses = (_best(usable, mode, kinds) for kinds in (_STRAINS, _STRESSES))
-        for k, stress in enumerate(stresses if strains else ()):
-            before = [one for one in strains if one.column.place < stress.column.place]
-            strain = strains[k] if len(strains) == len(stresses) else (before or strains)[-1 if before else 0]
-            earlier = [one for one in times if one.column.place < stress.column.place]
-            time = next(iter(earlier[-1:] or times), None)
-            found.append(_pull(table, (strain, stress, time), above, given))
+        if len(strains) != len(stresses):
+            stresses = stresses if strains else []
+            strains = [_left_of(stress, strains)[0] for stress in stresses]
+        for strain, stress in zip(strains, stresses, strict=True):
+            found.append(_pull(table, (strain, stress, *_left_of(stress, times)), own))
     return found
+
+
+def _usable(known: list[Quantity]) -> list[Quantity]:
+    """Return the columns whose unit fits."""
+    return [one for one in known if np.isfinite(one.factor)]
 
 
 def _best(known: list[Quantity], mode: str, kinds: Sequence[str]) -> list[Quantity]:
@@ -146,41 +150,52 @@ def _best(known: list[Quantity], mode: str, kinds: Sequence[str]) -> list[Quanti
     return next((found for found in each if found), [])
 
 
-def _pull(
-    table: Table, taken: tuple[Quantity, Quantity, Quantity | None], above: dict[str, float], given: Sizes
-) -> Pull:
-    """Return a specimen by its columns, converted to engineering strain and stress [Pa]."""
-    used = [one for one in taken if one is not None]
-    rows = table.numbers([one.column.place for one in used]) * [one.factor for one in used] + 0.0  # and no -0
+def _left_of(stress: Quantity, known: list[Quantity]) -> list[Quantity]:
+    """Return the one of some columns that is next to the left of a stress, else the first; none without any."""
+    return [one for one in known if one.column.place < stress.column.place][-1:] or known[:1]
+
+
+def _pull(table: Table, taken: Sequence[Quantity], own: dict[str, float]) -> Pull:
+    """Return a specimen by its columns (strain, stress, and time if any): engineering strain and stress [Pa]."""
+    rows = table.numbers([one.column.place for one in taken]) * [one.factor for one in taken] + 0.0  # and no -0
     e, s, *t = rows[np.isfinite(rows).all(axis=1)].T
-    strain, stress, notes, source = taken[0], taken[1], list[str](), table.source
-    if strain.kind == "displacement":
-        e = e / _size(source, strain, "length", given.length, above)
-    elif not strain.column.unit and np.max(np.abs(e), initial=0.0) > _MOST:
+    strain, stress, *_ = taken
+    e = _engineering_strain(e, strain, table.source, own)
+    if stress.kind != "stress":
+        s = s / (1.0 + e if stress.kind == "true_stress" else _size(table.source, stress, "area", own))
+    made_of = [one.column.title for one in (strain, stress) if one.kind not in ("strain", "stress")]
+    notes = (f"engineering strain and stress are made of {' and '.join(made_of)}",) * bool(made_of)
+    return Pull(strain.mode, e, s, t[0] if t else None, f"{strain.column.title}; {stress.column.title}", notes)
+
+
+def _engineering_strain(e: Array, of: Quantity, source: str, own: dict[str, float]) -> Array:
+    """Return the engineering strain of a column's numbers."""
+    if of.kind == "displacement":
+        return e / _size(source, of, "length", own)
+    if not of.column.unit and np.max(np.abs(e), initial=0.0) > _MOST:
         must = f"must come with a unit, such as (%), where it is beyond {_MOST:g}"
-        raise ValueError(f'{source}: column "{strain.column.title}" {must}; got up to {np.abs(e).max():g}')
-    e = e - 1.0 if strain.kind == "stretch" else np.expm1(e) if strain.kind == "true_strain" else e
-    if stress.kind == "true_stress":
-        s = s / (1.0 + e)
-    elif stress.kind == "force":
-        s = s / _size(source, stress, "area", given.area, above)
-    words = [one.column.title for one in taken[:2] if one is not None and one.kind not in ("strain", "stress")]
-    if words:
-        notes.append(f"engineering strain and stress are made of {' and '.join(words)}")
-    return Pull(strain.mode, e, s, t[0] if t else None, f"{strain.column.title}; {stress.column.title}", tuple(notes))
+        raise ValueError(f'{source}: column "{of.column.title}" {must}; got up to {np.abs(e).max():g}')
+    return {"stretch": e - 1.0, "true_strain": np.expm1(e)}.get(of.kind, e)
 
 
-def _size(source: str, of: Quantity, name: str, given: float | None, above: dict[str, float]) -> float:
-    """Return a specimen's length or area: given, or as it stands above the names; else refuse."""
-    if given is None and name == "area" and "area" not in above:
-        given = above["width"] * above["thickness"] if {"width", "thickness"} <= {*above} else None
-        given = 0.25 * np.pi * above["diameter"] ** 2 if given is None and "diameter" in above else given
-    found = above.get(name) if given is None else given
-    if found is None or not found > 0.0:
+def _sizes(above: dict[str, float], given: Sizes) -> dict[str, float]:
+    """Return length and area of a specimen: given, else as lines above the names have them, or what makes them."""
+    found = dict(above)
+    if {"width", "thickness"} <= above.keys():
+        found.setdefault("area", above["width"] * above["thickness"])
+    if "diameter" in above:
+        found.setdefault("area", 0.25 * np.pi * above["diameter"] ** 2)
+    asked = {"length": given.length, "area": given.area}
+    return found | {name: value for name, value in asked.items() if value is not None}
+
+
+def _size(source: str, of: Quantity, name: str, own: dict[str, float]) -> float:
+    """Return a specimen's length or area; refuse one that is not known."""
+    if not own.get(name, 0.0) > 0.0:
         asked = '--length "25 mm"' if name == "length" else '--area "24 mm^2"'
         must = f"must come with the {name} of the specimen"
         raise ValueError(f'{source}: column "{of.column.title}" {must}: {asked}, or in a line above; got none')
-    return found
+    return own[name]
 
 
 def _one_by_one(pull: Pull) -> list[Pull]:

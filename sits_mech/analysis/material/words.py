@@ -46,6 +46,7 @@ _PASSED = {plain(word) for word in (
 _TRUE = {plain(word) for word in (
     "true logarithmic log hencky cauchy wahre logarithmische vraie rationnelle real verdadera verdadero logarítmica"
 ).split()}
+_READ = _KINDS.keys() | _PASSED | _TRUE
 _MODES = {
     "planar": "planar", "pure shear": "planar", "equibiaxial": "biaxial", "equi biaxial": "biaxial",
     "biaxial": "biaxial", "uniaxial": "uniaxial",
@@ -61,8 +62,6 @@ _SIZES = {
     "area": "area crosssection crosssectionalarea querschnitt querschnittsfläche section aire área 断面積 s0",
 }
 _SIZED = {plain(word): size for size, words in _SIZES.items() for word in words.split()}
-
-
 _SIZE = re.compile(r"\W*([^\d:=(\[]+0?)\s*(?:[(\[]([^)\]]*)[)\]])?\s*[:=]?\s*(\d+(?:[.,]\d+)?)\s*(\S*).*")
 
 
@@ -86,19 +85,18 @@ def _quantity(column: Column) -> Quantity | None:
     mode = next((name for name in _MODES if text.startswith(f"{name} ")), "")
     words = _MARK.sub(" ", text.removeprefix(mode)).split()
     kinds = next((_KINDS[word] for word in words if word in _KINDS), None)
-    if kinds is None or any(word not in _KINDS and word not in _PASSED and word not in _TRUE for word in words):
+    if kinds is None or not {*words} <= _READ:
         return None
     if _TRUE & {*words}:
         kinds = tuple(f"true_{kind}" for kind in kinds if kind in ("strain", "stress"))
-    factors = {kind: _factor(kind, column.unit) for kind in kinds}
-    kind = next((kind for kind in kinds if math.isfinite(factors[kind])), kinds[0] if kinds else "")
-    return Quantity(_MODES.get(mode, "uniaxial"), kind, factors[kind], column) if kind else None
+    known = [Quantity(_MODES.get(mode, "uniaxial"), kind, _factor(column.unit, UNITS[kind]), column) for kind in kinds]
+    return next(iter(sorted(known, key=lambda one: math.isnan(one.factor))), None)
 
 
-def _factor(kind: str, unit: str) -> float:
+def _factor(unit: str, si: str) -> float:
     """Return the factor of a unit to SI; nan where it does not fit. Times and strains may be without one."""
     try:
-        return si_value(f"1 {unit}", UNITS[kind]) if unit or UNITS[kind] in ("", "s") else math.nan
+        return si_value(f"1 {unit}", si) if unit or si in ("", "s") else math.nan
     except SceneError:
         return math.nan
 
@@ -111,16 +109,7 @@ def sizes(above: Sequence[list[str]]) -> dict[str, float]:
         match = _SIZE.fullmatch(text)
         size = match and _SIZED.get(re.sub(r"specimen|sample|probe\b| ", "", plain(match[1])))
         if match and size and size not in found:
-            unit = match[2] or match[4]
-            factor = _factor("displacement", unit) if size != "area" else _area(unit)
+            factor = _factor(match[2] or match[4], "m^2" if size == "area" else "m")
             if math.isfinite(factor):
                 found[size] = factor * float(match[3].replace(",", "."))
     return found
-
-
-def _area(unit: str) -> float:
-    """Return the factor of a unit of area; nan where it is none."""
-    try:
-        return si_value(f"1 {unit}", "m^2") if unit else math.nan
-    except SceneError:
-        return math.nan

@@ -45,7 +45,7 @@ def ordered(given: Named) -> Named:
         points, cells["hexahedron27"] = _filled(points, cells.pop("hexahedron20"))
     if "wedge" in cells and not {"tetra", "hexahedron"} & {*cells}:
         cells["tetra"] = _cut(cells.pop("wedge"))
-        faces = {name: [part for block in own for part in _halved(block)] for name, own in faces.items()}
+        faces = {name: _halved(own) for name, own in faces.items()}
     return Named(points, cells, faces, given.nodes)
 
 
@@ -85,10 +85,11 @@ def _cut(prisms: Integers) -> Integers:
     return np.asarray(np.take_along_axis(turned[:, None], np.array(_HALVES)[way], axis=2).reshape(-1, 4))
 
 
-def _halved(faces: Integers) -> list[Integers]:
+def _halved(blocks: list[Integers]) -> list[Integers]:
     """Return triangles, quadrilaterals cut through their node of least number."""
-    if faces.shape[1] == 3:
-        return [faces]
-    from_least = (np.argmin(faces, axis=1)[:, None] + np.arange(4)) % 4
-    a, b, c, d = np.take_along_axis(faces, from_least, axis=1).T
-    return [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    found = [faces for faces in blocks if faces.shape[1] == 3]
+    for faces in (faces for faces in blocks if faces.shape[1] != 3):
+        from_least = (np.argmin(faces, axis=1)[:, None] + np.arange(4)) % 4
+        a, b, c, d = np.take_along_axis(faces, from_least, axis=1).T
+        found += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    return found

@@ -8,13 +8,15 @@ meshio's `cell_sets_to_data` writes it.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sits_mech.geometry.meshing.abaqus import CORNERS, faces_named, read_deck
+from sits_mech.geometry.meshing.abaqus import CORNERS, Key, faces_named, read_deck
 from sits_mech.geometry.meshing.cells import Named, ordered
 from sits_mech.quantities import Integers
 from sits_mech.scene.outlines import read_mesh
@@ -34,7 +36,7 @@ def read_named(path: str | Path) -> Named:
     cells = {str(kind): np.asarray(own, dtype=np.int64) for kind, own in given.cells_dict.items()}
     nodes = {name: np.asarray(own, dtype=np.int64) for name, own in given.point_sets.items()}
     nodes |= _tagged(getattr(given, "point_tags", None), given.point_data.get("point_tags"))
-    faces = {name: [corners(cells[kind])[own] for kind, own in parts.items() if kind in cells and _flat(kind)]
+    faces = {name: [_corners(cells[kind])[own] for kind, own in parts.items() if kind in cells and _flat(kind)]
              for name, parts in _groups(given).items()}
     if Path(path).suffix.lower() in (".e", ".exo", ".ex2"):
         faces |= _side_sets(path, cells)
@@ -47,7 +49,7 @@ def _flat(kind: str) -> bool:
     return kind.startswith(("triangle", "quad"))
 
 
-def corners(faces: Integers) -> Integers:
+def _corners(faces: Integers) -> Integers:
     """Return the corners of triangles or quadrilaterals of any order."""
     return faces[:, : 3 if faces.shape[1] in (3, 6, 7) else 4]
 
@@ -56,21 +58,22 @@ def _abaqus(path: str | Path) -> Named:
     """Read an input file of Abaqus."""
     deck = read_deck(path)
     number = {key: k for k, key in enumerate(deck.nodes)}
+    cells = defaultdict[str, list[list[int]]](list)
     try:
-        rows: dict[str, list[list[int]]] = {}
         for (part, _), (kind, own) in deck.cells.items():
-            rows.setdefault(kind, []).append([number[part, node] for node in own])
-        cells = {kind: np.array(own) for kind, own in rows.items()}
-        named = {name: [[number[node] for node in face] for face in own] for name, own in faces_named(deck).items()}
+            cells[kind].append([number[part, node] for node in own])
+        faces = {name: _numbered(own, number) for name, own in faces_named(deck).items()}
     except KeyError as error:
         raise SceneError(f"{path}: elements must be of nodes of the file; got node {error.args[0][1]}") from None
-    faces = {
-        name: [np.array(some) for size in (3, 4) if (some := [face for face in own if len(face) == size])]
-        for name, own in named.items()
-    }
-    nodes = {name: np.array(sorted(number[key] for key in own if key in number)) for name, own in deck.nsets.items()}
+    nodes = {name: np.array(sorted(number[key] for key in own & number.keys())) for name, own in deck.nsets.items()}
     points = np.array([*deck.nodes.values()]) if number else np.zeros((0, 3))
-    return Named(points, cells, faces, nodes)
+    return Named(points, {kind: np.array(own) for kind, own in cells.items()}, faces, nodes)
+
+
+def _numbered(faces: list[list[Key]], number: Mapping[Key, int]) -> list[Integers]:
+    """Return faces by the numbers of their corners: triangles, and quadrilaterals."""
+    rows = [[number[key] for key in face] for face in faces]
+    return [np.array(some) for size in (3, 4) if (some := [row for row in rows if len(row) == size])]
 
 
 def _groups(mesh: Any) -> dict[str, dict[str, Integers]]:
@@ -100,13 +103,18 @@ def _legend(names: list[str], values: Any, marks: Any) -> dict[str, Integers]:
         return {}
     if len(names) == 1:
         return {names[0]: np.flatnonzero(values)}
-    values = values.copy()
-    hidden = np.isin(values, [k for k, name in enumerate(names) if ":" in name])
+    values = _unhidden(values, [k for k, name in enumerate(names) if ":" in name], marks)
+    return {name: np.flatnonzero(values == k) for k, name in enumerate(names) if ":" not in name}
+
+
+def _unhidden(values: Integers, hiding: list[int], marks: Any) -> Integers:
+    """Return whole numbers of cells with those of gmsh's own sets replaced where the physical number tells others."""
+    hidden, found = np.isin(values, hiding), values.copy()
     for mark in np.unique(np.asarray(marks)[hidden]) if marks is not None else ():
         own = np.asarray(marks) == mark
         if len(shown := np.unique(values[own & ~hidden])) == 1:
-            values[own & hidden] = shown[0]
-    return {name: np.flatnonzero(values == k) for k, name in enumerate(names) if ":" not in name}
+            found[own & hidden] = shown[0]
+    return found
 
 
 def _tagged(names: Mapping[int, list[str]] | None, values: Any) -> dict[str, Integers]:
@@ -126,12 +134,12 @@ def _side_sets(path: str | Path, cells: dict[str, Integers]) -> dict[str, list[I
     if solid is None:
         return {}
     with Dataset(str(path)) as file:
-        sides = {name: np.ma.filled(own[:]) for name, own in file.variables.items() if name[:6] in ("elem_s", "side_s")}
-        raw: Any = chartostring(file.variables["ss_names"][:]) if "ss_names" in file.variables else []
-        blocks = [file.variables[f"connect{k + 1}"] for k in range(len(file.dimensions["num_el_blk"]))]
-        ends = np.cumsum([0, *(block.shape[0] for block in blocks)])
-        kinds = [str(block.elem_type)[:3].upper() for block in blocks]
-    first = next((int(ends[k]) for k, kind in enumerate(kinds) if kind in ("TET", "HEX")), 0)
+        stored = file.variables
+        sides = {name: np.ma.filled(stored[name][:]) for name in stored if name.startswith(("elem_ss", "side_ss"))}
+        raw: Any = chartostring(stored["ss_names"][:]) if "ss_names" in stored else []
+        blocks = (stored[f"connect{k + 1}"] for k in range(len(file.dimensions["num_el_blk"])))
+        before = takewhile(lambda block: str(block.elem_type)[:3].upper() not in ("TET", "HEX"), blocks)
+        first = sum(block.shape[0] for block in before)
     local = np.array(_EXODUS[4 if solid.shape[1] in (4, 10) else 8])
     found = {}
     for k in range(len(sides) // 2):

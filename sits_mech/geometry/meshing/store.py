@@ -16,13 +16,14 @@ import numpy as np
 from skfem import Mesh
 from skfem.io.meshio import from_meshio
 
+from sits_mech.geometry.meshing.abaqus import CORNERS
 from sits_mech.geometry.meshing.cells import Named
 from sits_mech.geometry.meshing.formats import read_named
 from sits_mech.geometry.meshing.soundness import check_sound, joined, place
 from sits_mech.quantities import Array, Integers
 
-CELLS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron27": 8}
-"""Cells that can be read, with their corners."""
+CELLS = ("tetra", "tetra10", "hexahedron", "hexahedron27")
+"""Cells that can be read."""
 MADE = ("hexahedron20", "wedge")
 """Cells that others are made of."""
 NAMING = (".msh", ".inp", ".med", ".vtu", ".vtk", ".e")
@@ -48,10 +49,8 @@ def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -
     name, given = str(path), read_named(path)
     kind = _only_kind(name, given)
     cells, all_points = given.cells[kind], given.points
-    used_by = (cells, *(block for blocks in given.faces.values() for block in blocks), *given.nodes.values())
-    if any(part.size and (part.min() < 0 or part.max() >= len(all_points)) for part in used_by):
-        raise ValueError(f"{name}: cells and sets must be of nodes of the file; some are not")
-    count = CELLS[kind]
+    _check_numbers(name, cells, given)
+    count = CORNERS[kind]
     ends = np.unique(cells[:, :count])
     used = np.concatenate([ends, np.setdiff1d(cells, ends)])  # corners first, as skfem takes them
     if all_points.shape[1] != 3 or not np.all(np.isfinite(all_points[used])):
@@ -67,16 +66,28 @@ def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -
     check_sound(name, points[corners], own.reshape(len(cells), -1))
     mesh = from_meshio(meshio.Mesh(points, {kind: cells}))
     _check_curved(name, mesh)
-    named = {
-        group: _facets(f"{name}: the group {group}", mesh, blocks, all_points, number)
-        for group, blocks in given.faces.items()
-    }
-    for group, facets in _of_nodes(mesh, {group: number[own] for group, own in given.nodes.items()}).items():
-        named[group] = named[group] if len(named.get(group, ())) else facets
+    named = _groups(name, mesh, given, number)
     for group in groups:
         if not len(named.get(group, ())):
             raise ValueError(f"{name}: must name groups of faces {', '.join(groups)}; {_came(named, given, name)}")
     return ReadSolid(mesh.with_boundaries({group: own for group, own in named.items() if len(own)}), merged)
+
+
+def _check_numbers(name: str, cells: Integers, given: Named) -> None:
+    """Refuse cells, faces and sets of nodes that the file has not."""
+    parts = (cells, *(block for blocks in given.faces.values() for block in blocks), *given.nodes.values())
+    if any(part.size and (part.min() < 0 or part.max() >= len(given.points)) for part in parts):
+        raise ValueError(f"{name}: cells and sets must be of nodes of the file; some are not")
+
+
+def _groups(name: str, mesh: Mesh, given: Named, number: Integers) -> dict[str, Integers]:
+    """Return the outer facets of each name: of faces, else of nodes; `number`: the file's nodes in the mesh."""
+    named = {
+        group: _facets(f"{name}: the group {group}", mesh, blocks, given.points, number)
+        for group, blocks in given.faces.items()
+    }
+    by_nodes = _of_nodes(mesh, {group: number[own] for group, own in given.nodes.items()})
+    return named | {group: facets for group, facets in by_nodes.items() if not len(named.get(group, ()))}
 
 
 def _came(named: Mapping[str, Integers], given: Named, name: str) -> str:

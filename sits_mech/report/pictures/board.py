@@ -18,12 +18,11 @@ from sits_mech.boards.windings import Winding
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.report.pictures.style import new_figure
 from sits_mech.report.tables.solves import column_table, short
-from sits_mech.units import SceneError
+from sits_mech.units import MM, SceneError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_MM = 1e3  # millimetres in a metre
 _LEAST, _TALLEST = 0.7, 1.6  # heights of a picture, over its width
 
 
@@ -59,10 +58,10 @@ def winding_table(board: Board, found: Sequence[Listed]) -> Table:
     some = headings[: len(headings) - all(each.coil.path is not None for each in found)]
     table = column_table(f"{board.name}: what looks like a coil", some)
     for number, each in enumerate(found, start=1):
-        one, (a, b) = each.coil, _MM * each.coil.size
+        one, (a, b) = each.coil, MM * each.coil.size
         ends = "" if one.path is None else " to ".join(one.path.ends)
         row = (
-            str(number), one.take, f"{one.turns:.1f}", ", ".join(one.layers), short(_MM * one.length, 4),
+            str(number), one.take, f"{one.turns:.1f}", ", ".join(one.layers), short(MM * one.length, 4),
             f"{short(a)} x {short(b)}", each.shown, ", ".join(one.nets), ends, one.refusal,
         )
         table.add_row(*row[: len(some)])
@@ -78,15 +77,15 @@ def board_figure(board: Board, found: Sequence[Listed]) -> Figure:
     spread = np.maximum(high - low, 1e-3)
     height = spread[1] / spread[0] + 0.3 + 0.08 * len(found)
     with new_figure(height=min(max(height, _LEAST), _TALLEST)) as (figure, (axes,)):
-        fills = [_MM * points * (1, -1) for zone in board.zones for _, points in zone.fills]
+        fills = [MM * points * (1, -1) for zone in board.zones for _, points in zone.fills]
         axes.add_collection(PolyCollection(fills, facecolor="0.92", edgecolor="0.8", linewidth=0.3))
-        lines = [_MM * drawn(track) * (1, -1) for track in board.tracks]
+        lines = [MM * drawn(track) * (1, -1) for track in board.tracks]
         axes.add_collection(LineCollection(lines, colors="0.7", linewidth=0.4))
         for number, each in enumerate(found, start=1):
             one, colour = each.coil, f"C{(number - 1) % 7}"
-            runs: list[Any] = [] if one.path is None else [_MM * run.points * (1, -1) for run in one.path.runs]
+            runs: list[Any] = [] if one.path is None else [MM * run.points * (1, -1) for run in one.path.runs]
             axes.add_collection(LineCollection(runs, colors=colour, linewidth=0.6))
-            x, y = _MM * one.middle * (1, -1)
+            x, y = MM * one.middle * (1, -1)
             axes.annotate(f"{number}", (x, y), color=colour, ha="center", va="center")
             axes.plot([], [], color=colour, label=f"{number}: {one.take}, {each.shown} uH")
         axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
