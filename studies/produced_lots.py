@@ -28,12 +28,13 @@ from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.constants import constants_of, inverse
 from sits_mech.analysis.built.delivered import MOST, delivered
 from sits_mech.analysis.built.load_plan import LoadPlan, plan_loads
-from sits_mech.analysis.built.prior import SURE, Prior, load_noise_of, prior_of
+from sits_mech.analysis.built.prior import Prior, load_noise_of, prior_of
 from sits_mech.analysis.built.production import Production, produced
 from sits_mech.analysis.codes import unit_codes
 from sits_mech.analysis.measured import Measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array
+from sits_mech.readout.budget import SURE
 from sits_mech.readout.calibration import Calibration
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor

@@ -93,5 +93,10 @@ def test_mechanical_models_are_limited(name: str, monkeypatch: pytest.MonkeyPatc
     seen, components = [], Wrench.components.fget
     monkeypatch.setattr(Wrench, "out_of_plane", property(lambda wrench: seen.append(most()) or ()))
     monkeypatch.setattr(Wrench, "components", property(lambda wrench: seen.append(most()) or components(wrench)))
-    MECHANICS[name](load_sensor("biorob2018-w15", FLUSH), 0.1).equilibrium(Wrench(F_z=0.1))
+    disc = [
+        'elastomer={material="ecoflex-00-30", diameter="8 mm", thickness="4 mm"}',
+        'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}',
+    ]
+    scene = load_sensor("biorob2018-w15", disc if name == "axisymmetric" else FLUSH)
+    MECHANICS[name](scene, 0.1).equilibrium(Wrench(F_z=0.1))
     assert seen and set(seen) == {1} and most() == 2

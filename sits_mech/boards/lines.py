@@ -32,7 +32,7 @@ from sits_mech.quantities import Array
 from sits_mech.units import SceneError
 
 _STRAIGHT = 1e-7  # height of the arc over its chord, below which it is a line
-_SLENDER, _COVERED = 6.0, 0.05
+_SLENDER, _COVERED = 6.0, 0.05  # length over width of what is a strip; share of its area that a strip may miss
 _STEP, _INSIDE, _OFF = 0.25, 0.45, 0.02  # of the width: points of the rim, middle from the rim, corners left out
 _MOST = 200_000  # points of a rim
 

@@ -36,7 +36,7 @@ from sits_mech.boards.sexpr import Node, child, numbers, texts
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
 
-OLDEST, NEWEST = 20171130, 20260206
+OLDEST, NEWEST = 20171130, 20260206  # versions of files: KiCad 5 and 10
 FOOTPRINTS = ("footprint", "module")
 _SOLID_FILLS = 20250210  # from here on a fill has no pen by default
 _NUMBERED = {0: "F.Cu", **{k: f"In{k}.Cu" for k in range(1, 31)}, 31: "B.Cu"}  # before KiCad 9, where users named them

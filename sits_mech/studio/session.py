@@ -167,6 +167,7 @@ class Session:
         words = ["sits-mech", "calibrate", "scene.toml" if keys is None else self.source]
         for key, value in (keys or {}).items():
             words += ["--set", f"{key}={value}"]
+        words += ["--si"] if keys else []
         for name, values in self.loads:
             unit = UNITS[name].replace(" ", "*")
             words += [f"--{_OPTIONS[name]}", f"{values[0]!r} {unit}:{values[-1]!r} {unit}:{len(values)}"]

@@ -26,9 +26,9 @@ from sits_mech.quantities import Array
 _NEAR, _FAR = 2.0, 5.0  # where triangles stop being near and start being far, in the sum of their largest radii
 _HELD = 2_000_000  # pairs at once
 _MIDDLES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]])  # of edges: of third order, equal weights
-_A, _B = 0.101286507323456, 0.470142064105115
+_A, _B = 0.101286507323456, 0.470142064105115  # a corner of the two triples of points of sixth order
 _SEVEN = np.array([[1 / 3] * 3, *(np.roll([1 - 2 * c, c, c], k) for c in (_A, _B) for k in range(3))])  # of sixth order
-_WEIGHTS = (0.225, *[0.125939180544827] * 3, *[0.132394152788506] * 3)
+_WEIGHTS = (0.225, *[0.125939180544827] * 3, *[0.132394152788506] * 3)  # of their middle and of the triples
 
 
 def triangle_potentials(first: Array, second: Array) -> tuple[Array, Array]:

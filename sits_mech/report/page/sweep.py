@@ -153,4 +153,4 @@ def command(row: xr.Dataset, files: dict[str, Path]) -> str:
         value = f"{item:.15g}" if isinstance(item, float) else str(item)
         own = name in REQUESTS[asked].arguments
         words += [f"--{name}={value}"] if own else ["--set", f"{name}={value}"]
-    return shlex.join(words)
+    return shlex.join([*words, "--si"])

@@ -33,5 +33,5 @@ def test_what_is_no_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     board.write_text(drawn_board(10, "net 0", 1), encoding="utf-8")
     assert run(["import", str(board), "-o", str(tmp_path / "probe.toml")]) == 2
     out, err = capsys.readouterr()
-    assert out == "" and err.count("\n") == 1 and "what looks like a coil: --at=-5,0,F.Cu (122.4 mm" in err
+    assert out == "" and err.count("\n") == 1 and "what looks like a coil: --at=-3.2,0,F.Cu (47.08 mm" in err
     assert run(["import", str(board), "-o", str(tmp_path / "probe.xyz")]) == 2
