@@ -60,6 +60,11 @@ class Points:
         found: Array = (self.stretches**2).sum(axis=1) - 3.0
         return found
 
+    @property
+    def tension_alone(self) -> bool:
+        """Whether all points are of uniaxial tension."""
+        return bool(np.allclose(self.stretches[:, 1], self.stretches[:, 2]))
+
     def ends(self) -> dict[str, tuple[float, float]]:
         """Return the uniaxial and planar stretches with the largest I1 of the points."""
         most = float(self.excess.max())
@@ -98,12 +103,14 @@ def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
     unit = [dict.fromkeys(names, 0.0) | {name: 1.0} for name in names]
     matrix = np.stack([state_stress(law.name, one, points.stretches) for one in unit], axis=1)
     signs = np.eye(len(names))[[names.index(name) for name in fit.not_negative]]
-    conditions = np.vstack([_conditions(law, unit, points), signs])
+    other = np.reshape(fit.tension_alone if points.tension_alone else (), (-1, len(names)))
+    conditions = np.vstack([_conditions(law, unit, points), signs, other])
     answer = _least_squares(matrix * points.weight[:, None], points.stress * points.weight / scale, conditions) * scale
     size = 1.0 / np.linalg.norm(matrix * points.weight[:, None], axis=0)  # what each constant weighs in the stress
     answer = np.where(np.abs(answer / size) > 1e-9 * np.abs(answer / size).max(), answer, 0.0)
     limits = conditions * size / np.linalg.norm(conditions * size, axis=1)[:, None]
-    held = limits[limits @ (answer / size) <= 1e-7 * np.linalg.norm(answer / size)]
+    holds = limits @ (answer / size) <= 1e-7 * np.linalg.norm(answer / size)
+    held, by = limits[holds], ("the stability conditions", "what other modes than tension allow")
     free = np.linalg.svd(held)[2][np.linalg.matrix_rank(held, 1e-3) :].T if len(held) else np.eye(len(names))
     free = size[:, None] * free
     residual = matrix @ answer - points.stress
@@ -112,7 +119,10 @@ def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
         constants=dict(zip(names, (float(value) for value in answer), strict=True)),
         confidence=dict(zip(names, widths, strict=True)),
         rms=_rms(residual, points),
-        notes=("the constants are held by the stability conditions",) if len(held) else (),
+        notes=tuple(
+            f"the constants are held by {what}"
+            for what, some in zip(by, np.split(holds, [len(holds) - len(other)]), strict=True) if some.any()
+        ),
     )
 
 
@@ -176,8 +186,10 @@ def _columns(law: Law, fit: TermFit, stretches: Array, shapes: Array) -> Array:
 def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
     """Fit a law of one or several terms; fewer where the data do not determine more."""
     scale, reach = points.scale, float(points.excess.max())
-    starts = _starts(_columns(law, fit, points.stretches, fit.starts(reach)), points, terms)
-    found = [_refined(law, fit, points, fit.starts(reach)[chosen]) for chosen in starts]
+    shapes = fit.starts(reach)
+    shapes = shapes[shapes >= fit.tension_alone] if points.tension_alone else shapes
+    starts = _starts(_columns(law, fit, points.stretches, shapes), points, terms)
+    found = [_refined(law, fit, points, shapes[chosen]) for chosen in starts]
     m, x, _ = min(found, key=lambda answer: answer[2])
     order = np.argsort(x)
     m, x = m[order] * scale, x[order]
