@@ -3,8 +3,8 @@
     w = c10 (I1 - 3) + c01 (I2 - 3),    mu = 2 (c10 + c01)
 
 Stable at every strain where both constants are positive. Tension sees I2 little and takes any softening for it (c01 of
-1.7 c10 by Treloar's pull), compression sees it most; so tension alone is fitted with ``0 <= c01 <= c10/2``: laws fitted
-to Treloar's tests of several modes have w_2/w_1 of 0.18 (Carroll) and 0.19 (Gent-Gent) at small strain, and less beyond.
+1.7 c10 by Treloar's pull), compression sees it most. So tension alone is fitted with ``0 <= c01 <= c10/2``: laws fitted
+to Treloar's tests of several modes have w_2/w_1 of 0.18 (Carroll) and 0.28 (Gent-Gent) at small strain, less beyond.
 Source: M. Mooney, J. Appl. Phys. 11 (1940) 582; R. S. Rivlin, Phil. Trans. R. Soc. A 241 (1948) 379; M. M. Carroll, J.
 Elasticity 103 (2011) 173; R. W. Ogden, G. Saccomandi, I. Sgura, Comput. Mech. 34 (2004) 484.
 """
