@@ -156,7 +156,7 @@ def fit(
 
     asked = (("--length", length, "m"), ("--area", area, "m^2"), ("--slack", slack, ""))
     sizes = [None if text is None else quantity(text, unit, name) for name, text, unit in asked]
-    given = Sizes(*sizes, also=tuple(_of_mode(each) for each in mode or ()))
+    given = Sizes(sizes[0], sizes[1], sizes[2], also=tuple(_of_mode(each) for each in mode or ()))
     if given.also and tensile is None:
         raise SceneError("--mode: must come with a tensile test; got none")
     if show_only:

@@ -41,7 +41,8 @@ from typing import Any
 import numpy as np
 
 from sits_mech.analysis.material.alike import Known, as_good, factor, nearest
-from sits_mech.analysis.material.least_squares import Answer, Points, fit_constants
+from sits_mech.analysis.material.least_squares import Answer, fit_constants
+from sits_mech.analysis.material.points import Points
 from sits_mech.analysis.material.record import Record, read_record
 from sits_mech.analysis.material.relaxing import Relaxation, fit_relaxation
 from sits_mech.analysis.material.softening import CyclicFit, envelope, fit_softening
