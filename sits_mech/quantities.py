@@ -24,6 +24,8 @@ from sits_mech.notes import Note, Omission, packed, packed_omissions, unpacked, 
 from sits_mech.status import FAILED, NOT_CARRIED
 from sits_mech.units import SceneError, shown
 
+SURE = 1.645
+"""Deviations within which 90 % of the values of a normal distribution lie."""
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integers = NDArray[np.int64]

@@ -33,8 +33,7 @@ from sits_mech.analysis.built.production import Production, produced
 from sits_mech.analysis.codes import unit_codes
 from sits_mech.analysis.measured import Measured
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.quantities import Array
-from sits_mech.readout.budget import SURE
+from sits_mech.quantities import SURE, Array
 from sits_mech.readout.calibration import Calibration
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor

@@ -152,6 +152,7 @@ UNMIRRORED = {
         "tests/silicone/laws/test_laws.py: every law by the same tests",
     ),
     "analysis/material/least_squares.py": "tests/analysis/material/test_fitted.py: the fits that it makes",
+    "analysis/material/points.py": "tests/analysis/material/test_fitted.py: the fits to them",
     "mechanics/levels/words.py": "tests/mechanics/equilibrium/test_failure.py: what is said of paths that ended",
     "notes.py": "tests/report/test_notes.py: notes and what is said of them",
     "version.py": "tests/report/test_folder.py: a calibration of another version is refused",

@@ -216,11 +216,15 @@ def _left_out(sensor: Sensor, question: Question, *, small: bool, flat: bool | N
 
 
 def _of_loads(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
-    """Return what loads spare by their symmetry, and what rate and history would change."""
+    """Return what loads spare by their symmetry, and what history and other laws would change."""
     silicone, loads, found = silicone_of(sensor), question.loads, list[Omission]()
     if loads and silicone is not None and silicone.has_history:
         share = history_share(silicone)
         found.append(Omission(OmissionKind.HISTORY, share, Relative.DISPLACEMENT, counts=False))
+    if loads and silicone is not None and silicone.mode_spread:  # a pad stiffens: of the displacement at most as much
+        known = (("percent", f"{100.0 * silicone.mode_spread:.2g}"),)
+        size = silicone.mode_spread
+        found.append(Omission(OmissionKind.LAW, size, Relative.DISPLACEMENT, bound=True, counts=False, numbers=known))
     symmetry, different = symmetry_of(sensor), len(set(loads))
     if loads and symmetry.mirrored and all(load == Wrench(F_z=load.F_z) for load in loads):
         return (*found, Omission(OmissionKind.SYMMETRY, 0.0, Relative.DISPLACEMENT))

@@ -4,7 +4,8 @@ With F the force of a reading L and A = dF/dL the inverse there, the standard de
 
     map            e A / 2               e the largest error of a load that is left out, of each coil
     table          A m / 2, A r / 2      m the parts of the errors of L that all loads share, with signs; r a coil's own
-    silicone       |F| s                 s the deviation of its modulus's logarithm: F is proportional to the modulus
+    silicone       |F| s                 s the deviation of its modulus's logarithm: F is proportional to the modulus;
+                                         by its sources, and by the laws that fit its tests as well
     noise          A sigma               of each coil
     temperature    e / 2                 e what a correction for it leaves
 
@@ -20,11 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import SURE, Array
 from sits_mech.readout.calibration import Calibration
 
-SURE = 1.645
-"""Deviations within which 90 % of the values of a normal distribution lie."""
 _TWO = 2.0  # deviations that an estimated error stands for
 
 

@@ -42,6 +42,7 @@ _REASONS: Mapping[OmissionKind, _Reason] = {
     OmissionKind.FINITE_STRAIN: "strains are so small that one constant compliance is enough",
     OmissionKind.PAD_ENDS: _ends_of_pads,
     OmissionKind.HISTORY: "slow load on virgin material; ask for simulate --history, or cycle",
+    OmissionKind.LAW: "by its tests the load is known within {percent} % only, pressed and sheared",
     OmissionKind.SYMMETRY: "scene and load are symmetric",
     OmissionKind.IMAGES: "pad and target are symmetric: {solved} of {all} loads are solved, the others mirrored",
     OmissionKind.BETWEEN: "interpolated between about {solved} of {all} solved loads, within the tolerance",

@@ -123,7 +123,7 @@ def _law(name: str) -> Schema:
         "expansion": quantity_schema("1/K"),
         "temperature_range": listed(quantity_schema("K"), minItems=2, maxItems=2),
         "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
-        "spread": {"type": "number"},
+        "spread": {"type": "number"}, "mode_spread": {"type": "number", "minimum": 0},
     }
     own = {"type": "object", "title": name, "additionalProperties": False, "required": ["law", *law.units]}
     return own | {"properties": properties, "anyOf": [{"required": [key]} for key in _BULK]}

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import SURE, Array
 from sits_mech.silicone.laws import LAWS, Constants, Law
 from sits_mech.silicone.words import in_constants
 from sits_mech.units import SceneError, quantity, shown
@@ -28,7 +28,7 @@ from sits_mech.units import SceneError, quantity, shown
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
 _LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
 _RANGE_OF_THREE = 1.693  # mean range of three normal numbers, in deviations
-_NUMBERS = {"rms": "Pa", "spread": "", "expansion": "1/K"}  # what is known of the constants
+_NUMBERS = {"rms": "Pa", "spread": "", "mode_spread": "", "expansion": "1/K"}  # what is known of the constants
 _RANGES = {
     "fitted_range": ("", "smallest and largest strain"),
     "temperature_range": ("K", "lowest and the highest temperature"),
@@ -99,6 +99,9 @@ class Silicone:
         In which moduli are proportional to the absolute temperature, and the expansion holds [K]; None: unknown.
     spread : float or None
         Largest over smallest value that the sources in `source` give for the stress at 100 % strain, less one [-].
+    mode_spread : float or None
+        Largest factor, less one, between its energy and those of laws that fit its tests as well, pressed and sheared
+        (analysis/material/alike.py) [-]: a half-width of 90 %.
     prony : tuple of (float, float)
         Share of the instantaneous stiffness [-] and relaxation time [s] of each branch; none: no viscosity.
     mullins : Softening or None
@@ -113,6 +116,7 @@ class Silicone:
     fitted_range: tuple[float, float] | None = None
     rms: float | None = None
     spread: float | None = None
+    mode_spread: float | None = None
     expansion: float | None = None
     temperature_range: tuple[float, float] | None = None
     prony: tuple[tuple[float, float], ...] = ()
@@ -130,8 +134,10 @@ class Silicone:
 
     @property
     def modulus_deviation(self) -> float | None:
-        """Standard deviation of its modulus's logarithm, by its sources, three as a rule; None: unknown [-]."""
-        return None if self.spread is None else math.log1p(self.spread) / _RANGE_OF_THREE
+        """Standard deviation of its modulus's logarithm, by sources, three as a rule, and modes; None: unknown [-]."""
+        if self.spread is None and self.mode_spread is None:
+            return None
+        return math.hypot(math.log1p(self.spread or 0.0) / _RANGE_OF_THREE, math.log1p(self.mode_spread or 0.0) / SURE)
 
     @property
     def has_history(self) -> bool:
@@ -232,8 +238,9 @@ def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
     source = table.get("source", Silicone.source)
     if not isinstance(source, str) or not source.isprintable():
         raise SceneError(f"source must be a printable text; got {shown(source)}")
-    if found.get("rms", 0.0) < 0.0:
-        raise SceneError(f"rms must not be negative; got {shown(table['rms'])}")
+    for key in ("rms", "mode_spread"):
+        if found.get(key, 0.0) < 0.0:
+            raise SceneError(f"{key} must not be negative; got {shown(table[key])}")
     ranges = {key: _rising(key, table[key], *_RANGES[key]) for key in _RANGES if key in table}
     return found | ranges | {"source": source}
 

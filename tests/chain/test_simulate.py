@@ -202,7 +202,8 @@ def test_a_settled_load_is_kept_as_a_start(sensor: Sensor, tmp_path: Path) -> No
 
 def test_what_cannot_be_asked_is_refused(sensor: Sensor) -> None:
     """Unknown model, no layer, tolerance, forces: one line each."""
-    with pytest.raises(SceneError, match="mechanics.*one of auto, closed-form, linear, planar, axisymmetric, block; got \"blok\""):
+    words = 'mechanics.*one of auto, closed-form, linear, planar, axisymmetric, block; got "blok"'
+    with pytest.raises(SceneError, match=words):
         mechanical_model(sensor, "blok")
     with pytest.raises(SceneError, match="magnetics.*must be one of auto, axisymmetric, planar"):
         magnetic_model(sensor, "sheet")

@@ -254,7 +254,7 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
 @pytest.mark.parametrize(("tokens", "expected"), [
     (("pose", "nowhere.toml"), "nowhere.toml"),
     (("pose", "biorob2018", "--fx", "2 mm"), "--fx: must be a force"),
-    (("pose", "biorob2018", "--model", "blok"), "must be one of auto, closed-form, linear, planar, axisymmetric, block"),
+    (("pose", "biorob2018", "--model", "blok"), "one of auto, closed-form, linear, planar, axisymmetric, block"),
     (("pose", "biorob2018", "--tolerance", "two"), "tolerance"),
     (("pose", "biorob2018", "--set", "target.wdth=1"), "wdth"),
     (("pose", "biorob2018", "--via", "fz=4 N"), "via: must be left out without elastomer.friction"),

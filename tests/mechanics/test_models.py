@@ -292,6 +292,14 @@ def test_what_rate_and_history_are_worth(prony: str, mullins: str | None, share:
     assert not any(item.counts for item in found)  # another request's: no error of a slow first load
 
 
+def test_what_other_laws_are_worth() -> None:
+    """As large as the material table says; no error of the law that was asked for."""
+    law = 'law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa", mode_spread=0.29'
+    sensor = load_sensor("biorob2018", [f"elastomer.material={{{law}}}"])
+    found = [item for item in left_out(sensor, [PRESSED], "block") if item.kind == OmissionKind.LAW]
+    assert [(item.size, item.bound, item.counts) for item in found] == [(0.29, True, False)]
+
+
 def test_images_of_loads_are_left_out() -> None:
     """Only in scenes that are their own mirror image; how many stand for all is told."""
     sensor, loads = load_sensor("biorob2018"), [Wrench(-1.0, 1.0), Wrench(1.0, 1.0)]

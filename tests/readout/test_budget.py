@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sits_mech.readout.budget import SURE, budget
+from sits_mech.quantities import SURE
+from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import Calibration, calibration_of
 from sits_mech.readout.table_errors import TableErrors
 

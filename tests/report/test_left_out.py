@@ -31,6 +31,11 @@ SAID = [
         "0.3 of the displacement)",
     ),
     (
+        Omission(K.LAW, 0.29, Relative.DISPLACEMENT, bound=True, counts=False, numbers=(("percent", "29"),)),
+        "other laws of the silicone: by its tests the load is known within 29 % only, pressed and sheared (at most "
+        "0.29 of the displacement)",
+    ),
+    (
         Omission(K.SYMMETRY, relative_to=Relative.DISPLACEMENT),
         "out-of-plane displacement and rotation: scene and load are symmetric",
     ),

@@ -1,5 +1,6 @@
 """Materials: constants with their source, laws with a positive stiffness, tables that survive a round trip."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -97,6 +98,7 @@ def test_own_numbers_replace_the_catalogue() -> None:
         ({"fitted_range": [1.0, -0.2]}, r"fitted_range must be the smallest and largest strain; got \[1.0, -0.2\]"),
         ({"temperature_range": ["100 degC", 273.0]}, "temperature_range must be the lowest and"),
         ({"rms": -5.0}, "rms must not be negative; got -5"),
+        ({"mode_spread": -0.1}, "mode_spread must not be negative; got -0.1"),
         ({"law": "mooney-rivlin", "c10": 1.0, "c01": -2.0, "bulk_modulus": 1.0}, "positive shear modulus"),
         ({"law": "gent", "shear_modulus": 1.0, "j_m": 0.0, "bulk_modulus": 1.0}, "j_m must be positive; got 0"),
         ({"prony": [{"weight": 0.6, "time": 1.0}, {"weight": 0.4, "time": 2.0}]}, "weights must sum to less than 1"),
@@ -120,6 +122,15 @@ def test_impossible_materials_are_refused(table: dict[str, object], message: str
     law = {"law": "neo-hookean", "shear_modulus": 1.0, "bulk_modulus": 1.0}
     with pytest.raises(SceneError, match=message):
         silicone_from(law | table if table and "law" not in table else table)
+
+
+def test_sources_and_modes_make_one_deviation() -> None:
+    """Squares add: a range of three sources is 1.693 deviations, 90 % of laws 1.645 to either side."""
+    law = {"law": "neo-hookean", "shear_modulus": 1.0, "bulk_modulus": 1.0}
+    both = silicone_from(law | {"spread": 0.5, "mode_spread": 0.29})
+    assert both.modulus_deviation == pytest.approx(math.hypot(math.log(1.5) / 1.693, math.log(1.29) / 1.645))
+    assert silicone_from(law | {"mode_spread": 0.29}).modulus_deviation == pytest.approx(math.log(1.29) / 1.645)
+    assert silicone_from(law).modulus_deviation is None and silicone_from(table_of(both)) == both
 
 
 @pytest.mark.parametrize(("mu", "bulk", "words"), [

@@ -24,8 +24,7 @@ import numpy as np
 from sits_mech.analysis.bench import loads_over
 from sits_mech.analysis.built.prior import Prior, inverted, load_noise_of
 from sits_mech.analysis.built.unknowns import Known
-from sits_mech.quantities import Array
-from sits_mech.readout.budget import SURE
+from sits_mech.quantities import SURE, Array
 from sits_mech.scene.sensor import SceneError
 
 RIGS = ("weights", "press", "stage", "use")

@@ -40,7 +40,9 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.analysis.material.least_squares import Answer, Points, fit_constants
+from sits_mech.analysis.material.alike import Known, as_good, factor, nearest
+from sits_mech.analysis.material.least_squares import Answer, fit_constants
+from sits_mech.analysis.material.points import Points
 from sits_mech.analysis.material.record import Record, read_record
 from sits_mech.analysis.material.relaxing import Relaxation, fit_relaxation
 from sits_mech.analysis.material.softening import CyclicFit, envelope, fit_softening
@@ -69,6 +71,7 @@ class Fit:
     source: str  # file of the data
     modes: tuple[str, ...] = ("uniaxial",)  # tests used
     notes: tuple[str, ...] = ()
+    mode_spread: float | None = None  # as in silicone/material.py; None: not looked for, or a law that ends before
 
 
 def fit_law(test: TensileTest, law: str, max_strain: float = 1.0, *, terms: int = 2) -> Fit:
@@ -140,6 +143,7 @@ def _stable(law: str, answer: Answer, points: Points) -> bool:
 
 
 _DIGITS = 5  # of what is pasted
+_CLEARLY = 0.8  # of a law's own distance from others, from where on another one is preferred
 _ROUNDS = 12  # of law and rate
 _SETTLED = 1e-3  # of the law's stress from one round to the next
 _LOOK = np.array([0.1, 0.5, 1.0])  # shares of the largest strain, where that is looked at
@@ -164,7 +168,7 @@ class Fitted:
         """Known keys of a material table; none of the tests shows a bulk modulus."""
         silicone = _silicone(self.fit, self.relaxation, self.cyclic)
         table = {} if silicone is None else table_of(silicone)
-        wanted = (*(() if self.fit is None else ("law", *self.fit.constants)), "prony", "mullins")
+        wanted = (*(() if self.fit is None else ("law", *self.fit.constants)), "mode_spread", "prony", "mullins")
         return {key: _rounded(table[key]) for key in wanted if key in table}
 
     @property
@@ -208,7 +212,25 @@ def fit_tests(
 
     found = fitted(test)
     pull = cycles if tensile is None or test is None else _pull(tensile, test, given or Sizes())
-    return found if pull is None or not pull.timed or not found.branches else _settled(fitted, found, pull)
+    found = found if pull is None or not pull.timed or not found.branches else _settled(fitted, found, pull)
+    return _compared(found, max_strain)
+
+
+def _compared(found: Fitted, max_strain: float) -> Fitted:
+    """Return the fits with how far the law is from others that fit as well, where a pad is strained."""
+    fit, test = found.fit, found.test
+    if fit is None or test is None:
+        return found
+    others = as_good(_points([_used(one, max_strain) for one in test.all]))
+    spread = factor(Known(fit.law, fit.constants), others) - 1.0
+    names = ", ".join(dict.fromkeys(each.name for each in others))
+    if not np.isfinite(spread):
+        return _noted(found, f"the law ends within the strains of pads; laws that fit well there: {names}")
+    best, least = nearest(others)
+    what = f"laws that fit as well ({names}) give loads of pads within {100.0 * spread:.2g} % of this one's"
+    found = _noted(replace(found, fit=replace(fit, mode_spread=float(f"{spread:.2g}"))), what)
+    near = f"{best.name} is preferred: within {100.0 * (least - 1.0):.2g} % of all of them"
+    return found if least - 1.0 > _CLEARLY * spread else _noted(found, near)
 
 
 def _pull(path: Path, test: TensileTest, given: Sizes) -> Record | None:
@@ -257,7 +279,7 @@ def _silicone(fit: Fit | None, relaxation: Relaxation | None, cyclic: CyclicFit 
     factor = 1.0 if relaxation is None or not relaxation.factor else relaxation.factor
     constants = LAWS[fit.law].rescaled(fit.constants, lambda value: factor * value)
     softening = None if cyclic is None else cyclic.mullins
-    return Silicone("", fit.law, constants, np.inf, prony=prony, mullins=softening)
+    return Silicone("", fit.law, constants, np.inf, mode_spread=fit.mode_spread, prony=prony, mullins=softening)
 
 
 def _rounded(value: Any) -> Any:

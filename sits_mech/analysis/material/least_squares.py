@@ -24,9 +24,10 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from scipy.optimize import LinearConstraint, brentq, least_squares, minimize, nnls
+from scipy.optimize import LinearConstraint, least_squares, minimize, nnls
 from scipy.stats import t as student
 
+from sits_mech.analysis.material.points import Points
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import PLANE, principal_stretches, state_stress, tangent
 from sits_mech.silicone.laws import Constants, Law
@@ -38,41 +39,6 @@ _NO_TERM = 1e-7  # a term of this share of the stiffness is none
 _ONE_TERM = 0.02  # two shapes closer than this are one
 _T = TypeVar("_T")
 _STEP = 1e-6  # of differences, relative to a range or a value
-
-
-@dataclass(frozen=True)
-class Points:
-    """Measured points."""
-
-    stretches: Array  # principal, (n, 3)
-    stress: Array  # engineering, (n,) [Pa]
-    weight: Array  # square root of the weight, (n,)
-
-    @property
-    def scale(self) -> float:
-        """Secant modulus at the largest stretch [Pa]."""
-        last = int(np.argmax(self.stretches[:, 0]))
-        return float(self.stress[last] / (self.stretches[last, 0] - 1.0))
-
-    @property
-    def excess(self) -> Array:
-        """I1 - 3 of every point, shape (n,)."""
-        found: Array = (self.stretches**2).sum(axis=1) - 3.0
-        return found
-
-    def ends(self) -> dict[str, tuple[float, float]]:
-        """Return the uniaxial and planar stretches with the largest I1 of the points."""
-        most = float(self.excess.max())
-
-        def beyond(stretch: float, mode: str) -> float:
-            """Return a state's I1 less the largest."""
-            return float((principal_stretches(mode, np.array([stretch])) ** 2).sum()) - 3.0 - most
-
-        reach = 2.0 + np.sqrt(most)
-        return {
-            mode: (brentq(beyond, 1e-3 / reach**2, 1.0, (mode,)), brentq(beyond, 1.0, reach, (mode,)))
-            for mode in ("uniaxial", "planar")
-        }
 
 
 @dataclass(frozen=True)
@@ -98,12 +64,14 @@ def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
     unit = [dict.fromkeys(names, 0.0) | {name: 1.0} for name in names]
     matrix = np.stack([state_stress(law.name, one, points.stretches) for one in unit], axis=1)
     signs = np.eye(len(names))[[names.index(name) for name in fit.not_negative]]
-    conditions = np.vstack([_conditions(law, unit, points), signs])
+    other = np.reshape(fit.tension_alone if points.tension_alone else (), (-1, len(names)))
+    conditions = np.vstack([_conditions(law, unit, points), signs, other])
     answer = _least_squares(matrix * points.weight[:, None], points.stress * points.weight / scale, conditions) * scale
     size = 1.0 / np.linalg.norm(matrix * points.weight[:, None], axis=0)  # what each constant weighs in the stress
     answer = np.where(np.abs(answer / size) > 1e-9 * np.abs(answer / size).max(), answer, 0.0)
     limits = conditions * size / np.linalg.norm(conditions * size, axis=1)[:, None]
-    held = limits[limits @ (answer / size) <= 1e-7 * np.linalg.norm(answer / size)]
+    holds = limits @ (answer / size) <= 1e-7 * np.linalg.norm(answer / size)
+    held, by = limits[holds], ("the stability conditions", "what other modes than tension allow")
     free = np.linalg.svd(held)[2][np.linalg.matrix_rank(held, 1e-3) :].T if len(held) else np.eye(len(names))
     free = size[:, None] * free
     residual = matrix @ answer - points.stress
@@ -112,7 +80,10 @@ def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
         constants=dict(zip(names, (float(value) for value in answer), strict=True)),
         confidence=dict(zip(names, widths, strict=True)),
         rms=_rms(residual, points),
-        notes=("the constants are held by the stability conditions",) if len(held) else (),
+        notes=tuple(
+            f"the constants are held by {what}"
+            for what, some in zip(by, np.split(holds, [len(holds) - len(other)]), strict=True) if some.any()
+        ),
     )
 
 
@@ -176,8 +147,10 @@ def _columns(law: Law, fit: TermFit, stretches: Array, shapes: Array) -> Array:
 def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
     """Fit a law of one or several terms; fewer where the data do not determine more."""
     scale, reach = points.scale, float(points.excess.max())
-    starts = _starts(_columns(law, fit, points.stretches, fit.starts(reach)), points, terms)
-    found = [_refined(law, fit, points, fit.starts(reach)[chosen]) for chosen in starts]
+    shapes = fit.starts(reach)
+    shapes = shapes[shapes >= fit.tension_alone] if points.tension_alone else shapes
+    starts = _starts(_columns(law, fit, points.stretches, shapes), points, terms)
+    found = [_refined(law, fit, points, shapes[chosen]) for chosen in starts]
     m, x, _ = min(found, key=lambda answer: answer[2])
     order = np.argsort(x)
     m, x = m[order] * scale, x[order]

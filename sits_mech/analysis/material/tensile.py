@@ -5,6 +5,7 @@ Columns are known by their words (`words`) and units, whatever else the file hol
     strain    engineering strain; stretch, less one; true strain, e = exp(e_true) - 1; displacement over the length
     stress    engineering stress; true stress over 1 + e (incompressible); force over the area
 
+of pulls and, by stretches (l, 1, 1/l) with strain l - 1/l and stress P/(1 + l^-2), of simple shear;
 of specimens side by side (each stress with its strain) or one below the other (names that come again, or a strain that
 falls by half of its range from row to row). Sizes of a specimen are asked for, or stand above the names.
 
@@ -37,11 +38,17 @@ _NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and w
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of a specimen, None where its file says them: free length [m], area [m^2]; and slack, a strain."""
+    """Sizes of a specimen, None where its file says them: free length [m], area [m^2]; and slack, a strain.
+
+    `mode` is that of columns that say none: "uniaxial", "planar", "biaxial" or "shear". `also` are files of other
+    modes, (mode, path) each, that are read with the first.
+    """
 
     length: float | None = None
     area: float | None = None
     slack: float | None = None
+    mode: str = "uniaxial"
+    also: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -82,8 +89,11 @@ def read_tensile(path: str | Path, given: Sizes | None = None) -> TensileTest:
     sizes are missing or of unknown unit, or a test has fewer than 5 usable rows.
     """
     given = given or Sizes()
-    pulls = read_pulls(path, given, "a readable tensile test")
-    tests = [_test(one, str(path), given.slack) for pull in pulls for one in _one_by_one(pull)]
+    files = [(path, given), *((file, replace(given, mode=mode)) for mode, file in given.also)]
+    tests = [
+        _test(one, str(file), by.slack) for file, by in files
+        for pull in read_pulls(file, by, "a readable tensile test") for one in _one_by_one(pull)
+    ]
     order = ("uniaxial", "planar", "biaxial")
     first, *others = sorted(tests, key=lambda test: order.index(test.mode))
     notes = list(dict.fromkeys(note for test in tests for note in test.notes))
@@ -99,7 +109,8 @@ def read_pulls(path: str | Path, given: Sizes, what: str, timed: bool = False) -
     found, above = list[Pull](), dict[str, float]()
     for table, known in tables:
         above |= sizes(table.above)
-        found += [pull for pull in _pulls(table, known, _sizes(above, given)) if not timed or pull.time is not None]
+        pulls = (_in_mode(pull, given.mode) for pull in _pulls(table, known, _sizes(above, given)))
+        found += [pull for pull in pulls if not timed or pull.time is not None]
     if not found:
         names = ", ".join(column.title for column in tables[0][0].columns)
         raise ValueError(f'{path}: must have the column "Time (s)" beside strain and stress; got {names}')
@@ -166,6 +177,17 @@ def _pull(table: Table, taken: Sequence[Quantity], own: dict[str, float]) -> Pul
     made_of = [one.column.title for one in (strain, stress) if one.kind not in ("strain", "stress")]
     notes = (f"engineering strain and stress are made of {' and '.join(made_of)}",) * bool(made_of)
     return Pull(strain.mode, e, s, t[0] if t else None, f"{strain.column.title}; {stress.column.title}", notes)
+
+
+def _in_mode(pull: Pull, asked: str) -> Pull:
+    """Return a specimen of columns that say no mode in the one that is asked; simple shear as planar tension."""
+    mode = asked if pull.mode == "uniaxial" else pull.mode
+    if mode != "shear":
+        return pull._replace(mode=mode)
+    stretch = 0.5 * (pull.strain + np.hypot(pull.strain, 2.0))  # turned, silicone/homogeneous.py
+    notes = (*pull.notes, "simple shear is taken as the planar tension that it is, turned")
+    stress = pull.stress * (1.0 + stretch**-2)
+    return pull._replace(mode="planar", strain=stretch - 1.0, stress=stress, notes=notes)
 
 
 def _engineering_strain(e: Array, of: Quantity, source: str, own: dict[str, float]) -> Array:

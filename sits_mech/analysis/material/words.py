@@ -49,7 +49,7 @@ _TRUE = {plain(word) for word in (
 _READ = _KINDS.keys() | _PASSED | _TRUE
 _MODES = {
     "planar": "planar", "pure shear": "planar", "equibiaxial": "biaxial", "equi biaxial": "biaxial",
-    "biaxial": "biaxial", "uniaxial": "uniaxial",
+    "biaxial": "biaxial", "uniaxial": "uniaxial", "simple shear": "shear", "shear": "shear",
 }
 _JAPANESE = re.compile(r"公称|工学|引張り?|一軸|標準|最大(?=点)")
 _MARK = re.compile(r"(?:\b(?:specimen|sample|probe|test|eprouvette|probeta)\b|試験片)?\s*#?\d+\b|[()\[\]]|\bratio\b")

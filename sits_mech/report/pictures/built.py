@@ -9,8 +9,7 @@ import numpy as np
 
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.production import Production
-from sits_mech.quantities import UNITS, Array, Integers, tensor_grid
-from sits_mech.readout.budget import SURE
+from sits_mech.quantities import SURE, UNITS, Array, Integers, tensor_grid
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure
 
 if TYPE_CHECKING:

@@ -43,6 +43,7 @@ def fit_rows(fit: Fit) -> list[tuple[str, str]]:
         ("residual (rms)", f"{fit.rms:.4g} Pa"),
         ("fitted up to", f"{100.0 * fit.max_strain:.4g} % strain, {', '.join(fit.modes)}"),
         ("stable", "yes" if fit.stable else "no"),
+        *([] if fit.mode_spread is None else [("mode_spread", f"{fit.mode_spread:g}, of loads of pads by other laws")]),
         ("source", fit.source),
     ]
     return rows + [("note", note) for note in fit.notes]

@@ -14,8 +14,7 @@ from sits_mech.analysis.built.load_plan import LoadPlan
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.production import Production
 from sits_mech.analysis.built.unknowns import PARAMETERS
-from sits_mech.quantities import UNITS, Array
-from sits_mech.readout.budget import SURE
+from sits_mech.quantities import SURE, UNITS, Array
 from sits_mech.report.records import named
 from sits_mech.report.tables.solves import column_table, key_table
 

@@ -9,8 +9,8 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.analysis.bench import loads_over
-from sits_mech.quantities import Array, shown_unit
-from sits_mech.readout.budget import SURE, budget
+from sits_mech.quantities import SURE, Array, shown_unit
+from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration
 from sits_mech.readout.converter import FrontEnd
 from sits_mech.readout.front_end import register_text

@@ -14,6 +14,7 @@ Phys. 38 (1967) 2997. Neglected: viscosity, stress softening, temperature.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -77,9 +78,13 @@ class OfStretches:
 
 @dataclass(frozen=True)
 class LinearFit:
-    """Fit of a law that is linear in its constants, under stability and these sign conditions."""
+    """Fit of a law that is linear in its constants x, under stability and these sign conditions.
+
+    `tension_alone`: rows C of C x >= 0 that hold where the data are of tension alone.
+    """
 
     not_negative: tuple[str, ...] = ()
+    tension_alone: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,7 +93,7 @@ class TermFit:
 
     With e the data's largest I1 - 3: `starts` gives the first shapes by e, `limits` lower and upper limits of shapes
     that start at x by x and e, `held` which shapes x the data do not determine (at an end of their range), with a
-    `note`.
+    `note`. Shapes start from `tension_alone` on where the data are of tension alone.
     """
 
     constants: Callable[[Array, Array], dict[str, float | tuple[float, ...]]]
@@ -97,6 +102,7 @@ class TermFit:
     held: Callable[[Array, float], Mask]
     note: str
     several: bool = False
+    tension_alone: float = -math.inf
 
 
 def anything(constants: Constants) -> str:
