@@ -83,7 +83,9 @@ def adapt(
     folder: Folder, *,
     bench: Annotated[Path | None, Parameter(help="CSV: F_x, F_z, ..., L1 [uH] or code1, ..., depth [mm].")] = None,
     plan: Annotated[int | None, Parameter(help="How many loads to choose, before anything is read.")] = None,
-    rig: Annotated[Rigs, Parameter(help="What the loads are made with; use: what is read without a bench.")] = "stage",
+    rig: Annotated[Rigs | None, Parameter(help="What loads are made with (stage); use: read without a bench.")] = None,
+    weights: Annotated[str, Parameter(help='Of --plan: the weights at hand, "50 g, 100 g, 200 g".')] = "",
+    step: Annotated[Quantity | None, Parameter(help='Of --plan: loads are multiples of it, "0.5 N".')] = None,
     known: Known = Known(), idle: Idle = None,
     check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
     strict: Annotated[bool, flag("Refuse readings that hardly are of such a sensor.")] = False,
@@ -97,6 +99,7 @@ def adapt(
     and unit.h, the constants of this unit for the firmware of the calibration that was adapted.
 
     Example: sits-mech adapt calibration --plan 5 --rig stage
+    Example: sits-mech adapt calibration --plan 3 --weights "50 g, 100 g, 200 g, 500 g"
     Example: sits-mech adapt calibration --bench bench.csv -o built
     Example: sits-mech adapt built --plan 2 --rig use --free "modulus=1+-0.05, lead=0+-5 nH"
     """
@@ -106,18 +109,15 @@ def adapt(
         raise SceneError(f"plan: must be one or more loads; got {plan}")
     if plan is not None and (strict or any(each is not None for each in (check, idle, output))):
         raise SceneError("--plan: must be given without --check, --strict, --idle and -o, which are of readings")
-    if bench is not None:
-        check_readable(bench, "a readable measurement")
+    if bench is not None and (weights or step is not None):
+        raise SceneError("--weights, --step: must be given with --plan, whose loads they are")
+    if plan is not None:
+        return _plan(known, folder, plan, rig or ("weights" if weights else "stage"), (weights, step), as_json)
+    check_readable(Path(str(bench)), "a readable measurement")
 
     from sits_mech.report.tables import built as tables
 
     prior = known.prior(folder)
-    if plan is not None:
-        from sits_mech.analysis.built.load_plan import plan_loads
-
-        chosen = plan_loads(prior, plan, rig, **known.noises)
-        answer(tables.plan_record(chosen), tables.plan_tables(chosen), as_json)
-        return 0
     measured = _read(prior, Path(str(bench)), known.tank(prior))
     prior = known.read(prior, measured.coded)
     found, said = _adapted(prior.read_by(idle), measured, known.noises)
@@ -176,6 +176,18 @@ def lot(
     answer(record, tables.production_tables(record, str(bench)), as_json)
     if output is not None:
         _write_lot(found, record, output)
+    return 0
+
+
+def _plan(
+    known: Known, folder: Path, count: int, rig: str, at_hand: tuple[str, str | None], as_json: bool
+) -> int:
+    """Answer which loads to read, of weights or multiples of a step where these are at hand."""
+    from sits_mech.analysis.built.load_plan import Bench, plan_loads
+    from sits_mech.report.tables.built import plan_record, plan_tables
+
+    chosen = plan_loads(known.prior(folder), count, rig, bench=Bench.written(*at_hand), **known.noises)
+    answer(plan_record(chosen), plan_tables(chosen), as_json)
     return 0
 
 
