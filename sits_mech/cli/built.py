@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from sits_mech.analysis.built.adaptation import Adaptation
     from sits_mech.analysis.built.prior import Prior
     from sits_mech.analysis.built.production import Production
-    from sits_mech.analysis.measured import Measured, Tank
+    from sits_mech.analysis.measured import Tank
 
 
 Rigs = Literal["weights", "press", "stage", "use"]
@@ -61,10 +61,6 @@ class Known:
         sensor, data = read_calibration(folder)
         prior = prior_of(sensor, data, _listed(self.free), noise=si_of(self.noise, "H", "--noise"))
         return prior if self.lot is None else known_by(prior, self.lot)
-
-    def read(self, prior: Prior, coded: bool) -> Prior:
-        """Return the sensor as codes show it, or a meter, which knows of no tank unless its capacitance is named."""
-        return prior if coded or "capacitance" in self.free else prior.read_by(tank=False)
 
     def tank(self, prior: Prior) -> Tank | None:
         """Return how codes become inductances."""
@@ -115,12 +111,13 @@ def adapt(
         return _plan(known, folder, plan, rig or ("weights" if weights else "stage"), (weights, step), as_json)
     check_readable(Path(str(bench)), "a readable measurement")
 
+    from sits_mech.export.calibrations import adapted_as_read, read_bench, read_with
     from sits_mech.report.tables import built as tables
 
     prior = known.prior(folder)
-    measured = _read(prior, Path(str(bench)), known.tank(prior))
-    prior = known.read(prior, measured.coded)
-    found, said = _adapted(prior.read_by(idle), measured, known.noises)
+    measured = read_bench(prior, Path(str(bench)), known.tank(prior))
+    prior = read_with(prior, measured.coded, _listed(known.free))
+    found, said = adapted_as_read(prior.read_by(idle), measured, known.noises)
     record = tables.adaptation_record(found, said)
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
     if said:
@@ -162,13 +159,14 @@ def lot(
     from sits_mech.analysis.built.load_plan import plan_loads
     from sits_mech.analysis.built.production import produced
     from sits_mech.analysis.measured import read_units
+    from sits_mech.export.calibrations import read_with
     from sits_mech.readout.loads import fixed
     from sits_mech.report.tables import built as tables
 
     prior = known.prior(folder)
     spread, held, coils = spread_of(prior, _listed(within)), fixed(prior.data), prior.sensor.coil_names
     units = read_units(bench, prior.forces, coils, known.tank(prior), held)
-    prior = known.read(prior, all(one.coded for one in units.values()))
+    prior = read_with(prior, all(one.coded for one in units.values()), _listed(known.free))
     with progress_bar("units") as progress:
         found = produced(prior, units, spread, progress=progress, **known.noises)
     chosen = plan_loads(found.next, plan, rig, **known.noises)
@@ -189,30 +187,6 @@ def _plan(
     chosen = plan_loads(known.prior(folder), count, rig, bench=Bench.written(*at_hand), **known.noises)
     answer(plan_record(chosen), plan_tables(chosen), as_json)
     return 0
-
-
-def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
-    """Return what a bench recorded of a sensor."""
-    from sits_mech.analysis.measured import read_measured
-    from sits_mech.readout.loads import fixed
-
-    held = fixed(prior.data)
-    found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, held, least=1, unseen=True)
-    if found.poses is not None:
-        raise SceneError(f"{path}: must be of loads, or depths and loads that are nan; got poses: sits-mech compare")
-    return found
-
-
-def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[Adaptation, str]:
-    """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing."""
-    from sits_mech.analysis.built.adaptation import adapt as adapted
-    from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake
-
-    found = as_read(
-        prior.sensor, prior.data, measured.source, lambda idle: adapted(prior.read_by(idle), measured, **noises),
-        lambda: mistake(prior, measured, None, **noises),
-    )
-    return found, mistake(prior, measured, found, **noises) if found.p_value < STRANGE else ""
 
 
 def _checked(found: Adaptation, count: int) -> str:
