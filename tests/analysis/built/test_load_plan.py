@@ -10,6 +10,8 @@ from sits_mech.analysis.built.prior import Prior, inverted
 from sits_mech.analysis.measured import Measured
 from sits_mech.scene.sensor import SceneError
 
+LOADS = np.array([[0.0, 0.0], [0.3, 0.0], [0.3, 1.2], [-0.3, 1.2], [0.0, 0.6]])
+
 
 def test_planned_loads_tell_more_than_others(prior: Prior) -> None:
     """Of 200 sets of as many loads at random none brings the forces' mean square error as low."""
@@ -66,3 +68,12 @@ def test_a_soft_sensor_is_read_at_planned_loads(prior: Prior) -> None:
     (least, _), (why, _) = moduli(np.array([[0.0, 1.5]]), prior.table, prior.forces, 0.7)
     assert 0.7 < least < 0.75 and "has 1.5 N: calibrate to at least 2.7 N of F_z" in why  # 1.5/(0.8 least)
     assert "calibrate to at least 3 N of F_z" in moduli(np.array([[0.0, 1.5]]), prior.table, prior.forces, 0.5)[1][0]
+
+
+def test_what_is_no_inductance_is_refused_at_once(prior: Prior) -> None:
+    """Not a number, zero, below it: which coil and row."""
+    for wrong in (np.nan, 0.0, -1e-6):
+        L = prior.bench(LOADS).model(prior.start[None])[0]
+        L[2, 1] = wrong
+        with pytest.raises(SceneError, match=r"bench: must hold inductances above 0; got \S+ H of coil 2 in row 3 of"):
+            adapt(prior, Measured(LOADS, L, "bench"))
