@@ -43,7 +43,8 @@ def envelope_table(found: Envelope) -> Table:
     rows, first = [], dict[tuple[str, ...], Ray]()
     for ray in found.rays:
         alike = (f"{(v if name == 'F_z' else abs(v)) + 0.0:.9g}" for name, v in vars(ray.force).items())
-        first.setdefault((sentence(ray.limit), *alike, "" if math.isfinite(size_of(ray.force)) else f"{ray.plane}{ray.angle}"), ray)
+        apart = "" if math.isfinite(size_of(ray.force)) else f"{ray.plane}{ray.angle}"
+        first.setdefault((sentence(ray.limit), *alike, apart), ray)
     for ray in first.values():
         forces = {name: value for name, value in vars(ray.force).items() if value}
         sizes = {name: with_error(v, v * ray.error) if math.isfinite(v) else f"{v}" for name, v in forces.items()}
