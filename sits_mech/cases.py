@@ -233,7 +233,7 @@ def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]
 
     ``lasting`` says whether another try would only repeat it.
     """
-    began = time.perf_counter()
+    began = time.process_time()
     row: Row = {"status": OK, "reason": "", "lasting": True}
     try:
         row |= function(**point)
@@ -241,7 +241,7 @@ def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]
         status = error.status if isinstance(error, SolveFailed) else FAILED
         said = str(error) if isinstance(error, ValueError | SolveFailed) else f"{type(error).__name__}: {error}"
         row |= {"status": status, "reason": said, "lasting": isinstance(error, _LASTING)}
-    return row | {"seconds": time.perf_counter() - began}
+    return row | {"seconds": time.process_time() - began}
 
 
 class Columns:

@@ -2,7 +2,8 @@
 
 A file is named by the checksum of all that its arrays depend on: what is asked, bit by bit, and the source of the rooms
 that make them. Arrays come back bit for bit, so that answers do not hang on what is kept. Files hold plain arrays (npz,
-nothing is run that is read); one that cannot be read is made anew. The oldest go where all take more than `ROOM`.
+nothing is run that is read) and their own name; one that cannot be read, or has another's, is made anew. The oldest go
+where all take more than `ROOM`.
 
 The command line keeps; elsewhere nothing is kept unless `SITS_MECH_CACHE` names a folder. "off" keeps nothing.
 """
@@ -27,6 +28,7 @@ ROOM = 512 * 2**20
 """Bytes that all files may take: a plate's preparation takes 0.2 to 30 MB."""
 FIELDS = "geometry", "magnetics"
 """Rooms whose source the arrays of plates and tracks depend on."""
+_OWN = "request_checksum"
 _BROKEN = OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile
 _Made = TypeVar("_Made")
 
@@ -93,12 +95,13 @@ def kept(
         return make()
     path = where / f"{_checksum(asked, rooms)}.npz"
     with suppress(*_BROKEN), path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-        found = unpack(file)
-        os.utime(path)
-        return found
+        if str(file[_OWN]) == path.stem:  # else it was put in another's place
+            found = unpack({name: file[name] for name in file.files if name != _OWN})
+            os.utime(path)
+            return found
     made = make()
     with suppress(OSError):  # a folder that cannot be written keeps nothing
-        _write(path, pack(made))
+        _write(path, {**pack(made), _OWN: path.stem})
     return made
 
 

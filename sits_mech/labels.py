@@ -65,7 +65,7 @@ _VARIABLES = {name: (shown_unit(name), words) for name, words in _COMPONENTS.ite
     "error_mechanics": ("1", "estimated relative error of the pose"),
     "error_magnetics": ("1", "estimated error of the inductances over their largest change"),
     "iterations": ("1", "linear solves"),
-    "seconds": ("s", "time of the solve"),
+    "seconds": ("s", "processor time of the solve"),
     "failed_loads": ("1", "loads without result"),
     "resolution": ("{F}", "largest standard deviation of a read load by the converter's noise"),
     "error_by_model": ("{F}", "largest error of a read load by the errors of the table"),
@@ -100,13 +100,18 @@ def unit_of(name: str, unit_L: str, unit_F: str = "") -> str:
     return unit
 
 
+def with_unit(name: str, unit: str) -> str:
+    """Return the heading of a column with its unit, where it has one."""
+    return name if unit in ("", "1") else f"{name} [{unit}]"
+
+
 def described(name: str) -> str:
     """Return long name and unit of a variable for a reader, "" where none is known."""
     bare = next((name.removeprefix(before) for before in _BEFORE if name.startswith(before)), name)
     if _found(bare)[1] == bare.replace("_", " "):
         return ""
     unit, words = unit_of(name, "H", "N"), _found(name)[1]
-    return f"{words[:1].upper()}{words[1:]}{f' [{unit}]' if unit not in ('', '1') else ''}."
+    return f"{with_unit(words[:1].upper() + words[1:], unit)}."
 
 
 def _found(name: str) -> tuple[str, str]:

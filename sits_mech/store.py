@@ -56,6 +56,8 @@ class Cases:
 
     def put(self, rows: Iterable[tuple[str, Row]]) -> None:
         """Keep rows by their names, all or none of them, but those that another try may give better."""
+        if not self.path.exists():
+            raise SceneError(f"{self.path.parent}: must stay while the run goes on; it was removed")
         texts = ((name, json.dumps(as_jsonable(row))) for name, row in rows if row["lasting"])
         with _refused(self.path), self.file:
             kept = ((name, text, _hash(text)) for name, text in texts)
@@ -88,6 +90,21 @@ def opened(folder: Path) -> Iterator[Cases]:
         cases = Cases(path, file)
         cases.put(_single(folder, cases.names))
         yield cases
+
+
+@contextmanager
+def claimed(folder: Path) -> Iterator[None]:
+    """Have a folder for this process alone, by a lock that ends with it; raise SceneError where another one has it."""
+    path = folder / "running"
+    with _refused(path):
+        file = sqlite3.connect(path, timeout=0.0, isolation_level=None)
+    with closing(file):
+        with _refused(path):
+            file.execute("BEGIN EXCLUSIVE")
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)
 
 
 def _single(folder: Path, known: set[str]) -> Iterator[tuple[str, Row]]:

@@ -83,6 +83,11 @@ def shown(value: object) -> str:
     return printable(f'"{value}"' if isinstance(value, str) else repr(value), length=60)
 
 
+def millimetres(length: float, digits: int = 6) -> str:
+    """Return a length [m] as it is written in a scene."""
+    return f"{MM * length:.{digits}g} mm"
+
+
 def _converted(number: float, unit: str, into: str) -> float:
     """Return `number` in SI, or NaN where `unit` does not exist or is of another dimension."""
     factor = _PREFIXES.get(unit.removesuffix(into)) if into.isalpha() and unit.endswith(into) else None

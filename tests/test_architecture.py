@@ -32,8 +32,8 @@ RANKS = {
     "analysis": 8,
     **dict.fromkeys(("batch", "synthesis"), 9),
     **dict.fromkeys(("report", "schemas"), 10),
-    **dict.fromkeys(("export", "studio", "__init__"), 11),
-    "cli": 12,
+    **dict.fromkeys(("export", "studio"), 11),
+    **dict.fromkeys(("cli", "__init__"), 12),
     "__main__": 13,
 }
 PLUGGED = ("analysis", "boards", "batch", "synthesis", "report", "schemas", "export", "studio", "cli")
@@ -87,6 +87,7 @@ UNMIRRORED = {
         ("synthesis/answer.py", "synthesis/answered.py", "synthesis/around.py"),
         "tests/synthesis/test_run.py: what comes of a search",
     ),
+    "export/calibrations.py": "tests/test_public_names.py: examples of each; tests/cli/test_built.py: as commands do",
     "report/written.py": "tests/report/test_folder.py: what a calibration leaves",
     "report/envelope.py": "tests/analysis/test_envelope.py: record, table and picture",
     "studio/page.py": "tests/studio/test_studio.py: in a browser",
@@ -416,10 +417,10 @@ def _python(code: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_import_is_quiet_and_small() -> None:
-    """`import sits_mech` says nothing, shows at most 27 names, and leaves heavy leaves alone.
+    """`import sits_mech` says nothing, shows at most 32 names, and leaves heavy leaves alone.
 
     Twenty-four, `show` for notebooks, `open_sweep` for tables that grow and `terminal_calibration` for readings at
-    terminals; `test_public_names.py` asks for each.
+    terminals, five for what the shell does with a calibration's folder; `test_public_names.py` asks for each.
     """
     heavy = "{'matplotlib', 'pyvista', 'vtk', 'gmsh', 'pygmsh', 'distributed', 'pint'}"
     done = _python(
@@ -428,7 +429,7 @@ def test_import_is_quiet_and_small() -> None:
         "assert not found, found\n"
         "names = [name for name in dir(sits_mech) if not name.startswith('_')]\n"
         "names = getattr(sits_mech, '__all__', names)\n"
-        "assert len(names) <= 27, names\n"
+        "assert len(names) <= 32, names\n"
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 

@@ -68,6 +68,15 @@ def test_a_file_that_is_cut_short_is_made_anew(where: Path) -> None:
     assert len(made) == 4 and numbers("a", made) == [1.0, 2.0] and len(made) == 4
 
 
+def test_a_file_in_the_place_of_another_is_made_anew(where: Path) -> None:
+    made: list[int] = []
+    numbers("a", made), numbers("b", made, value=5.0)
+    first, second = disk_cache.kept_files()
+    first.rename(where / "aside"), second.rename(first), (where / "aside").rename(second)
+    assert numbers("a", made, value=1.0) == [1.0, 2.0] and numbers("b", made, value=5.0) == [5.0, 2.0]
+    assert len(made) == 4
+
+
 def test_the_oldest_go_where_there_is_no_room(where: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The one that was read last is the youngest."""
     made: list[int] = []

@@ -1,6 +1,7 @@
 """Rows on disk: one file for a sweep, of one run at a time; killed, edited, damaged, or of an earlier version."""
 
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sits_mech.cases import sweep
-from sits_mech.store import STORE, case_name, case_path, finish, opened
+from sits_mech.store import STORE, case_name, case_path, claimed, finish, opened
 from sits_mech.units import SceneError
 
 ROW = {"status": "ok", "reason": "", "lasting": True, "c": 0.1 + 0.2, "seconds": 1.0}
@@ -55,6 +56,20 @@ def test_a_run_has_its_folder_alone(tmp_path: Path) -> None:
                 pass
     with opened(tmp_path):
         pass
+
+
+def test_a_folder_is_one_run_s_and_stays(tmp_path: Path) -> None:
+    """A second claim is refused, a later one is not; a run whose folder went stops with its next case."""
+    with claimed(tmp_path):
+        with pytest.raises(ValueError, match="must be the folder of one run at a time"), claimed(tmp_path):
+            pass
+    with claimed(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []
+    with opened(tmp_path / "out") as cases:
+        shutil.rmtree(tmp_path / "out")
+        with pytest.raises(ValueError, match="out: must stay while the run goes on; it was removed"):
+            cases.put([("a", {"lasting": True})])
 
 
 def test_what_is_no_store_is_refused(tmp_path: Path) -> None:

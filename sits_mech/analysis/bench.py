@@ -29,7 +29,7 @@ from sits_mech.readout.converter import FrontEnd, code_of, converter, tank_frequ
 from sits_mech.readout.front_end import front_end
 from sits_mech.readout.loads import answered, varied
 from sits_mech.readout.table_errors import TableErrors, table_errors
-from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
+from sits_mech.scene.sensor import SceneError, Sensor, check_provenance, silicone_of
 from sits_mech.scene.thermal import at_temperature, clock_factor
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
@@ -145,7 +145,7 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     Raises
     ------
     ValueError
-        When the table holds too few loads.
+        When the table holds too few loads, or is of other coils, another target or layer.
 
     Examples
     --------
@@ -157,6 +157,7 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     >>> known.inverse(known.forward(F_x=0.1, F_z=0.4)).forces.round(3).tolist()
     [0.1, 0.4]
     """
+    check_provenance(sensor, data.attrs)
     free, noise = None if data.attrs["unit_L"] == "H" else self_inductances(sensor).tolist(), None
     with suppress(ValueError):  # no converter, or none that can follow: all coils count alike
         noise = sensor_front_end(sensor, data)[0].noise.tolist()

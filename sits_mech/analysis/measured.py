@@ -98,6 +98,14 @@ class Measured:
     depth: Array | None = None  # (m,) that the target was pressed down by from where it rests [m]
     coded: bool = False  # whether inductances are of codes
 
+    def check(self) -> None:
+        """Raise SceneError for an inductance that is none: nan, zero, or below."""
+        wrong = np.argwhere(~(self.L > 0.0))
+        if len(wrong):
+            row, coil = wrong[0]
+            came = f"{self.L[row, coil]:g} H of coil {coil + 1} in row {row + 1} of {len(self.L)}"
+            raise SceneError(f"{self.source}: must hold inductances above 0; got {came}")
+
 
 def read_measured(
     path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,

@@ -90,7 +90,7 @@ def _client(address: str) -> Iterator[Client]:
     try:
         from distributed import Client
     except ImportError:
-        raise SceneError("a dask cluster needs distributed: pip install 'sits-mech[cluster]'") from None
+        raise SceneError("a dask cluster needs distributed: pip install '.[cluster]' in a clone") from None
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # of a scheduler that is lost errors tell
     try:
         client = Client(address, timeout=_ANSWER_TIMEOUT)

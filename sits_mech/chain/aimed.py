@@ -73,7 +73,7 @@ class Aim:
     def refuse_beyond(self, planned: Look, where: str) -> None:
         """Raise SceneError for a tolerance that cannot be reached."""
         if planned.error > SURE * self.tolerance:
-            can = f"{planned.error:.1g} can be reached in about {planned.seconds:.2g} s (--best)"
+            can = f"{planned.error:.1g} can be reached in about {planned.seconds:.2g} s, which best takes"
             raise SceneError(f"tolerance: must be one that can be reached at {where}; got {self.tolerance:g}: {can}")
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from sits_mech.analysis.built.adaptation import Adaptation
     from sits_mech.analysis.built.prior import Prior
     from sits_mech.analysis.built.production import Production
-    from sits_mech.analysis.measured import Measured, Tank
+    from sits_mech.analysis.measured import Tank
 
 
 Rigs = Literal["weights", "press", "stage", "use"]
@@ -62,10 +62,6 @@ class Known:
         prior = prior_of(sensor, data, _listed(self.free), noise=si_of(self.noise, "H", "--noise"))
         return prior if self.lot is None else known_by(prior, self.lot)
 
-    def read(self, prior: Prior, coded: bool) -> Prior:
-        """Return the sensor as codes show it, or a meter, which knows of no tank unless its capacitance is named."""
-        return prior if coded or "capacitance" in self.free else prior.read_by(tank=False)
-
     def tank(self, prior: Prior) -> Tank | None:
         """Return how codes become inductances."""
         from sits_mech.analysis.codes import tank_of
@@ -83,7 +79,9 @@ def adapt(
     folder: Folder, *,
     bench: Annotated[Path | None, Parameter(help="CSV: F_x, F_z, ..., L1 [uH] or code1, ..., depth [mm].")] = None,
     plan: Annotated[int | None, Parameter(help="How many loads to choose, before anything is read.")] = None,
-    rig: Annotated[Rigs, Parameter(help="What the loads are made with; use: what is read without a bench.")] = "stage",
+    rig: Annotated[Rigs | None, Parameter(help="What loads are made with (stage); use: read without a bench.")] = None,
+    weights: Annotated[str, Parameter(help='Of --plan: the weights at hand, "50 g, 100 g, 200 g".')] = "",
+    step: Annotated[Quantity | None, Parameter(help='Of --plan: loads are multiples of it, "0.5 N".')] = None,
     known: Known = Known(), idle: Idle = None,
     check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
     strict: Annotated[bool, flag("Refuse readings that hardly are of such a sensor.")] = False,
@@ -97,6 +95,7 @@ def adapt(
     and unit.h, the constants of this unit for the firmware of the calibration that was adapted.
 
     Example: sits-mech adapt calibration --plan 5 --rig stage
+    Example: sits-mech adapt calibration --plan 3 --weights "50 g, 100 g, 200 g, 500 g"
     Example: sits-mech adapt calibration --bench bench.csv -o built
     Example: sits-mech adapt built --plan 2 --rig use --free "modulus=1+-0.05, lead=0+-5 nH"
     """
@@ -106,21 +105,19 @@ def adapt(
         raise SceneError(f"plan: must be one or more loads; got {plan}")
     if plan is not None and (strict or any(each is not None for each in (check, idle, output))):
         raise SceneError("--plan: must be given without --check, --strict, --idle and -o, which are of readings")
-    if bench is not None:
-        check_readable(bench, "a readable measurement")
+    if bench is not None and (weights or step is not None):
+        raise SceneError("--weights, --step: must be given with --plan, whose loads they are")
+    if plan is not None:
+        return _plan(known, folder, plan, rig or ("weights" if weights else "stage"), (weights, step), as_json)
+    check_readable(Path(str(bench)), "a readable measurement")
 
+    from sits_mech.export.calibrations import adapted_as_read, read_bench, read_with
     from sits_mech.report.tables import built as tables
 
     prior = known.prior(folder)
-    if plan is not None:
-        from sits_mech.analysis.built.load_plan import plan_loads
-
-        chosen = plan_loads(prior, plan, rig, **known.noises)
-        answer(tables.plan_record(chosen), tables.plan_tables(chosen), as_json)
-        return 0
-    measured = _read(prior, Path(str(bench)), known.tank(prior))
-    prior = known.read(prior, measured.coded)
-    found, said = _adapted(prior.read_by(idle), measured, known.noises)
+    measured = read_bench(prior, Path(str(bench)), known.tank(prior))
+    prior = read_with(prior, measured.coded, _listed(known.free))
+    found, said = adapted_as_read(prior.read_by(idle), measured, known.noises)
     record = tables.adaptation_record(found, said)
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
     if said:
@@ -162,13 +159,14 @@ def lot(
     from sits_mech.analysis.built.load_plan import plan_loads
     from sits_mech.analysis.built.production import produced
     from sits_mech.analysis.measured import read_units
+    from sits_mech.export.calibrations import read_with
     from sits_mech.readout.loads import fixed
     from sits_mech.report.tables import built as tables
 
     prior = known.prior(folder)
     spread, held, coils = spread_of(prior, _listed(within)), fixed(prior.data), prior.sensor.coil_names
     units = read_units(bench, prior.forces, coils, known.tank(prior), held)
-    prior = known.read(prior, all(one.coded for one in units.values()))
+    prior = read_with(prior, all(one.coded for one in units.values()), _listed(known.free))
     with progress_bar("units") as progress:
         found = produced(prior, units, spread, progress=progress, **known.noises)
     chosen = plan_loads(found.next, plan, rig, **known.noises)
@@ -179,28 +177,16 @@ def lot(
     return 0
 
 
-def _read(prior: Prior, path: Path, tank: Tank | None) -> Measured:
-    """Return what a bench recorded of a sensor."""
-    from sits_mech.analysis.measured import read_measured
-    from sits_mech.readout.loads import fixed
+def _plan(
+    known: Known, folder: Path, count: int, rig: str, at_hand: tuple[str, str | None], as_json: bool
+) -> int:
+    """Answer which loads to read, of weights or multiples of a step where these are at hand."""
+    from sits_mech.analysis.built.load_plan import Bench, plan_loads
+    from sits_mech.report.tables.built import plan_record, plan_tables
 
-    held = fixed(prior.data)
-    found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, held, unseen=True)
-    if found.poses is not None:
-        raise SceneError(f"{path}: must be of loads, or depths and loads that are nan; got poses: sits-mech compare")
-    return found
-
-
-def _adapted(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[Adaptation, str]:
-    """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing."""
-    from sits_mech.analysis.built.adaptation import adapt as adapted
-    from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake
-
-    found = as_read(
-        prior.sensor, prior.data, measured.source, lambda idle: adapted(prior.read_by(idle), measured, **noises),
-        lambda: mistake(prior, measured, None, **noises),
-    )
-    return found, mistake(prior, measured, found, **noises) if found.p_value < STRANGE else ""
+    chosen = plan_loads(known.prior(folder), count, rig, bench=Bench.written(*at_hand), **known.noises)
+    answer(plan_record(chosen), plan_tables(chosen), as_json)
+    return 0
 
 
 def _checked(found: Adaptation, count: int) -> str:

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 from sits_mech.status import EXIT_DOUBTFUL, EXIT_NO_ANSWER, counted, exit_code
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from sits_mech.quantities import Wrench
     from sits_mech.scene.sensor import Sensor
 
+QUIET = ContextVar("QUIET", default=False)
+"""Whether notes and progress stay away; answers and errors are printed."""
 _EVERY = 2.0  # seconds between lines on how far a load is
 
 
@@ -29,7 +32,7 @@ def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
     title = "last converged state" if error.half == "mechanics" else "pose of the target"
     tables = [] if error.last is None else [equilibrium_table(error.last, title)]
     answer(failure_record(error, whole), tables, as_json)
-    warn(f"not converged ({error.report.status}): {error}")
+    fault(f"not converged ({error.report.status}): {error}")
     return EXIT_NO_ANSWER
 
 
@@ -95,8 +98,21 @@ def kept_promise(planned: tuple[float, float], took: tuple[float, float]) -> str
 
 
 def warn(*lines: str) -> None:
-    """Print lines on stderr."""
+    """Print notes on stderr, unless they are not wanted."""
+    if not QUIET.get():
+        fault(*lines)
+
+
+def fault(*lines: str) -> None:
+    """Print on stderr why there is no answer."""
     sys.stderr.writelines(f"{line}\n" for line in lines)
+
+
+def written(paths: Sequence[Path], as_json: bool, notes: Sequence[str] = (), **figures: Any) -> None:
+    """Answer what was written, with figures of it: a record for a program, notes on stderr for a reader."""
+    warn(*notes, *(f"written to {path}" for path in paths))
+    if as_json:
+        answer({"written": [str(path) for path in paths], "notes": list(notes), **figures}, [], True)
 
 
 @contextmanager
@@ -106,7 +122,7 @@ def progress_bar(what: str) -> Iterator[Progress]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    with Progress(*columns, console=Console(stderr=True, quiet=QUIET.get())) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

@@ -19,13 +19,13 @@ _PARTS = {
     "numpy": "core", "scipy": "core", "scikit-fem": "core", "meshio": "core", "pydantic": "core", "pint": "core",
     "xarray": "core", "netCDF4": "core", "cyclopts": "core", "shapely": "core",
     "rich": "core", "threadpoolctl": "core", "platformdirs": "core",
-    "matplotlib": "pictures: pip install 'sits-mech[view]'",
-    "pyvista": "3D views: pip install 'sits-mech[view]'",
-    "gmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
-    "pygmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
-    "openpyxl": "workbooks: pip install 'sits-mech[excel]'",
-    "nicegui": "the studio: pip install 'sits-mech[studio]'",
-    "distributed": "runs on a cluster: pip install 'sits-mech[cluster]'",
+    "matplotlib": "pictures: pip install '.[view]' in a clone",
+    "pyvista": "3D views: pip install '.[view]' in a clone",
+    "gmsh": "meshes of any outline: pip install '.[mesh]' in a clone",
+    "pygmsh": "meshes of any outline: pip install '.[mesh]' in a clone",
+    "openpyxl": "workbooks: pip install '.[excel]' in a clone",
+    "nicegui": "the studio: pip install '.[studio]' in a clone",
+    "distributed": "runs on a cluster: pip install '.[cluster]' in a clone",
 }
 _MODULES = {"scikit-fem": "skfem"}
 

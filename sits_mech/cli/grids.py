@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict
+from math import nan
 from os import times
 from pathlib import Path
 from time import process_time
@@ -20,6 +22,7 @@ from sits_mech.cli.console import (
     terminal_width,
     warn,
     write,
+    written,
 )
 from sits_mech.cli.options import (
     Accept,
@@ -55,7 +58,7 @@ def calibrate(
     scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
     temperature: Warmth = None,
     drift: Annotated[bool, flag("Add slopes by temperature, for quality, invert.")] = False,
-    best: Best = False, accept: Accept = False, overrides: Overrides = Overrides(),
+    best: Best = True, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run is resumed.
 
@@ -77,31 +80,32 @@ def calibrate(
     from sits_mech.readout.loads import varied
     from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
     from sits_mech.report.written import write_calibration
+    from sits_mech.store import claimed
 
     components = loads.borne(sensor, components, models.mechanics)
     began = process_time()
     try:
-        with progress_bar("loads") as progress:
+        with claimed(folder), progress_bar("loads") as progress:
             data = calibrated(
                 sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder), drift=drift,
                 best=best,
             )
     except SolveFailed as error:
-        return not_converged(error, False)
+        return not_converged(error, as_json)
     took = process_time() - began
-    warn(*write_calibration(sensor, data, folder))
+    notes = write_calibration(sensor, data, folder)
     missing, said = failures(data), []
-    if len(missing) < data["status"].size:  # else there is nothing to show
+    if not as_json and len(missing) < data["status"].size:  # else there is nothing to show
         said = remarks(data)
         width, whole = terminal_width(), load_table(data)
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
             show(part)
         show(summary_table(data))
-    warn(*said, *missing)
-    warn(f"written to {folder}")
+    statuses, reached = data["status"].to_numpy().ravel().tolist(), float(data.attrs.get("reached", nan))
+    written([folder], as_json, [*notes, *said, *missing], statuses=dict(Counter(statuses)), error=reached, seconds=took)
     if "planned" in data.attrs:
-        warn(kept_promise(data.attrs["planned"], (took, data.attrs["reached"])))
-    return ended(data["status"].to_numpy().ravel().tolist(), accept)
+        warn(kept_promise(data.attrs["planned"], (took, reached)))
+    return ended(statuses, accept)
 
 
 @app.command
@@ -113,7 +117,7 @@ def sweep(
     dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
     accept: Accept = False,
     watch: Annotated[bool, flag("Tell how far the sweep in a folder is.")] = False,
-    yes: Annotated[bool, flag("Run more than a day, or than the disk holds.")] = False,
+    yes: Annotated[bool, flag("Run more than a day, or than the disk holds.")] = False, as_json: Json = False,
 ) -> int:
     """Run the cases of a study and join them to one table; a stopped run is resumed.
 
@@ -153,9 +157,12 @@ def sweep(
     check_exports(asked)
     with workers(processes, dask) as executor:
         planned = None if dask else noted(output, processes, yes=yes)
-        statuses = _swept(asked, output, executor)
+        statuses = _swept(asked, output, executor, as_json)
+    taken = sum(times()[:4])
     if planned is not None:
-        warn(f"planned: {planned:.3g} s of processor time; taken: {sum(times()[:4]):.3g} s")
+        warn(f"planned: {planned:.3g} s of processor time; taken: {taken:.3g} s")
+    if as_json:
+        answer({"written": [str(output)], "statuses": dict(Counter(statuses)), "seconds": taken}, [], True)
     return ended(statuses, accept)
 
 
@@ -182,12 +189,12 @@ def sensitivity(
     return 0
 
 
-def _swept(asked: Study, output: Path, executor: Executor | None) -> list[str]:
+def _swept(asked: Study, output: Path, executor: Executor | None, as_json: bool) -> list[str]:
     """Run the stages of a study, print their tables, and return the statuses of all cases."""
     from sits_mech.batch.funnel import following, going_on
     from sits_mech.batch.run import keep_known
 
-    data = _ran(asked, output, executor)
+    data = _ran(asked, output, executor, as_json)
     statuses, before, study = data["status"].to_numpy().ravel().tolist(), output, asked
     for number, stage in enumerate(asked.then, 1):
         chosen, place = going_on(data, stage), output / f"then-{number}"
@@ -199,12 +206,12 @@ def _swept(asked: Study, output: Path, executor: Executor | None) -> list[str]:
             break
         first, study = (study, data), following(stage.study, study, chosen)
         keep_known(study, place, first, chosen)
-        data = _ran(study, place, executor)
+        data = _ran(study, place, executor, as_json)
         statuses, before = statuses + data["status"].to_numpy().ravel().tolist(), place
     return statuses
 
 
-def _ran(study: Study, folder: Path, executor: Executor | None) -> xr.Dataset:
+def _ran(study: Study, folder: Path, executor: Executor | None, as_json: bool) -> xr.Dataset:
     """Run a study, print the table of its cases and what is to know about them, and return it."""
     from sits_mech.batch.adaptive import refined
     from sits_mech.batch.run import cases_aside, run_study
@@ -213,7 +220,8 @@ def _ran(study: Study, folder: Path, executor: Executor | None) -> xr.Dataset:
 
     with progress_bar("cases") as progress:
         data = run_study(study, folder, executor=executor, progress=progress)
-    show(case_table(data))
+    if not as_json:
+        show(case_table(data))
     aside = 0 if study.adaptive else cases_aside(study, folder)
     others = f"not in this table: {aside} finished case(s) of other values, kept in {folder / STORE}"
     others += " (latin: other samples for each number; sobol keeps them)" if study.combined == "latin" else ""

@@ -1,8 +1,8 @@
 """The command line: ``sits-mech COMMAND SCENE ...``; see ``sits-mech --help``.
 
 Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
-reached is printed and kept), 4 above the tolerance or beyond the data, 130 interrupted. Each command imports its rooms
-itself, so that help comes at once.
+reached is printed and kept), 4 above the tolerance or beyond the data, 130 interrupted. With --quiet, of every command,
+stderr has errors alone. Each command imports its rooms itself, so that help comes at once.
 Linear algebra keeps to one thread, unless the environment says otherwise: its systems are small, and sparse
 factorisations lose an order of magnitude to a second one. Modules with commands are entry points of the group
 `sits_mech.commands`: those of this package, listed in its pyproject.toml, and those of any other installed beside it.
@@ -17,11 +17,12 @@ from importlib.metadata import entry_points
 
 from cyclopts import CommandCollisionError, CycloptsError
 
-from sits_mech.cli.console import warn
+from sits_mech.cli.console import QUIET, fault, warn
 from sits_mech.cli.options import app
 from sits_mech.disk_cache import keep_by_default
 
 GROUP = "sits_mech.commands"
+QUIET_WORD = "--quiet"
 
 
 def load_commands() -> None:
@@ -39,17 +40,22 @@ load_commands()
 
 def run(tokens: Sequence[str] | None = None) -> int:
     """Run a command, by default of the process's own words, and return its exit code."""
+    words = list(sys.argv[1:] if tokens is None else tokens)
+    quiet = QUIET.set(QUIET_WORD in words)
     try:
-        code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        asked = [word for word in words if word != QUIET_WORD]
+        code = app(asked, exit_on_error=False, print_error=False, result_action="return_value")
     except (CycloptsError, ValueError, OSError) as error:
-        warn(f"error: {' '.join(str(error).split())}")
+        fault(f"error: {' '.join(str(error).split())}")
         return 2
     except MemoryError as error:
-        warn(f"error: memory: must hold what is asked for; {' '.join(str(error).split()) or 'it does not'}")
+        fault(f"error: memory: must hold what is asked for; {' '.join(str(error).split()) or 'it does not'}")
         return 2
     except KeyboardInterrupt:
-        warn("interrupted: finished loads are kept; the same command goes on from them")
+        fault("interrupted: finished loads are kept; the same command goes on from them")
         return 130
+    finally:
+        QUIET.reset(quiet)
     return code if isinstance(code, int) else 0
 
 
@@ -61,6 +67,6 @@ def main() -> None:
     if sys.stderr is None:  # closed by the shell
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     if sys.stdout is None:
-        warn("error: stdout: must be open, it takes the answer; got a closed one (>/dev/null is open)")
+        fault("error: stdout: must be open, it takes the answer; got a closed one (>/dev/null is open)")
         sys.exit(2)
     sys.exit(run())

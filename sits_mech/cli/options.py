@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
 _TOLD = 5  # slips of a scene, one line each; of more, their number
 app = App(
-    name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
-    suppress_keyboard_interrupt=False,
+    name="sits-mech", version=__version__, suppress_keyboard_interrupt=False,
+    help="Force in, inductance out: soft inductive tactile sensors. With --quiet a command tells errors alone.",
 )
+app.register_install_completion_command(help="Install completion of commands and options in this shell.")
 
 
 def flag(help: str) -> Parameter:
@@ -43,7 +44,7 @@ Folder = Annotated[Path, Parameter(help="Folder of a calibration (sits-mech cali
 Case = Annotated[int | None, Parameter(help="For the folder of a sweep: number of the case in its table.")]
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One frequency, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Requested relative error.")]
-Best = Annotated[bool, flag("Take the smallest error within reach where the tolerance is not.")]
+Best = Annotated[bool, Parameter(help="Whether to take the smallest error within reach where the tolerance is not.")]
 Accept = Annotated[bool, flag("Exit code 0 also for answers above the tolerance or beyond the data.")]
 _OTHERS = {half: tuple(entry.name for entry in plugged(half)) for half in ("mechanics", "magnetics")}
 MECHANICS = ("auto", "closed-form", "linear", "planar", "axisymmetric", "block", *_OTHERS["mechanics"])

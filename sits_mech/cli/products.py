@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, deliver, not_converged, progress_bar, warn
+from sits_mech.cli.console import answer, deliver, not_converged, progress_bar, warn, written
 from sits_mech.cli.options import (
     Case,
     Folder,
@@ -39,7 +39,7 @@ def view(
     driven: Annotated[str | None, Parameter(help="Coil that carries current; by default the last.")] = None,
     frequency: Annotated[Quantity | None, Parameter(help="By default the scene's.")] = None,
     show: Annotated[Literal["displacement", "stretch"] | None, Parameter(name="--show", help="Colours of a layer.")] =
-    None, output: Output = None, overrides: Overrides = Overrides(),
+    None, output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """Draw a scene with its sizes (--kind scene), its layer under a load, the field at a pose, or both in space.
 
@@ -59,8 +59,8 @@ def view(
     try:
         draw(kind, sensor, Request(load.wrench(), pose, hertz, coil, show or "displacement"), path)
     except SolveFailed as error:
-        return not_converged(error, False)
-    warn(f"written to {path}")
+        return not_converged(error, as_json)
+    written([path], as_json)
     return 0
 
 
@@ -122,7 +122,7 @@ def _list_coils(path: Path, output: Path | None) -> int:
 def export(
     folder: Folder, *,
     to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad, vtu, twin, page, pdf, svg or a plug-in.")],
-    output: Output = None, load: Load = Load(),
+    output: Output = None, load: Load = Load(), as_json: Json = False,
 ) -> int:
     """Write a calibration for another program; the load chooses the state that --to spice shows.
 
@@ -150,8 +150,8 @@ def export(
     try:
         notes = form.write(Source(sensor, data, load.wrench()), path)
     except SolveFailed as error:
-        return not_converged(error, False)
-    warn(*notes, f"written to {path}")
+        return not_converged(error, as_json)
+    written([path], as_json, notes)
     return 0
 
 
@@ -191,7 +191,7 @@ def design(
 
 
 @app.command
-def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
+def report(folder: Folder, *, case: Case = None, output: Output = None, as_json: Json = False) -> int:
     """Write a calibration, a sweep, or one case of a sweep of calibrations, as one HTML file; it needs no network.
 
     Of a sweep: parallel coordinates, slices over two keys, and failed cases with commands that repeat each alone.
@@ -209,16 +209,15 @@ def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
     if case is None and is_sweep(folder):
         from sits_mech.report.page.sweep import write_sweep
 
-        for scene in write_sweep(folder, path):
-            warn(f"scene of failed cases written to {scene}")
-        warn(f"written to {path}")
+        scenes = [f"scene of failed cases written to {scene}" for scene in write_sweep(folder, path)]
+        written([path], as_json, scenes)
         return 0
     sensor, data = read_calibration(folder, case)
 
     from sits_mech.report.page.html import write_html
 
     write_html(sensor, data, folder, path)
-    warn(f"written to {path}")
+    written([path], as_json)
     return 0
 
 
@@ -261,6 +260,6 @@ def studio(
     try:
         from sits_mech.studio.page import serve
     except ModuleNotFoundError as error:
-        raise SceneError(f"studio: must have {error.name}: pip install 'sits-mech[studio]'") from None
+        raise SceneError(f"studio: must have {error.name}: pip install '.[studio]' in a clone") from None
     serve(source, (models.mechanics, models.magnetics, models.tolerance), port, browser=browser, required=text)
     return 0

@@ -173,17 +173,17 @@ def quality(
     if noise is None and sensor.readout.converter == "none":
         raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
 
-    from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
+    from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
     from sits_mech.analysis.wrenches import resolved_components
     from sits_mech.chain.derivatives.temperature import has_slopes
-    from sits_mech.readout import quality as figures
+    from sits_mech.export.calibrations import quality as figures
     from sits_mech.report.tables import quality as tables
     from sits_mech.report.tables.drift import drift_table
 
     cal = sensor_calibration(sensor, data)
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
     loop = None if seconds is None else _loop(sensor, data, seconds)
-    found = figures.quality(cal, sizes, table=coil_table(sensor, data), branches=loop)
+    found = figures((sensor, data), noise=sizes, branches=loop)
     scatter = _scatter(sensor, data, cal, off, samples)
     record = tables.quality_record(found, data, scatter) | {"noise": sizes.tolist()}
     record |= {"limits": tables.limits_record(_limits(sensor, data, capacity))}
@@ -222,29 +222,18 @@ def compare(
     check_readable(measured, "a readable measurement")
 
     from sits_mech.analysis.bench import convention, with_idle
-    from sits_mech.analysis.built import comparison
-    from sits_mech.analysis.built.mistakes import as_read
-    from sits_mech.analysis.codes import tank_of
-    from sits_mech.analysis.measured import read_measured
-    from sits_mech.readout.loads import fixed, several
-    from sits_mech.report.folder import read_calibration
+    from sits_mech.export import calibrations
     from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.tables.solves import key_table
     from sits_mech.scene.sensor import load_sensor
 
-    sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
-    hertz, names = clock_of(clock, sensor.readout.converter), sensor.coil_names
-    tank, loads, held = (
-        (None, (), None) if data is None else (tank_of(sensor, data, hertz), several(data), fixed(data))
+    sensor = load_sensor(str(folder) if alone else folder / "scene.toml")
+    hertz, names, read = clock_of(clock, sensor.readout.converter), sensor.coil_names, with_idle(sensor, idle)
+    found = calibrations.compare(
+        folder, measured, free=[part.strip() for part in free.split(",")] if free else (),
+        noise=si_of(noise, "H", "--noise"), magnetics=magnetics, clock=hertz, idle=idle,
     )
-    bench = read_measured(measured, loads, names, tank, held)
-    asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
-    one = si_of(noise, "H", "--noise")
-    parts = [part.strip() for part in asked.split(",")]
-    read = with_idle(sensor, idle)
-    found = as_read(read, data, measured, lambda way: comparison.compare(
-        with_idle(sensor, way), data, bench, parts, noise=one, magnetics=magnetics))
     if picture is not None:
         save_figure(comparison_figure(found, names), picture)
         warn(f"written to {picture}")

@@ -130,7 +130,7 @@ def simulate(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(), temperature: Warmths = None,
     history: Annotated[Path | None, Parameter(help="CSV of loads over time: t [s], F_z [N], ...")] = None,
     rcount: Annotated[int | None, Parameter(help="Reference count in a history; 65535 by default.")] = None,
-    output: Output = None, picture: Picture = None, best: Best = False, accept: Accept = False,
+    output: Output = None, picture: Picture = None, best: Best = True, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What the sensor shows under a load, at one temperature or over a range (--picture draws the causes).
@@ -143,8 +143,8 @@ def simulate(
     via = way.loads()
     check_asked(sensor, vars(wrench), **asdict(models))
     if history is not None:
-        if load != Load() or via or others or best or picture is not None:
-            raise SceneError("--history: must be given without a load, --via, --best, --picture, or some temperatures")
+        if load != Load() or via or others or not best or picture is not None:
+            raise SceneError("--history: must be given without a load, --via, --no-best, --picture, some temperatures")
         return in_time(sensor, history, models, rcount, output, as_json, accept)
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")

@@ -34,11 +34,11 @@ def write_xlsx(source: Source, path: Path) -> tuple[str, ...]:
     try:
         from openpyxl import Workbook
     except ImportError:
-        raise SceneError("--to xlsx: needs openpyxl: pip install 'sits-mech[excel]'") from None
+        raise SceneError("--to xlsx: needs openpyxl: pip install '.[excel]' in a clone") from None
     book = Workbook()
     loads = book.active
     loads.title = "loads"
-    names, *rows = csv.reader(io.StringIO(csv_text(source.data)))
+    names, *rows = csv.reader(io.StringIO(csv_text(source.data, units=False)))
     numbers = [[_cell(text) for text in row] for row in rows]
     _fill(loads, [names, [unit_of(name, source.data.attrs["unit_L"]) for name in names], *numbers], heading=2)
     loads.freeze_panes = loads.cell(3, 1 + len(varied(source.data)) + len(fixed(source.data)))

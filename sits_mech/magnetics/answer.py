@@ -173,7 +173,7 @@ def answer(
     `alone` returns L0 and R_dc of the coils; `react` is the model: poses, with fields of shape (p,), and frequency to
     their reaction. Raises as `check_asked`, and SolveFailed where matrices have no factors or give no numbers.
     """
-    began = time.perf_counter()
+    began = time.process_time()
     check_asked(kind, sensor, pose, frequency)
     places, n = pose.components, len(sensor.coils)
     shape, rows = (*places.shape[:-1], n, n), places.reshape(-1, len(POSE))
@@ -187,7 +187,7 @@ def answer(
     omega = 2 * np.pi * frequency
     L0, R_dc = map(np.asarray, alone())
     report = SolveReport(
-        kind.name, found.unknowns, found.solves, found.residual, found.relative, time.perf_counter() - began,
+        kind.name, found.unknowns, found.solves, found.residual, found.relative, time.process_time() - began,
         notes=found.notes,
     )
     values = (L0 + change.imag / omega, change.real.copy(), L0, R_dc, error.imag / omega, error.real.copy())

@@ -151,7 +151,7 @@ def not_representable(sensor: Sensor) -> Refusal | None:
 
 def solved_axis(model: AxisymmetricFem, discs: tuple[CoaxialDisc, ...], frequency: float) -> SolvedAxis:
     """Divide, solve at both orders and refine until the tolerance is met."""
-    began, omega, coil = time.perf_counter(), 2 * np.pi * frequency, model.sensor.coils[0]
+    began, omega, coil = time.process_time(), 2 * np.pi * frequency, model.sensor.coils[0]
     tracks, permeable = coil_sections(coil), any(disc.permeability != 1.0 for disc in discs)
     fineness = min((model.tolerance / 1e-3) ** (1.0 / _FIRST_POWER), _COARSEST)
     lines, found, missed = divide_axis(discs, tracks, frequency, fineness), None, list[float]()
@@ -170,7 +170,7 @@ def solved_axis(model: AxisymmetricFem, discs: tuple[CoaxialDisc, ...], frequenc
             break
         fineness *= float(np.clip((model.tolerance / reached) ** (1.0 / _POWER), *_FINER))
         lines = divide_axis(discs, tracks, frequency, fineness)
-    raise _not_reached(model.tolerance, found, [1.0, *missed][-1], time.perf_counter() - began)
+    raise _not_reached(model.tolerance, found, [1.0, *missed][-1], time.process_time() - began)
 
 
 def _not_reached(tolerance: float, found: SolvedAxis | None, reached: float, seconds: float) -> SolveFailed:

@@ -109,10 +109,10 @@ class BlockPad(Controlled):
 
         Its `wrench` holds the forces, given or found; raises as `equilibrium`.
         """
-        began = time.perf_counter()
+        began = time.process_time()
         line, solved = self._settled((*via, control), start)
         found = solved.found
-        report = replace(found.report, model="block", seconds=time.perf_counter() - began)
+        report = replace(found.report, model="block", seconds=time.process_time() - began)
         report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
         if solved.part == 1.0:
             missed = self.goal is None and report.estimated_error > self.tolerance
@@ -125,9 +125,9 @@ class BlockPad(Controlled):
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
-        began, whole = time.perf_counter(), any(load.out_of_plane for load in history.loads)
+        began, whole = time.process_time(), any(load.out_of_plane for load in history.loads)
         found = motion_in_time(self.whole if whole else self.half, history, tell)
-        report = replace(found.report, model="block", seconds=time.perf_counter() - began)
+        report = replace(found.report, model="block", seconds=time.process_time() - began)
         notes = (*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor))
         return replace(found, report=replace(report, notes=notes))
 

@@ -105,7 +105,7 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     silicone = silicone_of(sensor)
     if silicone is not None and silicone.mullins is not None:
         raise SceneError("history: softening (mullins) needs a model at finite strain, planar, axisymmetric or block")
-    began, given, crept = clock.perf_counter(), np.ones(history.time.size, dtype=bool), history.wrench
+    began, given, crept = clock.process_time(), np.ones(history.time.size, dtype=bool), history.wrench
     if silicone is not None and silicone.prony:
         history, given = _as_it_creeps(history, retardation(silicone.prony)[1])
         crept = np.stack([relaxed_share(silicone, history.time, part) for part in history.wrench.T], axis=1)
@@ -115,7 +115,7 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     iterations, errors, stretch = zip(*told, strict=True)
     last = found[-1].report
     report = SolveReport(
-        last.model, last.unknowns, sum(iterations), last.residual, max(errors), clock.perf_counter() - began,
+        last.model, last.unknowns, sum(iterations), last.residual, max(errors), clock.process_time() - began,
         notes=(*last.notes, Note(NoteKind.AS_A_WHOLE)),
     )
     return Motion(history.time, given, history.wrench, pose, error, np.array(stretch, dtype=float), report)

@@ -84,11 +84,11 @@ class PlanarLayer(Controlled):
         Its `wrench` holds the forces, given or found, and `report.estimated_error` covers those found; raises as
         `equilibrium`.
         """
-        began, controls = time.perf_counter(), (*via, control)
+        began, controls = time.process_time(), (*via, control)
         for each in controls:
             self._check(each)
         solved = arrived(self.line, start, controls)
-        report = replace(solved.found.report, model=self.name, seconds=time.perf_counter() - began)
+        report = replace(solved.found.report, model=self.name, seconds=time.process_time() - began)
         if self.axial:
             solved = solved._replace(found=replace(solved.found, error=Pose(0.0, solved.found.error.d_v, 0.0)))
         if solved.part < 1.0:
@@ -106,9 +106,9 @@ class PlanarLayer(Controlled):
         """Return the target's motion under a history of loads; see `TimedModel`."""
         for wrench in history.loads:
             self._check(under(wrench))
-        began = time.perf_counter()
+        began = time.process_time()
         found = motion_in_time(self.line, history, tell)
-        report = replace(found.report, model=self.name, seconds=time.perf_counter() - began)
+        report = replace(found.report, model=self.name, seconds=time.process_time() - began)
         return replace(found, report=report)
 
     @one_thread

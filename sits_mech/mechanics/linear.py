@@ -84,7 +84,7 @@ class SmallStrain:
         The error is that of the mesh and the first Newton correction towards finite strain. Raise SolveFailed where it
         is as large as the displacement: linear elasticity does not hold.
         """
-        began = time.perf_counter()
+        began = time.process_time()
         refuse_infinite(wrench)
         refuse_out_of_plane("linear", wrench)
         scales, body = self.scales, self.levels.coarse
@@ -99,7 +99,7 @@ class SmallStrain:
         unknowns = len(self.levels.maker(len(self.compliances) - 1).free) + 3
         off = relative(error, q * lengths, lever)
         notes = () if self.edges is None else edge_notes(self.edges, load, scales.thickness)
-        report = SolveReport("linear", unknowns, 1, 0.0, off, time.perf_counter() - began, notes=notes, min_J=min_J)
+        report = SolveReport("linear", unknowns, 1, 0.0, off, time.process_time() - began, notes=notes, min_J=min_J)
         if not report.estimated_error < 1.0:
             report = replace(report, status="strains too large")
             raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}", report)
@@ -199,7 +199,7 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
 
 def _finite_length(sensor: Sensor) -> FiniteLength:
     """Return the factors, found."""
-    began = time.perf_counter()
+    began = time.process_time()
     target, elastomer = pad_parts(sensor)
     width, t = min(*target.extent, *elastomer.extent), elastomer.thickness
     if width <= _THIN * t:
@@ -210,7 +210,7 @@ def _finite_length(sensor: Sensor) -> FiniteLength:
         factors = first + (first - second) * (t - near) / (near - far)
         error += float(np.abs(factors / first - 1.0).max())
     shear, compression, tilt = (float(factor) for factor in factors)
-    return FiniteLength(shear, compression, tilt, error, time.perf_counter() - began)
+    return FiniteLength(shear, compression, tilt, error, time.process_time() - began)
 
 
 def _factors(sensor: Sensor) -> tuple[Array, float]:

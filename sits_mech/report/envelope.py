@@ -39,14 +39,18 @@ def envelope_record(found: Envelope) -> dict[str, Any]:
 
 
 def envelope_table(found: Envelope) -> Table:
-    """Return an envelope for a reader: a line a ray."""
-    rows = []
+    """Return an envelope for a reader: a line a ray; of rays that differ by the sign of a shear alone the first."""
+    rows, first = [], dict[tuple[str, ...], Ray]()
     for ray in found.rays:
+        alike = (f"{(v if name == 'F_z' else abs(v)) + 0.0:.9g}" for name, v in vars(ray.force).items())
+        apart = "" if math.isfinite(size_of(ray.force)) else f"{ray.plane}{ray.angle}"
+        first.setdefault((sentence(ray.limit), *alike, apart), ray)
+    for ray in first.values():
         forces = {name: value for name, value in vars(ray.force).items() if value}
         sizes = {name: with_error(v, v * ray.error) if math.isfinite(v) else f"{v}" for name, v in forces.items()}
         words = (f"{name} = {size} {shown_unit(name)}" for name, size in sizes.items())
         rows.append((", ".join(words) or "no force", sentence(ray.limit)))
-    return key_table("forces within all limits, and the limit that comes next", rows)
+    return key_table("forces within all limits, and the limit that comes next; mirror images left out", rows)
 
 
 def _draw_plane(axes: Axes, own: Sequence[Ray], limits: Sequence[Note]) -> None:

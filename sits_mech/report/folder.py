@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from sits_mech.readout.loads import answered, point
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.status import ANSWERED, INTERPOLATED, UNFINISHED
 from sits_mech.store import STORE, glance, read_table
+from sits_mech.units import printable
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -23,6 +24,10 @@ if TYPE_CHECKING:
 
 _FORMATS = (".png", ".pdf", ".svg")
 _WORDS = ("status", "reason", "notes", "flags")
+_READ: dict[str, Callable[[Any], object]] = {
+    "request": lambda text: [json.loads(text)[key] for key in ("mechanics", "magnetics", "tolerance")],
+    "frequency": float, "magnetics_tolerance": float, "unit_L": ("H", "H/m").index,
+}
 _NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0", "error_L", "error_R")
 
 
@@ -55,16 +60,31 @@ def cases_folder(folder: Path) -> Path:
     return folder / "cases"
 
 
-def read_calibration(folder: Path, case: int | None = None) -> tuple[Sensor, xr.Dataset]:
+def read_calibration(folder: str | Path, case: int | None = None) -> tuple[Sensor, xr.Dataset]:
     """Return sensor and table of a calibration's folder, or of a case, from 1 on, of a sweep of calibrations.
 
     Raise SceneError for no calibration, a stopped one, one of another version or scene, or one without converged load.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from sits_mech.report.written import write_calibration  # as sits-mech calibrate does
+    >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = write_calibration(sensor, data, Path(folder), layer=False)
+    ...     again, table = sm.read_calibration(folder)
+    >>> again == sensor, bool((table["L"] == data["L"]).all())
+    (True, True)
     """
+    folder = Path(folder)
     _checked(folder, case)
     data = read_table(folder / "result.nc")
     if case is not None:
         return _case(folder, data, case)
     check_table(data, str(folder / "result.nc"))
+    _check_attributes(data.attrs, str(folder / "result.nc"))
     sensor = load_sensor(folder / "scene.toml")
     if data.attrs.get("scene") != (folder / "scene.toml").read_text(encoding="utf-8"):
         raise SceneError(f"{folder}: scene.toml must be the scene of result.nc; it was changed: calibrate anew")
@@ -90,9 +110,22 @@ def check_table(data: xr.Dataset, name: str, *more: str) -> None:
         raise SceneError(f"{name}: must hold at least one load that converged; got none")
 
 
+def _check_attributes(attributes: Mapping[Any, Any], name: str) -> None:
+    """Refuse a table, called `name`, whose attributes were changed; its request is a JSON object, others numbers."""
+    for key, read in _READ.items():
+        try:
+            if key in attributes:
+                read(attributes[key])
+        except (KeyError, TypeError, ValueError):
+            came = printable(str(attributes[key]), length=40)
+            raise SceneError(f"{name}: must have {key} as it was written; got {came}: calibrate anew") from None
+
+
 def look_at(folder: Path) -> tuple[Sensor, tuple[str, ...]]:
     """Return a calibration's sensor and varied components without its numbers; raise as `read_calibration`."""
-    asked = json.loads(_checked(folder, None).get("request", "{}"))
+    attributes = _checked(folder, None)
+    _check_attributes(attributes, str(folder / "result.nc"))
+    asked = json.loads(attributes.get("request", "{}"))
     return load_sensor(folder / "scene.toml"), tuple(name for name in WRENCH if np.size(asked.get(name, 0.0)) > 1)
 
 

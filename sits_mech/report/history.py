@@ -148,6 +148,6 @@ def write_history(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
         write_text(folder / "codes.csv", codes_csv(data))
     save_sensor(sensor, folder / "scene.toml")
     if find_spec("matplotlib") is None:
-        return ["no picture: it needs matplotlib: pip install 'sits-mech[view]'"]
+        return ["no picture: it needs matplotlib: pip install '.[view]' in a clone"]
     save_figure(history_curves(data), folder / "history.png")
     return []

@@ -38,7 +38,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path, *, layer: 
     write_text(folder / "result.csv", csv_text(data))
     save_sensor(sensor, folder / "scene.toml")
     if find_spec("matplotlib") is None:
-        return ["no pictures: they need matplotlib: pip install 'sits-mech[view]'"]
+        return ["no pictures: they need matplotlib: pip install '.[view]' in a clone"]
     if not answered(data).any():
         return ["no pictures: no load converged"]
     pictures, warnings = dict(calibration_pictures(data)), []

@@ -28,6 +28,7 @@ from sits_mech.scene.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.outlines import Loop, crossing, polygon
 from sits_mech.scene.parts import Conductor, Target
 from sits_mech.units import SceneError
+from sits_mech.units import millimetres as mm
 
 _SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
 _TILES, _CORNERS = 256, 128  # of a curved plate; of a disc
@@ -143,10 +144,10 @@ def _check_clear(part: Prism, other: Prism) -> None:
     if height > slack or (beside := gap_beside(part, other)) > slack:
         return
     depth = -max(height, beside)
-    how = f"overlaps it by {depth:.3g} m" if depth > slack else "touches it"
+    how = f"overlaps it by {mm(depth, 3)}" if depth > slack else "touches it"
     raise SceneError(
-        f"{part.name} must be clear of {other.name}, which reaches from z = {other.bottom:g} m to {other.top:g} m; got "
-        f"a plate from z = {part.bottom:g} m to {part.top:g} m that {how}"
+        f"{part.name} must be clear of {other.name}, which reaches from z = {mm(other.bottom)} to {mm(other.top)}; got "
+        f"a plate from z = {mm(part.bottom)} to {mm(part.top)} that {how}"
     )
 
 
@@ -194,8 +195,8 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
         distance, needed = math.dist(coil.centre, other.centre), 0.5 * (coil.outer_diameter + other.outer_diameter)
         if distance * _SLACK < needed:
             raise SceneError(
-                f"{names} overlap: their centres must be at least {needed:g} m apart for outer diameters of "
-                f"{coil.outer_diameter:g} m and {other.outer_diameter:g} m; got {distance:g} m"
+                f"{names} overlap: their centres must be at least {mm(needed)} apart for outer diameters of "
+                f"{mm(coil.outer_diameter)} and {mm(other.outer_diameter)}; got {mm(distance)}"
             )
     elif coil.shape == other.shape == "path":
         for z in shared:
@@ -203,7 +204,7 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
     elif -beside > (_SLACK - 1.0) * max(*coil.extent, *other.extent):
         raise SceneError(
             f"{names} overlap: the boxes around them must be clear of each other in every layer; they overlap by "
-            f"{-beside:.3g} m at z = {shared[0]:g} m"
+            f"{mm(-beside, 3)} at z = {mm(shared[0])}"
         )
 
 
@@ -212,8 +213,8 @@ def _check_tracks(names: str, z: float, lines: Sequence[Array]) -> None:
     place = crossing(lines)
     if place is not None:
         raise SceneError(
-            f"{names} overlap: tracks must not cross in one layer; those at z = {z:g} m do at x = {place[0]:.4g} m, "
-            f"y = {place[1]:.4g} m"
+            f"{names} overlap: tracks must not cross in one layer; those at z = {mm(z)} do at x = {mm(place[0], 4)}, "
+            f"y = {mm(place[1], 4)}"
         )
 
 
@@ -228,5 +229,5 @@ def _check_round(radius: float, coils: Sequence[Coil]) -> None:
     reach = max(abs(coil.centre[0]) + 0.5 * coil.outer_diameter for coil in coils)
     if reach > math.pi * radius:
         raise SceneError(
-            f"substrate_radius must be at least {reach / math.pi:g} m to carry the coils; got {radius:g} m"
+            f"substrate_radius must be at least {mm(reach / math.pi)} to carry the coils; got {mm(radius)}"
         )

@@ -38,6 +38,7 @@ from sits_mech.scene.bounds import (
 )
 from sits_mech.scene.outlines import crossing
 from sits_mech.units import SLACK, SceneError
+from sits_mech.units import millimetres as mm
 
 _DIGITS = 12  # of a path about its middle: picometres
 _LAYERED = ("layers", "turns", "track_gap", "layer_pitch", "layer_z", "directions")
@@ -169,8 +170,8 @@ class Coil(BaseModel):
             heights = {place[2] for place in line}
             if len(heights) > 1:
                 raise SceneError(
-                    f"polyline {number} must lie in one layer, a via begins another; got z from {min(heights):g} m to "
-                    f"{max(heights):g} m"
+                    f"polyline {number} must lie in one layer, a via begins another; got z from {mm(min(heights))} to "
+                    f"{mm(max(heights))}"
                 )
             still = next((k for k, (a, b) in enumerate(pairwise(line)) if a == b), None)
             if still is not None:
@@ -191,8 +192,8 @@ class Coil(BaseModel):
         """Refuse layers that overlap, corners that do not fit and tracks that cross; move a path to its middle."""
         if self.layer_pitch < self.track_thickness:
             raise SceneError(
-                f"layer_pitch must be at least track_thickness ({self.track_thickness:g} m), or the layers overlap; "
-                f"got {self.layer_pitch:g} m"
+                f"layer_pitch must be at least track_thickness ({mm(self.track_thickness)}), or the layers overlap; "
+                f"got {mm(self.layer_pitch)}"
             )
         if self.directions and len(self.directions) != self.layers:
             raise SceneError(f"directions must be one for each of {self.layers} layers; got {len(self.directions)}")
@@ -217,14 +218,14 @@ class Coil(BaseModel):
         half = self.track_thickness / 2
         if max(heights) > -half * (1.0 - SLACK):
             raise SceneError(
-                f"{key}: the copper's middle must be at z = {-half:g} m or below, its top face at or below z = 0; got "
-                f"{max(heights):g} m"
+                f"{key}: the copper's middle must be at z = {mm(-half)} or below, its top face at or below z = 0; got "
+                f"{mm(max(heights))}"
             )
         for above, below in pairwise(heights):
             if above - below < self.track_thickness * (1.0 - SLACK):
                 raise SceneError(
-                    f"{key}: layers must go down by at least track_thickness ({self.track_thickness:g} m), or they "
-                    f"overlap; got {above:g} m and {below:g} m"
+                    f"{key}: layers must go down by at least track_thickness ({mm(self.track_thickness)}), or they "
+                    f"overlap; got {mm(above)} and {mm(below)}"
                 )
 
     def _check_corners(self) -> None:
@@ -233,8 +234,8 @@ class Coil(BaseModel):
         radius = self.corner_radius
         if self.shape == "rectangle" and radius > 0.0 and not least <= radius * (1.0 + SLACK) <= most * (1 + 2e-9):
             raise SceneError(
-                f"corner_radius must be 0, or from half the track_width ({least:g} m) to what fits into the innermost "
-                f"turn ({most:g} m); got {radius:g} m"
+                f"corner_radius must be 0, or from half the track_width ({mm(least)}) to what fits into the innermost "
+                f"turn ({mm(most)}); got {mm(radius)}"
             )
 
     def _check_crossings(self) -> None:
@@ -244,8 +245,8 @@ class Coil(BaseModel):
             place = crossing(lines)
             if place is not None:
                 raise SceneError(
-                    f"path: tracks must not cross in one layer; those at z = {height:g} m do at x = "
-                    f"{place[0] + self.centre[0]:.4g} m, y = {place[1] + self.centre[1]:.4g} m"
+                    f"path: tracks must not cross in one layer; those at z = {mm(height)} do at x = "
+                    f"{mm(place[0] + self.centre[0], 4)}, y = {mm(place[1] + self.centre[1], 4)}"
                 )
 
     @model_serializer(mode="wrap")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import resources
@@ -147,15 +148,25 @@ def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
     try:
         return Sensor.model_validate(scene)
     except ValidationError as error:
-        raise SceneError(f"{where}: {_refusal(error)}") from None
+        raise SceneError(f"{where}: {_refusal(error, scene)}") from None
 
 
-def _refusal(error: ValidationError) -> str:
-    """Return the first error of a scene, unknown keys before their consequences."""
+def _named(steps: tuple[int | str, ...], scene: Mapping[str, Any]) -> tuple[int | str, ...]:
+    """Return the steps of a key with the name of the part in place of its number, where it has one."""
+    match steps:
+        case (str(parts), int(number), *rest) if isinstance(scene.get(parts), list):
+            part = scene[parts][number]
+            name = part.get("name") if isinstance(part, Mapping) else None
+            return (parts, name if isinstance(name, str) and name else number, *rest)
+    return steps
+
+
+def _refusal(error: ValidationError, scene: Mapping[str, Any]) -> str:
+    """Return the first error of a scene, unknown keys before their consequences; parts by their names."""
     found = error.errors(include_url=False)
     first = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
     steps = first["loc"]
-    key = printable(".".join(str(step) for step in steps))
+    key = printable(".".join(str(step) for step in _named(steps, scene)))
     if first["type"] == "extra_forbidden":
         return f"{key}: the key {unknown(steps[-1], _PARTS.get(str(steps[0]), Sensor).model_fields)}"
     if first["type"] == "missing":
@@ -302,6 +313,17 @@ def provenance(sensor: Sensor) -> dict[str, str]:
     """Return the attributes by which a table names its scene and the version that made it."""
     text = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor)}
     return text | {"version": __version__, "name": sensor.name}
+
+
+def check_provenance(sensor: Sensor, attributes: Mapping[str, Any]) -> None:
+    """Refuse the attributes of a table of another sensor; how it is read, and what is known of it, may be another."""
+    if attributes.get("scene_hash") in (None, scene_hash(sensor)) or "scene" not in attributes:
+        return
+    own, other = (tomllib.loads(text) for text in (scene_text(sensor), str(attributes["scene"])))
+    for part in ("frequency", "coils", "target", "elastomer", "conductors"):
+        if own.get(part) != other.get(part):
+            name = attributes.get("name", "another")
+            raise SceneError(f"table: must be of {sensor.name}; its {part} differs: it is of {name}")
 
 
 def save_sensor(sensor: Sensor, path: str | Path) -> None:

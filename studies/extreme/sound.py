@@ -105,7 +105,7 @@ def _bench(result: Path) -> str:
     """A measurement: the loads of a calibration with its inductances, a percent off."""
     with result.open(newline="") as stream:
         rows = list(csv.DictReader(stream))
-    loads = [f"{row['F_x']},{row['F_z']},{1.01 * (3 + 0.1 * k)},{3 + 0.1 * k}" for k, row in enumerate(rows)]
+    loads = [f"{row['F_x [N]']},{row['F_z [N]']},{1.01 * (3 + 0.1 * k)},{3 + 0.1 * k}" for k, row in enumerate(rows)]
     return "\n".join(["F_x [N],F_z [N],L1 [uH],L2 [uH]", *loads, ""])
 
 

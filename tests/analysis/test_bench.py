@@ -21,6 +21,7 @@ from sits_mech.scene.sensor import (
     Sensor,
     changed,
     load_sensor,
+    provenance,
     save_sensor,
     scene_hash,
     scene_table,
@@ -125,6 +126,15 @@ def test_idle_coil_of_a_model_in_henry(sensor: Sensor) -> None:
     opened, _ = bench.terminals(changed(sensor, ['readout.idle_coil="open"']), table(sensor, "H"))
     taken = (opened["L"] - shorted["L"]).sel(F_x=0.0, F_z=0.0, coil="C1")
     assert missing == () and float(taken) == pytest.approx(0.02**2 / 0.85 * 2.5e-6, rel=0.01)
+
+
+def test_a_table_of_another_sensor_is_refused(sensor: Sensor) -> None:
+    """Of other coils, target or layer; readout and what is known of it may be another."""
+    data = table(sensor).assign_attrs(provenance(sensor))
+    bench.sensor_calibration(bench.with_idle(sensor, "open"), data)
+    for key, part in (("coils.C1.turns=8", "coils"), ('target.thickness="50 um"', "target")):
+        with pytest.raises(ValueError, match=f"table: must be of .*; its {part} differs: it is of BioRob"):
+            bench.sensor_calibration(changed(sensor, [key]), data)
 
 
 def test_coils_and_terminals_beside_each_other(sensor: Sensor) -> None:

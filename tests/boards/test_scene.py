@@ -120,7 +120,7 @@ def test_what_cannot_be_chosen(draw: Any, choice: Selection, expected: str) -> N
 def test_turns_that_touch_are_refused(draw: Any) -> None:
     """A net that crosses itself on one layer, without a joint, is short-circuited: the scene says where."""
     path = draw.board(draw.lines([(0, 0), (10, 0), (10, 10), (5, 10), (5, -5)]))
-    with pytest.raises(SceneError, match=f"{path}: coils.0: path: tracks must not cross in one layer"):
+    with pytest.raises(SceneError, match=f"{path}: coils.L1: path: tracks must not cross in one layer"):
         board_scene(path, Selection(("L1",)))
 
 
@@ -190,5 +190,5 @@ def test_coils_over_each_other_are_clear_by_layers(draw: Any) -> None:
             one, other = loaded(board, board_scene(board, Selection(("L1", "L2")))[0]).coils
             assert (one.name, other.name) == ("L1", "L2") and one.heights == other.heights
         else:
-            with pytest.raises(SceneError, match="tracks must not cross in one layer; those at z = -1.75e-05 m do at"):
+            with pytest.raises(SceneError, match="tracks must not cross in one layer; those at z = -0.0175 mm do at"):
                 board_scene(board, Selection(("L1", "L2")))

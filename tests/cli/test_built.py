@@ -79,7 +79,14 @@ def test_a_plan_says_what_its_loads_bring(made: Path, capsys: Capture) -> None:
     assert len(found["loads"]) == 3 and all(load["F_x"] == 0.0 for load in found["loads"])
     assert found["errors"]["F_z"][0] > found["errors"]["F_z"][-1] >= found["error_twice"]["F_z"]
     assert run(["adapt", str(made), "--plan", "2"]) == 0
-    assert "These 2 loads bring the error of F_x from" in capsys.readouterr().out
+    said = " ".join(capsys.readouterr().out.split())
+    assert "These 2 loads bring the error of F_x from" in said and "one 1.4 times softer" in said
+    assert run(["adapt", str(made), "--plan", "2", "--weights", "50 g, 100 g", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["rig"] == "weights" and found["softest"] < 0.7 and found["grow"] == ""
+    assert {round(load["F_z"], 3) for load in found["loads"]} <= {0.49, 0.981}
+    assert run(["adapt", str(made), "--bench", "b.csv", "--weights", "50 g"]) == 2
+    assert "--weights, --step: must be given with --plan" in capsys.readouterr().err
 
 
 def test_five_lines_make_a_corrected_calibration(

@@ -329,7 +329,7 @@ def test_the_best_is_taken_at_each_temperature(capsys: Capture, monkeypatch: pyt
 
     monkeypatch.setattr("sits_mech.chain.simulate.simulate", simulated)
     words = ("simulate", "biorob2018", "--fz", "1 N", "--temperature", "0 degC:40 degC:3")
-    assert "best: True" in refused(capsys, *words, "--best") and "best: False" in refused(capsys, *words)
+    assert "best: True" in refused(capsys, *words) and "best: False" in refused(capsys, *words, "--no-best")
 
 
 def test_folder_that_cannot_be_written(capsys: Capture, tmp_path: Path) -> None:
@@ -417,6 +417,38 @@ def test_an_inductance_out_of_reach(capsys: Capture, monkeypatch: pytest.MonkeyP
         assert json.loads(out)["report"]["status"] == "not reached" and err.startswith("not converged")
 
 
+def test_what_is_written_is_answered_to_a_program(capsys: Capture, tmp_path: Path) -> None:
+    """JSON alone on stdout, of every command that writes; with --quiet nothing else but errors."""
+    made, table = tmp_path / "made", tmp_path / "t.csv"
+    words = ("--fx", "-0.2 N:0.2 N:2", "--fz", "0 N:0.5 N:2", "--mechanics", "linear", "--magnetics", "planar")
+    words = (*words, "--tolerance", "0.1", "-o", str(made), "--accept", "--json", "--quiet")
+    assert run(["calibrate", "biorob2018", *words]) == 0
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert err == "" and found["written"] == [str(made)] and sum(found["statuses"].values()) == 4
+    assert 0.0 < found["seconds"] < 600.0 and {"error", "notes"} < {*found}
+    study = tmp_path / "study.toml"
+    study.write_text('scene = "biorob2018"\nrequest = "pose"\nvary.fz = ["0 N", "1 N"]\nfixed.model = "linear"\n')
+    for tokens, path in (
+        (["export", str(made), "--to", "csv", "-o", str(table)], table),
+        (["report", str(made), "-o", str(tmp_path / "r.html")], tmp_path / "r.html"),
+        (["view", "biorob2018", "-o", str(tmp_path / "v.png")], tmp_path / "v.png"),
+        (["sweep", str(study), "-o", str(tmp_path / "swept"), "--accept"], tmp_path / "swept"),
+    ):
+        assert run([*tokens, "--json", "--quiet"]) == 0 and path.exists()
+        out, err = capsys.readouterr()
+        assert json.loads(out)["written"] == [str(path)] and err == ""
+    assert "no-such.toml" in refused(capsys, "pose", "no-such.toml", "--quiet")
+    assert run(["export", str(made), "--to", "csv", "-o", str(table)]) == 0
+    assert f"written to {table}" in capsys.readouterr().err  # the next command tells again
+
+
+def test_completion_is_made_for_a_shell() -> None:
+    """As the command-line library makes it, with our commands."""
+    script = options.app.generate_completion(prog_name="sits-mech", shell="bash")
+    assert "calibrate" in script and "--install-completion" in script
+
+
 def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
     """Table, CSV, scene, pictures; a table on stdout whose every figure has an error; no torn or stray file."""
     folder = tmp_path / "out"
@@ -432,7 +464,7 @@ def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
     sizes = {"F_x": 3, "F_z": 2, "coil": 2, "coil_2": 2}
     assert sizes.items() <= dict(data.sizes).items() and np.all(data["status"].sel(F_z=2.0) == "above tolerance")
     lines = (folder / "result.csv").read_text().splitlines()
-    assert len(lines) == 7 and lines[0].startswith("F_x,F_z,status")
+    assert len(lines) == 7 and lines[0].startswith("F_x [N],F_z [N],status")
     assert load_sensor(folder / "scene.toml") == load_sensor("biorob2018")
 
 

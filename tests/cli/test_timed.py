@@ -63,7 +63,7 @@ def test_a_history_beyond_the_data_says_so(tmp_path: Path, capsys: Said) -> None
     ("words", "said"),
     [
         (["--fz", "1 N"], "--history: must be given without a load"),
-        (["--best"], "--history: must be given without a load"),
+        (["--no-best"], "--history: must be given without a load"),
         (["--rcount", "3"], "rcount: must be from 9 to 65535 for the LDC1614; got 3"),
         (["--temperature", "0 degC:40 degC:3"], "--history: must be given without a load"),
         (["--mechanics", "planar", "--temperature", "900 degC"], "temperature: must be from"),

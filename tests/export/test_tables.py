@@ -16,6 +16,7 @@ from sits_mech.export.source import Source, resting_load, resting_pose
 from sits_mech.labels import unit_of
 from sits_mech.quantities import POSE, Pose, Wrench
 from sits_mech.report.folder import read_calibration
+from sits_mech.report.tables.loads import csv_text
 from sits_mech.store import read_table
 
 
@@ -49,7 +50,7 @@ def test_workbook_holds_numbers(source: Source, calibrated: Path, tmp_path: Path
     path, _ = export(replace(source, data=named), "xlsx", tmp_path / "t.xlsx")
     book = openpyxl.load_workbook(path)
     assert book.sheetnames == ["loads", "figures", "scene", "about"]
-    names, *rows = csv.reader(io.StringIO((calibrated / "result.csv").read_text()))
+    names, *rows = csv.reader(io.StringIO(csv_text(source.data, units=False)))
     cells = list(book["loads"].values)
     assert list(cells[0]) == names and len(cells) == 2 + len(rows) == 2 + 20
     column = names.index("L[C1][C2]")

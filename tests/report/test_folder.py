@@ -51,6 +51,19 @@ def test_what_is_no_calibration(copied: Path, tmp_path: Path) -> None:
         read_calibration(copied)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"), [("request", "{damaged"), ("request", '{"tolerance": 0.1}'), ("frequency", "often"),
+                        ("unit_L", "mH"), ("magnetics_tolerance", "fine")],
+)
+def test_a_damaged_attribute_is_named(copied: Path, name: str, value: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """In one line, of whatever command."""
+    table = copied / "result.nc"
+    save_table(read_table(table).assign_attrs({name: value}), table)
+    for words in (["quality"], ["export", "--to", "csv", "-o", str(copied / "t.csv")]):
+        assert run([words[0], str(copied), *words[1:]]) == 2
+        assert f"result.nc: must have {name} as it was written; got {value}: calib" in capsys.readouterr().err
+
+
 def test_of_another_version_or_scene(copied: Path) -> None:
     """A table is read by the version that wrote it, with the scene it was made for."""
     data = read_table(copied / "result.nc")

@@ -28,14 +28,14 @@ def scene(*parts: dict[str, Any], **changes: Any) -> Sensor:
 @pytest.mark.parametrize(
     ("part", "said"),
     [
-        (nut(0.0, 1.0), r"elastomer, which reaches from z = 0 m to 0\.002 m; got .* overlaps it by 0\.00125 m"),
-        (nut(10.5, 1.0), r"elastomer, .* overlaps it by 0\.0005 m"),
+        (nut(0.0, 1.0), r"elastomer, which reaches from z = 0 mm to 2 mm; got .* overlaps it by 1\.25 mm"),
+        (nut(10.5, 1.0), r"elastomer, .* overlaps it by 0\.5 mm"),
         (nut(11.0, 1.0), r"elastomer, .* touches it"),
         (nut(6.0, 2.25), r"elastomer, .* touches it"),
-        (nut(4.9, 2.26), r"target, which reaches from z = 0\.002 m to 0\.0022 m"),
+        (nut(4.9, 2.26), r"target, which reaches from z = 2 mm to 2\.2 mm"),
         (nut(5.0, 2.26), r"target, .* touches it"),
         (nut(0.0, 2.45), r"target, .* touches it"),
-        (nut(-4.0, -0.3), r"coils.C1, which reaches from z = -0\.00012 m to 0 m"),
+        (nut(-4.0, -0.3), r"coils.C1, which reaches from z = -0\.12 mm to 0 mm"),
         (nut(0.0, -0.37), r"coils.C1, .* touches it"),
     ],
 )
@@ -54,9 +54,9 @@ def test_a_hundredth_of_a_millimetre_is_clear(part: dict[str, Any]) -> None:
 def test_the_film_below_the_layer_belongs_to_it() -> None:
     """A plate between coils and layer; and the target stands higher."""
     layer = {"material": "ecoflex-00-30", "width": 20e-3, "length": 20e-3, "thickness": 2e-3, "standoff": 1e-3}
-    with pytest.raises(SceneError, match=r"elastomer, which reaches from z = 0 m to 0.003 m"):
+    with pytest.raises(SceneError, match=r"elastomer, which reaches from z = 0 mm to 3 mm"):
         scene(nut(0.0, 0.5), elastomer=layer)
-    with pytest.raises(SceneError, match=r"target, which reaches from z = 0.003 m"):
+    with pytest.raises(SceneError, match=r"target, which reaches from z = 3 mm"):
         scene(nut(4.0, 3.4), elastomer=layer)
     assert scene(nut(0.0, 0.5), elastomer=None).elastomer is None
 

@@ -73,12 +73,12 @@ def test_a_path_is_moved_to_its_middle() -> None:
 
 HEIGHTS = without(CIRCLE, "layer_pitch")
 BAD = [
-    (CIRCLE | {"shape": "oval"}, r"coils.0.shape: must be"),
+    (CIRCLE | {"shape": "oval"}, r"coils.C.shape: must be"),
     (CIRCLE | {"inner_width": "1 mm"}, r"inner_width must not be given for a circle"),
     (without(RECTANGLE, "inner_length"), r"inner_length must be given for a rectangle; it is missing"),
     (RECTANGLE | {"winding": "spiral"}, r"winding must not be given for a rectangle"),
-    (RECTANGLE | {"corner_radius": "1.2 mm"}, r"corner_radius must be 0, or from .* \(0.00105 m\); got 0.0012 m"),
-    (RECTANGLE | {"corner_radius": "1 um"}, r"corner_radius must be 0, or from half the track_width .* got 1e-06 m"),
+    (RECTANGLE | {"corner_radius": "1.2 mm"}, r"corner_radius must be 0, or from .* \(1.05 mm\); got 1.2 mm"),
+    (RECTANGLE | {"corner_radius": "1 um"}, r"corner_radius must be 0, or from half the track_width .* got 0.001 mm"),
     (CIRCLE | {"layer_z": ["-0.1 mm", "-0.2 mm"]}, r"layer_pitch must not be given beside layer_z"),
     (HEIGHTS | {"layer_z": ["-0.1 mm"]}, r"layers must be the 1 of layer_z; got 2"),
     (HEIGHTS | {"layer_z": ["-0.1 mm", "-0.12 mm"]}, r"layer_z: layers must go down by at least"),
@@ -90,7 +90,7 @@ BAD = [
     (PATH | {"path": [[LOOP[0], [0, 0, DEEP]]]}, r"path: polyline 0 must lie in one layer"),
     (PATH | {"path": [[LOOP[0], LOOP[0], LOOP[1]]]}, r"path: polyline 0 must go on from point to point; got point 0"),
     (PATH | {"path_widths": [1e-4, 2e-4]}, r"path_widths: must be one for each of 1 polylines; got 2"),
-    (PATH | {"path": [[*LOOP, [3e-3, -1e-3, TOP]]]}, r"path: tracks must not cross in one layer; .* at x = 0.0026 m"),
+    (PATH | {"path": [[*LOOP, [3e-3, -1e-3, TOP]]]}, r"path: tracks must not cross in one layer; .* at x = 2.6 mm"),
     (PATH | {"path": [LOOP, [[1e-3, 4e-3, -0.06e-3], [0, 4e-3, -0.06e-3]]]}, r"path: layers must go down by at least"),
     (PATH | {"turns": 3}, r"the key turns|turns must not be given for a path"),
 ]
@@ -126,7 +126,7 @@ def test_coils_side_by_side_and_over_each_other() -> None:
     square = RECTANGLE | {"inner_length": "2 mm"}
     beside = [{"name": name, "centre": place} for name, place in (("D", ["3.8 mm", "3.8 mm"]), ("E", [0, "3.8 mm"]))]
     made(square, *(square | each for each in beside))
-    with pytest.raises(SceneError, match="C and coils.D overlap: the boxes .* overlap by 0.0001 m"):
+    with pytest.raises(SceneError, match="C and coils.D overlap: the boxes .* overlap by 0.1 mm"):
         made(square, square | {"name": "D", "centre": ["3.7 mm", 0]})
     deep = without(CIRCLE, "layer_pitch") | {"name": "D", "layer_z": ["-0.3 mm", "-0.5 mm"]}
     made(CIRCLE, deep)

@@ -95,8 +95,8 @@ def test_fixed_plates_have_outlines() -> None:
     disc = sensor_from(table | {"conductors": [ground | {"shape": "disc", "diameter": 8e-3}]})
     assert "holes" not in scene_text(disc)
     for keys, reason in (
-        ({"shape": "outline"}, "conductors.0: points must be given for an outline; it is missing"),
-        ({"shape": "disc", "diameter": 8e-3, "holes": [hole]}, "conductors.0: holes must come with shape = .outline."),
+        ({"shape": "outline"}, "conductors.GND: points must be given for an outline; it is missing"),
+        ({"shape": "disc", "diameter": 8e-3, "holes": [hole]}, "conductors.GND: holes must come with shape = .outl"),
         ({"shape": "outline", "points": rim, "holes": [rim[:3]]}, r"do at \(-0.008, -0.008\) m"),
         ({"shape": "outline", "points": [*rim, rim[0]]}, r"do at \(-0.008, -0.008\) m"),
         ({"shape": "outline", "points": rim, "holes": [[[0, 0], [9e-3, 0], [0, 1e-3]]]}, "rims that do not cross"),

@@ -213,15 +213,15 @@ REFUSED = {
     "coils=[]": r"coils must be one or more",
     "coils=3": r"coils: must be a list; got 3",
     "coils.0=5": r"coils.0: must be a table; got 5",
-    "coils.0.turns=0": r"coils.0.turns: must be a whole number.*got 0",
-    "coils.0.turns=2.5": r"coils.0.turns: must be a whole number.*got 2.5",
-    "coils.0.turns=true": r"coils.0.turns: must be a whole number.*got True",
+    "coils.0.turns=0": r"coils.C1.turns: must be a whole number.*got 0",
+    "coils.0.turns=2.5": r"coils.C1.turns: must be a whole number.*got 2.5",
+    "coils.0.turns=true": r"coils.C1.turns: must be a whole number.*got True",
     "coils.0.turns=20": r"coils.C1 and coils.C2 overlap",
     "coils.1.centre=[-4e-3, 0]": r"coils.C1 and coils.C2 overlap",
     "coils.1.name=C1": r"coils must have a name of their own",
-    "coils.0.layer_pitch=10 um": r"coils.0: layer_pitch must be at least track_thickness",
-    "coils.0.track_gap=0": r"coils.0.track_gap: must be a length",
-    "coils.0.centre=[1, 2, 3]": r"coils.0.centre: must be a list of two",
+    "coils.0.layer_pitch=10 um": r"coils.C1: layer_pitch must be at least track_thickness",
+    "coils.0.track_gap=0": r"coils.C1.track_gap: must be a length",
+    "coils.0.centre=[1, 2, 3]": r"coils.C1.centre: must be a list of two",
     "coils.C3.turns=3": r"--set coils.C3.turns: C3 must be one of C1, C2",
     "coils.0.centre.x.y=3": r"--set coils.0.centre.x.y: x must be",
     "name=": r"name: must be a printable text",
@@ -268,7 +268,7 @@ def test_missing_key_is_named(key: str) -> None:
     for step in way:
         here = here[int(step)] if step.isdigit() else here[step]
     del here[last]
-    with pytest.raises(SceneError, match=f"^mine: {key}: must be given; it is missing$"):
+    with pytest.raises(SceneError, match=f"^mine: {key.replace('coils.0', 'coils.C1')}: must be given; it is missing$"):
         sensor_from(table, "mine")
 
 
@@ -411,5 +411,5 @@ def test_losses_of_magnetisation_need_a_magnetic_part() -> None:
     """Of copper they were taken for those of ferrite, and its eddy currents left out."""
     part = ('{name="lid", material="copper", shape="rectangle", width="9 mm", length="9 mm", thickness="0.2 mm", '
             'centre=["0 mm", "6 mm"]')
-    with pytest.raises(SceneError, match=r"conductors\.0: loss_tangent must be 0 where .* is 1; got 0\.02$"):
+    with pytest.raises(SceneError, match=r"conductors.lid: loss_tangent must be 0 where .* is 1; got 0\.02$"):
         load_sensor("biorob2018", [f"conductors=[{part}, loss_tangent=0.02}}]"])

@@ -150,7 +150,7 @@ def test_without_nicegui_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytes
     """What must be installed; a port that cannot be, a scene that is not there."""
     monkeypatch.setitem(sys.modules, "nicegui", None)
     monkeypatch.delitem(sys.modules, "sits_mech.studio.page", raising=False)
-    for words, why in ((["studio"], "studio: must have nicegui: pip install 'sits-mech[studio]'"),
+    for words, why in ((["studio"], "studio: must have nicegui: pip install '.[studio]' in a clone"),
                        (["studio", "--port", "70000"], "--port: must be from 0 to 65535; got 70000"),
                        (["studio", "nowhere"], "nowhere: no such file"),
                        (["studio", "--mechanics", "nonsense"], "model (mechanics) must be one of"),

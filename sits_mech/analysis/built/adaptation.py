@@ -175,9 +175,10 @@ def adapt(
 
     A load of `measured` that was not measured is NaN, and then found from the readings themselves; `load_noise` is the
     deviation of a force that is read [N], by default, as of moments, a thousandth of the table's largest; `depth_noise`
-    that of the target's way down, where it was measured [m]. Raises SceneError when loads lie beyond the table for
-    every modulus, or an unknown is at the end of its reach.
+    that of the target's way down, where it was measured [m]. Raises SceneError for an inductance that is
+    not above 0, when loads lie beyond the table for every modulus, or an unknown is at the end of its reach.
     """
+    measured.check()
     table, n, m = prior.table, len(prior.noise), len(measured.L)
     size = load_noise_of(table, load_noise)
     blind = ~np.isfinite(measured.forces)

@@ -54,6 +54,7 @@ def compare(
     is weighed against `noise`, the deviation of a reading [H]. Raises SceneError for an unknown parameter, a table that
     is too small, or a value at the end of its reach.
     """
+    measured.check()
     known = checked(sensor, free, measured.poses is not None)
     setup = Setup(sensor, known, _maker(data, measured, magnetics, tolerance))
     if measured.poses is not None:

@@ -22,10 +22,12 @@ from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import POSE, WRENCH, Array, Mask, shown_unit, tensor_grid
 from sits_mech.readout.loads import answered, ends_of, fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.units import SLACK
 
 _ROOMS = "scene", "silicone", "geometry", "mechanics", "chain"  # that make slopes of the layer
 _MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
 _MODULI = (0.02, 10.0)  # least and greatest factor
+_BEYOND = 0.8  # of the least factor that a table holds: where one below it is looked for next
 
 
 @dataclass(frozen=True)
@@ -123,8 +125,19 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     return fit_map(names, loads[:, [WRENCH.index(name) for name in names]], slopes.reshape(len(loads), -1))
 
 
-def moduli(forces: Array, table: Table, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:
-    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why."""
+def needed(force: float, softest: float, unit: str) -> str:
+    """Return in words to what load a table must reach for a sensor of modulus `softest` to be read at a force."""
+    step = 10.0 ** (np.floor(np.log10(force / softest)) - 1.0)  # two digits, upwards
+    return f"calibrate to at least {step * np.ceil(force / softest / step - SLACK):.3g} {unit}"
+
+
+def moduli(
+    forces: Array, table: Table, names: Sequence[str], softest: float = 1.0
+) -> tuple[tuple[float, float], tuple[str, str]]:
+    """Return the least and greatest factor of the modulus for which the map holds every measured force, and why.
+
+    `softest` is the least that is expected; a fit that goes on beyond the least one is looked for at `_BEYOND` of it.
+    """
     (least, most), (why_least, why_most) = _MODULI, ("", "")
     for k, (name, low, high) in enumerate(zip(names, *table.ends(), strict=True)):
         unit = shown_unit(name)
@@ -135,7 +148,8 @@ def moduli(forces: Array, table: Table, names: Sequence[str]) -> tuple[tuple[flo
             if end <= 0.0 <= top and end != top:
                 raise SceneError(f"table: must reach beyond the measured forces; {came}")
             if end > 0.0 and top / end > least:
-                least, why_least = top / end, came
+                least = top / end
+                why_least = f"{came}: {needed(top, min(softest, _BEYOND * least), unit)} of {name}"
             if end < 0.0 and top / end < most:
                 most, why_most = top / end, came
     return (least, most), (why_least, why_most)

@@ -60,7 +60,8 @@ class LoadedBench:
 
     def free(self) -> tuple[Free, ...]:
         """Return the parameters to be fitted, the modulus where the table's map holds every load; or refuse loads."""
-        (softest, stiffest), why = moduli(self.forces, self.table, self.table.map.names)
+        expected = next((each.softest for each in self.setup.parameters if each.name == "modulus"), 1.0)
+        (softest, stiffest), why = moduli(self.forces, self.table, self.table.map.names, expected)
         if "modulus" not in self.setup.names and not softest <= 1.0 <= stiffest:
             raise SceneError(f"table: must reach beyond the measured forces; {why[int(softest <= 1.0)]}")
         modulus = Free("modulus", 1.0, softest, stiffest, 1.0, beyond=why)

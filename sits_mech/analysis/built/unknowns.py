@@ -57,6 +57,12 @@ class Known:
     value: float | None = None
     deviation: float = np.inf
 
+    @property
+    def softest(self) -> float:
+        """The factor that is two deviations of its logarithm below its value; 1 where nothing is known."""
+        value = self.value or 1.0
+        return value * float(np.exp(-2.0 * self.deviation / value)) if np.isfinite(self.deviation) else 1.0
+
 
 def known(text: str) -> Known:
     """Read a parameter: ``gap``, ``gap = 0 +- 0.3 mm``, ``target.width = 8 mm +- 20 um``.

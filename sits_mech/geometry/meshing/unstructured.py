@@ -31,8 +31,8 @@ def mesh_generator() -> ModuleType:
         import pygmsh
     except ImportError as error:
         raise MesherMissing(
-            "mesh generator: pygmsh and gmsh must be installed (pip install 'sits-mech[mesh]') with the libraries that "
-            f"gmsh loads (on Debian: apt-get install {DEBIAN_PACKAGES}); got {error}"
+            "mesh generator: pygmsh and gmsh must be installed (pip install '.[mesh]' in a clone) with the libraries "
+            f"that gmsh loads (on Debian: apt-get install {DEBIAN_PACKAGES}); got {error}"
         ) from None
     except OSError as error:
         raise MesherMissing(

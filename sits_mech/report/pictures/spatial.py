@@ -67,7 +67,7 @@ def spatial_view(sensor: Sensor, pose: Pose, frequency: float, driven: str) -> F
 def renders() -> None:
     """Try in a separate process whether pyvista renders off screen; raise SceneError with the packages to install."""
     if find_spec("pyvista") is None:
-        raise SceneError("views in space need pyvista: pip install 'sits-mech[view]'")
+        raise SceneError("views in space need pyvista: pip install '.[view]' in a clone")
     tried = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=120, check=False)
     if tried.returncode != 0:
         lines = tried.stderr.strip().splitlines()

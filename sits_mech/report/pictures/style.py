@@ -37,7 +37,7 @@ def paper_style() -> Iterator[None]:
     try:
         from matplotlib import rc_context
     except ImportError:
-        raise SceneError("pictures need matplotlib: pip install 'sits-mech[view]'") from None
+        raise SceneError("pictures need matplotlib: pip install '.[view]' in a clone") from None
     with rc_context(_parameters()):
         yield
 

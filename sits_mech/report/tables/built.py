@@ -10,7 +10,7 @@ from rich.table import Table
 from sits_mech.analysis.bench import convention, loads_over
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.delivered import MOST, Delivered
-from sits_mech.analysis.built.load_plan import LoadPlan
+from sits_mech.analysis.built.load_plan import SOFTER, LoadPlan
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.production import Production
 from sits_mech.analysis.built.unknowns import PARAMETERS
@@ -119,6 +119,9 @@ def plan_record(plan: LoadPlan) -> dict[str, Any]:
                   zip(plan.forces, plan.read.T, strict=True)},
         "errors": {name: each.tolist() for name, each in zip(plan.forces, plan.errors.T, strict=True)},
         "error_twice": named(plan.forces, plan.more),
+        "softest": plan.least,
+        "grow": plan.grow,
+        "too_much": list(plan.too_much),
     }
 
 
@@ -139,7 +142,10 @@ def plan_tables(plan: LoadPlan) -> list[Any]:
         f"{100.0 * more:.2g} %)" for name, first, last, more in
         zip(names, plan.errors[0], plan.errors[-1], plan.more, strict=True)
     )
-    return [table, f"These {len(plan.loads)} loads bring the error of {words}."]
+    held = f"By this table they can be read of a sensor up to {1.0 / plan.least:.3g} times softer than calibrated"
+    softer = f"one {SOFTER:g} times softer " + (f"leaves it: {plan.grow}" if plan.grow else "stays inside")
+    left = [f"Left out: {each}." for each in plan.too_much]
+    return [table, f"These {len(plan.loads)} loads bring the error of {words}.", f"{held}; {softer}.", *left]
 
 
 def production_record(found: Production, plan: LoadPlan, delivered: list[Delivered], limit: float) -> dict[str, Any]:

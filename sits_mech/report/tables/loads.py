@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.labels import unit_of, with_unit
 from sits_mech.notes import unpacked
 from sits_mech.quantities import POSE, UNITS, shown_unit
 from sits_mech.readout.crosstalk import (
@@ -191,10 +192,10 @@ def remarks(data: xr.Dataset) -> list[str]:
     return said + [f"{len(each)} of {len(rows)} loads, worst {each[0]}" for each in kinds.values()]
 
 
-def csv_text(data: xr.Dataset) -> str:
+def csv_text(data: xr.Dataset, *, units: bool = True) -> str:
     """Return a calibration as CSV, one line per load, SI, full precision; varied load components come first.
 
-    What goes by coils and causes becomes a column for each.
+    What goes by coils and causes becomes a column for each; headings have `units`, ``d_h [m]``.
     """
     data, flat = with_words(data), {}
     for name in over_loads(data):
@@ -208,4 +209,5 @@ def csv_text(data: xr.Dataset) -> str:
     frame = frame.reset_index() if loads else frame
     for place, (name, value) in enumerate(held.items(), len(loads)):
         frame.insert(place, name, value)
-    return str(frame.to_csv(index=False))
+    known = {str(name): unit_of(str(name), data.attrs.get("unit_L", "H")) for name in frame.columns if units}
+    return str(frame.rename(columns=lambda name: with_unit(name, known.get(name, ""))).to_csv(index=False))

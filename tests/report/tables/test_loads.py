@@ -101,7 +101,10 @@ def test_failures_and_remarks_are_lines() -> None:
 
 def test_csv_keeps_every_digit() -> None:
     """One line per load; matrices by pairs of coils."""
-    rows = list(csv.DictReader(io.StringIO(csv_text(made()))))
+    rows = list(csv.DictReader(io.StringIO(csv_text(made(), units=False))))
+    named = csv_text(made()).splitlines()[0].split(",")
+    assert [name.partition(" [")[0] for name in named] == list(rows[0]) and "reason" in named
+    assert {"F_x [N]", "F_z [N]", "d_v [m]", "L[C2][C1] [H]", "alpha [rad]"} <= {*named}
     assert len(rows) == 9 and rows[5]["F_x"] == "0.0" and rows[5]["F_z"] == "2.0"
     assert [float(row["d_v"]) for row in rows] == made()["d_v"].transpose("F_x", "F_z").to_numpy().ravel().tolist()
     assert float(rows[4]["L[C2][C1]"]) == 4 * 4 + 2 and rows[8]["reason"] == "too much"
@@ -111,7 +114,7 @@ def test_csv_keeps_every_digit() -> None:
 def test_a_table_of_three_forces(three_forces: Path) -> None:
     """One line per load with all that moves; sensitivities by each force, what is not available by name."""
     _, data = read_calibration(three_forces)
-    table, rows = load_table(data), list(csv.DictReader(io.StringIO(csv_text(data))))
+    table, rows = load_table(data), list(csv.DictReader(io.StringIO(csv_text(data, units=False))))
     headings = [str(column.header) for column in table.columns]
     assert headings[:6] == ["F_x [N]", "F_z [N]", "F_y [N]", "d_h [um]", "d_v [um]", "alpha [mrad]"]
     assert "d_y [um]" in headings and "M = 0.001 N m" in str(table.title) and table.row_count == len(rows) == 60

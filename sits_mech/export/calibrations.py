@@ -1,0 +1,233 @@
+"""Work on a calibration from Python as the commands do: adapt, compare, quality, export.
+
+Each takes the folder of a calibration, or the sensor and table that `read_calibration` makes of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end, with_idle
+from sits_mech.analysis.built import comparison
+from sits_mech.analysis.built.adaptation import Adaptation
+from sits_mech.analysis.built.adaptation import adapt as adapted
+from sits_mech.analysis.built.comparison import Comparison
+from sits_mech.analysis.built.delivered import known_by
+from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake
+from sits_mech.analysis.built.prior import Prior, prior_of
+from sits_mech.analysis.codes import tank_of
+from sits_mech.analysis.measured import Measured, Tank, read_measured
+from sits_mech.export import formats
+from sits_mech.export.source import Source
+from sits_mech.quantities import Array, Wrench
+from sits_mech.readout import quality as figures
+from sits_mech.readout.loads import fixed, several
+from sits_mech.readout.quality import Quality
+from sits_mech.report.folder import read_calibration
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
+
+Calibrated = str | Path | tuple[Sensor, xr.Dataset]
+"""Folder of a calibration, or its sensor and table."""
+
+
+def _opened(calibration: Calibrated) -> tuple[Sensor, xr.Dataset]:
+    """Return sensor and table."""
+    return calibration if isinstance(calibration, tuple) else read_calibration(calibration)
+
+
+def adapt(
+    calibration: Calibrated, readings: str | Path | Measured, *, free: Sequence[str] = (), noise: float | None = None,
+    load_noise: float | None = None, depth_noise: float = 1e-5, lot: str | Path | None = None,
+    clock: float | None = None, idle: str | None = None,
+) -> Adaptation:
+    """Return which sensor was built, by a few readings of it under known loads: as ``sits-mech adapt``.
+
+    Parameters
+    ----------
+    calibration : path or (Sensor, Dataset)
+        As computed.
+    readings : path or Measured
+        CSV: F_x, F_z, ..., L1 [uH] or code1, ..., depth [mm].
+    free : sequence of str
+        What is unknown: ``"modulus", "gap = 0 +- 0.3 mm"``; by default all that may be.
+    noise, load_noise, depth_noise : float
+        Deviations of a reading [H], of a force [N], of the way down [m]; by default the converter's, and 0.1 % of the
+        largest force.
+    lot : path
+        What other units have shown: ``lot.json`` of ``sits-mech lot``.
+    clock : float
+        Of codes [Hz]; by default the part's largest.
+    idle : str
+        What the other coils are while one is read: open, shorted, live; by default as the scene says.
+
+    Raises
+    ------
+    SceneError
+        For readings that are none of such a sensor, or beyond the table, with the load that it must reach.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> loads = [(0.0, 0.0), (0.15, 0.3), (-0.15, 0.3), (0.0, 0.7)]
+    >>> known = sm.terminal_calibration(sensor, data)
+    >>> L = [known.forward(F_x=F_x, F_z=F_z) for F_x, F_z in loads]
+    >>> rows = ["F_x [N], F_z [N], L1 [H], L2 [H]", *(", ".join(map(str, [*F, *l])) for F, l in zip(loads, L))]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "bench.csv").write_text("\\n".join(rows))
+    ...     found = sm.adapt((sensor, data), Path(folder) / "bench.csv", free=["modulus", "gap = 0 +- 0.1 mm"])
+    >>> found.names[:2], bool(abs(found.values[0] - 1.0) < 0.1)
+    (('modulus', 'gap'), True)
+    """
+    sensor, data = _opened(calibration)
+    prior = prior_of(sensor, data, free, noise=noise)
+    prior = prior if lot is None else known_by(prior, Path(lot))
+    measured = readings if isinstance(readings, Measured) else read_bench(
+        prior, Path(readings), tank_of(sensor, data, clock))
+    prior = read_with(prior, measured.coded, free).read_by(idle)
+    return adapted_as_read(prior, measured, {"load_noise": load_noise, "depth_noise": depth_noise})[0]
+
+
+def read_bench(prior: Prior, path: Path, tank: Tank | None) -> Measured:
+    """Return what a bench recorded of a sensor; SceneError for poses."""
+    held = fixed(prior.data)
+    found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, held, unseen=True)
+    if found.poses is not None:
+        raise SceneError(f"{path}: must be of loads, or depths and loads that are nan; got poses: sits-mech compare")
+    return found
+
+
+def read_with(prior: Prior, coded: bool, free: Sequence[str]) -> Prior:
+    """Return the sensor as codes show it, or a meter, which knows of no tank unless its capacitance is named."""
+    return prior if coded or any("capacitance" in each for each in free) else prior.read_by(tank=False)
+
+
+def adapted_as_read(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[Adaptation, str]:
+    """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing."""
+    found = as_read(
+        prior.sensor, prior.data, measured.source, lambda idle: adapted(prior.read_by(idle), measured, **noises),
+        lambda: mistake(prior, measured, None, **noises),
+    )
+    return found, mistake(prior, measured, found, **noises) if found.p_value < STRANGE else ""
+
+
+def compare(
+    calibration: Calibrated, measured: str | Path, *, free: Sequence[str] = (), noise: float | None = None,
+    magnetics: str = "auto", clock: float | None = None, idle: str | None = None,
+) -> Comparison:
+    """Return a measurement beside the model, and the parameters that fit it best: as ``sits-mech compare``.
+
+    Parameters
+    ----------
+    calibration : path or (Sensor, Dataset)
+        Or the path of a scene, where stages have set poses.
+    measured : path
+        CSV: F_x, ... or d_v [mm], alpha [deg], ...; L1 [uH] or code1, ...
+    free : sequence of str
+        To fit: ``"modulus", "gap = 0 +- 0.3 mm"``, a key of the scene; by default modulus, gap and lead.
+    noise : float
+        Deviation of a reading, the weight of the data [H].
+    magnetics : str
+        Model of poses that were set.
+    clock, idle
+        As of `adapt`.
+
+    Raises
+    ------
+    SceneError
+        For an unknown parameter, a table that is too small, or a value at the end of its reach.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> rows = "d_v [mm], L1 [uH], L2 [uH]", "2, 2.35, 2.35", "2.5, 2.43, 2.43", "3, 2.48, 2.48", "4, 2.55, 2.55"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "bench.csv").write_text("\\n".join(rows))
+    ...     found = sm.compare("biorob2018", Path(folder) / "bench.csv", free=["gap"], magnetics="planar")
+    >>> found.fit.names, found.predicted.shape
+    (('gap',), (4, 2))
+    """
+    alone = isinstance(calibration, str | Path) and not Path(calibration).is_dir()
+    sensor, data = (load_sensor(str(calibration)), None) if alone else _opened(calibration)
+    loads, held, tank = ((), None, None) if data is None else (
+        several(data), fixed(data), tank_of(sensor, data, clock))
+    bench = read_measured(measured, loads, sensor.coil_names, tank, held)
+    asked = free or (comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
+    return as_read(with_idle(sensor, idle), data, measured, lambda way: comparison.compare(
+        with_idle(sensor, way), data, bench, asked, noise=noise, magnetics=magnetics))
+
+
+def quality(
+    calibration: Calibrated, *, noise: ArrayLike | None = None, branches: tuple[Array, Array] | None = None
+) -> Quality:
+    """Return range, linearity, crosstalk, resolution and errors of a calibrated sensor: as ``sits-mech quality``.
+
+    Parameters
+    ----------
+    calibration : path or (Sensor, Dataset)
+        As computed or adapted.
+    noise : array_like, shape () or (n,)
+        Deviation of each inductance [H]; by default the converter's.
+    branches : two arrays, shape (m, n)
+        Inductances at the same loads, loading and unloading, for the hysteresis [H].
+
+    Raises
+    ------
+    ValueError
+        Where the table holds too few loads, or the noise is not positive.
+
+    Examples
+    --------
+    >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> found = sm.quality((sensor, data), noise=1e-11)
+    >>> found.forces, found.full_scale.tolist()
+    (('F_x', 'F_z'), [[-0.2, 0.2], [0.0, 1.0]])
+    """
+    sensor, data = _opened(calibration)
+    cal = sensor_calibration(sensor, data)
+    sizes = sensor_front_end(sensor, data)[0].noise if noise is None else np.broadcast_to(noise, len(cal.coils))
+    return figures.quality(cal, sizes, table=coil_table(sensor, data), branches=branches)
+
+
+def export_calibration(
+    calibration: Calibrated, to: str, path: str | Path, *, load: Wrench | None = None
+) -> tuple[Path, tuple[str, ...]]:
+    """Write a calibration for another program, and return the path with a line for each thing to know of it.
+
+    Parameters
+    ----------
+    calibration : path or (Sensor, Dataset)
+        As computed or adapted.
+    to : str
+        csv, netcdf, xlsx, c, spice, kicad, vtu, twin, page, pdf, svg or a plug-in's.
+    path : path
+        File, or of vtu, twin, pdf and svg a folder.
+    load : Wrench
+        Of the state that spice shows.
+
+    Raises
+    ------
+    SceneError
+        For an unknown format, the ending of another one, a sensor that does not fit, a failed write.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sm.export_calibration((sensor, data), "csv", Path(folder) / "table.csv")[0].name
+    'table.csv'
+    """
+    return formats.export(Source(*_opened(calibration), load or Wrench()), to, Path(path))
