@@ -11,7 +11,7 @@ from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.chain import conductors
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.conductors import AmongFar, _shares, _small_together, negligible, without_far
-from sits_mech.chain.models import Why, choose_magnetics, loaded_model, magnetic_model
+from sits_mech.chain.models import choose_magnetics, loaded_model, magnetic_model
 from sits_mech.chain.plan import plan
 from sits_mech.chain.simulate import simulate
 from sits_mech.magnetics.bars import planar_bars
@@ -19,7 +19,7 @@ from sits_mech.notes import Omission, OmissionKind, unpacked_omissions
 from sits_mech.quantities import Impedance, Pose, SolveReport, Wrench
 from sits_mech.report.left_out import line
 from sits_mech.report.tables.loads import remarks
-from sits_mech.scene.sensor import Conductor, SceneError, Sensor, load_sensor
+from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
 
 MM = 1e-3
 REST = Pose(0.0, 2 * MM)
@@ -106,15 +106,13 @@ def test_a_near_nut_is_solved_in_space() -> None:
 
 
 def test_steel_is_left_out_where_it_is_far_and_solved_where_it_is_near() -> None:
-    """No other model than the planar one has it: what that leaves out has no size, so the answer is not bounded."""
+    """In space, with all forces."""
     near, far = among(steel(0.0, -3.0)), among(steel(60.0, -3.0))
     solved, choice = choose_magnetics(far, "auto", [REST], 1e-2)
     assert choice.name == "sheets" and solved.conductors == () and len(far_of(choice.left_out)) == 1
     solved, choice = choose_magnetics(near, "auto", [REST], 1e-2)
-    assert choice.name == "planar-fem" and choice.why == Why.ONLY and solved is near
-    assert [item.kind for item in choice.left_out if item.unbounded] == [OmissionKind.PLATE_ENDS]
-    with pytest.raises(SceneError, match="must have a model that holds the scene; got none: .*F_y must be zero"):
-        choose_magnetics(near, "auto", [Wrench(0.0, 1.0, F_y=0.1)], loaded=True)
+    assert choice.name == "sheets" and solved is near and not any(item.unbounded for item in choice.left_out)
+    assert choose_magnetics(near, "auto", [Wrench(0.0, 1.0, F_y=0.1)], loaded=True)[1].name == "sheets"
 
 
 @pytest.mark.slow

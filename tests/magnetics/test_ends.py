@@ -152,8 +152,9 @@ def test_the_published_sensor_in_section_is_half_off(sensor: Sensor, monkeypatch
 
 
 def test_what_has_no_size_is_in_no_error() -> None:
-    """Steel in section: no model in space, the answer lists it and says that it is not bounded."""
-    shape = 'shape="rectangle", width=8e-3, length=8e-3, thickness=2e-4'
+    """Steel with a hole: no model in space, the answer lists it and says that it is not bounded."""
+    points = "points=[[-4e-3, -4e-3], [4e-3, -4e-3], [4e-3, 4e-3], [-4e-3, 4e-3]]"
+    shape = f'shape="outline", {points}, holes=[[[1e-3, 1e-3], [2e-3, 1e-3], [1e-3, 2e-3]]], thickness=2e-4'
     steel = load_sensor("biorob2018", [f"target={{conductivity=7e6, relative_permeability=100, {shape}}}"])
     pose, section = Pose(0.0, 2 * MM), answer(4.0, np.array([3.0, 3.5]), np.array([2.0, 3.0]), "H/m", (0.1, 0.2))
     assert ends_of_plates(steel, pose, section) is None

@@ -229,7 +229,8 @@ def answer(
     for level in range(2, min(most, len(levels), line.deepest)):
         if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
-        if left(levels.foreseen(best, level)) > max(line.asked, _PAYS * left(best)):
+        last = level if len(body.mesh.axes) == 3 else min(most, len(levels), line.deepest) - 1  # sections are cheap
+        if left(levels.foreseen(best, level, last)) > max(line.asked, _PAYS * left(best)):
             break
         large = levels.check_memory(level)
         there = None if large else next(walk, None)

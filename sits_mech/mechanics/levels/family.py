@@ -153,9 +153,12 @@ class Levels:
         opened = self.opens * max(sink, 0.0) ** 2
         return extrapolated(values, self.terms[: len(values)], off, pressed=pressed, opened=opened)
 
-    def foreseen(self, limit: Limit, level: int) -> Limit:
-        """Return the limit of the levels before one as that one leaves it at best: parts shrunk as the terms are."""
-        ratios, parts = self.terms[level] / self.terms[level - 1], np.zeros_like(limit.parts)
+    def foreseen(self, limit: Limit, level: int, last: int | None = None) -> Limit:
+        """Return the limit of the levels before one as that one leaves it at best: parts shrunk as the terms are.
+
+        Or as a later one leaves it, the `last`.
+        """
+        ratios, parts = self.terms[last or level] / self.terms[level - 1], np.zeros_like(limit.parts)
         own = min(level - 1, len(ratios))
         parts[:own] = limit.parts[:own] * ratios[:own, None]
         return Limit(limit.value, np.abs(parts).sum(axis=0), parts)
