@@ -10,9 +10,7 @@
     entered in space        files of which a function runs, no class body, in `simulate biorob2018`, by default
     entered in the plane    the same, by the models planar and planar
 
-Who lowers a count lowers its ceiling; a capability may raise it, in a commit that says which: last elements on an
-axis, notes and omissions as values, answers in section that hold their ends, readings with idle coils either way, and
-codes that hold the tank's losses, with the window of an output gain, and cells at rims that are eliminated. Run
+Who lowers a count lowers its ceiling; a capability may raise it, in a commit that says which. Run
 ``python tests/weigh.py``.
 """
 
@@ -27,8 +25,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 57_520, "core lines": 32_370, "tokens": 494_700, "named numbers": 586, "branching functions": 50,
-    "long signatures": 38, "skipped formats": 0, "large files": 3, "entered in space": 100, "entered in the plane": 104,
+    "lines": 61_260, "core lines": 34_230, "tokens": 528_400, "named numbers": 607, "branching functions": 57,
+    "long signatures": 40, "skipped formats": 0, "large files": 3, "entered in space": 100, "entered in the plane": 104,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)
