@@ -316,10 +316,15 @@ def provenance(sensor: Sensor) -> dict[str, str]:
 
 
 def check_provenance(sensor: Sensor, attributes: Mapping[str, Any]) -> None:
-    """Refuse the attributes of a table of another sensor; how it is read, and what is known of it, may be another."""
+    """Refuse the attributes of a table of another sensor; how it is read, and what is known of it, may be another.
+
+    So may the silicone: its rate, history and scatter are not in a table of slow loads.
+    """
     if attributes.get("scene_hash") in (None, scene_hash(sensor)) or "scene" not in attributes:
         return
     own, other = (tomllib.loads(text) for text in (scene_text(sensor), str(attributes["scene"])))
+    for each in (own, other):
+        each.get("elastomer", {}).pop("material", None)
     for part in ("frequency", "coils", "target", "elastomer", "conductors"):
         if own.get(part) != other.get(part):
             name = attributes.get("name", "another")

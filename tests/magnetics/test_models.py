@@ -35,9 +35,9 @@ def scene(*coils: Coil, target: Target | None = None) -> Sensor:
     return Sensor(name="scene", frequency=HERTZ, coils=coils, target=target)
 
 
-def steel(shape: str) -> Target:
-    """A plate of 60 mm."""
-    sides = {"diameter": 60 * MM} if shape == "disc" else {"width": 60 * MM, "length": 60 * MM}
+def steel(shape: str, size: float = 60) -> Target:
+    """A plate of a size [mm]."""
+    sides = {"diameter": size * MM} if shape == "disc" else {"width": size * MM, "length": size * MM}
     return Target(conductivity=5e6, relative_permeability=100.0, shape=shape, thickness=0.8 * MM, **sides)
 
 
@@ -87,8 +87,8 @@ def test_a_steel_disc_far_larger_than_the_coil_is_a_plate() -> None:
 
 def test_a_steel_rectangle_is_solved_in_space() -> None:
     """In henry, within an error; nothing that it leaves out is without a size."""
-    pose, sensor = Pose(0.0, 1 * MM), scene(coil(), target=steel("rectangle"))
-    model, choice = magnetic_model(sensor, "auto", 1e-2, [pose])
+    pose, sensor = Pose(0.0, 1 * MM), scene(coil(), target=steel("rectangle", 12))
+    model, choice = magnetic_model(sensor, "auto", 3e-2, [pose])
     found = model.impedance(pose, HERTZ)
     assert choice.name == "sheets" and found.unit_L == "H"
     assert not any(item.unbounded for item in found.report.left_out) and found.report.estimated_error < 3e-2

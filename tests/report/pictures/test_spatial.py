@@ -43,7 +43,7 @@ def test_spatial_view(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_without_pyvista(untried: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(spatial, "find_spec", lambda name: None)
-    with pytest.raises(SceneError, match=r"pip install 'sits-mech\[view\]'"):
+    with pytest.raises(SceneError, match=r"pip install '\.\[view\]'"):
         spatial.renders()
 
 
