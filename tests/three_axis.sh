@@ -60,7 +60,7 @@ from sits_mech.report.folder import read_calibration
 known = sm.sensor_calibration(*read_calibration(Path("calibration")))
 rng = np.random.default_rng(14)
 share = rng.uniform(-0.2, 1.2, (5000, len(known.forces)))
-codes = np.rint(known.codes(*(known.low + share * (known.high - known.low)).T))
+codes = np.rint(known.codes(known.low + share * (known.high - known.low), beyond=True))
 low, high = codes.min(axis=0), codes.max(axis=0)
 codes = np.vstack([codes, np.rint(rng.uniform(low, high, (5000, len(known.coils))))]).astype(np.int64)
 np.savetxt("codes.txt", codes, fmt="%d")
