@@ -36,6 +36,7 @@ DISC = (
     'target={material="copper", shape="disc", diameter="7 mm", thickness="0.2 mm"}',
     'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
     'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
+    'elastomer={material="ecoflex-00-30", diameter="8 mm", thickness="2 mm"}',
 )
 KNOWN: dict[tuple[str, str], Description] = {
     (half, name): model for half, known in (("mechanics", MECHANICS), ("magnetics", MAGNETICS))
@@ -65,7 +66,8 @@ def solver(half: str, model: str, sensor: Sensor, tolerance: float) -> list[Call
     made: list[Any] = []
     if half == "mechanics":
         long = 25.0 if sensor.elastomer is not None and sensor.elastomer.extent[1] > 0.1 else 1.0
-        loads = [Wrench(long * load.F_x, long * load.F_z) for load in LOADS]
+        along = 0.0 if model == "axisymmetric" else long
+        loads = [Wrench(along * load.F_x, long * load.F_z) for load in LOADS]
 
         def first() -> Any:
             made.append(MECHANICS[model](sensor, tolerance))
