@@ -237,8 +237,9 @@ def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = 
     has no settings for this sensor or the table holds too few loads.
     """
     front, _ = sensor_front_end(sensor, data, clock=clock)
-    codes, L = table_codes(sensor, data, front), terminals(sensor, data)[0]["L"]
-    whole = ((codes + front.below) / L).to_numpy()
+    seen = terminals(sensor, data)[0]
+    codes = _terminal_codes(sensor, seen, front)
+    whole = ((codes + front.below) / seen["L"]).to_numpy()
     rate = 0.5 * np.nanmax(whole.reshape(-1, len(front.noise)), axis=0)  # code over L^(-1/2)
     table = data[["status"]].assign(L=codes).assign_attrs(unit_L="code")
     found = calibration(table, noise=(rate * front.noise).tolist())
@@ -255,7 +256,11 @@ def codes_of(sensor: Sensor, front: FrontEnd, L: Array, R: Array) -> Array:
 
 def table_codes(sensor: Sensor, data: xr.Dataset, front: FrontEnd) -> xr.DataArray:
     """Return the unrounded codes of a table, dims (*varied(data), coil)."""
-    seen = terminals(sensor, data)[0]
+    return _terminal_codes(sensor, terminals(sensor, data)[0], front)
+
+
+def _terminal_codes(sensor: Sensor, seen: xr.Dataset, front: FrontEnd) -> xr.DataArray:
+    """Return the unrounded codes of what `terminals` gives, in its dims."""
     return seen["L"].copy(data=codes_of(sensor, front, *(seen[name].to_numpy() for name in ("L", "R"))))
 
 
