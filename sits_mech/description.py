@@ -91,7 +91,7 @@ class Cost(NamedTuple):
     unknowns: int
     factorisations: int
     answers: int
-    seconds: float  # [s], of processor time, where `studies/solve_costs.py` ran
+    seconds: float  # [s], of processor time, where `benchmarks/solve_costs.py` ran
 
 
 @dataclass(frozen=True)

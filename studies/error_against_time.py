@@ -7,12 +7,12 @@ whose reference is not five times better is hollow and not counted. The sentence
 say of themselves: the seconds of those whose estimate is within the asked tolerance, and the least estimate there is.
 
 References. Loads: NGSolve 6.2, high-order elements on refined meshes (common/reference_pads.json says of each how, and
-how sure; studies/reference_pads.py makes them). Errors are over the size of the displacement, an angle counted at the
-target's end. Poses: the change of inductance of coils below copper 0.2 mm thick at 5 MHz, NGSolve 6.2. In section p = 5
-within a radius of 20 m, which agrees with itself to 1e-7 and with GetDP 3.2 (1e-6); coaxial disc p = 6 (1e-6); plate
-8 x 8 mm orders 2 to 4 on two kinds of mesh (2e-4). Errors are over the largest change. Calibration: a refinement with
-measured order (common/reference_calibrations.json, made by studies/reference_calibrations.py). Errors: the largest of
-a signal over the loads, of full scale.
+how sure; benchmarks/reference_pads.py makes them). Errors are over the size of the displacement, an angle counted at
+the target's end. Poses: the change of inductance of coils below copper 0.2 mm thick at 5 MHz, NGSolve 6.2. In section p
+= 5 within a radius of 20 m, which agrees with itself to 1e-7 and with GetDP 3.2 (1e-6); coaxial disc p = 6 (1e-6);
+plate 8 x 8 mm orders 2 to 4 on two kinds of mesh (2e-4). Errors are over the largest change. Calibration: a refinement
+with measured order (common/reference_calibrations.json, made by benchmarks/reference_calibrations.py). Errors: the
+largest of a signal over the loads, of full scale.
 
 Run ``python studies/error_against_time.py [--coarse] --output DIR``; the picture in the README is its full run.
 """
@@ -25,11 +25,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from benchmarks.mechanics_accuracy import judged
 from common.accuracy import Rung, draw_ladders, forget, machine, rung_rows, said
 from common.calibrations import CALIBRATIONS, SIGNALS, Case, errors, reference, table
 from common.outputs import study_arguments, write_rows
 from common.references import stored_references
-from mechanics_accuracy import judged
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import MAGNETICS

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-FOLDERS = ("sits_mech", "common", "elsewhere", "extreme")
-STUDIES = sorted((Path(__file__).parents[1] / "studies").glob("*.py"))
+FOLDERS = ("sits_mech", "benchmarks", "common", "elsewhere", "extreme")
+FOLDER = Path(__file__).parents[1] / "studies"
+STUDIES = [*sorted(FOLDER.glob("*.py")), *sorted(FOLDER.glob("benchmarks/*.py"))]
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
@@ -19,7 +20,8 @@ def test_a_study_says_how_it_is_run(path: Path) -> None:
     """The docstring holds the command; the file is no longer than one sitting."""
     text = path.read_text(encoding="utf-8")
     doc = ast.get_docstring(ast.parse(text)) or ""
-    assert re.search(rf"python studies/{path.name} \[--coarse\].*--output DIR", doc)
+    command = f"python studies/{path.name}" if path.parent == FOLDER else f"python -m benchmarks.{path.stem}"
+    assert re.search(rf"{re.escape(command)} \[--coarse\].*--output DIR", doc)
     assert len(text.splitlines()) <= 350
 
 

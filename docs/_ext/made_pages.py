@@ -54,6 +54,8 @@ def studies(here: Path, made: Path) -> None:
         write(here / "_pages" / "studies" / f"{path.stem}.md", "\n".join(_study(path, folder, kept)))
         names.append((path.stem, kept, docstring(path).partition("\n")[0]))
     write(here / "_pages" / "studies_grid.md", "\n".join(_grid(names)))
+    benchmarks = sorted((here.parent / "studies" / "benchmarks").glob("*.py"))
+    write(here / "_pages" / "benchmarks.md", "\n".join(_benchmarks(benchmarks)))
 
 
 def _study(path: Path, folder: Path, kept: Path) -> Iterator[str]:
@@ -69,6 +71,13 @@ def _study(path: Path, folder: Path, kept: Path) -> Iterator[str]:
                 "draws; its results are those of the command above.", "")
     for picture in pictures:
         yield from (f"![{picture.stem.replace('_', ' ')}](/_made/gallery/{path.stem}/{picture.name})", "")
+
+
+def _benchmarks(paths: list[Path]) -> Iterator[str]:
+    """Yield the lines of a table of the benchmarks and what each asks."""
+    yield from ("| `python -m benchmarks.` | |", "|---|---|")
+    for path in paths:
+        yield f"| `{path.stem}` | {_escaped(docstring(path).partition(chr(10))[0])} |"
 
 
 def _grid(names: list[tuple[str, Path, str]]) -> Iterator[str]:

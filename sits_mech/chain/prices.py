@@ -4,9 +4,9 @@ Two meshes (0.1 to 0.5 s in space) have their own estimate e of the error. Where
 theirs. Otherwise a third mesh and a fourth follow, which take so many times the seconds of the first two and leave so
 many times their error. Of many loads two are solved on these and correct all others; where that surely leaves too
 much, each is, if that may be enough. Those of pads are medians of 72 scenes and loads by chance, those of layers in
-the plane of ten, those of tables of nine; `studies/promises.py` draws other sixty, and compares predictions with
-results. Seconds are of processor time on one core of the machine that `studies/solve_costs.py` ran on, within a factor
-of some three elsewhere.
+the plane of ten, those of tables of nine; `benchmarks/promises.py` draws other sixty, and compares predictions with
+results. Seconds are of processor time on one core of the machine that `benchmarks/solve_costs.py` ran on, within a
+factor of some three elsewhere.
 
 Before anything is solved a load is counted: the unknowns n of its first meshes, and its increments k by linear theory.
 Two meshes then take some

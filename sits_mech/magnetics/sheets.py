@@ -61,7 +61,7 @@ from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("sheets", "H")
-_OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: studies/extremes.py
+_OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: benchmarks/extremes.py
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
 

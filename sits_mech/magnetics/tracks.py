@@ -7,7 +7,7 @@ response by filaments (`coils.resistance`): m, what current by the coil's own fi
     Delta Z = Z_alone + sum over stations of their share times (2 m . b + b . Q b),
 
 between two coils ``(m + Q b_cc) . b_ce`` of both. First order in what the tracks' uneven current drives in the metal:
-solid turns under copper agree to 0.1 % of R and 3e-5 of L (studies/tracks_under_target.py).
+solid turns under copper agree to 0.1 % of R and 3e-5 of L (benchmarks/tracks_under_target.py).
 
 Neglected: b's change across a track beyond a linear one, what tracks of one coil do to another's field, a track's
 response where b changes along it within a few widths.

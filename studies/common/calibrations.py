@@ -1,7 +1,7 @@
 """Which calibrations are known, and how far is one from them? Sensors, loads, and the stored references.
 
 reference_calibrations.json holds the signals of the catalogue's sensors over a grid of loads and how sure they are;
-studies/reference_calibrations.py says how they are made.
+benchmarks/reference_calibrations.py says how they are made.
 """
 
 from __future__ import annotations

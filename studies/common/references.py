@@ -1,7 +1,7 @@
 """Which poses of loaded pads are known, and how far is a model from them? The stored references and the measure.
 
 reference_pads.json holds scenes (changes of the catalogue's biorob2018), loads, the target's motions and how sure they
-are; studies/reference_pads.py says how they are made. The error of a pose is the largest of its components over the
+are; benchmarks/reference_pads.py says how they are made. The error of a pose is the largest of its components over the
 size of the displacement, an angle counted at the target's end.
 """
 

@@ -1,8 +1,8 @@
 """Poses beside those of an independent code: the error that an answer says it has is one that it has."""
 
 import pytest
+from benchmarks.mechanics_accuracy import judged
 from common.references import STORED, stored_references
-from mechanics_accuracy import judged
 
 REFERENCES = {one.name: one for one in stored_references(STORED)}
 QUICK = (
@@ -14,7 +14,7 @@ CASES = [pytest.param(name, marks=[pytest.mark.slow] * (name in LATER)) for name
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_true_error_is_at_most_three_times_the_estimated_one(name):
-    """NGSolve 6.2, Q5 on graded meshes (studies/reference_pads.py), each with an error of its own."""
+    """NGSolve 6.2, Q5 on graded meshes (studies/benchmarks/reference_pads.py), each with an error of its own."""
     one = judged(REFERENCES[name], 1e-2)
     assert one.status == "converged" and one.reference.error < 2e-3
     assert one.true - one.reference.error <= 3.0 * one.estimated

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from benchmarks.mechanics_accuracy import draw, judged, row_of
 from common.references import Judged, Reference
-from mechanics_accuracy import draw, judged, row_of
 
 from sits_mech.quantities import Wrench
 

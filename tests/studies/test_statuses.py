@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from statuses import LATE, compared, scene, summary
+from benchmarks.statuses import LATE, compared, scene, summary
 
 Row = dict[str, Any]
 

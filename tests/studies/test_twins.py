@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 from adapted_twins import LAYERS, layered
+from benchmarks.produced_lots import Read, averaged, summary
 from common.twins import Truth, loads
-from produced_lots import Read, averaged, summary
 
 from sits_mech.quantities import Array
 

@@ -32,7 +32,7 @@ from sits_mech.readout.loads import points, request_of, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
 HALF = 0.5
-"""Deviation of a pose over its estimated error; d_h, d_v, alpha by studies/adapted_twins.py: 0.76, 0.23, 0.06 of
+"""Deviation of a pose over its estimated error; d_h, d_v, alpha by benchmarks/adapted_twins.py: 0.76, 0.23, 0.06 of
 biorob2018-w15, 0.24, 0.46, 0.11 of triaxial-4."""
 _MAGNETIC = 0.1  # the same of an inductance, but for what leads and gap take up: 90 % intervals hold 95 to 99 % there
 _COARSER = 10.0  # times the table's tolerance: of the model that reads what the set-up changes, three times as fast

@@ -14,8 +14,8 @@ Error. Of two levels, twice what the first term adds. Of more,
     error = theta |Y_n - Y_(n-1)| + sum_j s_j |a_j phi_nj|,        theta = max_j phi_nj/phi_(n-1)j,
 
 the error that the levels before would have had, reduced as the terms are, and s for the uncertainty of the powers. The
-2 and s = 1/2 are measured on 48 pads of five laws (studies/mechanics_accuracy.py). No component's error is less than a
-share of the worst, an angle counted at the target's end; likewise for forces that hold the target.
+2 and s = 1/2 are measured on 48 pads of five laws (benchmarks/mechanics_accuracy.py). No component's error is less than
+a share of the worst, an angle counted at the target's end; likewise for forces that hold the target.
 
 Under a press the angle between plate and free face opens, and the edge's term shrinks less from level to level than
 its power says, which is that of small strain: a layer of cells more at the edge leaves 0.25 of it without load, 0.30,

@@ -1,0 +1,161 @@
+"""Is what `sits-mech design` recommends the best, the same from any start, and does it hold what it says it holds?
+
+Ten requirement files (``requirements/``): fingertip, sole, gripper, a target's width and a long strip in space; a strip
+that nothing satisfies; a round button on one axis, once for the best and once for the first that will do; sizes alone;
+three forces by four coils. For each of them
+
+    held        the recommendation solved anew at a tenth of the tolerance: which limits does it miss, by how much
+    grid        how much more is minimised than by the best design of a grid of up to 500, same chain and tolerance
+    random      the same of Sobol's points, ten times as many as the search has solved, up to 200
+    seeds       how far the answers from five seeds are from each other, and the error that is stated of the first
+    yield       told, by the derivatives for the very sensors that are drawn, and by these sensors solved one by one
+
+Merits are what is minimised, exceeded limits added as the search weighs them. Counts are what was solved: designs in
+space cost seconds each and get fewer. Solved designs are kept in DIR: a run that was stopped goes on.
+
+Run ``python -m benchmarks.design [--coarse] [--only NAME ...] --output DIR``.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from argparse import ArgumentParser
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from common.outputs import study_arguments, write_rows
+from common.stories import REQUIREMENTS
+from common.trials import best_of, grid_designs, merit_of, random_designs, shares_made
+
+from sits_mech.report.folder import cases_folder, prepare_folder
+from sits_mech.synthesis.answer import DesignAnswer
+from sits_mech.synthesis.kinds import figure_words, shown_as
+from sits_mech.synthesis.requirements import Requirements, read_requirements
+from sits_mech.synthesis.run import COARSE, design
+from sits_mech.synthesis.search import MOST
+from sits_mech.synthesis.solve import Solver
+
+Row = dict[str, Any]
+
+
+class Effort(NamedTuple):
+    """What is spent on a file: designs of the grid, of random trials, sensors made, seeds, and the finest tolerance."""
+
+    grid: int
+    random: int
+    made: int
+    seeds: int
+    tolerance: float
+
+
+CHEAP, DEAR = Effort(500, 200, 200, 5, 1e-3), Effort(48, 60, 40, 5, 3e-3)
+FILES = {
+    "button_any": CHEAP, "button": CHEAP, "strip": DEAR, "low_profile": DEAR, "strip_exact": DEAR, "foot_sole": DEAR,
+    "three_axes": DEAR, "fingertip": DEAR, "target_width": DEAR, "gripper_pad": DEAR,
+}
+QUICK, QUICK_FILES, FEW = Effort(2, 1, 1, 1, 5e-2), ("button_any",), 1
+
+
+def goal_of(found: DesignAnswer) -> tuple[float, float]:
+    """Return what is minimised, and its stated error, nan where a part of it is not known."""
+    task, best = found.task, found.best
+    figures, size = task.figures(best.table, best.plain), task.sizes | (task.weighed or task.limits)
+    error = {each.name: each.error / shown_as(each.name)[1] for each in found.figures}
+    return task.aim(figures), sum(w * error[name] / abs(size.get(name, 1.0)) for name, w in task.goal.items())
+
+
+def missed(asked: Requirements, found: DesignAnswer, tolerance: float, folder: Path) -> str:
+    """Return the limits that the recommendation misses, solved at a tolerance, with the worst."""
+    again = Solver(asked, tolerance, folder)(found.best.design)
+    if not again.carried:
+        return again.reason
+    figures = found.task.figures(again.table, again.plain)
+    excess = {name: over for name, over in found.task.excess(figures, again.table).items() if over > 0.0}
+    return "; ".join(
+        f"{name} {figure_words(name, figures[name]) if name in figures else ''} by {100.0 * over:.2g} %"
+        for name, over in excess.items()
+    )
+
+
+def more(merit: float, least: float) -> float:
+    """Return how much more one merit is than another [%]; negative where it is less."""
+    return 0.0 if merit == least else 100.0 * (merit - least) / max(abs(least), 1e-12)
+
+
+def seeded(asked: Requirements, found: DesignAnswer, effort: Effort, most: int, folder: Path) -> Row:
+    """Return the range of what is minimised over the seeds, in percent, and designs that are unlike the first."""
+    others = [design(asked, folder=folder, most=most, seed=seed) for seed in range(1, effort.seeds)]
+    aims = np.array([goal_of(each)[0] for each in (found, *others)])
+    size = abs(aims[0]) or 1.0
+    unlike = {asked.space.words(each.best.design) for each in others} - {asked.space.words(found.best.design)}
+    row = {"seeds": 1 + len(others), "seeds_range_%": 100.0 * float(np.ptp(aims)) / size}
+    return row | {"stated_error_%": 100.0 * goal_of(found)[1] / size, "other_answers": "; ".join(sorted(unlike))}
+
+
+def row_of(name: str, effort: Effort, most: int, folder: Path) -> Row:
+    """Return all that is told of a file."""
+    asked, began = read_requirements(REQUIREMENTS / f"{name}.toml"), time.process_time()
+    cases = cases_folder(prepare_folder(folder / name))
+    found = design(asked, folder=cases, most=most)
+    coarse, words = Solver(asked, COARSE, cases), asked.space.words(found.best.design)
+    row: Row = {"file": name, "answer": words, "fits": found.feasible, "designs": found.solves}
+    row |= {"seconds": sum(each.seconds for each in found.known) + found.best.seconds}
+    row |= {"binds": ", ".join(each.name for each in found.binding)}
+    row["missed"] = missed(asked, found, effort.tolerance, cases)
+    merit = merit_of(found.task, coarse(found.best.design))
+    searched = min(merit_of(found.task, each) for each in found.known)
+    row |= {"tolerance": effort.tolerance, "merit": merit, "merit_of_search": searched}
+    grid = best_of(coarse, found.task, grid_designs(asked.space, effort.grid))
+    row |= {"grid": grid.count, "over_grid_%": more(merit, grid.merit), "best_of_grid": grid.words}
+    trials = min(effort.random, 10 * found.solves)
+    random = best_of(coarse, found.task, random_designs(asked.space, trials, 0))
+    row |= {"random": random.count, "over_random_%": more(merit, random.merit), "best_of_random": random.words}
+    row |= seeded(asked, found, effort, most, cases)
+    solved, told = shares_made(coarse, found.task, coarse(found.best.design), effort.made, 0)
+    shares = {"told": float(np.ravel(found.share)[0]), "by_slopes": told, "solved": solved}
+    row |= {"made": effort.made, **{f"yield_{key}_%": 100.0 * value for key, value in shares.items()}}
+    print(f"{name}: {time.process_time() - began:.0f} s here", *(f"   {key} {row[key]}" for key in row), sep="\n")
+    return row
+
+
+def draw(rows: list[Row], path: Path) -> None:
+    """What is minimised against grid and random trials; yields that are told against those of sensors solved."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    places, names = np.arange(len(rows)), [row["file"] for row in rows]
+    for shift, key, label in ((-0.2, "over_grid_%", "grid"), (0.2, "over_random_%", "random trials")):
+        left.barh(places + shift, [np.clip(row[key], -30.0, 30.0) for row in rows], 0.36, label=f"best of {label}")
+    left.axvline(10.0, color="0.4", linestyle=":")
+    left.set(xlabel="recommended over it [%], at most 30 shown", xlim=(-31.0, 31.0))
+    for shift, key, label in ((-0.2, "yield_by_slopes_%", "by derivatives"), (0.2, "yield_solved_%", "solved")):
+        right.barh(places + shift, [row[key] for row in rows], 0.36, label=label)
+    right.set(xlabel="sensors made that hold all limits [%]", xlim=(0.0, 100.0))
+    for axes in (left, right):
+        axes.set_yticks(places, names)
+        axes.invert_yaxis()
+        axes.legend(fontsize=7)
+        axes.grid(True, axis="x", alpha=0.3)
+    figure.savefig(path, dpi=150)
+
+
+def main() -> None:
+    """Write the table and its picture."""
+    parser = ArgumentParser(add_help=False)
+    parser.add_argument("--only", nargs="+", choices=FILES, help="Files that are answered, all by default.")
+    known, sys.argv[1:] = parser.parse_known_args()
+    coarse, folder = study_arguments(__doc__ or "", timed=True)
+    names = known.only or (QUICK_FILES if coarse else FILES)
+    rows = []
+    for name in names:
+        rows.append(row_of(name, QUICK if coarse else FILES[name], FEW if coarse else MOST, folder))
+        table = write_rows(rows, folder / "benchmark_design.csv")
+    print(table)
+    draw(rows, folder / "benchmark_design.png")
+
+
+if __name__ == "__main__":
+    main()
