@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 from benchmarks.promises import drawn
+from benchmarks.random_scenes import draw
 from common.children import asked_apart
 from common.outputs import kept_rows, study_arguments, write_rows
-from random_scenes import draw
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.aimed import aim_at

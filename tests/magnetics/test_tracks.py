@@ -1,8 +1,8 @@
 """Uneven current in tracks under metal: solid turns by another code, three models alike, fields by small loops."""
 
+import benchmarks.tracks_under_target as study
 import numpy as np
 import pytest
-import tracks_under_target as study
 
 from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.models import magnetic_model

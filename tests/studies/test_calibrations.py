@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import xarray as xr
+from benchmarks.reference_calibrations import left_by
 from common.calibrations import CALIBRATIONS, FX, FZ, SIGNALS, errors, reference
-from reference_calibrations import left_by
 
 
 def test_the_error_is_what_a_geometric_series_leaves() -> None:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import extremes
 import numpy as np
 import pytest
+from benchmarks import extremes
 from common.children import asked_apart
 from extreme import any_answer, any_scene, checks, driven, films, layers, plates, poses, solids, walls
 from extreme.rows import DONE, Row, measured

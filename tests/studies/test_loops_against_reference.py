@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
+from benchmarks.loops_against_reference import STORED, draw, loop_of, row_of, stored_histories
 from common.history_cases import PADS, PATHS, takes, wrenches
-from loops_against_reference import STORED, draw, loop_of, row_of, stored_histories
 
 HISTORIES = {one.name: one for one in stored_histories()}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from random_scenes import KINDS, counts, draw, measure
+from benchmarks.random_scenes import KINDS, counts, draw, measure
 
 
 def test_scenes_are_drawn_alike() -> None:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from adapted_twins import LAYERS, layered
+from benchmarks.adapted_twins import LAYERS, layered
 from benchmarks.produced_lots import Read, averaged, summary
 from common.twins import Truth, loads
 
