@@ -29,11 +29,11 @@ from sits_mech.scene.sensor import Coil, Sensor, scene_text
 from sits_mech.status import INTERPOLATED, OK, counted, exit_code
 
 PICTURES = {
-    "L_v": "Sum of the inductances against the normal force; bars are estimated errors.",
-    "L_h": "Difference of the inductances against shear; bars are estimated errors.",
-    "dL_v": "Change of the mean inductance against the normal force; bars are estimated errors.",
-    "dL_x": "First moment of the inductances along x against the shear force along x; bars are estimated errors.",
-    "dL_y": "First moment of the inductances along y against the shear force along y; bars are estimated errors.",
+    "L_v": "Sum of the inductances against the normal force.",
+    "L_h": "Difference of the inductances against shear.",
+    "dL_v": "Change of the mean inductance against the normal force.",
+    "dL_x": "First moment of the inductances along x against the shear force along x.",
+    "dL_y": "First moment of the inductances along y against the shear force along y.",
     "crosstalk": "What each force does to the signals of the others, relative to their own full scale.",
     "layer": "The deformed layer under the largest load, in a section along it.",
 }

@@ -25,6 +25,8 @@ from sits_mech.scene.sensor import SceneError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_SEEN = 0.03  # of a picture's height: a shorter half of a bar hides behind its mark
+
 
 def calibration_pictures(data: xr.Dataset) -> dict[str, Callable[[], Figure]]:
     """Return what draws each picture of a table, by name: curves of each signal whose force it varies, crosstalk."""
@@ -37,7 +39,9 @@ def calibration_pictures(data: xr.Dataset) -> dict[str, Callable[[], Figure]]:
 
 
 def signal_curves(data: xr.Dataset, force: str) -> Figure:
-    """Plot a force's signal (F_z, F_x or F_y) against it, a curve per value of another component; bars are errors.
+    """Plot a force's signal (F_z, F_x or F_y) against it, a curve per value of another component.
+
+    The title says the largest error; errors are bars where these can be seen.
 
     Another component replaces a force that the table does not vary; the remaining ones are at the middle of their
     range, as the title says. Raise SceneError where the table varies no component, or without matplotlib.
@@ -51,21 +55,23 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     data, held = at_middle(data, list(filter(None, (along, family))))
     with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
+        error, height = np.nanmax([each[2] for each in curves]), np.ptp([each[1] for each in curves])
+        seen = not error < _SEEN * height
         for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
-            axes.errorbar(data[along], values, errors, **stroke, elinewidth=0.6, label=name)
+            axes.errorbar(data[along], values, errors if seen else None, **stroke, elinewidth=0.6, label=name)
         axes.set_xlabel(load_label(along))
         axes.set_ylabel(signal_label(signal, data.sizes["coil"]))
-        figure.suptitle(_curves_title(data, signal, held))
+        figure.suptitle(_curves_title(data, signal, held, f"{'bars: ' * seen}errors up to {error:.2g} %"))
         if family is not None:
             axes.legend(title=f"${family}$ [{shown_unit(family)}]", ncols=1 + (len(curves) > 5))
     return figure
 
 
-def _curves_title(data: xr.Dataset, signal: str, held: str) -> str:
-    """Return what the curves are, of what, at what, and what their bars are."""
+def _curves_title(data: xr.Dataset, signal: str, held: str, errors: str) -> str:
+    """Return what the curves are, of what, at what, and how far off they may be."""
     kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
     name = fill(data.attrs.get("name", ""), 54)
-    return f"{name}\n{kind}; {_mathematics(held)}{'; ' if held else ''}bars: estimated error".strip()
+    return f"{name}\n{kind}; {_mathematics(held)}{'; ' if held else ''}{errors}".strip()
 
 
 def _mathematics(words: str) -> str:
@@ -149,7 +155,7 @@ def _round_levels(values: Array) -> Array:
     from matplotlib.ticker import MaxNLocator
 
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    levels = np.asarray(MaxNLocator(6).tick_values(low, high))
+    levels = np.asarray(MaxNLocator(3).tick_values(low, high))
     return levels[(levels > low) & (levels < high) & (abs(levels) > 1e-6 * (high - low))]
 
 

@@ -48,6 +48,14 @@ def test_shear_curves_show_the_numbers(data: xr.Dataset) -> None:
     np.testing.assert_allclose(axes.containers[2].lines[0].get_ydata(), [-5.0, 0.0, 5.0])
 
 
+def test_bars_are_drawn_where_they_are_seen(data: xr.Dataset) -> None:
+    """Not behind their marks; the title says the largest error either way."""
+    figure = signal_curves(data.assign(error_L_v_percent=0.0 * data["error_L_v_percent"] + 0.5), "F_z")
+    assert "bars: errors up to 0.5 %" in figure.get_suptitle() and figure.axes[0].containers[0].has_yerr
+    figure = signal_curves(data, "F_z")
+    assert "bars" not in figure.get_suptitle() and not figure.axes[0].containers[0].has_yerr
+
+
 def test_crosstalk_map_shows_both_ways(data: xr.Dataset) -> None:
     """2 of 6 for F_z into L_h, -1 of 2 for F_x into L_v; symmetric colour scales with units."""
     figure = crosstalk_map(data)
@@ -65,7 +73,7 @@ def test_other_forces_are_at_the_middle(data: xr.Dataset) -> None:
     wide = wide.assign(L_v_percent=wide["L_v_percent"] + wide["F_y"])
     figure = signal_curves(wide, "F_z")
     np.testing.assert_allclose(figure.axes[0].containers[1].lines[0].get_ydata(), [189.5, 188.5, 187.5])
-    assert figure.get_suptitle() == "normal signal; $M$ = 0.002 N m, $F_y$ = 0.5 N; bars: estimated error"
+    assert figure.get_suptitle() == "normal signal; $M$ = 0.002 N m, $F_y$ = 0.5 N; errors up to 0.01 %"
     (axes,) = signal_curves(wide.isel(F_x=0).drop_vars("F_x"), "F_x").axes
     assert "F_y" in axes.get_xlabel() and "F_z" in axes.get_legend().get_title().get_text()
     figure = signal_curves(wide.isel(F_x=0, F_z=1), "F_z")
@@ -186,7 +194,7 @@ def test_a_calibration_is_ready_for_print(
         (axes,) = figure.axes
         assert all("[" in label for label in (axes.get_xlabel(), axes.get_ylabel()))
         assert len(axes.get_legend().get_texts()) == len(axes.containers) > 1
-        assert "bars: estimated error" in figure.get_suptitle() and data.attrs["name"] in figure.get_suptitle()
+        assert "errors up to" in figure.get_suptitle() and data.attrs["name"] in figure.get_suptitle()
     maps = crosstalk_map(request.getfixturevalue("data"))
     assert all("[N]" in axes.get_xlabel() for axes in maps.axes[:2])
     assert all("[%]" in axes.get_xlabel() for axes in maps.axes[2:]) and "dashed" in maps.get_suptitle()
