@@ -50,7 +50,7 @@ def layer_view(
     plates = [] if sensor.target is None else [(target_cut(sensor.target, equilibrium.pose, plane), COPPER)]
     plates += [(conductor_cut(part, plane), METAL) for part in sensor.conductors]
     points = [corners.reshape(-1, 2) for corners, _ in (*tracks, *plates)]
-    layer, around = (None, 0.36) if mesh is None else (mesh.points[mesh.quads], 0.5)
+    layer, around = (None, 0.32) if mesh is None else (mesh.points[mesh.quads], 0.44)
     frame = (left, right), (bottom, top) = _frame(sensor, points, layer)
     height = 0.85 * (top - bottom) / (right - left) + around  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
