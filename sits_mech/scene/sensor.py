@@ -263,8 +263,9 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
     if target is not None and target["load_height"] == target["thickness"]:
         del target["load_height"]
     for plate in filter(None, (target, *table["conductors"])):
-        if not plate["holes"]:
-            del plate["holes"]
+        for key in ("holes", "alpha", "alpha_x", "alpha_z"):
+            if key in plate and not plate[key]:
+                del plate[key]
     for part in _UNSAID.keys() & table.keys():
         _drop_usual(table[part], part)
     if sensor.temperature == REFERENCE:

@@ -31,12 +31,12 @@ class Asked:
 
     def lengths(self, sensor: Sensor, clear: tuple[float, float], near: bool) -> tuple[float, float]:
         """Return how far currents of coils call for small cells, and the length on which fields change [m]."""
-        clearance, place, deep = clear[0], (0.0, 0.0), 0.0 if near and not self.sources else self.plate.thickness / 2
+        clearance, deep = clear[0], 0.0 if near and not self.sources else self.plate.thickness / 2
         if self.sources is not None:
-            clearance, place = self.sources.distance, self.sources.place[:2]
+            clearance = self.sources.distance
         length = min(field_length(coil, clearance + deep) for coil in kinds_of(sensor.coils)[0])
         others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
-        return reach(sensor.coils, place) + 2 * clearance, min(length, others)
+        return reach(sensor.coils, self.sources) + 2 * clearance, min(length, others)
 
 
 @dataclass(frozen=True)
