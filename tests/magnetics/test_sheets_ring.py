@@ -119,5 +119,6 @@ def test_a_ring_is_close_to_a_disc_with_a_small_hole() -> None:
 
 def test_permeable_rings_are_refused() -> None:
     """In one line, by their shape."""
-    with pytest.raises(SceneError, match="target.shape must be without holes for sheets where .* permeable; got ring$"):
+    what = "target.inner_diameter must be left out for sheets where a part is permeable; got 0.006$"
+    with pytest.raises(SceneError, match=what):
         sheets(scene(ring(12, 6, 0.3, relative_permeability=100.0)))
