@@ -1,7 +1,7 @@
 """Write the coils as a footprint of KiCad 7 or later; tracks as copper arcs, or lines of rectangles, polygons and Ds.
 
 A coil of n layers is n spirals r(theta) in series (`geometry.windings`; of straight lines, two at most, as of
-`geometry.tracks`), on F.Cu, inner layers, B.Cu from the top down, all turning the same way seen from above. Two
+`scene.turns`), on F.Cu, inner layers, B.Cu from the top down, all turning the same way seen from above. Two
 neighbouring layers make a pair: inwards, through a via inside the coil, outwards. Pairs follow each other through vias
 outside the coil, each pair turned on by an angle, so that no via meets another. Pads 2 i - 1 and 2 i are start and end
 of coil i: a positive current enters at the first. With an odd number of layers the end stays inside the coil.
@@ -18,12 +18,11 @@ import numpy as np
 
 from sits_mech.export.source import Source
 from sits_mech.geometry.outline import target_outline
-from sits_mech.geometry.tracks import spiral_turns
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import Array
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
-from sits_mech.scene.turns import turn
+from sits_mech.scene.turns import spiral_turns, turn
 from sits_mech.units import MM, shown
 
 _ARCS = 12  # per turn
@@ -172,15 +171,7 @@ def _check(sensor: Sensor, coil: Coil) -> float:
     """Return the radius that the inner vias stand at [m]; refuse what has no room for them."""
     if sensor.substrate_radius is not None:
         raise SceneError("substrate_radius: must not be given for --to kicad: a footprint is flat")
-    if coil.shape == "path":
-        raise SceneError(f'coils.{coil.name}.shape: must have turns for --to kicad; got "path", as boards have it')
-    if not coil.is_round and coil.layers > _STRAIGHT:
-        most = f"at most {_STRAIGHT} of a {coil.shape} for --to kicad"
-        raise SceneError(f"coils.{coil.name}.layers: must be {most}; got {coil.layers}")
-    for key in ("layer_z", "directions", "corner_radius"):
-        if getattr(coil, key) != type(coil).model_fields[key].default:
-            got = shown(getattr(coil, key))
-            raise SceneError(f"coils.{coil.name}.{key}: must not be given for --to kicad; got {got}")
+    _check_shape(coil)
     if len({item.layers for item in sensor.coils}) > 1:
         raise SceneError("coils: must have one number of layers for --to kicad, which are the board's")
     inner = _reach(coil)[0] - coil.track_width / 2 - coil.track_gap - _VIA / 2
@@ -191,6 +182,19 @@ def _check(sensor: Sensor, coil: Coil) -> float:
             f"coils.{coil.name}.{key}: must be at least {size - 2.0 * inner:g} m for a via; got {size:g} m"
         )
     return float(inner)
+
+
+def _check_shape(coil: Coil) -> None:
+    """Refuse a coil that is not drawn by its turns."""
+    if coil.shape == "path":
+        raise SceneError(f'coils.{coil.name}.shape: must have turns for --to kicad; got "path", as boards have it')
+    if not coil.is_round and coil.layers > _STRAIGHT:
+        most = f"at most {_STRAIGHT} of a {coil.shape} for --to kicad"
+        raise SceneError(f"coils.{coil.name}.layers: must be {most}; got {coil.layers}")
+    for key in ("layer_z", "directions", "corner_radius"):
+        if getattr(coil, key) != type(coil).model_fields[key].default:
+            got = shown(getattr(coil, key))
+            raise SceneError(f"coils.{coil.name}.{key}: must not be given for --to kicad; got {got}")
 
 
 def _away(sensor: Sensor, number: int) -> float:

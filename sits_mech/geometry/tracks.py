@@ -141,31 +141,6 @@ def _turns(coil: Coil) -> list[Array]:
     return [np.vstack([line, line[:1]]) for line in each]
 
 
-def spiral_turns(coil: Coil, angle: float) -> Array:
-    """Return the spiral of one layer of a coil of sharp turns about the middle, counter-clockwise from inside, (k, 2).
-
-    It starts half a pitch inwards of the innermost turn and ends half a pitch outwards of the outermost, both at an
-    angle [rad], and moves outwards evenly with the angle.
-    """
-    pitch, first = coil.track_width + coil.track_gap, -coil.track_gap / 2
-    x, y = turn(coil, first + pitch * coil.turns / 2).T
-    share = np.mod((np.arctan2(y, x) - angle) / (2 * np.pi), 1.0)
-    corners = [
-        turn(coil, first + pitch * (k + float(share[j])))[j] for k in range(coil.turns) for j in np.argsort(share)
-    ]
-    ends = [_at_angle(turn(coil, first + pitch * k), angle) for k in (0, coil.turns)]
-    return np.vstack([ends[0], *corners, ends[1]])
-
-
-def _at_angle(rim: Array, angle: float) -> Array:
-    """Return where a ray from the middle meets a turn (m, 2) around it, shape (2,)."""
-    way, after = np.array([np.cos(angle), np.sin(angle)]), np.roll(rim, -1, axis=0)
-    side = way[0] * rim[:, 1] - way[1] * rim[:, 0]
-    other = way[0] * after[:, 1] - way[1] * after[:, 0]
-    k = int(np.flatnonzero((side <= 0.0) & (other > 0.0))[0])
-    return np.asarray(rim[k] - side[k] / (other[k] - side[k]) * (after[k] - rim[k]))
-
-
 def standing_rings(coil: Coil) -> Sections:
     """Return rings that stand for a coil far from it: of its turns, length, pitch and heights.
 

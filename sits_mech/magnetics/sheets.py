@@ -30,7 +30,7 @@ G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -49,7 +49,7 @@ from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.far import Asked as Field
 from sits_mech.magnetics.space.fields import HELD
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate, field_on
+from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate, saturation_notes
 from sits_mech.magnetics.space.rungs import ROUGH, Limit, Rung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
@@ -144,7 +144,7 @@ class Sheets:
             change.append(found.tracks)
         scale = largest(found.value.imag)
         relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
-        notes = (*found.notes, *self._saturation_notes(parts), *self._winding_notes())
+        notes = (*found.notes, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
         return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
 
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
@@ -172,13 +172,6 @@ class Sheets:
         axes = tuple(map(tuple, part.turns[0].tolist()))
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings, axes) if fixed else None
         return Asked(part.plate, part.outline, part.susceptibility, seen, None)
-
-    def _saturation_notes(self, parts: Sequence[PlacedPlate]) -> Iterator[Note]:
-        """Note the largest field on permeable parts, for whoever knows where they saturate."""
-        for part in parts:
-            if part.susceptibility != 0.0:
-                note = Note.of(NoteKind.FIELD_ON, field=field_on(self.sensor.coils, part))
-                yield note.with_numbers(part=part.title) if part.title else note
 
     def _winding_notes(self) -> tuple[Note, ...]:
         """Note how far spiral windings are from rings, and what free tracks are without."""

@@ -40,6 +40,31 @@ def turn(coil: Coil, away: float) -> Array:
     return np.asarray(flat @ np.array([[c, s], [-s, c]])) if coil.alpha_z else flat
 
 
+def spiral_turns(coil: Coil, angle: float) -> Array:
+    """Return the spiral of one layer of a coil of sharp turns about the middle, counter-clockwise from inside, (k, 2).
+
+    It starts half a pitch inwards of the innermost turn and ends half a pitch outwards of the outermost, both at an
+    angle [rad], and moves outwards evenly with the angle.
+    """
+    pitch, first = coil.track_width + coil.track_gap, -coil.track_gap / 2
+    x, y = turn(coil, first + pitch * coil.turns / 2).T
+    share = np.mod((np.arctan2(y, x) - angle) / (2 * np.pi), 1.0)
+    corners = [
+        turn(coil, first + pitch * (k + float(share[j])))[j] for k in range(coil.turns) for j in np.argsort(share)
+    ]
+    ends = [_at_angle(turn(coil, first + pitch * k), angle) for k in (0, coil.turns)]
+    return np.vstack([ends[0], *corners, ends[1]])
+
+
+def _at_angle(rim: Array, angle: float) -> Array:
+    """Return where a ray from the middle meets a turn (m, 2) around it, shape (2,)."""
+    way, after = np.array([np.cos(angle), np.sin(angle)]), np.roll(rim, -1, axis=0)
+    side = way[0] * rim[:, 1] - way[1] * rim[:, 0]
+    other = way[0] * after[:, 1] - way[1] * after[:, 0]
+    k = int(np.flatnonzero((side <= 0.0) & (other > 0.0))[0])
+    return np.asarray(rim[k] - side[k] / (other[k] - side[k]) * (after[k] - rim[k]))
+
+
 def reach(coil: Coil, away: float) -> tuple[float, float, float]:
     """Return how far a polygon or D reaches from the middle along x, along y and at all [m]."""
     if coil.shape != "D":
@@ -77,7 +102,7 @@ def _polygon(coil: Coil, away: float) -> Array:
     """Return a regular polygon's turn."""
     n = SIDES[coil.shape]
     angle, radius = np.pi * (2 * np.arange(n) - 1) / n, (coil.inner_diameter / 2 + away) / math.cos(math.pi / n)
-    return radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.asarray(radius * np.column_stack([np.cos(angle), np.sin(angle)]))
 
 
 def _bullet(coil: Coil, away: float) -> Array:

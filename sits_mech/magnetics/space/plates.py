@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -57,7 +57,15 @@ class Divided:
     notes: tuple[Note, ...]
 
 
-def field_on(coils: Sequence[Coil], part: PlacedPlate) -> float:
+def saturation_notes(coils: Sequence[Coil], parts: Sequence[PlacedPlate]) -> Iterator[Note]:
+    """Note the largest field on permeable parts, for whoever knows where they saturate."""
+    for part in parts:
+        if part.susceptibility != 0.0:
+            note = Note.of(NoteKind.FIELD_ON, field=_field_on(coils, part))
+            yield note.with_numbers(part=part.title) if part.title else note
+
+
+def _field_on(coils: Sequence[Coil], part: PlacedPlate) -> float:
     """Return the largest H of any coil with 1 A on a grid of a plate's faces, where it stands lowest [1/m]."""
     pose, plate = int(np.argmin(part.places[:, 2])), part.plate
     x, y = (size / 2 * np.linspace(-1.0, 1.0, _GRID) for size in plate.extent)

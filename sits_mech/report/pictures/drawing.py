@@ -268,13 +268,16 @@ def _winding(coil: Coil) -> str:
     if coil.shape == "path":
         count = len(coil.path)
         return f"{outer}; free tracks in {count} piece{'s' if count > 1 else ''}, {layers}; {wide} x {thick}"
-    inner = _by((coil.inner_width, coil.inner_length))
+    outer = f"{MM * coil.outer_diameter:.4g}" if coil.is_round else outer
+    return f"{_inside(coil)} to {outer}; {coil.turns} turns in {layers}; tracks {wide} x {thick}, gaps {gap}"
+
+
+def _inside(coil: Coil) -> str:
+    """Return the inner size of a coil's turns, and their shape, in words."""
+    across = f"{MM * coil.inner_diameter:.4g}" if coil.inner_diameter else _by((coil.inner_width, coil.inner_length))
     if coil.is_round:
-        inner, outer = f"⌀ {MM * coil.inner_diameter:.4g}", f"{MM * coil.outer_diameter:.4g}"
-    elif coil.shape != "rectangle":
-        across = inner if coil.shape == "D" else f"{MM * coil.inner_diameter:.4g}"
-        inner = f"{coil.shape} {across} inside"
-    return f"{inner} to {outer}; {coil.turns} turns in {layers}; tracks {wide} x {thick}, gaps {gap}"
+        return f"⌀ {across}"
+    return across if coil.shape == "rectangle" else f"{coil.shape} {across} inside"
 
 
 def _list_of_parts(it: Drawing) -> list[str]:
