@@ -81,7 +81,8 @@ def outline_refusal(sensor: Sensor) -> Refusal | None:
     """Return which plate, of any outline or turned, has no section that stands for it; None if there is none."""
     for name, part in metal_parts(sensor):
         if part.loops:
-            return Refusal(f"{name}.shape", "be a rectangle or a disc for a section", part.shape)
+            got = "a ring" if part.shape == "ring" else "an outline"
+            return Refusal(f"{name}.shape", "be a rectangle or a disc for a section", got)
         if isinstance(part, Conductor) and part.is_turned and (part.alpha_x, part.alpha_z) != (0.0, 0.0):
             key = "alpha_x" if part.alpha_x else "alpha_z"
             return Refusal(f"{name}.{key}", "be 0 for a section", f"{np.degrees(getattr(part, key)):.4g} deg")

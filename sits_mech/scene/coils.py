@@ -241,8 +241,8 @@ class Coil(BaseModel):
     def _check_corners(self) -> None:
         """Refuse a corner sharper than the track is wide, or rounder than the innermost turn, and a D that is none."""
         if self.shape == "D" and 2.0 * self.inner_width * (1.0 + SLACK) < self.inner_length:
-            least, got = mm(self.inner_length / 2), mm(self.inner_width)
-            raise SceneError(f"inner_width must be at least half the inner_length ({least}) of a D; got {got}")
+            half, got = mm(self.inner_length / 2), mm(self.inner_width)
+            raise SceneError(f"inner_width must be at least half the inner_length ({half}) of a D; got {got}")
         least, most = self.track_width / 2, (min(self.inner_width, self.inner_length) + self.track_width) / 2
         radius = self.corner_radius
         if self.shape == "rectangle" and radius > 0.0 and not least <= radius * (1.0 + SLACK) <= most * (1 + 2e-9):

@@ -73,7 +73,7 @@ def test_a_scene_may_be_turned_as_a_whole() -> None:
 def test_a_wall_beside_a_coil_mirrors_it(key: str) -> None:
     """Upright, seven skin depths thick: towards a coil that turns alike, mirrored half a skin depth behind its face.
 
-    What walls of 12, 18, 27 and 40 mm lack is 16, 6, 2 and 1 % of it.
+    What walls of 12, 18 and 27 mm lack is 16, 6 and 2 % of it.
     """
     away, sizes = 3 * MM, {"width": 18 * MM, "length": 18 * MM}
     along = 0 if key == "alpha" else 1
