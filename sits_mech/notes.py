@@ -65,6 +65,7 @@ class NoteKind(StrEnum):
     SPIRALS = "spirals"  # difference of L0 from that of rings: share
     FREE_TRACKS = "free tracks"  # coil, vias, back [m]
     PERMEABLE = "permeable"  # permeability, depths
+    FIELD_ON = "field on what is permeable"  # field [A/m] for 1 A
     SKIN = "skin"  # thickness in skin depths: depths, sheets
     GAP_SMALL = "gap small"  # for so wide a plate: share of the field that is not resolved
     PLATE_TOO_LARGE = "plate too large"  # for a finer division: cells, width, length [m], needed, limit [bytes]

@@ -101,6 +101,8 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("geometry/outline.py", "geometry/sheet_plan.py"), "tests/magnetics/test_sheets_outline.py: the sheets on them"
     ),
+    "scene/solids.py": "tests/magnetics/space/test_neighbours.py: slabs between boxes",
+    "scene/turns.py": "tests/geometry/test_tracks.py: turns of every shape",
     "geometry/plates.py": "tests/magnetics/space/test_neighbours.py: conductors made of them",
     "magnetics/section/elements.py": "tests/magnetics/test_field_parts.py: the field that it solves",
     "magnetics/disc.py": "tests/magnetics/test_rings.py: its impedance",

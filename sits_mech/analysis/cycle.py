@@ -142,7 +142,7 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
     relaxed = relaxed_share(silicone, programme.time, programme.share)
     target, volume = sensor.target, 0.0
     if target is not None:
-        volume = pad_volume(sensor.elastomer, target.extent, target.shape == "disc")
+        volume = pad_volume(sensor.elastomer, target.extent, target.is_round)
     return softened_share(silicone.mullins, curve.energy, np.clip(relaxed, 0.0, 1.0), volume=volume)
 
 

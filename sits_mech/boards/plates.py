@@ -272,7 +272,7 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     if pour.parts:
         areas = ", ".join(f"{1e6 * part.area:.4g}" for part in pour.parts)
         said.append(f"{len(pour.parts)} side by side, of {areas} mm2, as one: bridges between them carry no current")
-    sizes = None if holes else _simple(pour.rim - middle, high - low, fine)
+    sizes = _simple([rim - middle for rim in (pour.rim, *holes)], high - low, fine)
     if sizes is None:
         rims = simplified([pour.rim, *holes], fine)
         loops = [[[_rounded(x), _rounded(y)] for x, y in (rim - middle).tolist()] for rim in rims]
@@ -284,14 +284,23 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     return table, ", ".join(said)
 
 
-def _simple(rim: Array, size: Array, fine: float) -> dict[str, Any] | None:
-    """Return shape and sizes of the rectangle or disc about the middle that a rim is; None if it is neither."""
-    away, area = np.abs(rim), float(signed_area(rim))
-    if area > _FULL * float(np.prod(size)) and float(np.min(size / 2 - away, axis=1).max()) <= fine:
+def _simple(rims: Sequence[Array], size: Array, fine: float) -> dict[str, Any] | None:
+    """Return shape and sizes of the rectangle, disc or ring about the middle that rims are; None if they are none."""
+    rim, diameters = rims[0], [_circle(each, fine) for each in rims]
+    full = abs(float(signed_area(rim))) > _FULL * float(np.prod(size))
+    if len(rims) == 1 and full and float(np.min(size / 2 - np.abs(rim), axis=1).max()) <= fine:
         return {"shape": "rectangle", "width": _rounded(size[0]), "length": _rounded(size[1])}
-    if area > _FULL * math.pi / 4 * float(size.max()) ** 2 and float(np.ptp(np.hypot(*away.T))) <= fine:
-        return {"shape": "disc", "diameter": _rounded(size.max())}
-    return None
+    keys = {1: ("diameter",), 2: ("diameter", "inner_diameter")}.get(len(rims), ())
+    if not keys or None in diameters:
+        return None
+    return {"shape": "ring" if len(keys) > 1 else "disc"} | dict(zip(keys, diameters, strict=True))
+
+
+def _circle(rim: Array, fine: float) -> float | None:
+    """Return the diameter of the circle about the middle that a rim is, to a difference; None if it is none [m]."""
+    size, away = float(np.ptp(rim, axis=0).max()), np.hypot(*rim.T)
+    round_ = abs(float(signed_area(rim))) > _FULL * math.pi / 4 * size**2 and float(np.ptp(away)) <= fine
+    return _rounded(size) if round_ else None
 
 
 def _rounded(value: float) -> float:

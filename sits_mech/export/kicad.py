@@ -1,10 +1,10 @@
-"""Write the coils as a footprint of KiCad 7 or later; tracks as copper arcs.
+"""Write the coils as a footprint of KiCad 7 or later; tracks as copper arcs, or lines of rectangles, polygons and Ds.
 
-A coil of n layers is n spirals r(theta) in series (`geometry.windings`), on F.Cu, inner layers, B.Cu from the top down,
-all turning the same way seen from above. Two neighbouring layers make a pair: inwards, through a via inside the coil,
-outwards. Pairs follow each other through vias outside the coil, each pair turned on by an angle, so that no via meets
-another. Pads 2 i - 1 and 2 i are start and end of coil i: a positive current enters at the first. With an odd number of
-layers the end stays inside the coil.
+A coil of n layers is n spirals r(theta) in series (`geometry.windings`; of straight lines, two at most, as of
+`scene.turns`), on F.Cu, inner layers, B.Cu from the top down, all turning the same way seen from above. Two
+neighbouring layers make a pair: inwards, through a via inside the coil, outwards. Pairs follow each other through vias
+outside the coil, each pair turned on by an angle, so that no via meets another. Pads 2 i - 1 and 2 i are start and end
+of coil i: a positive current enters at the first. With an odd number of layers the end stays inside the coil.
 
 The board's y axis points down. Copper of a footprint belongs to no net: each coil's pads are declared a net tie.
 """
@@ -22,9 +22,12 @@ from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import Array
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
+from sits_mech.scene.turns import spiral_turns, turn
 from sits_mech.units import MM, shown
 
 _ARCS = 12  # per turn
+_SIDE = {"rectangle": np.pi / 2, "hexagon": np.pi / 3, "octagon": np.pi / 4, "D": np.pi / 2}  # from one to the next
+_STRAIGHT = 2  # layers of straight lines: at a corner there is no room for the vias of more
 _VIA, _DRILL = 0.4e-3, 0.2e-3  # diameters of vias [m]
 _PAD, _HOLE = 1.0e-3, 0.6e-3  # of the pads at a coil's ends [m]
 
@@ -79,23 +82,24 @@ def winding(sensor: Sensor, number: int) -> Winding:
     """Return tracks and holes of a flat coil, its ends leading away from the others; raise as `write_kicad`."""
     coil = sensor.coils[number]
     inner = _check(sensor, coil)
-    start, stop = _reach(coil)
     turned = 1.1 * (_VIA + coil.track_gap) / max(inner, 1e-9)  # from one pair to the next: their vias keep the gap
     first, pairs = _away(sensor, number), (coil.layers + 1) // 2
+    if not coil.is_round:  # from the middle of a side, where leads go straight out
+        first = coil.alpha_z + _SIDE[coil.shape] * round((first - coil.alpha_z) / _SIDE[coil.shape])
     if pairs > 1 and pairs * turned > np.pi:
         raise SceneError(f"coils.{coil.name}.layers: must have room for a via for each two of them; got {coil.layers}")
     outside = _outer_ends(coil, first, turned, number)
     tracks = []
     holes = list({(hole.place[0], hole.place[1]): hole for hole in outside}.values())
-    theta = np.linspace(0.0, 2.0 * np.pi * coil.turns, 2 * _ARCS * coil.turns + 1)
-    radius = start + (stop - start) * theta / theta[-1]
     for k, layer in enumerate(copper_layers(coil.layers)):
         angle, inwards = first + (k // 2) * turned, k % 2 == 0
         via = _polar(np.array([inner]), np.array([angle]))
-        spiral = _polar(radius[::-1] if inwards else radius, angle + theta)
+        spiral = _spiral(coil, angle, inwards)
         out = [outside[k].place[None]] if k < len(outside) else []
         before, after = (out, [via]) if inwards else ([via], out)
-        for line, arcs in (([*before, spiral[:1]], False), ([spiral], True), ([spiral[-1:], *after], False)):
+        for line, arcs in (
+            ([*before, spiral[:1]], False), ([spiral], coil.is_round), ([spiral[-1:], *after], False)
+        ):
             tracks += [Track(layer, np.vstack(line), arcs, coil.track_width)] if sum(map(len, line)) > 1 else []
         if inwards:
             last = str(2 * number + 2) if k == coil.layers - 1 else ""
@@ -103,11 +107,38 @@ def winding(sensor: Sensor, number: int) -> Winding:
     return _placed(coil, tracks, holes)
 
 
+def _spiral(coil: Coil, angle: float, inwards: bool) -> Array:
+    """Return a layer's spiral about the middle from an angle on, counter-clockwise."""
+    if not coil.is_round:
+        if not inwards:
+            return spiral_turns(coil, angle)
+        return spiral_turns(_mirrored(coil), -angle)[::-1] * (1.0, -1.0)
+    theta = np.linspace(0.0, 2.0 * np.pi * coil.turns, 2 * _ARCS * coil.turns + 1)
+    start, stop = _reach(coil)[::-1] if inwards else _reach(coil)
+    return _polar(start + (stop - start) * theta / theta[-1], angle + theta)
+
+
+def _mirrored(coil: Coil) -> Coil:
+    """Return a coil's image in the x axis."""
+    return coil.model_copy(update={"alpha_z": -coil.alpha_z})
+
+
 def _reach(coil: Coil) -> tuple[float, float]:
-    """Return the radii at which the spirals start and stop [m]."""
+    """Return the least radius at which spirals start, and the largest at which they stop [m]."""
     half = (coil.track_width + coil.track_gap) / 2
+    if not coil.is_round:
+        away = coil.track_width + (coil.turns - 1) * 2 * half
+        inside, around = turn(coil, coil.track_width / 2 - half), turn(coil, away - coil.track_width / 2 + half)
+        return _nearest(inside), float(np.hypot(*around.T).max())
     radii = turn_radii(coil)
     return float(radii[0] - half), float(radii[-1] + half)
+
+
+def _nearest(rim: Array) -> float:
+    """Return the distance of a closed line (m, 2) from the middle [m]."""
+    step = np.roll(rim, -1, axis=0) - rim
+    share = np.clip(-(rim * step).sum(axis=1) / (step**2).sum(axis=1), 0.0, 1.0)
+    return float(np.hypot(*(rim + share[:, None] * step).T).min())
 
 
 def _outer_ends(coil: Coil, first: float, turned: float, number: int) -> list[Hole]:
@@ -140,19 +171,30 @@ def _check(sensor: Sensor, coil: Coil) -> float:
     """Return the radius that the inner vias stand at [m]; refuse what has no room for them."""
     if sensor.substrate_radius is not None:
         raise SceneError("substrate_radius: must not be given for --to kicad: a footprint is flat")
-    for key in ("shape", "layer_z", "directions"):
-        if getattr(coil, key) != type(coil).model_fields[key].default:
-            must = "must be circle" if key == "shape" else "must not be given"
-            raise SceneError(f"coils.{coil.name}.{key}: {must} for --to kicad; got {shown(getattr(coil, key))}")
+    _check_shape(coil)
     if len({item.layers for item in sensor.coils}) > 1:
         raise SceneError("coils: must have one number of layers for --to kicad, which are the board's")
     inner = _reach(coil)[0] - coil.track_width / 2 - coil.track_gap - _VIA / 2
     if inner < 0.0:
-        least = coil.inner_diameter - 2.0 * inner
+        sizes = {key: getattr(coil, key) for key in ("inner_diameter", "inner_width", "inner_length")}
+        key, size = min(((key, size) for key, size in sizes.items() if size), key=lambda each: each[1])
         raise SceneError(
-            f"coils.{coil.name}.inner_diameter: must be at least {least:g} m for a via; got {coil.inner_diameter:g} m"
+            f"coils.{coil.name}.{key}: must be at least {size - 2.0 * inner:g} m for a via; got {size:g} m"
         )
     return float(inner)
+
+
+def _check_shape(coil: Coil) -> None:
+    """Refuse a coil that is not drawn by its turns."""
+    if coil.shape == "path":
+        raise SceneError(f'coils.{coil.name}.shape: must have turns for --to kicad; got "path", as boards have it')
+    if not coil.is_round and coil.layers > _STRAIGHT:
+        most = f"at most {_STRAIGHT} of a {coil.shape} for --to kicad"
+        raise SceneError(f"coils.{coil.name}.layers: must be {most}; got {coil.layers}")
+    for key in ("layer_z", "directions", "corner_radius"):
+        if getattr(coil, key) != type(coil).model_fields[key].default:
+            got = shown(getattr(coil, key))
+            raise SceneError(f"coils.{coil.name}.{key}: must not be given for --to kicad; got {got}")
 
 
 def _away(sensor: Sensor, number: int) -> float:

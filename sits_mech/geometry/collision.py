@@ -5,10 +5,10 @@ bottom face, which stands at height d_v; so its lowest corner is at
 
     d_v - a |R_zx| - b |R_zy| + min(t R_zz, 0),        of a disc of radius a    d_v - a |(R_zx, R_zy)| + min(t R_zz, 0).
 
-The coil plane is z = 0. Two rectangular plates are apart exactly where a slab fits between them (`separation`), across
-one of their axes or of the products of these. Where none does and one is round or an outline, both are taken as convex
-bodies n_i . x <= c_i, a disc with 128 sides: the largest ball inside both, by linear programming, has a radius below
-zero where they are apart. Notches and holes count as metal.
+The coil plane is z = 0. Two rectangular plates are apart exactly where a slab fits between them (`scene.solids`). If
+none does and one is round or an outline, both are taken as convex bodies n_i . x <= c_i, a disc with 128 sides: the
+largest ball inside both, by linear programming, has a radius below zero where they are apart. Notches and holes count
+as metal.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from sits_mech.quantities import POSE, Array, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.apart import from_windings
 from sits_mech.scene.sensor import Conductor, Sensor, Target
+from sits_mech.scene.solids import Solid, separation
 
 _SIDES = 128  # of what stands for a disc
 _SOFT = 0.1  # of the clearance: the rise of a side below which it counts in square
@@ -47,7 +48,7 @@ def clearance(sensor: Sensor, pose: Pose) -> Array:
     down = rotation_matrix(pose.rotation)[..., 2, :]
     half = np.array(sensor.target.extent) / 2.0
     sides = np.abs(down[..., :2]) * half
-    side = np.hypot(*np.moveaxis(sides, -1, 0)) if sensor.target.shape == "disc" else sides.sum(axis=-1)
+    side = np.hypot(*np.moveaxis(sides, -1, 0)) if sensor.target.is_round else sides.sum(axis=-1)
     return np.asarray(pose.centre[..., 2] - side + np.minimum(sensor.target.thickness * down[..., 2], 0.0))
 
 
@@ -102,7 +103,7 @@ def check_clearance(sensor: Sensor, pose: Pose) -> None:
             continue
         index = int(np.argmin(gap))
         how = f"overlaps it by {-gap[index] * 1e3:.3g} mm" if gap[index] < -_TOUCH * size else "touches it"
-        bottom, top = (1e3 * (part.centre[2] + side * part.thickness / 2) for side in (-1, 1))
+        bottom, top = (1e3 * z for z in part.span)
         raise Collision(
             f"pose: the target must stay clear of conductors.{part.name}, which reaches from z = {bottom:.4g} mm to "
             f"{top:.4g} mm; it {how} for {_words(pose, index)}"
@@ -153,8 +154,9 @@ def _depth(target: Target, part: Conductor, turn: Array, middle: Array) -> float
     from scipy.optimize import linprog
 
     own, other = _half_spaces(target), _half_spaces(part)
-    normals, size = np.vstack([own[:, :3] @ turn.T, other[:, :3]]), max(*part.extent, *target.extent)
-    offsets = np.concatenate([own[:, 3], other[:, 3] + other[:, :3] @ (part.centre - middle)]) / size
+    fixed, size = other[:, :3] @ part.turn.T, max(*part.extent, *target.extent)
+    normals = np.vstack([own[:, :3] @ turn.T, fixed])
+    offsets = np.concatenate([own[:, 3], other[:, 3] + fixed @ (part.centre - middle)]) / size
     rows = np.column_stack([normals, np.ones(len(normals))])
     found = linprog([0.0, 0.0, 0.0, -1.0], A_ub=rows, b_ub=offsets, bounds=[(None, None)] * 4)
     return size * float(np.asarray(found.x)[3])
@@ -175,44 +177,13 @@ def _half_spaces(plate: Target | Conductor) -> Array:
     return np.vstack([sides, faces])
 
 
-@dataclass(frozen=True)
-class Solid:
-    """A box around a part in its p places; p = 1 if it does not move."""
-
-    name: str  # as in the scene
-    half: Array  # (3,) half sizes [m]
-    turns: Array  # (p, 3, 3) rotations
-    places: Array  # (p, 3) of the middle [m]
-
-
 def fixed_solids(sensor: Sensor) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:
     """Return the boxes around the coils, or their layers, and those around the fixed plates."""
-    coils = [
-        (coil.name, (*coil.extent, high - low), (*coil.centre, (low + high) / 2))
+    coils = tuple(
+        Solid.level(coil.name, (*coil.extent, high - low), (*coil.centre, (low + high) / 2))
         for coil in sensor.coils for low, high in coil.spans
-    ]
-    plates = [(f"conductors.{part.name}", (*part.extent, part.thickness), part.centre) for part in sensor.conductors]
-    both = [
-        tuple(Solid(name, np.array(size) / 2, np.eye(3)[None], np.array([place])) for name, size, place in parts)
-        for parts in (coils, plates)
-    ]
-    return both[0], both[1]
-
-
-def separation(first: Solid, second: Solid) -> Array:
-    """Return the width of the widest slab between two boxes, negative where they overlap; one a pose [m].
-
-    At most their distance, and positive exactly where there is one (separating axes: the boxes' and their products).
-    """
-    first_axes, second_axes = np.broadcast_arrays(np.swapaxes(first.turns, 1, 2), np.swapaxes(second.turns, 1, 2))
-    products = np.cross(first_axes[:, :, None], second_axes[:, None]).reshape(-1, 9, 3)
-    length = np.linalg.norm(products, axis=2, keepdims=True)
-    products = np.where(length > 1e-9, products / np.maximum(length, 1e-9), first_axes[:, :1])
-    axes = np.concatenate([first_axes, second_axes, products], axis=1)
-    apart = np.abs(np.einsum("pai,pi->pa", axes, first.places - second.places))
-    for solid, own in ((first, first_axes), (second, second_axes)):
-        apart = apart - np.abs(np.einsum("pai,pji->paj", axes, own)) @ solid.half
-    return np.asarray(apart.max(1))
+    )
+    return coils, tuple(part.box for part in sensor.conductors)
 
 
 def nearest(solid: Solid, others: Sequence[Solid]) -> float:
@@ -264,7 +235,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         _check_above(sensor.target, outline, turns, places)
         moving = [Solid("target", half, turns, places + turns[:, :, 2] * t / 2)]
         sides = turns[:, 2, :2] * half[:2]
-        sides = np.hypot(*sides.T)[:, None] if sensor.target.shape == "disc" else sides
+        sides = np.hypot(*sides.T)[:, None] if sensor.target.is_round else sides
         gap = smooth_height(places[:, 2] + np.minimum(turns[:, 2, 2] * t, 0.0), sides)
         for plate in plates:
             apart = separation(moving[0], plate)
@@ -277,11 +248,12 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         found = "", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0)
         parts = [PlacedPlate(*found, susceptibility=sensor.target.metal.susceptibility)]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
-        windings = nearest(solid, coils) if part.shape != "outline" else from_windings(part, sensor.coils)
+        drawn = part.loops and not part.is_turned
+        windings = from_windings(part, sensor.coils) if drawn else nearest(solid, coils)
         beside = max(nearest(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(part.extent))
         anchor = min(beside, max(windings, _EASY * min(part.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
-        place = solid.places - (0.0, 0.0, part.thickness / 2)
+        place = solid.places - solid.turns[:, :, 2] * part.thickness / 2
         fixed = solid.name, as_plate(part), None, solid.turns, place
         parts.append(PlacedPlate(*fixed, gap, anchor, part.centre, windings, part.metal.susceptibility))
     return parts
@@ -292,19 +264,20 @@ def as_plate(part: Conductor) -> Target:
     """Return a fixed plate as a target of the same shape and metal."""
     return Target(
         conductivity=part.metal.conductivity, relative_permeability=part.metal.relative_permeability, shape=part.shape,
-        width=part.width, length=part.length, diameter=part.diameter, points=part.points, holes=part.holes,
-        thickness=part.thickness, load_height=0.0,
+        width=part.width, length=part.length, diameter=part.diameter, inner_diameter=part.inner_diameter,
+        points=part.points, holes=part.holes, thickness=part.thickness, load_height=0.0,
     )
 
 
 def overlapping(sensor: Sensor) -> Refusal | None:
     """Return which fixed plate touches a coil or another plate; None if none does.
 
-    An outline may lie around a coil, in its plane, but not around another plate.
+    A level ring or outline may lie around a coil, in its plane, but not around another plate.
     """
     coils, plates = fixed_solids(sensor)
     for k, plate in enumerate(plates):
-        for other in (*(() if sensor.conductors[k].shape == "outline" else coils), *plates[:k]):
+        part = sensor.conductors[k]
+        for other in (*(() if part.loops and not part.is_turned else coils), *plates[:k]):
             if separation(plate, other).min() <= 0.0:
                 must = "have boxes, sides along the part's axes, that do not touch for sheets: move one"
                 return Refusal(f"{plate.name}, {other.name}", must, "boxes that do")

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import Delaunay, cKDTree
+from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
 from sits_mech.geometry.sheet_plan import BEYOND, Grading, Plan, graded_axis
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.elastomer import pillar_middles
-from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops, read_loops, signed_area
-from sits_mech.scene.sensor import Elastomer, Target
+from sits_mech.scene.outlines import Loop, circle, edges, first_crossing, inside_loops, read_loops, signed_area
+from sits_mech.scene.sensor import Conductor, Elastomer, Target
 
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
 _SHALLOW, _HALVED = 14.0, 0.5  # largest cell over that depth, but no smaller than a share of what is asked
@@ -46,20 +46,33 @@ class Outline:
         return [loop if (signed_area(loop) > 0.0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
 
 
-def target_outline(target: Target, outline: Outline | None = None) -> Outline:
-    """Return `outline`, or else the outline that the scene gives the target."""
+def target_outline(target: Target | Conductor, outline: Outline | None = None) -> Outline:
+    """Return `outline`, or else the outline that the scene gives the target, or a fixed plate from its own middle."""
     if outline is not None:
         return outline
-    if target.shape == "outline" and target.points is not None:
-        return Outline((target.points, *target.holes))
-    return _simple_outline(target.extent, target.shape == "disc")
+    return Outline(target.loops) if target.loops else _simple_outline(target.extent, target.is_round)
+
+
+def fixed_loops(part: Conductor, up: float = 0.0) -> list[Array]:
+    """Return the rims of a fixed plate in place, (m, 3) each, so many half thicknesses above its middle [m]."""
+    flat, height = map(np.array, target_outline(part).loops), up * part.thickness / 2
+    loops = [np.column_stack([loop, np.full(len(loop), height)]) for loop in flat]
+    return [loop @ part.turn.T + part.centre for loop in loops]
+
+
+def from_above(part: Conductor) -> list[Array]:
+    """Return the rims of a fixed plate as seen from above, (m, 2) each; of one that is tilted the rim alone [m]."""
+    if part.alpha == part.alpha_x == 0.0:
+        return [loop[:, :2] for loop in fixed_loops(part)]
+    corners = np.vstack([fixed_loops(part, up)[0][:, :2] for up in (-1.0, 1.0)])
+    return [corners[ConvexHull(corners).vertices]]
 
 
 def pad_outlines(layer: Elastomer, target: Target | None) -> tuple[Outline, ...]:
     """Return the outlines of an elastomer's pieces, from its centre: of a pad in one piece, or of pillars each."""
     if layer.kind != "pillars":
         return (_simple_outline(layer.extent, layer.is_round),)
-    extent, is_round = (layer.extent, False) if target is None else (target.extent, target.shape == "disc")
+    extent, is_round = (layer.extent, False) if target is None else (target.extent, target.is_round)
     d = layer.diameter or 0.0
     rim = np.array(_simple_outline((d, d), True).loops[0])
     middles = pillar_middles(layer, extent, is_round)
@@ -70,8 +83,7 @@ def _simple_outline(extent: tuple[float, float], is_round: bool) -> Outline:
     """Return the outline of a disc, as a polygon, or of a rectangle."""
     a, b = extent[0] / 2, extent[1] / 2
     if is_round:
-        angle = np.linspace(0.0, 2 * np.pi, 128, endpoint=False)
-        return Outline((tuple(zip((a * np.cos(angle)).tolist(), (a * np.sin(angle)).tolist(), strict=True)),))
+        return Outline((circle(a),))
     return Outline((((-a, -b), (a, -b), (a, b), (-a, b)),))
 
 

@@ -53,9 +53,10 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
     for part in sensor.conductors:
         width, metal = cut_width(part), part.metal
         if width > 0.0:
-            bottom = complex(part.centre[0], part.centre[2] - part.thickness / 2)
+            middle = complex(part.centre[0], part.centre[2])
+            bottom = middle - 0.5j * part.thickness * np.exp(-1j * part.alpha)
             plates.append(
-                Plate(f"conductors.{part.name}", bottom, 0.0, width, part.thickness, metal.conductivity,
+                Plate(f"conductors.{part.name}", complex(bottom), part.alpha, width, part.thickness, metal.conductivity,
                       metal.relative_permeability, True)
             )
     return tuple(plates)
@@ -77,10 +78,14 @@ def cut_width(part: Conductor) -> float:
 
 
 def outline_refusal(sensor: Sensor) -> Refusal | None:
-    """Return which plate of any outline has no section that stands for it; None if there is none."""
+    """Return which plate, of any outline or turned, has no section that stands for it; None if there is none."""
     for name, part in metal_parts(sensor):
-        if part.shape == "outline":
-            return Refusal(f"{name}.shape", "be a rectangle or a disc for a section", "an outline")
+        if part.loops:
+            got = "a ring" if part.shape == "ring" else "an outline"
+            return Refusal(f"{name}.shape", "be a rectangle or a disc for a section", got)
+        if isinstance(part, Conductor) and part.is_turned and (part.alpha_x, part.alpha_z) != (0.0, 0.0):
+            key = "alpha_x" if part.alpha_x else "alpha_z"
+            return Refusal(f"{name}.{key}", "be 0 for a section", f"{np.degrees(getattr(part, key)):.4g} deg")
     return None
 
 

@@ -1,8 +1,8 @@
 """Divide a plate's outline into cells for its eddy currents: quadrilaterals, or triangles, fine at the rim.
 
 A plan may be the fundamental part of a symmetric outline: a quadrant of a rectangle (two mirrors), a sector of a disc
-(n turns). `group` are the plane's isometries g that take the part to the whole, `characters` the ways in which a field
-may go with them,
+or of a ring (n turns). `group` are the plane's isometries g that take the part to the whole, `characters` the ways in
+which a field may go with them,
 
     J(g x) = chi(g) g J(x),
 
@@ -76,27 +76,39 @@ def rectangle_plan(width: float, length: float, grading: Grading) -> Plan:
     return Plan(nodes, cells, np.where(rim, 0, -1), group, characters, np.ones(4), (x, y))
 
 
-def disc_plan(diameter: float, grading: Grading, *, orders: int) -> Plan:
-    """Return one of n equal sectors of a disc [m], n from the largest cell; classes are the angular orders.
+def disc_plan(diameter: float, grading: Grading, *, orders: int, inner: float = 0.0) -> Plan:
+    """Return one of n equal sectors of a disc, or of a ring of an inner diameter [m]; classes are the angular orders.
 
-    The polygon has the disc's area. Classes above `orders` are left out.
+    n is from the largest cell. The polygon has the disc's area. Classes above `orders` are left out.
     """
     radius = diameter / 2
     n = int(np.clip(2 * round(np.pi * radius / grading.largest), *_SECTORS)) * grading.parts
     step = 2 * np.pi / n
-    r = graded_axis(radius, grading) * np.sqrt(step / np.sin(step))
-    edges = [np.column_stack([r[1:] * np.cos(angle), r[1:] * np.sin(angle)]) for angle in (-step / 2, step / 2)]
-    nodes = np.vstack([[[0.0, 0.0]], *edges])
-    m = r.size - 1
-    inner, outer = np.arange(1, m), np.arange(2, m + 1)
-    cells = np.vstack([[[0, 1, m + 1, m + 1]], np.column_stack([inner, outer, m + outer, m + inner])])
-    loop = np.full(nodes.shape[0], -1)
-    loop[[m, 2 * m]] = 0
+    r = _radii(inner / 2, radius, grading) * np.sqrt(step / np.sin(step))
+    edges = [np.column_stack([r * np.cos(angle), r * np.sin(angle)]) for angle in (-step / 2, step / 2)]
+    m, nodes = r.size, np.vstack(edges)
+    low, high = np.arange(m - 1), np.arange(1, m)
+    cells, loop = np.column_stack([low, high, m + high, m + low]), np.full(2 * m, -1)
+    loop[[m - 1, -1]] = 0
+    loop[[0, m]] = -1 if inner == 0.0 else 1
+    if inner == 0.0:  # a triangle in the middle
+        cells, nodes, loop = np.where(cells > m, cells - 1, cells), np.delete(nodes, m, axis=0), np.delete(loop, m)
+        cells[0] = 0, 1, m, m
     turns = step * np.arange(n)
     group = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in turns])
     order = np.arange(min(orders, n // 2) + 1)
     weights = np.where((order == 0) | (2 * order == n), 1.0, 2.0)
     return Plan(nodes, cells, loop, group, np.exp(1j * np.outer(order, turns)), weights)
+
+
+def _radii(inner: float, outer: float, grading: Grading) -> Array:
+    """Return the nodes across a disc, or a ring, finest at its rims [m]."""
+    if inner == 0.0:
+        return graded_axis(outer, grading)
+    middle, half = (outer + inner) / 2, (outer - inner) / 2
+    out = graded_axis(half, replace(grading, reach=max(grading.reach - middle, 0.0)))
+    back = graded_axis(half, replace(grading, reach=np.inf))
+    return middle + np.concatenate([-back[:0:-1], out])
 
 
 def stretched(plan: Plan, growth: tuple[float, float], rim: float) -> Plan:

@@ -1,12 +1,8 @@
-"""Describe coils whose current runs straight, rectangles, free paths and true spirals, as bars between points.
+"""Describe coils whose current runs straight, polygons, free paths and true spirals, as bars between points.
 
-A rectangle's turn i (0 is the innermost) has the half sizes of its centre line
-
-    a_i = inner_width / 2 + track_width / 2 + i (track_width + track_gap),    b_i likewise with inner_length,
-
-and meets at its corners, or rounds them by arcs of the radius corner_radius + i (track_width + track_gap). Arcs, and
-rings, are facets between points a little outside of them, at the radius ``r sqrt(2 x / sin 2x)``, x half the angle of
-a facet, which keeps the area: L of a ring is met to 1e-4 with 32 facets.
+The centre line of turn i (0 is the innermost) of a rectangle, polygon or D lies ``track_width / 2 + i (track_width +
+track_gap)`` outwards of the inner edge (`scene.turns`). Rings are facets between points a little outside of them, as
+arcs are: L of a ring is met to 1e-4 with 32 facets.
 
 All lie in planes z = const; their sections are upright rectangles. The vias between them are left out.
 """
@@ -28,8 +24,8 @@ from sits_mech.memory import beyond_memory
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
+from sits_mech.scene.turns import outside, turn
 
-_FACETS = 8  # of a quarter of a circle
 _STRAIGHT = 1e-6  # tangent of the angle that a track may cross the section at
 _ARRAYS = 20  # of all pairs of bars, held at once
 _ROUND = 64  # facets of a ring
@@ -93,7 +89,7 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
     elif coil.is_round:
         angle = np.linspace(0.0, 2.0 * np.pi, _ROUND + 1)
         rings = coil_sections(coil)
-        out = rings.radius * _outside(np.pi / _ROUND)
+        out = rings.radius * outside(np.pi / _ROUND)
         turns = zip(out, rings.z, rings.signs, strict=True)
         lines = [
             np.column_stack([r * np.cos(angle), s * r * np.sin(angle), np.full(angle.size, z)]) for r, z, s in turns
@@ -103,7 +99,7 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
         lines = [
             np.column_stack([line[::way], np.full(len(line), z)])
             for z, way in zip(coil.heights, ways, strict=True)
-            for line in _rectangles(coil)
+            for line in _turns(coil)
         ]
     widths = coil.widths or (coil.track_width,) * len(lines)  # a path alone has widths of its own
     return [(line + (*coil.centre, 0.0), width) for line, width in zip(lines, widths, strict=True)]
@@ -138,34 +134,11 @@ def ring_squares(radius: Array, width: float | Array) -> Array:
     return np.pi / np.arctanh(width / (2 * radius))
 
 
-def _rectangles(coil: Coil) -> list[Array]:
+def _turns(coil: Coil) -> list[Array]:
     """Return closed turns of one layer about the middle, counter-clockwise, innermost first; shape (m, 2) each."""
-    pitch, found = coil.track_width + coil.track_gap, []
-    for k in range(coil.turns):
-        half = np.array([coil.inner_width, coil.inner_length]) / 2 + coil.track_width / 2 + k * pitch
-        radius = coil.corner_radius + k * pitch if coil.corner_radius else 0.0
-        corners = []
-        for quarter, signs in enumerate(((1, -1), (1, 1), (-1, 1), (-1, -1))):
-            corners.append(np.array(signs) * (half - radius) + _arc(radius, (quarter - 1) * np.pi / 2))
-        line = np.vstack([*corners, corners[0][:1]])
-        kept = np.r_[True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-9 * half.max()]
-        found.append(line[kept])
-    return found
-
-
-def _arc(radius: float, start: float) -> Array:
-    """Return points of a quarter of a circle from an angle on; one point where the radius is zero."""
-    if radius == 0.0:
-        return np.zeros((1, 2))
-    angle = start + np.pi / 2 * np.arange(_FACETS + 1) / _FACETS
-    out = np.full(angle.size, radius * _outside(np.pi / 4 / _FACETS))
-    out[[0, -1]] = radius
-    return np.column_stack([out * np.cos(angle), out * np.sin(angle)])
-
-
-def _outside(x: float) -> float:
-    """Return the radius of a polygon's corners over that of the circle of its area; x half the angle of a facet."""
-    return math.sqrt(2.0 * x / math.sin(2.0 * x))
+    pitch = coil.track_width + coil.track_gap
+    each = (turn(coil, coil.track_width / 2 + k * pitch) for k in range(coil.turns))
+    return [np.vstack([line, line[:1]]) for line in each]
 
 
 def standing_rings(coil: Coil) -> Sections:
@@ -178,7 +151,7 @@ def standing_rings(coil: Coil) -> Sections:
     if coil.is_round:
         return coil_sections(coil)
     pitch, found = coil.track_width + coil.track_gap, []
-    if coil.shape == "rectangle":
+    if coil.shape != "path":
         middle = track_length(coil) / coil.layers / (2 * np.pi * coil.turns)
         ways = coil.directions or (1,) * coil.layers
         found = [_rings(coil, (middle, coil.turns, pitch), z, way) for z, way in zip(coil.heights, ways, strict=True)]

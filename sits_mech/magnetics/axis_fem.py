@@ -146,7 +146,7 @@ def axisymmetric_fem(sensor: Sensor, tolerance: float = 1e-3) -> AxisymmetricFem
 
 def not_representable(sensor: Sensor) -> Refusal | None:
     """Return why this model cannot hold a scene; None if it can."""
-    return not_coaxial(sensor, "axisymmetric-fem")
+    return not_coaxial(sensor, "axisymmetric-fem", ("disc", "ring"))
 
 
 def solved_axis(model: AxisymmetricFem, discs: tuple[CoaxialDisc, ...], frequency: float) -> SolvedAxis:

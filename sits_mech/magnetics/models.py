@@ -73,7 +73,7 @@ def _of_section(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     """Return the ends that a section leaves out, and the fixed parts that it does not cut."""
     target, size = sensor.target, math.nan
     numbers = (
-        ("disc", target is not None and target.shape == "disc"),
+        ("disc", target is not None and target.is_round),
         ("round", any(coil.is_round for coil in sensor.coils)),
     )
     if target is None and not sensor.conductors:

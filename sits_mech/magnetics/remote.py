@@ -150,8 +150,7 @@ def _gain(sensor: Sensor) -> float:
     """Return g: what the solved parts add to the field on far parts; infinite with permeable ones around the coils."""
     depth = max(coil.height for coil in sensor.coils)
     cores = [part for part in sensor.conductors if part.metal.relative_permeability != 1.0]
-    above = [part.centre[2] - part.thickness / 2.0 > 0.0 for part in cores]
-    below = [part.centre[2] + part.thickness / 2.0 < -depth for part in cores]
+    above, below = [part.span[0] > 0.0 for part in cores], [part.span[1] < -depth for part in cores]
     if sensor.target is not None and sensor.target.metal.relative_permeability != 1.0:
         above, below = [*above, True], [*below, False]
     if not above:
@@ -202,6 +201,8 @@ def _own_strength(coil: Coil, part: Conductor) -> float:
     if math.hypot(max(across, 0.0), max(place[2], -coil.height - place[2], 0.0)) <= _NEAR * body.radius:
         return math.inf
     if body.permeable:
+        if part.is_turned:
+            return math.inf
         return math.sqrt(_FEWER * float(added_inductance(part, (coil,), part.centre)[0]))
     points, weight = sphere()
     H = coil_field(coil, np.vstack([place, place + body.radius * points]), 1e-3 * body.radius)

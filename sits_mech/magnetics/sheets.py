@@ -49,7 +49,7 @@ from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.far import Asked as Field
 from sits_mech.magnetics.space.fields import HELD
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate
+from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate, saturation_notes
 from sits_mech.magnetics.space.rungs import ROUGH, Limit, Rung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
@@ -144,7 +144,7 @@ class Sheets:
             change.append(found.tracks)
         scale = largest(found.value.imag)
         relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
-        notes = (*found.notes, *self._winding_notes())
+        notes = (*found.notes, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
         return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
 
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
@@ -159,7 +159,7 @@ class Sheets:
         """
         (one, other), free = (self.sensor.target, sensor.target), not self.sensor.conductors and self.outline is None
         if one is not None and other is not None:
-            free &= one.shape == other.shape != "outline" and one.metal == other.metal
+            free &= one.shape == other.shape and not one.loops and one.metal == other.metal
             free &= one.metal.relative_permeability == 1.0
         return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
 
@@ -169,7 +169,8 @@ class Sheets:
             become = part.plate if part.plate != self.like.target else None
             return Asked(self.like.target, part.outline, part.susceptibility, None, become)
         fixed = part.windings > 0.0
-        seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
+        axes = tuple(map(tuple, part.turns[0].tolist()))
+        seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings, axes) if fixed else None
         return Asked(part.plate, part.outline, part.susceptibility, seen, None)
 
     def _winding_notes(self) -> tuple[Note, ...]:
@@ -261,8 +262,9 @@ def not_representable(sensor: Sensor) -> Refusal | None:
     if sensor.substrate_radius is not None:
         return Refusal("substrate_radius", "be left out for sheets, of flat coils", f"{sensor.substrate_radius:g} m")
     for name, part in metal_parts(sensor):
-        if part.metal.relative_permeability != 1.0 and part.holes:
-            return Refusal(f"{name}.holes", "be left out for sheets where a part is permeable", f"{len(part.holes)}")
+        if part.metal.relative_permeability != 1.0 and len(part.loops) > 1:
+            key, got = ("holes", len(part.holes)) if part.holes else ("inner_diameter", part.inner_diameter)
+            return Refusal(f"{name}.{key}", "be left out for sheets where a part is permeable", f"{got:g}")
     return overlapping(sensor)
 
 

@@ -102,7 +102,7 @@ def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor:
 def pad_moduli(target: Target, layer: Elastomer) -> tuple[float, float, float]:
     """Return a pad's area [m^2], force over ``area sink/t``, least moment over ``area w/6 theta w/(2 t)`` [Pa]."""
     a, b = sorted(map(min, target.extent, layer.extent))
-    S2, r, is_round = (0.5 * a / layer.thickness) ** 2, a / b, target.shape == "disc" or layer.is_round
+    S2, r, is_round = (0.5 * a / layer.thickness) ** 2, a / b, target.is_round or layer.is_round
     twist = 0.125 if is_round else 1.0 / 3.0 - 0.21 * r * (1.0 - r**4 / 12.0)
     forms, mu = (12.0 * twist, 0.8 - 0.3 * r), layer.silicone.shear_modulus
     E_c, E_b = (1.0 / (1.0 / (mu * (4.0 - r + form * S2)) + 1.0 / layer.silicone.bulk_modulus) for form in forms)
@@ -169,7 +169,7 @@ def finite_strain_model(elastomer: Elastomer | None) -> str:
 def plain_pad(sensor: Sensor) -> tuple[Target, Elastomer] | None:
     """Return target and layer where both are boxes or round, the layer in one piece; None for others."""
     target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or target.shape == "outline":
+    if target is None or elastomer is None or target.loops:
         return None
     return None if elastomer.mesh is not None or elastomer.kind == "pillars" else (target, elastomer)
 

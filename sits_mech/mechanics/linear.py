@@ -147,7 +147,7 @@ def linear_pad(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
 def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
     """Return the small-strain model: in space where plane strain does not represent the pad."""
     target, elastomer = layer_parts(sensor)
-    finite = target.shape != "outline" and (elastomer.mesh is not None or finite_strain_model(elastomer) == "block")
+    finite = not target.loops and (elastomer.mesh is not None or finite_strain_model(elastomer) == "block")
     return (linear_pad if finite else linear_layer)(sensor, tolerance)
 
 

@@ -101,7 +101,7 @@ def _is_flat(sensor: Sensor) -> bool:
     """Return whether small strain takes a pad in plane strain: long ones, and outlines."""
     target, elastomer = sensor.target, sensor.elastomer
     flat = elastomer is not None and elastomer.mesh is None and finite_strain_model(elastomer) == "planar"
-    return flat or (target is not None and target.shape == "outline")
+    return flat or (target is not None and bool(target.loops))
 
 
 def _ends(sensor: Sensor, question: Question) -> Omission:
@@ -184,8 +184,8 @@ def _axisymmetric(sensor: Sensor, question: Question) -> Refusal | None:
 
 def _block(sensor: Sensor, question: Question) -> Refusal | None:
     """Return why a pad in space does not hold."""
-    if sensor.target is not None and sensor.target.shape == "outline":
-        return Refusal("target.shape", "be rectangle or disc for block", "outline")
+    if sensor.target is not None and sensor.target.loops:
+        return Refusal("target.shape", "be rectangle or disc for block", sensor.target.shape)
     return _hair(sensor, "block")
 
 

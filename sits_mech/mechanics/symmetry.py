@@ -99,9 +99,9 @@ class Symmetry:
 def symmetry_of(sensor: Sensor) -> Symmetry:
     """Return the symmetry of pad and target; none is known of a user's mesh or an outline."""
     target, elastomer = sensor.target, sensor.elastomer
-    if target is None or target.shape == "outline" or (elastomer is not None and elastomer.mesh is not None):
+    if target is None or target.loops or (elastomer is not None and elastomer.mesh is not None):
         return Symmetry()
-    parts = [(target.extent, target.shape == "disc")]
+    parts = [(target.extent, target.is_round)]
     parts += [] if elastomer is None else [(elastomer.extent, elastomer.is_round)]
     if all(is_round for _, is_round in parts):
         return Symmetry("disc")

@@ -123,6 +123,9 @@ _TEMPLATES: Mapping[NoteKind, str] = {
     NoteKind.SPIRALS_AS_RINGS: "spiral windings taken as rings",
     NoteKind.SPIRALS: "spiral windings: L0 differs from that of rings by up to {share:.2%}",
     NoteKind.PERMEABLE: "permeable, mu_r = {permeability:g}, {depths:.3g} skin depths thick: saturation is not in it",
+    NoteKind.FIELD_ON: (
+        "permeable: the coils' own field on it is up to {field:.2g} A/m per ampere; hold that against its saturation"
+    ),
     NoteKind.GAP_SMALL: "the gap is small for so wide a plate: {share:.1%} of the coils' field is not resolved",
     NoteKind.LARGE_LOAD: (
         "a large load for this pad: small strain would be off by {bound:.2g}; some pads became unstable in shear from "

@@ -6,9 +6,10 @@ taken to the box |x| <= a, |y| <= b of the boxes' half sizes together, and r the
 
     gap = hypot(max(|x| - a, 0), max(|y| - b, 0)) + min(max(|x| - a, |y| - b), 0) - r,
 
-exact. Pillars count with their field. Beside an outline a cylinder is a polygon of 128 corners. Coils count with the
-hole in their middle; on a curved substrate as boxes of 1/256 of their width. Rectangles and free tracks are the box
-around them in each layer, what lies between their layers is clear of them; two coils of free tracks may reach into
+exact. A plate that is turned counts as the box around it, sides along its own axes, beside boxes (`solids`). Pillars
+count with their field. Beside an outline a cylinder is a polygon of 128 corners. Coils count with the hole in their
+middle; on a curved substrate as boxes of 1/256 of their width. Polygons are their rims, rectangles and free tracks the
+box around them, in each layer; what lies between their layers is clear of them; two coils of free tracks may reach into
 each other as long as no tracks cross in one layer, and an outline of metal between free tracks.
 """
 
@@ -25,13 +26,14 @@ import numpy as np
 from sits_mech.quantities import Array
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer, pillar_middles
-from sits_mech.scene.outlines import Loop, crossing, polygon
+from sits_mech.scene.outlines import Loop, circle, crossing, polygon
 from sits_mech.scene.parts import Conductor, Target
+from sits_mech.scene.solids import Solid, separation
 from sits_mech.units import SceneError
 from sits_mech.units import millimetres as mm
 
 _SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
-_TILES, _CORNERS = 256, 128  # of a curved plate; of a disc
+_TILES = 256  # of a curved plate
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class Prism:
     is_round: bool = False  # a cylinder of the diameter `extent`, not a box
     loops: tuple[Loop, ...] = ()  # rim and holes of an outline, instead [m]
     tracks: tuple[tuple[Array, float], ...] = ()  # free tracks (k, 2), half widths; count beside outlines [m]
+    box: Solid | None = None  # of a plate that is turned, instead of all but its heights
 
 
 def check_parts(
@@ -55,7 +58,7 @@ def check_parts(
     """Refuse parts that do not fit together; raise SceneError in one line: which two, what they must be, what came."""
     _check_coils(coils)
     if target is not None and elastomer is not None and elastomer.kind == "pillars":
-        pillar_middles(elastomer, target.extent, target.shape == "disc")
+        pillar_middles(elastomer, target.extent, target.is_round)
     if substrate_radius is not None:
         _check_round(substrate_radius, coils)
     others = _layer_and_target(target, elastomer)
@@ -77,10 +80,10 @@ def _check_coils(coils: Sequence[Coil]) -> None:
 
 def _conductor(part: Conductor) -> Prism:
     """Return the prism of a fixed plate."""
-    x, y, z = part.centre
-    half, loops = 0.5 * part.thickness, () if part.points is None else (part.points, *part.holes)
-    name, is_round = f"conductors.{part.name}", part.diameter is not None
-    return Prism(name, (x, y), part.extent, z - half, z + half, is_round, loops)
+    x, y, _ = part.centre
+    turned = part.box if part.is_turned else None
+    low, high = part.span
+    return Prism(part.box.name, (x, y), part.extent, low, high, part.is_round, part.loops, box=turned)
 
 
 def from_windings(part: Conductor, coils: Sequence[Coil]) -> float:
@@ -110,10 +113,10 @@ def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
 
 
 def _layers(coil: Coil) -> list[Prism]:
-    """Return the cylinder around a round coil's layers, or the box around each layer where these have own heights."""
-    name, is_round = f"coils.{coil.name}", coil.is_round
+    """Return the cylinder around a round coil's layers, or the box or rim around each layer with its own height."""
+    name, is_round, rims = f"coils.{coil.name}", coil.is_round, (coil.rim,) if coil.rim else ()
     return [
-        Prism(name, coil.centre, coil.extent, low, high, is_round, tracks=_tracks(coil, z))
+        Prism(name, coil.centre, coil.extent, low, high, is_round, rims, _tracks(coil, z))
         for z, (low, high) in zip(coil.heights, coil.spans, strict=False)
     ]
 
@@ -131,17 +134,17 @@ def _layer_and_target(target: Target | None, elastomer: Elastomer | None) -> lis
     top = elastomer.standoff + elastomer.thickness
     found = [Prism("elastomer", (0.0, 0.0), elastomer.extent, 0.0, top, elastomer.is_round)]
     if target is not None:
-        loops = () if target.points is None else (target.points, *target.holes)
-        is_round = target.diameter is not None
-        found.append(Prism("target", (0.0, 0.0), target.extent, top, top + target.thickness, is_round, loops))
+        z = top, top + target.thickness
+        found.append(Prism("target", (0.0, 0.0), target.extent, *z, target.is_round, target.loops))
     return found
 
 
 def _check_clear(part: Prism, other: Prism) -> None:
     """Refuse a conductor that touches or overlaps another part."""
-    height = max(other.bottom - part.top, part.bottom - other.top)
+    turned = part.box is not None or other.box is not None
+    height = float(separation(_box(part), _box(other))[0]) if turned else _above(part, other)
     slack = (_SLACK - 1.0) * max(*part.extent, *other.extent, part.top - part.bottom, other.top - other.bottom)
-    if height > slack or (beside := gap_beside(part, other)) > slack:
+    if height > slack or (beside := -math.inf if turned else gap_beside(part, other)) > slack:
         return
     depth = -max(height, beside)
     how = f"overlaps it by {mm(depth, 3)}" if depth > slack else "touches it"
@@ -149,6 +152,17 @@ def _check_clear(part: Prism, other: Prism) -> None:
         f"{part.name} must be clear of {other.name}, which reaches from z = {mm(other.bottom)} to {mm(other.top)}; got "
         f"a plate from z = {mm(part.bottom)} to {mm(part.top)} that {how}"
     )
+
+
+def _above(part: Prism, other: Prism) -> float:
+    """Return how far one of two parts is above the other; negative where their heights overlap [m]."""
+    return max(other.bottom - part.top, part.bottom - other.top)
+
+
+def _box(part: Prism) -> Solid:
+    """Return the box around a part."""
+    size, middle = (*part.extent, part.top - part.bottom), (*part.middle, (part.top + part.bottom) / 2)
+    return part.box or Solid.level(part.name, size, middle)
 
 
 def gap_beside(first: Prism, second: Prism) -> float:
@@ -172,8 +186,7 @@ def _loops(part: Prism) -> list[Array]:
     if part.loops:
         return [np.array(loop) + (x, y) for loop in part.loops]
     if part.is_round:
-        angle = np.linspace(0.0, 2 * np.pi, _CORNERS, endpoint=False)
-        return [np.column_stack([x + 0.5 * a * np.cos(angle), y + 0.5 * a * np.sin(angle)])]
+        return [np.array(circle(0.5 * a)) + (x, y)]
     return [np.array([[-a, -b], [a, -b], [a, b], [-a, b]]) / 2 + (x, y)]
 
 
@@ -202,10 +215,16 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
         for z in shared:
             _check_tracks(names, z, [*_lines(coil, z, 0.0), *_lines(other, z, reach)])
     elif -beside > (_SLACK - 1.0) * max(*coil.extent, *other.extent):
+        what, by = _met(coil, other, beside)
         raise SceneError(
-            f"{names} overlap: the boxes around them must be clear of each other in every layer; they overlap by "
-            f"{mm(-beside, 3)} at z = {mm(shared[0])}"
+            f"{names} overlap: the {what} them must be clear of each other in every layer; they overlap{by} at "
+            f"z = {mm(shared[0])}"
         )
+
+
+def _met(coil: Coil, other: Coil, beside: float) -> tuple[str, str]:
+    """Return which edges of two coils meet, and by how much where that is known."""
+    return ("rims of", "") if coil.rim or other.rim else ("boxes around", f" by {mm(-beside, 3)}")
 
 
 def _check_tracks(names: str, z: float, lines: Sequence[Array]) -> None:

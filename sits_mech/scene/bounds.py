@@ -103,6 +103,7 @@ Coefficient = Annotated[float, _Within("1/K", -0.1, 0.1, 'a coefficient within 0
 Stretch = Annotated[float, _Within("", 0.8, 1.25, "a stretch from 0.8 to 1.25, 1 for none")]
 Share = Annotated[float, _Within("", 0.0, 2.0, 'a share from 0 to 2, such as "5 %"')]
 Turn = Annotated[float, _Within("rad", 0.0, 0.5, 'zero or an angle up to 0.5 rad, such as "1 deg"')]
+Angle = Annotated[float, _Within("rad", -3.15, 3.15, 'an angle up to half a turn either way, such as "30 deg"')]
 Farads = Annotated[float, _Within("F", 0.0, 1.0, 'zero or a capacitance up to 1 F, such as "3 pF"')]
 Friction = Annotated[float, _Within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
 Count = Annotated[int, BeforeValidator(_count), WithJsonSchema({"type": "integer", "minimum": 1, "maximum": 1000})]
@@ -114,7 +115,7 @@ Place = tuple[Coordinate, Coordinate, Coordinate]
 SiliconeOrName = Annotated[
     InstanceOf[str] | InstanceOf[Silicone], BeforeValidator(_silicone), WithJsonSchema({"type": ["string", "object"]})
 ]
-_SIZES = ("width", "length", "diameter", "pitch", "points")
+_SIZES = ("width", "length", "diameter", "inner_diameter", "pitch", "points")
 
 
 def check_sizes(part: BaseModel, needed: tuple[str, ...], shape: str) -> None:

@@ -1,4 +1,4 @@
-"""Define the coils of a scene: round or rectangular turns in layers, or free tracks; all checked, in SI numbers.
+"""Define the coils of a scene: turns of some shape in layers, or free tracks; all checked, in SI numbers.
 
 Lengths [m]; x is shear, y out of plane, z up, ``z = 0`` the top face of the uppermost track layer of the board, so that
 no copper lies above it. A positive current runs counter-clockwise seen from above where `directions` does not say
@@ -24,6 +24,7 @@ from pydantic import (
 )
 
 from sits_mech.scene.bounds import (
+    Angle,
     Coefficient,
     Conductivity,
     Coordinate,
@@ -36,11 +37,13 @@ from sits_mech.scene.bounds import (
     Place,
     Point,
 )
-from sits_mech.scene.outlines import crossing
+from sits_mech.scene.outlines import Loop, crossing
+from sits_mech.scene.turns import SIDES, reach, turn
 from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 
 _DIGITS = 12  # of a path about its middle: picometres
+_DRAWN = (*SIDES, "D")
 _LAYERED = ("layers", "turns", "track_gap", "layer_pitch", "layer_z", "directions")
 
 
@@ -59,6 +62,8 @@ class Shape(NamedTuple):
 SHAPES = {
     "circle": Shape(("inner_diameter",), (*_LAYERED, "winding")),
     "rectangle": Shape(("inner_width", "inner_length"), ("corner_radius", *_LAYERED)),
+    **dict.fromkeys(SIDES, Shape(("inner_diameter",), ("alpha_z", *_LAYERED))),
+    "D": Shape(("inner_width", "inner_length"), ("alpha_z", *_LAYERED)),
     "path": Shape(("path",), ("path_widths",)),
 }
 ACROSS = ("inner_diameter", "inner_width", "inner_length", "corner_radius", "track_width", "track_gap")
@@ -66,7 +71,7 @@ ACROSS = ("inner_diameter", "inner_width", "inner_length", "corner_radius", "tra
 UPRIGHT = ("track_thickness", "layer_pitch")
 """Lengths through the board."""
 _OF_BOARD = ("board_permittivity", "board_expansion", "board_expansion_z", "conductivity", "temperature_coefficient")
-_OPTIONAL = ("shape", "corner_radius", "layer_z", "directions", "path_widths", *_OF_BOARD)
+_OPTIONAL = ("shape", "corner_radius", "alpha_z", "layer_z", "directions", "path_widths", *_OF_BOARD)
 _MOST = 20_000  # points of a path
 _USUAL = {"F_x": 1.0, "F_z": 4.0, "F_y": 1.0}  # largest forces of a grid by default [N], in the order of `WRENCH`
 
@@ -79,15 +84,19 @@ class Coil(BaseModel):
     name : str
         One name per coil.
     shape : str
-        "circle" or "rectangle" (concentric turns in layers), or "path" (free tracks).
+        "circle", "rectangle", "hexagon", "octagon" or "D" (concentric turns in layers), or "path" (free tracks).
     centre : tuple of float
         x and y of the middle [m]; the points of a path count from it, and it is moved to their bounding box's middle.
     layers, turns : int
         Layers, and turns in each; `layers` may be left out where `layer_z` is given.
     inner_diameter : float
-        Of a circle, between the facing edges of the innermost turn [m].
+        Of a circle, hexagon or octagon, between the facing edges of the innermost turn [m].
     inner_width, inner_length : float
-        Of a rectangle, between the facing edges of the innermost turn along x and y [m].
+        Of a rectangle or D, between the facing edges of the innermost turn along x and y [m]. A D has a straight side
+        along y at -x, and at +x half a circle of the diameter `inner_length`; it is at least half as wide as long.
+    alpha_z : float
+        By which a hexagon, octagon or D is turned about its middle, counter-clockwise seen from above; at 0 two sides
+        of a hexagon or octagon are along y [rad].
     corner_radius : float
         Of the innermost turn's centre line at the corners of a rectangle; each further turn's is larger by the pitch of
         the turns (concentric arcs); 0 for sharp corners of all turns [m].
@@ -117,7 +126,7 @@ class Coil(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     name: Name
-    shape: Literal["circle", "rectangle", "path"] = "circle"
+    shape: Literal["circle", "rectangle", "hexagon", "octagon", "D", "path"] = "circle"
     centre: Point
     layers: Count
     turns: Count
@@ -125,6 +134,7 @@ class Coil(BaseModel):
     inner_width: Length = 0.0
     inner_length: Length = 0.0
     corner_radius: Offset = 0.0
+    alpha_z: Angle = 0.0
     track_width: Length
     track_gap: Length
     track_thickness: Length
@@ -229,7 +239,10 @@ class Coil(BaseModel):
                 )
 
     def _check_corners(self) -> None:
-        """Refuse a corner that is sharper than the track is wide, or rounder than the innermost turn."""
+        """Refuse a corner sharper than the track is wide, or rounder than the innermost turn, and a D that is none."""
+        if self.shape == "D" and 2.0 * self.inner_width * (1.0 + SLACK) < self.inner_length:
+            half, got = mm(self.inner_length / 2), mm(self.inner_width)
+            raise SceneError(f"inner_width must be at least half the inner_length ({half}) of a D; got {got}")
         least, most = self.track_width / 2, (min(self.inner_width, self.inner_length) + self.track_width) / 2
         radius = self.corner_radius
         if self.shape == "rectangle" and radius > 0.0 and not least <= radius * (1.0 + SLACK) <= most * (1 + 2e-9):
@@ -291,13 +304,26 @@ class Coil(BaseModel):
         return self.path_widths or (self.track_width,) * len(self.path)
 
     @property
+    def _winding(self) -> float:
+        """Distance of the outer edge from the inner one [m]."""
+        return self.turns * self.track_width + (self.turns - 1) * self.track_gap
+
+    @property
+    def rim(self) -> Loop:
+        """Corners of the outer edge of a hexagon, octagon or D from the middle; none of other shapes [m]."""
+        return tuple(map(tuple, turn(self, self._winding).tolist())) if self.shape in _DRAWN else ()
+
+    @property
     def extent(self) -> tuple[float, float]:
         """Size along x and y of the smallest box about the middle that holds all tracks [m]."""
         if self.shape == "path":
             pairs = [(line, width / 2) for line, width in zip(self.path, self.widths, strict=True)]
             x, y = (max(abs(place[k]) + half for line, half in pairs for place in line) for k in (0, 1))
             return 2.0 * x, 2.0 * y
-        winding = 2.0 * (self.turns * self.track_width + (self.turns - 1) * self.track_gap)
+        winding = 2.0 * self._winding
+        if self.shape in _DRAWN:
+            x, y, _ = reach(self, self._winding)
+            return 2.0 * x, 2.0 * y
         inner = (self.inner_diameter,) * 2 if self.is_round else (self.inner_width, self.inner_length)
         return inner[0] + winding, inner[1] + winding
 
@@ -309,6 +335,8 @@ class Coil(BaseModel):
             return max(2.0 * math.hypot(*place[:2]) + width for line, width in pairs for place in line)
         if self.is_round:
             return self.extent[0]
+        if self.shape in _DRAWN:
+            return 2.0 * reach(self, self._winding)[2]
         pitch = (self.turns - 1) * (self.track_width + self.track_gap)
         outermost = self.corner_radius + pitch + self.track_width / 2 if self.corner_radius else 0.0
         return 2.0 * (math.hypot(*(size / 2 - outermost for size in self.extent)) + outermost)

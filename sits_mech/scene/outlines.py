@@ -19,12 +19,19 @@ from sits_mech.units import SLACK, SceneError, printable, shown
 
 Loop = tuple[tuple[float, float], ...]
 _KINDS = ("triangle", "quad")
+_CORNERS = 128  # of a circle
 
 
 def signed_area(loops: Array) -> Array:
     """Return the areas of polygons (..., k, 2), positive where they go counter-clockwise [m^2]."""
     after = np.roll(loops, -1, axis=-2)
     return np.asarray((loops[..., 0] * after[..., 1] - loops[..., 1] * after[..., 0]).sum(-1) / 2)
+
+
+def circle(radius: float) -> Loop:
+    """Return the corners of a circle about the centre, on it, counter-clockwise [m]."""
+    angle = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
+    return tuple(zip((radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True))
 
 
 def edges(loops: Sequence[Array]) -> tuple[Array, Array]:

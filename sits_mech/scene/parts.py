@@ -10,10 +10,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from sits_mech.quantities import Array
 from sits_mech.readout.converter import CONVERTERS
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.bounds import (
+    Angle,
     Capacitance,
     Coefficient,
     Conductivity,
@@ -34,10 +38,17 @@ from sits_mech.scene.bounds import (
     extent_of,
 )
 from sits_mech.scene.materials import Metal, metals
-from sits_mech.scene.outlines import check_rims, with_rims_of_mesh
+from sits_mech.scene.outlines import Loop, check_rims, circle, with_rims_of_mesh
+from sits_mech.scene.solids import Solid
 from sits_mech.units import SceneError
+from sits_mech.units import millimetres as mm
 
 _METAL = ("conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion")
+PLATE_SIZES = {
+    "rectangle": ("width", "length"), "disc": ("diameter",), "ring": ("diameter", "inner_diameter"),
+    "outline": ("points",),
+}
+"""Sizes that plates of a shape need, beside the thickness."""
 _FROZEN = ConfigDict(frozen=True, extra="forbid")
 if TYPE_CHECKING:
     ConverterName = str
@@ -55,10 +66,11 @@ class Plate(BaseModel):
     temperature_coefficient: Coefficient | None = None
     permeability_coefficient: Coefficient | None = None
     expansion: Coefficient | None = None
-    shape: Literal["rectangle", "disc", "outline"]
+    shape: Literal["rectangle", "disc", "ring", "outline"]
     width: Length | None = None
     length: Length | None = None
     diameter: Length | None = None
+    inner_diameter: Length | None = None
     points: tuple[Point, ...] | None = None
     holes: tuple[tuple[Point, ...], ...] = ()
     thickness: Length
@@ -68,8 +80,10 @@ class Plate(BaseModel):
         """Refuse a plate without metal, without the sizes of its shape, with those of another, or impossible rims."""
         if self.material is None and self.conductivity is None:
             raise SceneError("material (or conductivity) must be given; it is missing")
-        needed = {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape]
-        check_sizes(self, needed, f"a{'n' if self.shape == 'outline' else ''} {self.shape}")
+        check_sizes(self, PLATE_SIZES[self.shape], f"a{'n' if self.shape == 'outline' else ''} {self.shape}")
+        outer, inner = self.diameter or 0.0, self.inner_diameter or 0.0
+        if inner >= outer > 0.0:
+            raise SceneError(f"inner_diameter must be smaller than the diameter, {mm(outer)}; got {mm(inner)}")
         check_rims(self.points, self.holes)
         return self
 
@@ -86,6 +100,19 @@ class Plate(BaseModel):
             found = replace(found, permeability_coefficient=0.0 if self.relative_permeability == 1.0 else None)
         changes: dict[str, Any] = {key: number for key in _METAL if (number := getattr(self, key)) is not None}
         return replace(found, **changes, source="the scene") if changes else found
+
+    @property
+    def is_round(self) -> bool:
+        """Whether the outer rim is a circle."""
+        return self.diameter is not None
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """Rims of a plate that is no rectangle or disc, as corners from its centre, the outer one first [m]."""
+        if self.points is not None:
+            return (self.points, *self.holes)
+        rims = (self.diameter, self.inner_diameter)
+        return tuple(circle(size / 2) for size in rims if size is not None and self.inner_diameter is not None)
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -108,9 +135,10 @@ class Target(Plate):
     temperature_coefficient, permeability_coefficient, expansion : float or None
         Likewise: of the resistivity, of the permeability and of lengths [1/K].
     shape : str
-        "rectangle" (width along x, length along y), "disc" (diameter) or "outline" (points, from the target's centre,
-        or a file `mesh`: the border of the cells in its group `mesh_group`, by default "target").
-    width, length, diameter, thickness : float
+        "rectangle" (width along x, length along y), "disc" (diameter), "ring" (diameter and inner_diameter) or
+        "outline" (points, from the target's centre, or a file `mesh`: the border of the cells in its group
+        `mesh_group`, by default "target").
+    width, length, diameter, inner_diameter, thickness : float
         [m].
     points : tuple of (x, y)
         Corners of the outline in order, not closed [m].
@@ -152,7 +180,7 @@ class _Named(BaseModel):
 
 
 class Conductor(Plate, _Named):
-    """A fixed plate of metal or ferrite near the sensor, parallel to the coils.
+    """A fixed plate of metal or ferrite near the sensor, parallel to the coils unless it is turned.
 
     Attributes
     ----------
@@ -163,10 +191,14 @@ class Conductor(Plate, _Named):
     loss_tangent : float
         Of the permeability; magnetic losses of ferrite [-].
     shape : str
-        "rectangle" (width along x, length along y), "disc" (diameter) or "outline" (points and holes; model `sheets`).
+        "rectangle" (width along x, length along y), "disc" (diameter), "ring" (diameter and inner_diameter; model
+        `sheets`) or "outline" (points and holes; model `sheets`).
     centre : tuple of float
         x, y, z of the plate's middle [m]; a scene may leave y out.
-    width, length, diameter, thickness : float
+    alpha, alpha_x, alpha_z : float
+        By which the plate is turned about its middle, as a pose has them: about y, x and z; where several are given,
+        about the axis (alpha_x, alpha, alpha_z) by its length. Model `sheets`, except for a disc's alpha_z [rad].
+    width, length, diameter, inner_diameter, thickness : float
         [m].
     points, holes
         As of the target, from `centre` [m].
@@ -174,6 +206,9 @@ class Conductor(Plate, _Named):
 
     loss_tangent: LossTangent = 0.0
     centre: tuple[Coordinate, Coordinate, Coordinate]
+    alpha: Angle = 0.0
+    alpha_x: Angle = 0.0
+    alpha_z: Angle = 0.0
 
     @model_validator(mode="before")
     @classmethod
@@ -190,6 +225,28 @@ class Conductor(Plate, _Named):
         if self.loss_tangent > 0.0 and self.metal.relative_permeability == 1.0:
             raise SceneError(f"loss_tangent must be 0 where relative_permeability is 1; got {self.loss_tangent:g}")
         return self
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether it does not lie as its sizes are given."""
+        return (self.alpha, self.alpha_x, self.alpha_z) != (0.0, 0.0, 0.0)
+
+    @property
+    def turn(self) -> Array:
+        """Its rotation, shape (3, 3)."""
+        return rotation_matrix(np.array([self.alpha_x, self.alpha, self.alpha_z]))
+
+    @property
+    def box(self) -> Solid:
+        """The box around it, sides along its own axes."""
+        half = np.array([*self.extent, self.thickness]) / 2
+        return Solid(f"conductors.{self.name}", half, self.turn[None], np.array([self.centre]))
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Height of its lowest and highest point, of the box around it where it is turned [m]."""
+        up = float(np.abs(self.turn[2]) @ self.box.half) if self.is_turned else self.thickness / 2
+        return self.centre[2] - up, self.centre[2] + up
 
     @property
     def metal(self) -> Metal:

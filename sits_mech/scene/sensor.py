@@ -263,8 +263,7 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
     if target is not None and target["load_height"] == target["thickness"]:
         del target["load_height"]
     for plate in filter(None, (target, *table["conductors"])):
-        if not plate["holes"]:
-            del plate["holes"]
+        _drop_unset(plate)
     for part in _UNSAID.keys() & table.keys():
         _drop_usual(table[part], part)
     if sensor.temperature == REFERENCE:
@@ -272,6 +271,13 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
     if target is not None and _fills_the_target(sensor):
         del table["elastomer"]["width"], table["elastomer"]["length"]
     return {key: item for key, item in table.items() if item != ()}
+
+
+def _drop_unset(plate: dict[str, Any]) -> None:
+    """Leave out holes and angles of a plate that it has not."""
+    for key in ("holes", "alpha", "alpha_x", "alpha_z"):
+        if not plate.get(key, True):
+            del plate[key]
 
 
 def _drop_usual(table: dict[str, Any], part: str) -> None:

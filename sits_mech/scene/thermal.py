@@ -167,7 +167,7 @@ def _plate(part: Any, dT: Mapping[str, float]) -> Any:
         )
     grown = 1.0 + (metal.expansion or 0.0) * dT["plates"]
     if grown != 1.0:
-        keys = ("width", "length", "diameter", "thickness", "load_height")
+        keys = ("width", "length", "diameter", "inner_diameter", "thickness", "load_height")
         changes |= {key: grown * size for key in keys if (size := getattr(part, key, None)) is not None}
         if part.points is not None:
             changes["points"] = _scaled(part.points, grown)

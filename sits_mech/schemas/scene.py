@@ -16,7 +16,7 @@ from sits_mech.scene.bounds import quantity_schema
 from sits_mech.scene.coils import SHAPES, Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.materials import metals, silicones
-from sits_mech.scene.parts import Conductor, Readout, Target
+from sits_mech.scene.parts import PLATE_SIZES, Conductor, Readout, Target
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.laws import LAWS
 
@@ -25,7 +25,7 @@ _BULK = ("bulk_modulus", "K", "D1")  # keys of which a law has one
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _HEAD = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$")
-_PLATE = {"rectangle": ("width", "length"), "disc": ("diameter",)}
+_PLATE = {shape: sizes for shape, sizes in PLATE_SIZES.items() if shape != "outline"}
 _LAYER = {"box": ("width", "length"), "cylinder": ("diameter",), "pillars": ("pitch", "diameter")}
 
 

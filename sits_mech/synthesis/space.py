@@ -35,8 +35,9 @@ _BOUNDS = '{ from = "1 mm", to = "6 mm" } with ends that rise, in one unit'
 def size_of(sensor: Sensor) -> dict[str, float]:
     """Return height and footprint of all parts at rest [m]."""
     solids = [solid for each in fixed_solids(sensor) for solid in each]
-    low = np.min([each.places[0] - each.half for each in solids], axis=0)
-    high = np.max([each.places[0] + each.half for each in solids], axis=0)
+    reach = [np.abs(each.turns[0]) @ each.half for each in solids]
+    low, high = (np.min([each.places[0] - half for each, half in zip(solids, reach, strict=True)], axis=0),
+                 np.max([each.places[0] + half for each, half in zip(solids, reach, strict=True)], axis=0))
     layer, target = sensor.elastomer, sensor.target
     top = 0.0 if layer is None else layer.standoff + layer.thickness
     for part, upper in ((layer, top), (target, top + (0.0 if target is None else target.thickness))):

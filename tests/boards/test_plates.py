@@ -66,6 +66,20 @@ def test_a_disc_is_a_disc(draw: Any) -> None:
     assert notes == () and found[0]["shape"] == "disc" and found[0]["diameter"] == pytest.approx(10e-3, rel=1e-6)
 
 
+def test_a_disc_with_a_round_hole_is_a_ring(draw: Any) -> None:
+    """Two polygons of 64 corners about one middle, tied by a bridge; with the hole aside it is an outline."""
+    t = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    for aside, shape in ((0.0, "ring"), (1.0, "outline")):
+        rim, hole = ([(10 + x + r * np.cos(a), 10 + r * np.sin(a)) for a in way] for r, x, way in
+                     ((5, 0.0, t), (2, aside, t[::-1])))
+        first = int(np.argmax([x for x, _ in hole]))
+        hole = hole[first:] + hole[: first + 1]
+        found, _, _ = made(draw, draw.zone([rim[0], *hole, *rim]))
+        assert found[0]["shape"] == shape
+        if shape == "ring":
+            assert found[0]["diameter"] == pytest.approx(10e-3) and found[0]["inner_diameter"] == pytest.approx(4e-3)
+
+
 def test_notches_and_slits_stay(draw: Any) -> None:
     """An L of three quarters of its box, and a plate that a slit of 1 % of its area all but parts; names stay apart."""
     ell = [(0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20)]

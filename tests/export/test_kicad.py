@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from sits_mech.export.kicad import copper_layers, winding, write_kicad
 from sits_mech.export.source import Source
 from sits_mech.geometry.tracks import track_length
-from sits_mech.scene.sensor import Sensor, changed, load_sensor
+from sits_mech.scene.sensor import Sensor, changed, load_sensor, sensor_from
 
 
 def parsed(text: str) -> list[Any]:
@@ -180,7 +180,57 @@ def test_what_is_no_footprint(change: list[str], message: str, tmp_path: Path) -
         footprint(changed(SENSOR, change), tmp_path)
 
 
-def test_other_shapes_are_refused_by_name(tmp_path: Path) -> None:
-    """A footprint is of round coils."""
-    with pytest.raises(ValueError, match='coils.C1.shape: must be circle for --to kicad; got "rectangle"'):
-        footprint(load_sensor("square-4"), tmp_path)
+SHAPES = {
+    "rectangle": {"inner_width": 2e-3, "inner_length": 3e-3}, "hexagon": {"inner_diameter": 2e-3},
+    "octagon": {"inner_diameter": 2e-3, "alpha_z": 0.2},
+    "D": {"inner_width": 2e-3, "inner_length": 2.5e-3, "alpha_z": 2.0},
+}
+
+
+def drawn(shape: str, layers: int, turns: int = 5) -> Sensor:
+    """Two coils of a shape with straight tracks."""
+    track = {"track_width": 0.1e-3, "track_gap": 0.1e-3, "track_thickness": 35e-6, "layer_pitch": 85e-6}
+    own = track | SHAPES[shape] | {"shape": shape, "layers": layers, "turns": turns}
+    coils = [own | {"name": name, "centre": [x, 0.0]} for name, x in (("C1", -4e-3), ("C2", 4e-3))]
+    return sensor_from({"name": shape, "frequency": 1e6, "coils": coils})
+
+
+@pytest.mark.parametrize(("shape", "layers"), [(shape, layers) for shape in SHAPES for layers in (1, 2)])
+def test_turns_of_lines_are_clear_of_each_other(shape: str, layers: int, tmp_path: Path) -> None:
+    """Five turns counter-clockwise on each layer, as long as the scene's; copper keeps the gap to all else."""
+    import shapely
+
+    sensor = drawn(shape, layers)
+    tree = footprint(sensor, tmp_path)
+    pads = [node for node in tree if isinstance(node, list) and node[0] == "pad"]
+    holes = [(point(pad, "at"), float(value(pad, "size")[0]) / 2) for pad in pads]
+    for layer in runs(tree).values():
+        lines = [shapely.LineString(line) for line in layer]
+        for line, whole in zip(layer, lines, strict=True):
+            ends = [min(np.hypot(*(line[end] - place)) for place, _ in holes) for end in (0, -1)]
+            assert max(ends) < 1e-5 and whole.is_simple
+            assert whole.buffer(0.0995).area > 0.97 * whole.length * 2 * 0.0995  # turns of 0.1 mm keep their gap
+            for place, radius in holes:
+                if min(np.hypot(*(line[end] - place)) for end in (0, -1)) > 1e-5:
+                    assert whole.distance(shapely.Point(place)) >= radius + 0.05 + 0.1 - 2e-3
+        assert all(a.distance(b) > 0.198 for a, b in combinations(lines, 2))
+        for coil in sensor.coils:
+            centre = 1e3 * np.asarray(coil.centre)
+            (line,) = (line for line in layer if np.hypot(*(line[len(line) // 2] - centre)) < 3.5)
+            assert turned(line, centre) == pytest.approx(5.0, abs=0.15)
+            length = np.hypot(*np.diff(line, axis=0).T).sum()
+            assert length == pytest.approx(1e3 * track_length(coil) / layers, abs=3.0)  # leads and the way to the via
+
+
+def test_free_tracks_are_refused_by_name(tmp_path: Path) -> None:
+    """And corners that are rounded."""
+    line = [[0.0, 0.0, -1e-4], [2e-3, 0.0, -1e-4], [2e-3, 2e-3, -1e-4]]
+    coil = {"name": "C1", "shape": "path", "path": [line], "track_width": 1e-4, "track_thickness": 35e-6}
+    with pytest.raises(ValueError, match='coils.C1.shape: must have turns for --to kicad; got "path"'):
+        footprint(sensor_from({"name": "free", "frequency": 1e6, "coils": [coil]}), tmp_path)
+    with pytest.raises(ValueError, match="coils.C1.corner_radius: must not be given for --to kicad; got 0.0005"):
+        footprint(changed(drawn("rectangle", 2), ["coils.C1.corner_radius=0.0005"]), tmp_path)
+    with pytest.raises(ValueError, match="coils.C1.layers: must be at most 2 of a hexagon for --to kicad; got 4"):
+        footprint(drawn("hexagon", 4), tmp_path)
+    with pytest.raises(ValueError, match=r"coils.C1.inner_diameter: must be at least 0.0008 m for a via; got 0.0007 m"):
+        footprint(changed(drawn("hexagon", 2), ["coils.C1.inner_diameter=0.0007"]), tmp_path)

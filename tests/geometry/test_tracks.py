@@ -55,6 +55,32 @@ def test_turns_are_closed_and_counter_clockwise() -> None:
             assert area == pytest.approx(signs[k // 4] * inner * outer, rel=1e-12)
 
 
+@pytest.mark.parametrize("n, shape", [(6, "hexagon"), (8, "octagon")])
+def test_turns_of_polygons(n: int, shape: str) -> None:
+    """Sides of 2 r tan(pi / n), closed, counter-clockwise; two of them across the x axis."""
+    coil = Coil(**WOUND, shape=shape, inner_diameter=2 * MM)
+    radii = [1.05 * MM + 0.2 * MM * k for k in range(4)]
+    assert track_length(coil) == pytest.approx(2 * sum(2 * n * r * math.tan(math.pi / n) for r in radii), rel=1e-12)
+    for k, (line, _) in enumerate(coil_lines(coil)):
+        x, y = (line[:, :2] - coil.centre).T
+        area = 0.5 * (x[:-1] * y[1:] - y[:-1] * x[1:]).sum()
+        assert np.array_equal(line[0], line[-1]) and area == pytest.approx(n * radii[k % 4]**2 * math.tan(math.pi / n))
+    assert section_refusal([coil]) is None
+    np.testing.assert_allclose(np.sort(np.abs(coil_bars(coil).x - 1 * MM)), np.sort(np.tile(radii, 4)), rtol=1e-9)
+
+
+def test_turns_of_a_d() -> None:
+    """A rectangle of 0.5 x 3 mm before half a disc of 3 mm, and 0.05 mm and more around both."""
+    coil = Coil(**WOUND, shape="D", inner_width=2 * MM, inner_length=3 * MM)
+    for k, (line, _) in enumerate(coil_lines(coil)):
+        a, b = 1 * MM + 0.05 * MM + 0.2 * MM * (k % 4), 1.5 * MM + 0.05 * MM + 0.2 * MM * (k % 4)
+        x, y = (line[:, :2] - coil.centre).T
+        area = 0.5 * (x[:-1] * y[1:] - y[:-1] * x[1:]).sum()
+        assert area == pytest.approx((2 * a - b) * 2 * b + np.pi / 2 * b**2, rel=1e-3)
+        assert (x.min(), y.max(), x.max()) == pytest.approx((-a, b, a), abs=1.5e-3 * b)
+    assert section_refusal([coil]) is None
+
+
 def test_rings_are_polygons_of_their_area() -> None:
     """Where they are taken as straight tracks."""
     line = coil_lines(CIRCLE)[0][0][:, :2] - CIRCLE.centre

@@ -122,6 +122,10 @@ SAID = [
         Note.of(K.PERMEABLE, permeability=120.0, depths=17.25, part="conductors.core"),
         "conductors.core: permeable, mu_r = 120, 17.2 skin depths thick: saturation is not in it",
     ),
+    (
+        Note.of(K.FIELD_ON, field=1234.0),
+        "permeable: the coils' own field on it is up to 1.2e+03 A/m per ampere; hold that against its saturation",
+    ),
     *(
         (
             Note.of(K.SKIN, depths=depths, sheets=5, at_frequency=5e6),

@@ -53,6 +53,45 @@ def test_sizes_of_a_rectangle() -> None:
     assert rounded.outer_diameter == pytest.approx(3.8e-3, rel=1e-9)  # a circle
 
 
+HEXAGON = {key: item for key, item in CIRCLE.items() if key != "inner_diameter"}
+HEXAGON |= {"shape": "hexagon", "inner_diameter": "2 mm"}
+D = RECTANGLE | {"shape": "D", "inner_width": "2 mm", "inner_length": "3 mm"}
+
+
+def test_sizes_of_polygons() -> None:
+    """Five turns add 0.9 mm to each side: 3.8 mm across flats, corners at 1 / cos(pi / n), wherever they are turned."""
+    for shape, n in (("hexagon", 6), ("octagon", 8)):
+        (coil,) = made(HEXAGON | {"shape": shape})
+        assert coil.outer_diameter == pytest.approx(3.8e-3 / math.cos(math.pi / n), rel=1e-12)
+        assert coil.extent[0] == pytest.approx(3.8e-3, rel=1e-12)
+        (other,) = made(HEXAGON | {"shape": shape, "alpha_z": "90 deg"})
+        assert other.extent == pytest.approx(coil.extent[::-1], rel=1e-12)
+        (other,) = made(HEXAGON | {"shape": shape, "alpha_z": f"{180 / n} deg"})
+        assert other.extent[0] == pytest.approx(coil.outer_diameter, rel=1e-12)
+
+
+def test_sizes_of_a_d() -> None:
+    """2 and 3 mm inside, 3.8 and 4.8 outside; its flat corners reach farthest, whatever it is turned by."""
+    (coil,) = made(D)
+    assert coil.extent == pytest.approx((3.8e-3, 4.8e-3), rel=1e-12)
+    assert coil.outer_diameter == pytest.approx(math.hypot(3.8e-3, 4.8e-3), rel=1e-12)
+    points = np.array(coil.rim)
+    for degrees in (30.0, 90.0, 135.0, -160.0):
+        (other,) = made(D | {"alpha_z": f"{degrees} deg"})
+        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        far = 2.0 * np.abs(points @ np.array([[c, s], [-s, c]])).max(axis=0)  # its arc is off by a few um
+        assert other.extent == pytest.approx(tuple(far), rel=4e-3) and other.outer_diameter == coil.outer_diameter
+
+
+def test_hexagons_stand_in_a_honeycomb() -> None:
+    """Side by side at 60 degrees, where the boxes around them overlap; half a track nearer they overlap themselves."""
+    places = {"D": [3.85e-3, 0.0], "E": [1.925e-3, 3.85e-3 * math.sqrt(0.75)]}
+    made(HEXAGON, *(HEXAGON | {"name": name, "centre": place} for name, place in places.items()))
+    near = HEXAGON | {"name": "D", "centre": [0.49 * 3.8e-3, 0.49 * 3.8e-3 * math.sqrt(3.0)]}
+    with pytest.raises(SceneError, match="C and coils.D overlap: the rims of them must be clear of each other"):
+        made(HEXAGON, near)
+
+
 def test_layers_at_given_heights() -> None:
     """Inner planes: the copper's middles instead of a pitch; layers need no count."""
     own = {"layer_z": ["-0.2 mm", "-1.4 mm"], "directions": [1, -1]}
@@ -83,6 +122,10 @@ BAD = [
     (HEIGHTS | {"layer_z": ["-0.1 mm"]}, r"layers must be the 1 of layer_z; got 2"),
     (HEIGHTS | {"layer_z": ["-0.1 mm", "-0.12 mm"]}, r"layer_z: layers must go down by at least"),
     (HEIGHTS | {"layer_z": ["0 mm", "-0.1 mm"]}, r"layer_z: .* top face at or below z = 0; got 0"),
+    (HEXAGON | {"corner_radius": "1 mm"}, r"corner_radius must not be given for a hexagon"),
+    (HEXAGON | {"alpha_z": 4.0}, r"coils.C.alpha_z: must be an angle up to half a turn .*; got 4"),
+    (RECTANGLE | {"alpha_z": 1.0}, r"alpha_z must not be given for a rectangle"),
+    (D | {"inner_width": "1.4 mm"}, r"inner_width must be at least half the inner_length \(1.5 mm\) of a D; got 1.4"),
     (CIRCLE | {"directions": [1]}, r"directions must be one for each of 2 layers; got 1"),
     (CIRCLE | {"directions": [1, 0]}, r"directions.1: must be 1 .* or -1; got 0"),
     (PATH | {"path": []}, r"path: must be one polyline or more"),

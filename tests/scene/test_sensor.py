@@ -206,7 +206,11 @@ REFUSED = {
     "target.widht=3": r'target.widht: the key must be one of .*did you mean "width"',
     "target.diameter=3 mm": r"target: diameter must not be given for a rectangle",
     "target.shape=disc": r"target: width must not be given for a disc",
-    "target.shape=oval": r"target.shape: must be 'rectangle', 'disc' or 'outline'; got \"oval\"",
+    'target={material="copper", shape="ring", diameter="6 mm", thickness="1 mm"}':
+        r"target: inner_diameter must be given for a ring; it is missing",
+    'target={material="copper", shape="ring", diameter="6 mm", inner_diameter="7 mm", thickness="1 mm"}':
+        r"target: inner_diameter must be smaller than the diameter, 6 mm; got 7 mm",
+    "target.shape=oval": r"target.shape: must be 'rectangle', 'disc', 'ring' or 'outline'; got \"oval\"",
     "target.material=coper": r'target.material: must be one of .*got "coper" \(did you mean "copper"\?\)',
     "target.net_current=free": r"target: planar_boundary_radius must be given",
     "target=3": r"target: must be a table; got 3",

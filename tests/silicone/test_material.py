@@ -33,11 +33,12 @@ def test_shear_modulus_at_small_strain(law: str) -> None:
 def test_metals_have_sources_and_known_numbers() -> None:
     """Copper: IACS, 58 MS/m. Brass C26000: 28 % of it. Aluminium 1350: 60 % of it."""
     known = metals()
-    assert set(known) == {"copper", "aluminium", "brass", "ferrite"}
+    assert set(known) == {"copper", "aluminium", "brass", "ferrite", "iron-rubber"}
     assert known["copper"].conductivity == 58e6
     assert known["brass"].conductivity == pytest.approx(0.28 * 58e6, rel=0.01)
     assert known["aluminium"].conductivity == pytest.approx(0.60 * 58e6, rel=0.01)
     assert known["ferrite"].relative_permeability > 1.0
+    assert known["iron-rubber"].relative_permeability == pytest.approx((1 + 2 * 0.3) / (1 - 0.3), rel=3e-3)
     assert all(metal.source for metal in known.values())
 
 

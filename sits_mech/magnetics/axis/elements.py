@@ -99,7 +99,7 @@ def solve_axis(lines: Lines, discs: Sequence[CoaxialDisc], coil: Coil, omega: fl
     whole = _product(_forms(lines.r, order, radial=True), _forms(lines.z, order))
     stiffness, D = whole.stiffness, 0j * whole.mass
     for disc in discs:
-        across = _forms(lines.r, order, (0.0, disc.radius), radial=True)
+        across = _forms(lines.r, order, (disc.inner, disc.radius), radial=True)
         part = _product(across, _forms(lines.z, order, (disc.bottom, disc.top)))
         D = D + (1.0 / disc.permeability - 1.0) * part.stiffness + 1j * omega * mu_0 * disc.conductivity * part.mass
     g = _source(r, z, discs, coil)
@@ -187,7 +187,7 @@ def _source(r: Array, z: Array, discs: Sequence[CoaxialDisc], coil: Coil) -> Arr
     """Return g: the coil's potential at the discs' nodes."""
     g, tracks = np.zeros((r.size, z.size)), coil_sections(coil)
     for disc in discs:
-        i = np.flatnonzero(r < disc.radius + _SAME * r[-1])
+        i = np.flatnonzero(np.abs(2 * r - disc.radius - disc.inner) < disc.radius - disc.inner + _SAME * r[-1])
         j = np.flatnonzero((z >= disc.bottom) & (z <= disc.top))
         rho, height = r[i][:, None], z[j][None, :]
         g[np.ix_(i, j)] = rho * ring_profile(coil, rho, height, disc.away(tracks), _SOURCE)

@@ -33,18 +33,24 @@ _SAMPLES = 300  # of a size along a span, and on each side of a face or rim
 
 @dataclass(frozen=True)
 class CoaxialDisc:
-    """A disc about the coil's axis."""
+    """A disc about the coil's axis, or a ring."""
 
     radius: float  # [m]
     bottom: float  # z of its lower face [m]
     top: float  # z of its upper face [m]
     conductivity: float  # [S/m]
     permeability: complex  # mu_r (1 - j tan delta)
+    inner: float = 0.0  # radius of its hole [m]
+
+    @property
+    def rims(self) -> tuple[float, ...]:
+        """Radii of its rims [m]."""
+        return (self.inner, self.radius) if self.inner > 0.0 else (self.radius,)
 
     def away(self, tracks: Sections) -> float:
         """Return its distance from the nearest of the coil's tracks [m]."""
-        beside = np.maximum(tracks.radius - tracks.width / 2 - self.radius, 0.0)
-        half = tracks.height / 2
+        out, into = tracks.radius - self.radius, self.inner - tracks.radius
+        beside, half = np.maximum(np.maximum(out, into) - tracks.width / 2, 0.0), tracks.height / 2
         above = np.maximum(np.maximum(tracks.z - half - self.top, self.bottom - tracks.z - half), 0.0)
         return max(float(np.hypot(beside, above).min()), _LEAST * self.radius)
 
@@ -75,7 +81,7 @@ def divide_axis(discs: Sequence[CoaxialDisc], tracks: Sections, frequency: float
     faces = np.sort([face for disc in discs for face in (disc.bottom, disc.top)])
     widest, middle = max(disc.radius for disc in discs), (faces[0] + faces[-1]) / 2
     far = _FAR * max(widest, (faces[-1] - faces[0]) / 2)
-    rims = np.sort([disc.radius for disc in discs])
+    rims = np.sort([rim for disc in discs for rim in disc.rims])
     rims = rims[np.append(np.diff(rims) > _SAME * widest, True)]
 
     def across(r: Array) -> Array:
@@ -83,8 +89,9 @@ def divide_axis(discs: Sequence[CoaxialDisc], tracks: Sections, frequency: float
         size = np.full(r.shape, np.inf)
         for disc, first in zip(discs, firsts, strict=True):
             own = np.minimum(_NEAR * _to_tracks(disc, tracks, r), _SHARE * disc.radius)
-            size = np.minimum(size, np.where(r <= disc.radius, fineness * own, np.inf))
-            size = np.minimum(size, first + fineness * _GROWTH * np.abs(r - disc.radius))
+            size = np.minimum(size, np.where((r >= disc.inner) & (r <= disc.radius), fineness * own, np.inf))
+            for rim in disc.rims:
+                size = np.minimum(size, first + fineness * _GROWTH * np.abs(r - rim))
         return size
 
     def along(z: Array) -> Array:

@@ -68,7 +68,7 @@ def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
     A perfect conductor takes the mutual inductance of a coil and its mirror image, unbounded permeability adds as much.
     1, where the conductor lies beside the coils.
     """
-    high, low = part.centre[2] + part.thickness / 2.0, part.centre[2] - part.thickness / 2.0
+    low, high = part.span
     gaps = [(low, False) if low > 0.0 else (-coil.height - high, True) for coil in coils]
     return max(
         _image_share(coil, gap, below) if gap > 0.0 else 1.0
@@ -102,15 +102,18 @@ def ball_of(radius: float, permeable: bool) -> Body:
 
 
 def body_around(plate: Target | Conductor) -> Body:
-    """Return the ellipsoids and the ball around a plate."""
+    """Return the ellipsoids and the ball around a plate; the ball alone of one that is turned."""
     stretch, is_round = np.array(_STRETCH), plate.diameter is not None
     beside = stretch / (stretch - 1.0) * (1.0 if is_round else 2.0)
     half = 0.5 * np.array([*plate.extent, plate.thickness])
     a, b, c = half[:, None] * np.sqrt(np.stack([beside, beside, stretch]))
     N = a * b * c / 3.0 * np.stack([elliprd(b**2, c**2, a**2), elliprd(c**2, a**2, b**2), elliprd(a**2, b**2, c**2)])
     permeable = plate.metal.relative_permeability != 1.0
+    radius = math.hypot(*half[1 if is_round else 0 :])
+    if isinstance(plate, Conductor) and plate.is_turned:
+        return ball_of(radius, permeable)
     share = np.maximum(1.0 / (1.0 - N), 1.0 / N if permeable else 0.0)
-    return Body((4.0 / 3.0 * np.pi * a * b * c * share).T, math.hypot(*half[1 if is_round else 0 :]), permeable)
+    return Body((4.0 / 3.0 * np.pi * a * b * c * share).T, radius, permeable)
 
 
 def sphere() -> tuple[Array, Array]:

@@ -219,8 +219,8 @@ def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int
     """Return the division of the target's outline."""
     if outline is None and target.shape == "rectangle":
         return rectangle_plan(*target.extent, grading)
-    if outline is None and target.shape == "disc":
-        return disc_plan(target.extent[0], grading, orders=orders)
+    if outline is None and target.is_round:
+        return disc_plan(target.extent[0], grading, orders=orders, inner=target.inner_diameter or 0.0)
     return outline_plan(target_outline(target, outline), grading)
 
 

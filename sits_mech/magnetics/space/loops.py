@@ -3,7 +3,8 @@
 The plate is its plan's cells times horizontal sheets. Unknowns [A]:
 
 - psi at the plan's nodes, one a sheet: the current across a cell's edge from a to b is ``psi_b - psi_a`` outwards;
-  psi = 0 on the outer rim, one value on the rim of each hole;
+  psi = 0 on the outer rim, one value on the rim of each hole; of a ring in sectors only in the class that all turns
+  leave as it is;
 - loops in vertical planes: out of one cell and into its neighbour in a sheet, back in the sheet above, up and down
   between. They let current out on one face return on the other. They are taken only in the cells next to the
   rim, along a spanning tree of them: everywhere else, and around closed chains, psi spans the same currents or
@@ -157,9 +158,10 @@ def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
     stands, factor = standing_nodes(plan, seams, character)
     free = (plan.loop < 0) & (factor != 0.0) & (stands == np.arange(stands.size))
     number = np.cumsum(free) - 1
-    hole = np.maximum(plan.loop, 0)
-    column = np.where(plan.loop > 0, free.sum() + hole - 1, number[stands])
-    used = np.flatnonzero(((plan.loop < 0) & (factor != 0.0) & free[stands]) | (plan.loop > 0))
+    round_about = bool(np.all(np.abs(character * np.round(np.linalg.det(plan.group)) - 1.0) < 1e-9))
+    hole = np.maximum(plan.loop, 0) * round_about
+    column = np.where(hole > 0, free.sum() + hole - 1, number[stands])
+    used = np.flatnonzero(((plan.loop < 0) & (factor != 0.0) & free[stands]) | (hole > 0))
     size = int(free.sum() + hole.max())
     spread = sp.csr_array((factor[used], (used, column[used])), shape=(stands.size, size))
     edges = plan.cells.size

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from sits_mech.geometry.collision import PlacedPlate
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.windings import kinds_of
+from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.permeable import prepared_permeable
 from sits_mech.magnetics.space.rungs import DIVISIONS, Rung
 from sits_mech.magnetics.space.sources import Sources, reach
 from sits_mech.notes import Note, NoteKind
-from sits_mech.scene.sensor import Sensor, Target
+from sits_mech.quantities import tensor_grid
+from sits_mech.scene.sensor import Coil, Sensor, Target
 
 _NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
+_GRID, _STEP = 33, 1e-4  # places along a side; differences of the coils' potential, over the narrower side
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
 
@@ -31,12 +38,12 @@ class Asked:
 
     def lengths(self, sensor: Sensor, clear: tuple[float, float], near: bool) -> tuple[float, float]:
         """Return how far currents of coils call for small cells, and the length on which fields change [m]."""
-        clearance, place, deep = clear[0], (0.0, 0.0), 0.0 if near and not self.sources else self.plate.thickness / 2
+        clearance, deep = clear[0], 0.0 if near and not self.sources else self.plate.thickness / 2
         if self.sources is not None:
-            clearance, place = self.sources.distance, self.sources.place[:2]
+            clearance = self.sources.distance
         length = min(field_length(coil, clearance + deep) for coil in kinds_of(sensor.coils)[0])
         others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
-        return reach(sensor.coils, place) + 2 * clearance, min(length, others)
+        return reach(sensor.coils, self.sources) + 2 * clearance, min(length, others)
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,26 @@ class Divided:
     unseen: float
     margin: float  # of the error of L, over what divisions tell
     notes: tuple[Note, ...]
+
+
+def saturation_notes(coils: Sequence[Coil], parts: Sequence[PlacedPlate]) -> Iterator[Note]:
+    """Note the largest field on permeable parts, for whoever knows where they saturate."""
+    for part in parts:
+        if part.susceptibility != 0.0:
+            note = Note.of(NoteKind.FIELD_ON, field=_field_on(coils, part))
+            yield note.with_numbers(part=part.title) if part.title else note
+
+
+def _field_on(coils: Sequence[Coil], part: PlacedPlate) -> float:
+    """Return the largest H of any coil with 1 A on a grid of a plate's faces, where it stands lowest [1/m]."""
+    pose, plate = int(np.argmin(part.places[:, 2])), part.plate
+    x, y = (size / 2 * np.linspace(-1.0, 1.0, _GRID) for size in plate.extent)
+    flat = tensor_grid(x, y).reshape(-1, 2)
+    flat = flat[np.hypot(*flat.T) <= plate.extent[0] / 2] if plate.is_round else flat
+    faces = [np.column_stack([flat, np.full(len(flat), height)]) for height in (0.0, plate.thickness)]
+    points = np.vstack(faces) @ part.turns[pose].T + part.places[pose]
+    step = _STEP * min(plate.extent)
+    return max(float(np.linalg.norm(coil_field(coil, points, step), axis=1).max()) for coil in coils)
 
 
 def divided_plate(

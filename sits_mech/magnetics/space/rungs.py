@@ -111,7 +111,7 @@ def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], 
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     if half / 3 <= ACROSS * ACROSS_LEVEL / rung.across[2]:
         rung = replace(rung, across=(1, 2, 3))
-    smooth = all(outline is None and plate.shape in ("rectangle", "disc") for plate, outline in plates)
+    smooth = all(outline is None and plate.shape != "outline" for plate, outline in plates)
     return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < ROUGH)])
 
 

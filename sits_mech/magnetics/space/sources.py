@@ -8,7 +8,7 @@ A_c is taken at Gauss points of each cell: two along an axis where the windings 
 and one more for each doubling of the cell over that distance (error of the mean some 2e-4 of the field there, and less
 elsewhere). Through the thickness of a plate in its poses A is a polynomial, of few terms. Over a plate that stands
 still rings have the profile P(rho) on each sheet's heights (see `coils.ring_field`), found once and interpolated by
-cubic splines; spirals are summed at every point.
+cubic splines; spirals, and rings over a plate at an angle, are summed at every point.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from sits_mech.scene.sensor import Coil
 
 _NODES = 64  # of a profile, or a multiple: one serves many places
 _MOST = 5  # Gauss points along an axis
+_FEW = 16  # points of one height, with fewer of which there is no profile
 _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 
 
@@ -42,6 +43,7 @@ class Sources:
     windings: str  # "rings" or "spiral"
     place: tuple[float, float, float]  # of the plate's middle [m]
     distance: float  # from the windings to the plate [m]
+    axes: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # its rotation, by rows
 
     def means(self, plan: Plan, prisms: Prisms) -> Array:
         """Return the mean of each coil's A over the images of n prisms, shape (g, 2, n, 3, coils) [V s / (A m)].
@@ -72,18 +74,20 @@ class Sources:
 
     def _away(self, plan: Plan, prisms: Prisms) -> Array:
         """Return each cell's distance, or its images', from the nearest circle around a coil, in the plan [m]."""
-        middle = np.stack([prisms.corners.mean(axis=1) @ g.T for g in plan.group]) + self.place[:2]
+        turn = np.array(self.axes)[:2, :2]
+        middle = np.stack([prisms.corners.mean(axis=1) @ g.T for g in plan.group]) @ turn.T + self.place[:2]
         apart = [np.linalg.norm(middle - coil.centre, axis=-1) - coil.outer_diameter / 2 for coil in self.coils]
         return np.asarray(np.min(apart, axis=(0, 1)))
 
     def potential(self, points: Array) -> Array:
         """Return each coil's A at points (m, 3) from the plate's middle, shape (m, 3, coils) [V s / (A m)]."""
-        kinds, which = kinds_of(self.coils)
-        A = np.zeros((len(points), 3, len(self.coils)))
+        (kinds, which), turn = kinds_of(self.coils), np.array(self.axes)
+        A, level = np.zeros((len(points), 3, len(self.coils))), np.array_equal(turn, np.eye(3))
+        world = points if level else points @ turn.T
         for k, (kind, coil) in enumerate(zip(which, self.coils, strict=True)):
-            placed = points + self.place - np.array((*coil.centre, 0.0))
+            placed = world + self.place - np.array((*coil.centre, 0.0))
             A[..., k] = _around(kinds[kind], self.windings, placed, self.distance)
-        return A
+        return A if level else np.einsum("ji,mjc->mic", turn, A)
 
 
 @dataclass(frozen=True)
@@ -196,9 +200,11 @@ def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
 
     if windings != "rings" or not coil.is_round:
         return coil_potential(coil, points, distance, windings)
+    heights, level = np.unique(points[:, 2], return_inverse=True)
+    if _FEW * heights.size > len(points):
+        return coil_potential(coil, points, distance)
     axis, P = Radial(coil, distance), np.empty(len(points))
     steps = axis.steps(np.hypot(points[:, 0], points[:, 1]))
-    heights, level = np.unique(points[:, 2], return_inverse=True)
     beside, last = int(axis.steps(coil.outer_diameter / 2)), _NODES * math.ceil(steps.max() / _NODES + 0.1)
     nodes, values = _profiles(axis, tuple(heights.tolist()), beside if steps.min() > beside else 0, last)
     for k, row in enumerate(values):
@@ -213,7 +219,8 @@ def _profiles(axis: Radial, heights: tuple[float, ...], first: int, last: int) -
     return nodes, ring_profile(axis.coil, axis.at(nodes), np.array(heights)[:, None], axis.clearance)
 
 
-def reach(coils: Sequence[Coil], middle: tuple[float, float]) -> float:
-    """Return how far the farthest winding is from a plate's middle along x or y [m]."""
-    away = [max(abs(c - m) for c, m in zip(coil.centre, middle, strict=True)) for coil in coils]
+def reach(coils: Sequence[Coil], seen: Sources | None) -> float:
+    """Return how far the farthest winding is from a plate's middle along its x or y [m]; of a target that at rest."""
+    turn, middle = (np.eye(3), np.zeros(3)) if seen is None else (np.array(seen.axes), np.array(seen.place))
+    away = [np.abs((np.array((*coil.centre, 0.0)) - middle) @ turn)[:2].max() for coil in coils]
     return float(max(own + coil.outer_diameter / 2 for own, coil in zip(away, coils, strict=True)))

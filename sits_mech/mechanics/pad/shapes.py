@@ -153,7 +153,7 @@ def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
     """Return target and pad seen from above [thicknesses]; a box touching a disc is widened a little."""
     t = elastomer.thickness
     plate, pad = ([length / (2.0 * t) for length in part.extent] for part in (target, elastomer))
-    disc, cylinder = target.shape == "disc", elastomer.is_round
+    disc, cylinder = target.is_round, elastomer.is_round
     if disc and not cylinder and plate[0] < (1.0 + 1e-9) * min(pad):
         pad = [max(size, (1.0 + _CLEAR) * plate[0]) for size in pad]
     if disc == cylinder:

@@ -219,8 +219,8 @@ def _middle_faces(basis: Basis, middle: Array) -> Integers:
 def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     """Return target and elastomer of a scene; refuse one this model cannot hold."""
     target, elastomer = layer_parts(sensor)
-    if target.shape == "outline":
-        raise ValueError("target.shape: must be 'rectangle' or 'disc' for the model 'block', got 'outline'")
+    if target.loops:
+        raise ValueError(f"target.shape: must be 'rectangle' or 'disc' for the model 'block', got '{target.shape}'")
     thin = elastomer.diameter if elastomer.diameter is not None else min(elastomer.extent)
     if elastomer.thickness > HAIR * thin:
         raise SceneError(

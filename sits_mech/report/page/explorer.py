@@ -19,8 +19,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import Readings
-from sits_mech.geometry.collision import as_plate
-from sits_mech.geometry.outline import pad_outlines, target_outline
+from sits_mech.geometry.outline import from_above, pad_outlines, target_outline
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import POSE, UNITS, shown_unit
@@ -243,6 +242,5 @@ def _coil(coil: Coil) -> Record:
 
 def _fixed(part: Conductor) -> Record:
     """Return a fixed plate."""
-    z, half, rims = part.centre[2], part.thickness / 2, target_outline(as_plate(part)).loops
-    loops = [(MM * (np.array(rim) + part.centre[:2])).round(6).tolist() for rim in rims]
-    return {"name": part.name, "loops": loops, "low": MM * (z - half), "high": MM * (z + half)}
+    loops, (low, high) = [(MM * rim).round(6).tolist() for rim in from_above(part)], part.span
+    return {"name": part.name, "loops": loops, "low": MM * low, "high": MM * high}

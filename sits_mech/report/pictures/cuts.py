@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
-from sits_mech.geometry.collision import as_plate
-from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.outline import fixed_loops, target_outline
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.quantities import Array, Pose
@@ -119,12 +119,26 @@ def target_cut(target: Target, pose: Pose, plane: Plane = FLAT) -> Array:
 
 
 def conductor_cut(part: Conductor, plane: Plane) -> Array:
-    """Return the pieces of a fixed plate that a plane cuts, shape (k, 4, 2) [m]."""
-    place = np.array(part.centre)
-    shift, d = along(place, plane)
-    pieces = chords(target_outline(as_plate(part)).loops, Plane(plane.angle, float(-d))) + shift
-    low, high = (part.centre[2] + k * part.thickness / 2 for k in (-1, 1))
-    return boxes(pieces[:, 0], pieces[:, 1], low, high)
+    """Return the pieces of a fixed plate that a plane cuts, (k, m, 2); of one that ends in it without holes [m]."""
+    faces, rims = [_crossings(fixed_loops(part, up), plane) for up in (-1.0, 1.0)], [fixed_loops(part, -1.0)[0]]
+    if len(faces[0]) == len(faces[1]) > 0:
+        axis = int(np.argmax(np.ptp(np.vstack(faces), axis=0)))
+        low, high = (face[np.argsort(face[:, axis])].reshape(-1, 2, 2) for face in faces)
+        return np.concatenate([low, high[:, ::-1]], axis=1)
+    rims.append(fixed_loops(part, 1.0)[0])  # one that stands along the plane, or ends in it
+    upright = _crossings([np.array(pair) for pair in zip(*rims, strict=True)], plane, closed=False)
+    corners = np.vstack([*faces, upright])
+    return corners[ConvexHull(corners).vertices][None] if len(corners) > 2 else np.zeros((0, 4, 2))
+
+
+def _crossings(lines: Sequence[Array], plane: Plane, closed: bool = True) -> Array:
+    """Return where lines (m, 3), closed or not, cross a plane, along it and up, shape (k, 2) [m]."""
+    a, b = edges(lines) if closed else (np.array([line[k] for line in lines]) for k in (0, 1))
+    d_a, d_b = (along(ends, plane)[1] for ends in (a, b))
+    crossed = (d_a > 0.0) != (d_b > 0.0)
+    share = (d_a[crossed] / (d_a - d_b)[crossed])[:, None]
+    places = a[crossed] + share * (b - a)[crossed]
+    return np.column_stack([along(places, plane)[0], places[:, 2]])
 
 
 def chords(loops: Sequence[Loop | Array], plane: Plane) -> Array:

@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sits_mech.geometry.collision import as_plate
-from sits_mech.geometry.outline import pad_outlines, target_outline
+from sits_mech.geometry.outline import from_above, pad_outlines, target_outline
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, names_cut
+from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, conductor_cut, names_cut
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Elastomer, Sensor, Target
@@ -44,6 +43,7 @@ class Plate(NamedTuple):
     top: float
     sizes: str
     shade: str
+    fixed: Conductor | None = None
 
 
 class Drawing(NamedTuple):
@@ -101,10 +101,9 @@ def _plates(sensor: Sensor) -> list[Plate]:
     """Return fixed plates, pad and target at rest."""
     found, rest, where = [], np.nan, "; no pad: its height is that of a pose"
     for part in sensor.conductors:
-        x, y, z = (MM * place for place in part.centre)
-        loops, half = target_outline(as_plate(part)).loops, MM * part.thickness / 2
-        own = tuple(MM * np.array(loop) + (x, y) for loop in loops)
-        found.append(Plate(part.name, own, z - half, z + half, f"{_sizes(part)}, middle at z = {z:.4g}", "#8792a6"))
+        own, (low, high) = tuple(MM * loop for loop in from_above(part)), (MM * z for z in part.span)
+        words = f"{_sizes(part)}, middle at z = {MM * part.centre[2]:.4g}{_turned(part)}"
+        found.append(Plate(part.name, own, low, high, words, "#8792a6", part))
     layer, target = sensor.elastomer, sensor.target
     if layer is not None:
         bottom, rest, where = MM * layer.standoff, MM * (layer.standoff + layer.thickness), ""
@@ -129,12 +128,19 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
         extent = tuple(np.ptp(np.array(part.points), axis=0))
     across = _by(extent)
     across = across if part.diameter is None else f"⌀ {MM * part.diameter:.4g}"
+    across += f" / {MM * part.inner_diameter:.4g}" if getattr(part, "inner_diameter", None) else ""
     if not isinstance(part, Elastomer) and part.points is not None:
         count = len(part.holes)
         across += f", outline of {len(part.points)} corners" + (f", {count} hole{'s' * (count > 1)}" if count else "")
     if isinstance(part, Elastomer) and part.pitch is not None:
         across += f" every {MM * part.pitch:.4g}"
     return f"{across}, {MM * part.thickness:.4g} thick"
+
+
+def _turned(part: Conductor) -> str:
+    """Return in words by what a fixed plate is turned."""
+    angles = {key: np.degrees(getattr(part, key)) for key in ("alpha", "alpha_x", "alpha_z")}
+    return "".join(f", {key} {angle:.4g} deg" for key, angle in angles.items() if angle)
 
 
 def _by(sizes: Sequence[float]) -> str:
@@ -222,9 +228,10 @@ def _tracks(sensor: Sensor, plane: Plane) -> tuple[Array, Array]:
 def _draw_section(axes: Axes, it: Drawing) -> None:
     """Draw what the section cuts, with the height of each part beside it."""
     for plate in it.plates:
-        pieces = chords(plate.loops, Plane(0.0, MM * it.plane.offset))
         if np.isfinite(plate.top):
+            pieces = chords(plate.loops, Plane(0.0, MM * it.plane.offset))
             corners = boxes(pieces[:, 0], pieces[:, 1], plate.bottom, plate.top)
+            corners = corners if plate.fixed is None else MM * conductor_cut(plate.fixed, it.plane)
             add_polygons(axes, corners, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
     corners, sign = _tracks(it.sensor, it.plane)
     add_polygons(axes, corners, facecolors=np.where(sign > 0.0, *TRACKS).tolist(), linewidth=0)
@@ -261,10 +268,16 @@ def _winding(coil: Coil) -> str:
     if coil.shape == "path":
         count = len(coil.path)
         return f"{outer}; free tracks in {count} piece{'s' if count > 1 else ''}, {layers}; {wide} x {thick}"
-    inner = _by((coil.inner_width, coil.inner_length))
+    outer = f"{MM * coil.outer_diameter:.4g}" if coil.is_round else outer
+    return f"{_inside(coil)} to {outer}; {coil.turns} turns in {layers}; tracks {wide} x {thick}, gaps {gap}"
+
+
+def _inside(coil: Coil) -> str:
+    """Return the inner size of a coil's turns, and their shape, in words."""
+    across = f"{MM * coil.inner_diameter:.4g}" if coil.inner_diameter else _by((coil.inner_width, coil.inner_length))
     if coil.is_round:
-        inner, outer = f"⌀ {MM * coil.inner_diameter:.4g}", f"{MM * coil.outer_diameter:.4g}"
-    return f"{inner} to {outer}; {coil.turns} turns in {layers}; tracks {wide} x {thick}, gaps {gap}"
+        return f"⌀ {across}"
+    return across if coil.shape == "rectangle" else f"{coil.shape} {across} inside"
 
 
 def _list_of_parts(it: Drawing) -> list[str]:

@@ -137,8 +137,9 @@ def _winding(pyvista: Any, coil: Coil) -> Any:
 
 def _fixed(pyvista: Any, part: Conductor) -> Any:
     """Return a fixed plate as a solid [mm]."""
-    x, y, z = part.centre
-    return _plate(pyvista, as_plate(part), Pose(x, z - part.thickness / 2, d_y=y))
+    x, y, z = np.array(part.centre) - part.turn[:, 2] * part.thickness / 2
+    turned = {"alpha": part.alpha, "alpha_x": part.alpha_x, "alpha_z": part.alpha_z}
+    return _plate(pyvista, as_plate(part), Pose(float(x), float(z), d_y=float(y), **turned))
 
 
 def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:

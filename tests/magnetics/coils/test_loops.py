@@ -7,6 +7,7 @@ import pytest
 from scipy.constants import mu_0
 from scipy.special import ellipe, ellipk, elliprd
 
+from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils import loops
 from sits_mech.magnetics.coils.loops import (
@@ -231,3 +232,46 @@ def test_wide_tracks_close_together_are_worth_many_narrow_ones(distance: float, 
     )
     assert M == pytest.approx(strips / 400, rel=2e-4, abs=0)
     assert abs(M) < float(ring_inductance(wide)[0, 0])
+
+
+# S. S. Mohan and others, IEEE J. Solid-State Circuits 34 (1999) 1419, table II: c1, c2, c3, c4 of current sheets.
+SHEETS = {"circle": (1.0, 2.46, 0.0, 0.2), "octagon": (1.07, 2.29, 0.0, 0.19), "hexagon": (1.09, 2.23, 0.0, 0.17)}
+
+
+def wound(shape: str, turns: int, inner: float, **keys: float) -> Coil:
+    """A coil in one layer, tracks and gaps of 0.15 mm."""
+    sizes = dict.fromkeys(("track_width", "track_gap"), 0.15 * MM) | {"track_thickness": 20e-6, "layer_pitch": 20e-6}
+    return Coil(name="C", centre=(0, 0), shape=shape, layers=1, turns=turns, inner_diameter=inner, **sizes, **keys)
+
+
+@pytest.mark.parametrize("turns, inner", [(5, 4 * MM), (8, 5 * MM)])
+def test_polygons_are_as_current_sheets(turns: int, inner: float) -> None:
+    """Within 3 %, windings from 0.6 of the outer size on; and in the order of what they enclose.
+
+    Towards the middle the published hexagon's falls below the circle that it encloses (7 % at 0.13 of the outer size).
+    """
+    found = []
+    for shape, (c1, c2, c3, c4) in SHEETS.items():
+        coil = wound(shape, turns, inner)
+        outer = coil.extent[0]
+        mean, rho = (inner + outer) / 2, (outer - inner) / (outer + inner)
+        sheet = mu_0 * turns**2 * mean * c1 / 2 * (np.log(c2 / rho) + c3 * rho + c4 * rho**2)
+        found.append(float(free_inductances((coil,))[0, 0]))
+        assert found[-1] == pytest.approx(sheet, rel=3e-2)
+    assert found == sorted(found) and found[2] < 1.1 * found[0]
+
+
+@pytest.mark.parametrize("shape", ["hexagon", "octagon", "D"])
+def test_shapes_are_their_free_tracks(shape: str) -> None:
+    """As the same lines in a scene's `path`, however they are turned."""
+    sizes = {"inner_width": 2 * MM, "inner_length": 3 * MM} if shape == "D" else {"inner_diameter": 2 * MM}
+    track = {"track_width": 0.1 * MM, "track_thickness": 35e-6}
+    wound = {"name": "C", "centre": (1 * MM, 0.0), "layers": 2, "turns": 4, "track_gap": 0.1 * MM, "layer_pitch": 85e-6}
+    coils = [Coil(**track, **wound, shape=shape, **sizes, alpha_z=angle) for angle in (0.0, 0.7)]
+    for coil in coils:
+        lines = [tuple(map(tuple, line.tolist())) for line, _ in coil_lines(coil)]
+        free = Coil(**track, name="P", shape="path", path=lines)
+        own, other = (float(free_inductances((each,))[0, 0]) for each in (coil, free))
+        assert own == pytest.approx(other, rel=1e-8)
+    first, second = (float(free_inductances((each,))[0, 0]) for each in coils)
+    assert first == pytest.approx(second, rel=1e-12)

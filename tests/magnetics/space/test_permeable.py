@@ -15,6 +15,7 @@ from sits_mech.magnetics.space.permeable import Permeable, prepared_permeable
 from sits_mech.magnetics.space.rungs import LADDER
 from sits_mech.magnetics.space.shell_plans import added_inductance
 from sits_mech.magnetics.space.sources import Sources
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Impedance, Pose
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target, load_sensor
 
@@ -181,3 +182,19 @@ def test_permeable_plates_with_holes_are_refused() -> None:
                   thickness=0.5 * MM, load_height=0.0)
     with pytest.raises(SceneError, match=r"target.holes must be left out for sheets where a part is permeable; got 1$"):
         sheets(scene(SMALL, ring))
+
+
+def test_the_field_on_a_permeable_part_is_in_its_note() -> None:
+    """Of one turn on its axis, I R^2 / 2 (R^2 + z^2)^1.5: a small disc, where it is nearest; others have no note."""
+    turn = Coil(name="C", centre=(0.0, 0.0), layers=1, turns=1, inner_diameter=9.9 * MM, track_width=0.1 * MM,
+                track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=35e-6)
+    disc = {"conductivity": 5e6, "shape": "disc", "diameter": 0.2 * MM, "thickness": 0.02 * MM}
+    found = []
+    for mu in (100.0, 1.0):
+        sensor = Sensor(name="one", frequency=1e4, coils=(turn,), target=Target(**disc, relative_permeability=mu))
+        poses = Pose(0.0, np.array([2.0, 4.0]) * MM)
+        found.append([note for note in sheets(sensor, 1e-2).impedance(poses, 1e4).report.notes
+                      if note.kind is NoteKind.FIELD_ON])
+    R = 5 * MM
+    assert len(found[0]) == 1 and found[1] == []
+    assert found[0][0].known["field"] == pytest.approx(R**2 / 2 / (R**2 + (2 * MM) ** 2) ** 1.5, rel=1e-2)
