@@ -83,6 +83,8 @@ UNMIRRORED = {
         "tests/cli/test_main.py: through the command line",
     ),
     "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
+    "scene/refusals.py": "tests/scene/test_sensor.py: what files are refused for",
+    "synthesis/written.py": "tests/synthesis/test_requirements.py: files read and refused",
     **dict.fromkeys(
         ("synthesis/answer.py", "synthesis/answered.py", "synthesis/around.py"),
         "tests/synthesis/test_run.py: what comes of a search",

@@ -108,6 +108,11 @@ def schemas(here: Path, made: Path) -> None:
         title = f"`[[{key}]]`" if key in ("coils", "conductors") else f"`[{key}]`"
         lines += _keys(scene["$defs"][part], title)
     write(here / "_pages" / "scene_keys.md", "\n".join(lines))
+    asked = schema_of("requirements")
+    lines = [line for part in ("loads", "require", "tolerance", "goal")
+              for line in _keys({"description": asked["properties"][part]["description"]} | asked["$defs"][part],
+                                f"In `[{part}]`").replace("## ", "### ")]
+    write(here / "_pages" / "requirement_keys.md", "\n".join(lines))
     write(here / "_pages" / "laws.md", "\n".join(_laws(scene)))
 
 

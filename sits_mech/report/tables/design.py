@@ -13,7 +13,8 @@ from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.synthesis.answer import DesignAnswer, Figure, Share
 from sits_mech.synthesis.around import Changes, Price
 from sits_mech.synthesis.kinds import INVERSE, kind_of, shown_as
-from sits_mech.synthesis.requirements import SPECIAL, Requirements
+from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.written import SPECIAL
 
 _NOTHING = 5e-4  # of what is minimised: a gain that is none
 
