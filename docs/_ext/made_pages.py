@@ -109,9 +109,10 @@ def schemas(here: Path, made: Path) -> None:
         lines += _keys(scene["$defs"][part], title)
     write(here / "_pages" / "scene_keys.md", "\n".join(lines))
     asked = schema_of("requirements")
-    lines = [line for part in ("loads", "require", "tolerance", "goal")
-              for line in _keys({"description": asked["properties"][part]["description"]} | asked["$defs"][part],
-                                f"In `[{part}]`").replace("## ", "### ")]
+    lines = []
+    for part in ("loads", "require", "tolerance", "goal"):
+        said = {"description": asked["properties"][part]["description"]}
+        lines += [line.replace("## ", "### ") for line in _keys(said | asked["$defs"][part], f"In `[{part}]`")]
     write(here / "_pages" / "requirement_keys.md", "\n".join(lines))
     write(here / "_pages" / "laws.md", "\n".join(_laws(scene)))
 
