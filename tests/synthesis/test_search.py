@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Judge, Operator, Table, loads_between
+from sits_mech.synthesis.figures import Judge, Table
+from sits_mech.synthesis.loads import Operator, loads_between
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Design
 
