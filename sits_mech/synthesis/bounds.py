@@ -3,10 +3,11 @@
 Looked at are the middle of a choice's box, its corners and points between. Where each of them exceeds a size, or is
 strained `HOPELESS` times the silicone's data under the overload, the choice is left out. The plan counts designs
 
-    N = choices + v + 1,      1 + v + 1 where the first design within the limits will do,
+    N = choices + v + 1,      3 where the first design within the limits will do,
 
 of v numbers between bounds, one of them solved finer, and takes for each what counting says of its loads
-(chain/prices.py): the overload, and those of its table that are solved.
+(chain/prices.py): the overload, and those of its table that are solved; for the first design those of the choice that
+linear theory strains least.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from sits_mech.synthesis.space import Design, size_of
 
 _BETWEEN, _CORNERS = 16, 4  # points of a box that are looked at; the most variables whose corners are
 _LIKELY = 0.9  # strain by linear theory that a start may have
+_ALSO, _OF_MANY = 0.15, 0.35  # seconds of a load beside its mechanics; of many loads over each alone (six requests)
 _FINER = 2.0  # seconds of the last design over those of others
 
 
@@ -111,7 +113,7 @@ def _left_out(asked: Requirements, bounds: Sequence[Bound]) -> Answered | None:
 def expected_designs(asked: Requirements, choices: int | None = None) -> int:
     """Return how many designs a search solves, of all choices or of so many that may hold."""
     count = len(asked.space.choices) if choices is None else choices
-    return (count if asked.goal else min(count, 1)) + len(asked.space.variables) + 1
+    return count + len(asked.space.variables) + 1 if asked.goal else 3
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,8 @@ def plan_of(asked: Requirements) -> DesignPlan:
     if not good:
         raise refused(asked, left)
     count = expected_designs(asked, len(good))
-    seconds = np.mean([_seconds(solver, own[0].design) for own in good.values() if own])
+    points = sorted((own[0] for own in good.values() if own), key=lambda each: each.strain)
+    seconds = np.mean([_seconds(solver, each.design) for each in points[: None if asked.goal else 1]])
     every = [each for own in good.values() for each in own]
     least = {name: min(each.sizes[name] for each in every) for name in every[0].sizes} if every else {}
     least |= {STRAIN: min(each.strain for each in every)} if every else {}
@@ -161,4 +164,4 @@ def _seconds(solver: Solver, design: Design) -> float:
     grid = dict(zip(axes.names, axes.axes, strict=True))
     every = loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH})
     solved = symmetry_of(sensor).without_images(solved_likely(every)) if solver.needs_table else []
-    return forecast(sensor, [every[-1]]).seconds * (1 + len(solved))
+    return (_ALSO + _OF_MANY * forecast(sensor, [every[-1]]).seconds) * (1 + len(solved))

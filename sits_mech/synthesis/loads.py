@@ -35,7 +35,9 @@ def loads_between(ends: Mapping[str, tuple[float, float]]) -> Loads:
     """
     count = _COUNTS.get(len(ends), 3)
     each = {name: count - (count > 3 and -ends[name][0] != ends[name][1]) for name in ends}
-    axes = [0.5 * (a + b) + 0.5 * (b - a) * chebyshev.chebpts2(each[name]) for name, (a, b) in ends.items()]
+    unit = {name: chebyshev.chebpts2(count) for name, count in each.items()}
+    even = {name: 0.5 * (points - points[::-1]) for name, points in unit.items()}  # images to the last digit
+    axes = [0.5 * (a + b) + 0.5 * (b - a) * even[name] for name, (a, b) in ends.items()]
     return Loads(tuple(ends), tuple(np.where(np.abs(axis) < 1e-12 * np.ptp(axis), 0.0, axis) for axis in axes))
 
 

@@ -44,6 +44,12 @@ def test_polynomials_and_their_slopes_are_exact() -> None:
     np.testing.assert_allclose(by_z, 2 * points[:, 0] ** 3 * points[:, 1] - 1.0, rtol=1e-11)
 
 
+def test_loads_to_both_sides_are_images_to_the_last_digit() -> None:
+    """Five from -5 N to 5 N: three are solved where the pad is symmetric."""
+    axis = loads_between({"F_x": (-5.0, 5.0), "F_z": (0.0, 15.0)}).axes[0]
+    assert len(set(np.abs(axis))) == 3 and len(axis) == 5
+
+
 def test_resolution_of_a_linear_sensor_is_that_of_least_squares() -> None:
     """At every load the same: the covariance of a weighted fit; no crosstalk, one load for each reading."""
     own = judge()
