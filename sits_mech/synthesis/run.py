@@ -40,7 +40,7 @@ from sits_mech.synthesis.around import landscape_of, prices, sensitivities
 from sits_mech.synthesis.bounds import begin_at, bounds_of, expected_designs, refused, strained_least
 from sits_mech.synthesis.preview import Preview, preview_of
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
-from sits_mech.synthesis.search import MOST, Search
+from sits_mech.synthesis.search import HOPELESS, MOST, Search
 from sits_mech.synthesis.solve import COARSE, FINE, Solver
 from sits_mech.synthesis.space import Design
 
@@ -224,6 +224,8 @@ class _Run:
             if search.task.holds(new) and not made_share(search.task, new).value < self.asked.least_yield:
                 return new
             found.append(new)
+            if new.carried and search.task.worst(new) > HOPELESS:
+                break  # no round design beside it holds either
         chosen = min(found, key=search.merit)
         return chosen if chosen.carried else best
 

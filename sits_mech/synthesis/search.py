@@ -31,11 +31,12 @@ from sits_mech.synthesis.space import Design
 Solve = Callable[[Design], Answered]
 MOST = 60
 """Designs that a search solves."""
+HOPELESS = 0.5
+"""Of a limit: where the best prediction of two solved designs exceeds it by more, no other is solved."""
 _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
 _CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
 _GAIN = 1e-2  # of what is minimised: less is not worth a solve, as no answer is known better
-_HOPELESS = 0.5  # of a limit: where the best prediction of two solved designs exceeds it by more, no other is solved
 _LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
 _THINNER = 0.02  # of a height: what is less is no simpler design
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
@@ -164,7 +165,13 @@ class Search:
         return x
 
     def _begin(self, branch: Branch) -> None:
-        """Solve a choice at its start; where that fails, at the next one."""
+        """Solve a choice at its start; where that fails, at the next one. What is out of reach of any is not begun."""
+        beyond = self.task.out_of_reach(self.known)
+        if beyond:
+            design, none = Design(branch.choice, (0.5,) * self.count), np.zeros((self.count, 0, 0))
+            branch.known.append(Answered(design, f"left out: {beyond}", None, none, {}, {}))
+            branch.done = True
+            return
         for attempt in range(3):
             x = self.start(branch.choice, attempt)
             if isinstance(x, Answered):
@@ -195,7 +202,8 @@ class Search:
         """Return whether a choice promises no gain."""
         if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
             return True
-        if branch.promise.excess > _HOPELESS and len(branch.prediction.solved) > 1:
+        known = len(branch.prediction.solved) > 1 or self.task.out_of_reach(self.known)
+        if branch.promise.excess > HOPELESS and known:
             return True
         return self.best_merit - self._hope(branch) < _GAIN * max(abs(self.best_merit), 1e-12)
 
