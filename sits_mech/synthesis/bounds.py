@@ -123,7 +123,7 @@ class DesignPlan:
     designs: int
     seconds: float  # of the processor, within a factor of some two
     least: dict[str, float]  # [SI]
-    left_out: dict[str, str]  # why, by choice in words
+    not_solved: dict[str, str]  # why, by choice in words
 
 
 def plan_of(asked: Requirements) -> DesignPlan:

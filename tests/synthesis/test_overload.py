@@ -13,7 +13,7 @@ SENSOR = load_sensor("biorob2018")
 def test_linear_theory_is_a_sheared_and_a_squeezed_layer() -> None:
     """A way of s thicknesses alone: gamma = s, lambda of simple shear; under a press the strain rises with the load."""
     assert SENSOR.elastomer is not None and SENSOR.target is not None
-    silicone, area = SENSOR.elastomer.silicone, SENSOR.target.width * (SENSOR.target.length or 0.0)
+    silicone, area = SENSOR.elastomer.silicone, (SENSOR.target.width or 0.0) * (SENSOR.target.length or 0.0)
     load = Wrench(F_x=0.1, M=-0.1 * (SENSOR.target.load_height + 0.5 * SENSOR.elastomer.thickness))
     gamma = 0.1 / (silicone.shear_modulus * area)
     tilted = linear_strain(SENSOR, Wrench(F_x=0.1))

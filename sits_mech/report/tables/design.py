@@ -52,7 +52,7 @@ def plan_tables(found: DesignPlan) -> list[Table]:
     lines = [("designs to solve", f"about {found.designs}"), ("seconds", f"about {found.seconds:.2g} of the processor")]
     lines += [(f"least {name}", figure_words(name, size)) for name, size in found.least.items()]
     tables = [key_table("planned", lines)]
-    return tables + ([key_table("not to be solved", [*found.left_out.items()])] if found.left_out else [])
+    return tables + ([key_table("not to be solved", [*found.not_solved.items()])] if found.not_solved else [])
 
 
 def preview_table(found: Preview) -> Table:
