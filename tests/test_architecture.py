@@ -83,8 +83,11 @@ UNMIRRORED = {
         "tests/cli/test_main.py: through the command line",
     ),
     "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
+    "scene/refusals.py": "tests/scene/test_sensor.py: what files are refused for",
+    "synthesis/loads.py": "tests/synthesis/test_figures.py: polynomials and their slopes",
+    "synthesis/written.py": "tests/synthesis/test_requirements.py: files read and refused",
     **dict.fromkeys(
-        ("synthesis/answer.py", "synthesis/answered.py", "synthesis/around.py"),
+        (f"synthesis/{name}.py" for name in ("answer", "answered", "around", "preview")),
         "tests/synthesis/test_run.py: what comes of a search",
     ),
     "export/calibrations.py": "tests/test_public_names.py: examples of each; tests/cli/test_built.py: as commands do",

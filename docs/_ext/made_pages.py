@@ -117,6 +117,12 @@ def schemas(here: Path, made: Path) -> None:
         title = f"`[[{key}]]`" if key in ("coils", "conductors") else f"`[{key}]`"
         lines += _keys(scene["$defs"][part], title)
     write(here / "_pages" / "scene_keys.md", "\n".join(lines))
+    asked = schema_of("requirements")
+    lines = []
+    for part in ("loads", "require", "tolerance", "goal"):
+        said = {"description": asked["properties"][part]["description"]}
+        lines += [line.replace("## ", "### ") for line in _keys(said | asked["$defs"][part], f"In `[{part}]`")]
+    write(here / "_pages" / "requirement_keys.md", "\n".join(lines))
     write(here / "_pages" / "laws.md", "\n".join(_laws(scene)))
 
 

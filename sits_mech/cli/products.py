@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal
@@ -23,6 +25,7 @@ from sits_mech.cli.options import (
     app,
     check_asked,
     check_readable,
+    flag,
     output_of,
     pose_of,
     sensor_of,
@@ -158,7 +161,9 @@ def export(
 @app.command
 def design(
     requirements: Annotated[Path, Parameter(help="Requirement file: scene, loads, vary, require, tolerance, goal.")], *,
-    output: Annotated[Path, output_of("Folder for the answer and solved designs.")],
+    output: Annotated[Path | None, output_of("Folder for the answer and solved designs; without --plan.")] = None,
+    plan: Annotated[bool, flag("Tell designs to solve, seconds, and what is left out; solve none.")] = False,
+    preview: Annotated[bool, flag("Answer by what three solved designs predict; they are kept.")] = False,
     most: Annotated[int, Parameter(help="Largest number of designs to solve.")] = 60,
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Processes for the first designs.")] = 1,
     as_json: Json = False,
@@ -172,22 +177,52 @@ def design(
     from sits_mech.batch.executors import workers
     from sits_mech.report.design import write_design
     from sits_mech.report.folder import cases_folder, prepare_folder
-    from sits_mech.report.tables.design import design_record, design_tables
+    from sits_mech.report.tables.design import (
+        design_record,
+        design_tables,
+        plan_tables,
+        preview_record,
+        preview_table,
+    )
+    from sits_mech.synthesis.bounds import plan_of
     from sits_mech.synthesis.requirements import read_requirements
-    from sits_mech.synthesis.run import check_most
+    from sits_mech.synthesis.run import check_most, previewed
     from sits_mech.synthesis.run import design as designed
 
     asked = read_requirements(requirements)
     check_most(most)
+    if plan:
+        planned = plan_of(asked)
+        answer(asdict(planned), plan_tables(planned), as_json)
+        return 0
+    if output is None:
+        raise SceneError("--output: must be a folder for the answer and solved designs; it is missing")
+    if preview:
+        with progress_bar("designs") as progress:
+            seen = previewed(asked, folder=cases_folder(prepare_folder(output)), told=_teller(progress))
+        answer(preview_record(seen), [preview_table(seen)], as_json)
+        return 0
     with workers(processes) as executor, progress_bar("designs") as progress:
         found = designed(
             asked, folder=cases_folder(prepare_folder(output)), most=most,
-            told=lambda done, all_, _: progress(done, all_), executor=executor,
+            told=_teller(progress), executor=executor,
         )
     missed = write_design(asked, found, output)
     answer(design_record(found), design_tables(asked, found), as_json)
     warn(*found.notes, *missed, f"written to {output}")
     return 0 if found.feasible else 3
+
+
+def _teller(progress: Callable[[int, int], None]) -> Callable[[int, int, str], None]:
+    """Return what moves a bar on a terminal, and writes a line for each solved design elsewhere."""
+
+    def told(done: int, all_: int, words: str) -> None:
+        """Tell of a solved design."""
+        progress(done, all_)
+        if not sys.stderr.isatty():
+            warn(f"{done} of about {all_}: {words}")
+
+    return told
 
 
 @app.command

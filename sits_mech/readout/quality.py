@@ -37,6 +37,8 @@ from sits_mech.readout.observability import Observability, observability
 from sits_mech.readout.table_errors import error_parts, table_errors
 
 _FINE = {1: 33, 2: 33, 3: 17, 4: 9}  # loads along each component, by their number
+SEEN = 1e-2
+"""Of what the loads move together: sums of inductances that they move less are no signal of a linear readout."""
 _READS = 1e-3  # of the largest possible weight: below it the coils share a coordinate, and no signal is along it
 
 
@@ -146,10 +148,13 @@ def _condition(cal: Calibration, loads: Array) -> tuple[float, float]:
 
 
 def _linear_sums(cal: Calibration, loads: Array) -> Array:
-    """Return the sums of the inductances (d, n) that read each force best over loads, less its mean [N / unit]."""
+    """Return the sums of the inductances (d, n) that read each force best over loads, less its mean [N / unit].
+
+    Of sums that the loads move: two coils that no asked force tells apart differ by rounding and errors alone.
+    """
     L = cal.map.at(loads)
     design = np.hstack([L - L.mean(axis=0), np.ones((len(L), 1))]) / np.r_[cal.full_scale, 1.0]
-    found = np.linalg.lstsq(design, loads, rcond=None)[0]
+    found = np.linalg.lstsq(design, loads, rcond=SEEN)[0]
     return np.asarray(found[:-1].T / cal.full_scale)
 
 

@@ -26,7 +26,7 @@ def quantity_schema(unit: str, **limits: float) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class _Within:
+class Within:
     """A check that a quantity lies between `low` and `high`, with its words for errors and schema."""
 
     unit: str
@@ -87,25 +87,25 @@ def _silicone(value: object) -> str | Silicone:
     raise SceneError(unknown(value, silicones()))
 
 
-Length = Annotated[float, _Within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"'), LENGTH]
-Offset = Annotated[float, _Within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"'), LENGTH]
-Coordinate = Annotated[float, _Within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"'), PLACE]
-Frequency = Annotated[float, _Within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"'), FREQUENCY]
-Conductivity = Annotated[float, _Within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
-LossTangent = Annotated[float, _Within("", 0.0, 10.0, "a loss tangent from 0 to 10")]
-Permeability = Annotated[float, _Within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
-Permittivity = Annotated[float, _Within("", 1.0, 1e5, "a relative permittivity from 1 to 1e5")]
-Capacitance = Annotated[float, _Within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
-Inductance = Annotated[float, _Within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
-Resistance = Annotated[float, _Within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
-Temperature = Annotated[float, _Within("K", 1.0, 3e3, 'a temperature from 1 K to 3000 K, such as "20 degC"')]
-Coefficient = Annotated[float, _Within("1/K", -0.1, 0.1, 'a coefficient within 0.1 per kelvin, such as "300 ppm/K"')]
-Stretch = Annotated[float, _Within("", 0.8, 1.25, "a stretch from 0.8 to 1.25, 1 for none")]
-Share = Annotated[float, _Within("", 0.0, 2.0, 'a share from 0 to 2, such as "5 %"')]
-Turn = Annotated[float, _Within("rad", 0.0, 0.5, 'zero or an angle up to 0.5 rad, such as "1 deg"')]
-Angle = Annotated[float, _Within("rad", -3.15, 3.15, 'an angle up to half a turn either way, such as "30 deg"')]
-Farads = Annotated[float, _Within("F", 0.0, 1.0, 'zero or a capacitance up to 1 F, such as "3 pF"')]
-Friction = Annotated[float, _Within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
+Length = Annotated[float, Within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"'), LENGTH]
+Offset = Annotated[float, Within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"'), LENGTH]
+Coordinate = Annotated[float, Within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"'), PLACE]
+Frequency = Annotated[float, Within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"'), FREQUENCY]
+Conductivity = Annotated[float, Within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
+LossTangent = Annotated[float, Within("", 0.0, 10.0, "a loss tangent from 0 to 10")]
+Permeability = Annotated[float, Within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
+Permittivity = Annotated[float, Within("", 1.0, 1e5, "a relative permittivity from 1 to 1e5")]
+Capacitance = Annotated[float, Within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
+Inductance = Annotated[float, Within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
+Resistance = Annotated[float, Within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
+Temperature = Annotated[float, Within("K", 1.0, 3e3, 'a temperature from 1 K to 3000 K, such as "20 degC"')]
+Coefficient = Annotated[float, Within("1/K", -0.1, 0.1, 'a coefficient within 0.1 per kelvin, such as "300 ppm/K"')]
+Stretch = Annotated[float, Within("", 0.8, 1.25, "a stretch from 0.8 to 1.25, 1 for none")]
+Share = Annotated[float, Within("", 0.0, 2.0, 'a share from 0 to 2, such as "5 %"')]
+Turn = Annotated[float, Within("rad", 0.0, 0.5, 'zero or an angle up to 0.5 rad, such as "1 deg"')]
+Angle = Annotated[float, Within("rad", -3.15, 3.15, 'an angle up to half a turn either way, such as "30 deg"')]
+Farads = Annotated[float, Within("F", 0.0, 1.0, 'zero or a capacitance up to 1 F, such as "3 pF"')]
+Friction = Annotated[float, Within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
 Count = Annotated[int, BeforeValidator(_count), WithJsonSchema({"type": "integer", "minimum": 1, "maximum": 1000})]
 Name = Annotated[str, BeforeValidator(_name), WithJsonSchema({"type": "string", "minLength": 1, "maxLength": 200})]
 MetalName = Annotated[str, BeforeValidator(_metal_name)]

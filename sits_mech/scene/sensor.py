@@ -25,8 +25,9 @@ from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
 from sits_mech.scene.materials import Metal, unknown
 from sits_mech.scene.parts import Conductor, Readout, Target, Tolerances
+from sits_mech.scene.refusals import refusal
 from sits_mech.silicone.material import Silicone
-from sits_mech.units import SceneError, printable, quantity, shown
+from sits_mech.units import SceneError, quantity, shown
 from sits_mech.version import __version__
 
 __all__ = [
@@ -148,37 +149,7 @@ def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
     try:
         return Sensor.model_validate(scene)
     except ValidationError as error:
-        raise SceneError(f"{where}: {_refusal(error, scene)}") from None
-
-
-def _named(steps: tuple[int | str, ...], scene: Mapping[str, Any]) -> tuple[int | str, ...]:
-    """Return the steps of a key with the name of the part in place of its number, where it has one."""
-    match steps:
-        case (str(parts), int(number), *rest) if isinstance(scene.get(parts), list):
-            part = scene[parts][number]
-            name = part.get("name") if isinstance(part, Mapping) else None
-            return (parts, name if isinstance(name, str) and name else number, *rest)
-    return steps
-
-
-def _refusal(error: ValidationError, scene: Mapping[str, Any]) -> str:
-    """Return the first error of a scene, unknown keys before their consequences; parts by their names."""
-    found = error.errors(include_url=False)
-    first = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
-    steps = first["loc"]
-    key = printable(".".join(str(step) for step in _named(steps, scene)))
-    if first["type"] == "extra_forbidden":
-        return f"{key}: the key {unknown(steps[-1], _PARTS.get(str(steps[0]), Sensor).model_fields)}"
-    if first["type"] == "missing":
-        return f"{key}: must be given; it is missing"
-    cause = first.get("ctx", {}).get("error")
-    if cause is not None:
-        text = str(cause)
-        return f"{key}: {text}" if key else text
-    kinds = {"tuple_type": "a list", "too_long": "a list of two", "model_type": "a table"}
-    expected = kinds.get(first["type"])
-    must = f"must be {expected}" if expected else first["msg"].replace("Input should be", "must be", 1)
-    return f"{key or 'scene'}: {must}; got {shown(first['input'])}"
+        raise SceneError(f"{where}: {refusal(error, scene, Sensor, 'scene')}") from None
 
 
 @cache

@@ -9,7 +9,7 @@ design stands in around.py.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,10 +20,12 @@ from sits_mech.synthesis.around import Changes, Landscape, Price
 from sits_mech.synthesis.kinds import INVERSE, STRAIN, figure_words, kind_of, shown_as
 from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.search import Search
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.space import Design, Space
 
-Words = Callable[[Design], str]
 _MANY = 4096  # sensors made
+_APART = 0.1  # of the box: tied designs that are nearer are one
+_DIFFERS = 0.05  # of a figure: what tells designs apart
+_NOTHING = 2e-3  # of a limit: a guard that is none
 
 
 @dataclass(frozen=True)
@@ -85,12 +87,16 @@ class DesignAnswer:
         The front; all that was solved.
     lost : tuple of Lost
     tied : tuple of str
-        Best designs of other choices that may be as good or better within the errors.
+        Designs that may be as good or better within the errors, in words; at the end what tells them apart.
     solves : int
         Chains solved.
     landscape : Landscape or None
         None without numbers between bounds.
     notes : tuple of str
+    guards : dict
+        Figure -> value [SI] that it may have by itself, so that the asked share of the sensors made hold its limit.
+    causes : tuple of str
+        What figures beyond their limits come from, in words.
     """
 
     task: Task
@@ -111,6 +117,8 @@ class DesignAnswer:
     solves: int
     landscape: Landscape | None = None
     notes: tuple[str, ...] = ()
+    guards: dict[str, float] = field(default_factory=dict)
+    causes: tuple[str, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -195,10 +203,14 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
     task = search.task
     figures = task.own_figures(other)
     excess = task.excess(figures, other.table)
-    name = max(excess, key=lambda each: excess[each]) if excess else ""
+    known = [each for each in excess if each != "yield" and excess[each] > 0.0] or [*excess]
+    name = max(known, key=lambda each: excess[each]) if excess else ""
     if name and excess[name] > 0.0:
         if name == "yield":
-            return f"fewer than {100.0 * task.judge.share:.3g} % of the sensors made hold the limits"
+            shares = held_shares(task, other)
+            rarest = min(shares, key=lambda each: shares[each])
+            words = f"fewer than {100.0 * task.judge.share:.3g} % of the sensors made hold the limits"
+            return f"{words}, {rarest} least: {100.0 * shares[rarest]:.3g} %"
         error = other.error.get(name, 0.0)
         unsure = f" +- {figure_words(name, error)}" if error > 0.0 else ""
         return f"{name} {figure_words(name, figures[name])}{unsure} against {figure_words(name, task.limits[name])}"
@@ -209,26 +221,98 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
     return f"holds the limits, but what is minimised is {more}"
 
 
-def tied_with(search: Search, others: Sequence[Answered], best: Answered, words: Words) -> tuple[str, ...]:
-    """Return the designs of other choices that may be as good as the best one or better, within the errors."""
-    found = []
-    for each in others:
-        if each.design.choice != best.design.choice and search.task.goal and search.may_beat(each, best):
-            open_ = search.task.undecided(each)
-            found.append(words(each.design) + (f" ({', '.join(open_)} within its error)" if open_ else ""))
-    return tuple(found)
+def tied_with(search: Search, others: Sequence[Answered], best: Answered, space: Space) -> tuple[str, ...]:
+    """Return designs that are as good as the best one within the errors, in words, what each is best in, what differs.
+
+    Of other choices those that their errors leave open; of its own those within what answers are known by, a tenth of
+    the box apart.
+    """
+    task, found = search.task, list[Answered]()
+    for each in others if task.goal else ():
+        own = each.design.choice == best.design.choice
+        far = min(float(np.max(np.abs(each.point - one.point), initial=0.0)) for one in (best, *found)) > _APART
+        if search.as_good(search.merit(each), best) and far if own else search.may_beat(each, best):
+            found.append(each)
+    every = [best, *found]
+    titles: dict[int, list[str]] = {}
+    sensors = [space.sensor(each.design) for each in every]
+    volumes = [0.0 if each.elastomer is None else float(np.prod(each.elastomer.extent)) * each.elastomer.thickness
+               for each in sensors]
+    margins = [max(task.excess(task.own_figures(each), each.table).values(), default=0.0) for each in every]
+    heights = [each.plain["height"] for each in every]
+    for title, values in (("thinnest", heights), ("least silicone", volumes), ("farthest from limits", margins)):
+        titles.setdefault(int(np.argmin(values)), []).append(title)
+    words = []
+    for k, each in enumerate(found, 1):
+        said = titles.get(k, []) + [f"{name} within its error" for name in task.undecided(each)]
+        words.append(space.words(each.design) + (f" ({', '.join(said)})" if said else ""))
+    return (*words, *([_apart(task, every)] if found else []))
+
+
+def _apart(task: Task, tied: Sequence[Answered]) -> str:
+    """Return in words which figures tell tied designs apart, those that differ most beyond their errors."""
+    rows, found = [task.own_figures(each) for each in tied], []
+    for name in rows[0]:
+        values = [row[name] for row in rows if name in row]
+        error = max(each.error.get(name, 0.0) for each in tied)
+        spread = float(np.ptp(values)) - 2.0 * error
+        if name != INVERSE and spread > _DIFFERS * max(map(abs, values)):
+            found.append((spread / max(map(abs, values)), name, values))
+    first = sorted(found, key=lambda each: -each[0])[:3]
+    named = [f"{name} {figure_words(name, min(own))} to {figure_words(name, max(own))}" for _, name, own in first]
+    return f"told apart by {', '.join(named)}" if named else "told apart by a finer tolerance or a bench alone"
 
 
 def made_share(task: Task, best: Answered) -> Share:
     """Return the share of the sensors made that hold every limit."""
     if best.table is None or not len(task.judge.deviations):
         return Share(np.nan, np.nan, np.nan)
-    figures = task.own_figures(best)
-    fixed = [name for name in figures if not kind_of(name).scatters]
-    if any(over(name, figures[name], task.limits[name]) > 0.0 for name in fixed if name in task.limits):
+    figures, each = task.own_figures(best), task.judge.excesses(best.table, _MANY)
+    fixed = [name for name in figures if name not in each and not kind_of(name).scatters and name in task.limits]
+    if any(over(name, figures[name], task.limits[name]) > 0.0 for name in fixed):
         return Share(0.0, 0.0, 0.0)
-    excess, off = task.judge.excess(best.table, _MANY), task.errors(best).get("yield", 0.0)
-    return Share(*(float(np.mean(excess <= more)) for more in (0.0, -off, off)))
+    off, none = task.errors(best), np.full(_MANY, -1.0)
+
+    def held(side: float) -> float:
+        """Return the share with every figure worse by its error, or better."""
+        moved = (own + side * off.get(name, 0.0) for name, own in each.items())
+        return float(np.mean(np.max([none, *moved], axis=0) <= 0.0))
+
+    return Share(held(0.0), held(1.0), held(-1.0))
+
+
+def guards(task: Task, best: Answered) -> dict[str, float]:
+    """Return how much each figure that scatters may be by itself, so that the share `yield` of those made hold it.
+
+    As far from the limit as the sensors made around the best design scatter; of an error, which is of that share, none.
+    """
+    if best.table is None or not len(task.judge.deviations):
+        return {}
+    figures, found = task.own_figures(best), {}
+    for name, own in task.judge.excesses(best.table, _MANY).items():
+        away = float(np.quantile(own - over(name, figures[name], task.limits[name]), task.judge.share))
+        if not name.startswith("error.") and away > _NOTHING:
+            found[name] = (1.0 - away) * task.limits[name]
+    return found
+
+
+def causes(asked: Requirements, task: Task, best: Answered) -> tuple[str, ...]:
+    """Return in words what limits come from that are exceeded: noise by its parts, and what it must be for them."""
+    repeated, found = asked.tolerance.get("repeatability"), []
+    if best.table is None or repeated is None or not len(best.converter):
+        return ()
+    parts = task.judge.resolution_parts(best.table, best.converter)
+    for name, (own, other) in parts.items():
+        limit, value = task.limits.get(name, np.inf), float(np.hypot(own, other))
+        if value <= limit:
+            continue
+        words = f"{name} {figure_words(name, value)}: {figure_words(name, other)} of it by repeatability, "
+        words += f"{figure_words(name, own)} by the converter"
+        if own < limit:
+            most = repeated * float(np.sqrt(limit**2 - own**2)) / other
+            words += f"; for {figure_words(name, limit)} tolerance.repeatability must be below {100.0 * most:.2g} %"
+        found.append(words)
+    return tuple(found)
 
 
 def held_shares(task: Task, best: Answered) -> dict[str, float]:

@@ -6,16 +6,19 @@ the tolerances; one that does not has a reason. ``plain`` are figures that no ta
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.kinds import kind_of
+from sits_mech.synthesis.kinds import STRAIN, figure_words, kind_of
 from sits_mech.synthesis.space import Design
 
+_REACH = 3.0  # of a limit of a resolution
+_ROUNDING = 1e-9  # of a limit: sizes are sums and differences of written numbers
 LEAST_INVERSE = 0.05
 """Of the figure `INVERSE`: what is below is one load for each reading by luck."""
 
@@ -32,6 +35,7 @@ class Answered:
     plain_by_x: dict[str, Array]  # their derivatives (v,), where known
     error: dict[str, float] = field(default_factory=dict)  # of each figure, where known
     seconds: float = 0.0  # of the processor
+    converter: Array = field(default_factory=lambda: np.zeros(0))  # (n,) noise of the converter alone [H]
 
     @property
     def carried(self) -> bool:
@@ -53,6 +57,7 @@ class Task:
     goal: dict[str, float]  # weights of figures that are minimised; empty: any design within all limits
     sizes: dict[str, float] = field(default_factory=dict)  # figures of any design, scales of those without a limit
     weighed: dict[str, float] = field(default_factory=dict)  # limits that scale the others; those above by default
+    floors: dict[str, float] = field(default_factory=dict)  # of minimised figures: errors, below which none ranks
 
     def figures(self, table: Table | None, plain: dict[str, float]) -> dict[str, float]:
         """Return all figures of a design, known or predicted."""
@@ -93,18 +98,47 @@ class Task:
         """Return what a minimised figure is taken over: its limit, else its size."""
         return abs((self.sizes | (self.weighed or self.limits)).get(name, 1.0))
 
+    def worst(self, found: Answered) -> float:
+        """Return the excess of the limit that a solved design exceeds most, over it; not positive where all hold."""
+        return max(self.excess(self.own_figures(found), found.table).values(), default=-1.0)
+
     def holds(self, found: Answered) -> bool:
         """Return whether a solved design holds every limit."""
-        excess = self.excess(self.own_figures(found), found.table)
-        return found.carried and max(excess.values(), default=-1.0) <= 0.0
+        return found.carried and self.worst(found) <= 0.0
 
     def aim(self, figures: dict[str, float]) -> float:
-        """Return what is minimised: figures over their limits, or over their sizes, by their weights."""
-        return sum(w * kind_of(name).sign * figures[name] / self.scale(name) for name, w in self.goal.items())
+        """Return what is minimised: figures over their limits, or over their sizes, by their weights.
+
+        A figure below its own error counts as that: which of two such ones is less is not known.
+        """
+        known = {name: max(figures[name], self.floors.get(name, -np.inf)) for name in self.goal}
+        return sum(w * kind_of(name).sign * known[name] / self.scale(name) for name, w in self.goal.items())
+
+    def out_of_reach(self, known: Sequence[Answered]) -> str:
+        """Return in words which resolution no silicone can bring within its limit, by what is solved; "" for none.
+
+        A softer one shows a load more, and is strained as much more: by linear theory resolution times strain stays, so
+        that it is the resolution at the end of the data. `_REACH` is for what other sizes may do.
+        """
+        figures = [self.own_figures(each) for each in known if each.carried]
+        for name, limit in self.limits.items() if figures else ():
+            best = min((own[name] * min(own.get(STRAIN, 1.0), 1.0) for own in figures if name in own), default=0.0)
+            if name.startswith("resolution.") and best > _REACH * limit:
+                least = figure_words(name, best)
+                return f"{name} some {least} at the end of a silicone's data, against {figure_words(name, limit)}"
+        return ""
+
+    def learned(self, found: Answered) -> Task:
+        """Return the task with what a solved design tells: the sizes of figures, and their errors."""
+        sizes = self.sizes or self.own_figures(found)
+        floors = {name: error for name in self.goal if np.isfinite(error := found.error.get(name, np.nan))}
+        floors = {name: min(error, self.floors.get(name, error)) for name, error in floors.items()}
+        return replace(self, sizes=sizes, floors=self.floors | floors)
 
 
 def over(name: str, value: float, limit: float) -> float:
-    """Return by how much a figure exceeds its limit, over the limit."""
+    """Return by how much a figure exceeds its limit, over the limit; nothing where that is rounding."""
     if not np.isfinite(value):
         return 1e3
-    return kind_of(name).sign * float(value - limit) / abs(limit)
+    excess = kind_of(name).sign * float(value - limit) / abs(limit)
+    return excess if abs(excess) > _ROUNDING else 0.0

@@ -27,105 +27,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from scipy.stats import norm, qmc
 
-from sits_mech.quantities import Array, tensor_grid
+from sits_mech.quantities import Array
+from sits_mech.readout.quality import SEEN
 from sits_mech.synthesis.kinds import INVERSE
+from sits_mech.synthesis.loads import Operator
 
-_COUNTS = {1: 5, 2: 5}  # loads along each component, by their number, three of more; one less to one side
-_FINE = {1: 17, 2: 7, 3: 5}
 _FEW, _MANY = 512, 4096  # samples of a search and of an answer: 128 told an error 4 % too small
 _ROUNDING = 1e-12  # of a range per kelvin: drift that symmetry forbids
-
-
-class Loads(NamedTuple):
-    """Names of load components and their values on a grid."""
-
-    names: tuple[str, ...]
-    axes: tuple[Array, ...]
-
-    @property
-    def span(self) -> Array:
-        """The range of each component, shape (d,)."""
-        return np.array([axis[-1] - axis[0] for axis in self.axes])
-
-
-def loads_between(ends: Mapping[str, tuple[float, float]]) -> Loads:
-    """Return Chebyshev's points of the range of each component, the ends among them.
-
-    A range that is even to both sides contains zero, and half of its loads are images where the pad is symmetric.
-    """
-    count = _COUNTS.get(len(ends), 3)
-    each = {name: count - (count > 3 and -ends[name][0] != ends[name][1]) for name in ends}
-    axes = [0.5 * (a + b) + 0.5 * (b - a) * chebyshev.chebpts2(each[name]) for name, (a, b) in ends.items()]
-    return Loads(tuple(ends), tuple(np.where(np.abs(axis) < 1e-12 * np.ptp(axis), 0.0, axis) for axis in axes))
-
-
-@dataclass(frozen=True)
-class Operator:
-    """Interpolation of inductances and slopes from the g loads of a grid."""
-
-    loads: Loads
-
-    @cached_property
-    def fine(self) -> list[Array]:
-        """Values of each component at which figures are evaluated."""
-        count = _FINE.get(len(self.loads.names), 4)
-        return [np.linspace(axis[0], axis[-1], count) for axis in self.loads.axes]
-
-    @cached_property
-    def points(self) -> Array:
-        """Loads at which figures are evaluated, shape (m, d)."""
-        return tensor_grid(*self.fine).reshape(-1, len(self.fine))
-
-    @cached_property
-    def known(self) -> Array:
-        """No load; then each component at its largest, the others zero, shape (1 + d, d)."""
-        largest = [axis[int(np.argmax(np.abs(axis)))] for axis in self.loads.axes]
-        rest = np.array([np.clip(0.0, axis[0], axis[-1]) for axis in self.loads.axes])
-        return np.vstack([rest, rest + np.diag(largest - rest)])
-
-    @cached_property
-    def at_points(self) -> tuple[Array, Array]:
-        """Matrices from the grid to values (m, g) and derivatives (d, m, g) at the points."""
-        return self.values(self.points), self.derivatives(self.points)
-
-    @cached_property
-    def at_known(self) -> tuple[Array, Array]:
-        """Matrices from the grid to values and derivatives at the known loads."""
-        return self.values(self.known), self.derivatives(self.known)
-
-    def values(self, points: Array) -> Array:
-        """Return the matrix from the grid to values at points (m, d), shape (m, g)."""
-        return _products([_along(axis, x)[0] for axis, x in zip(self.loads.axes, points.T, strict=True)])
-
-    def derivatives(self, points: Array) -> Array:
-        """Return the matrices from the grid to derivatives at points (m, d), shape (d, m, g)."""
-        each = [_along(axis, x) for axis, x in zip(self.loads.axes, points.T, strict=True)]
-        rows = range(len(each))
-        return np.stack([_products([one[int(k == own)] for k, one in enumerate(each)]) for own in rows])
-
-
-def _along(axis: Array, x: Array) -> tuple[Array, Array]:
-    """Return matrices from values on an axis (k,) to values and slopes at x (m,), shape (m, k) each."""
-    half, middle = 0.5 * (axis[-1] - axis[0]), 0.5 * (axis[-1] + axis[0])
-    s, t = (axis - middle) / half, (x - middle) / half
-    inverse = np.linalg.inv(chebyshev.chebvander(s, len(s) - 1))
-    slope = chebyshev.chebder(np.eye(len(s)), axis=0)
-    rate = chebyshev.chebvander(t, len(s) - 2) @ slope / half
-    return chebyshev.chebvander(t, len(s) - 1) @ inverse, rate @ inverse
-
-
-def _products(parts: list[Array]) -> Array:
-    """Return products over the axes, the last running fastest, shape (m, g)."""
-    found = np.ones((len(parts[0]), 1))
-    for part in parts:
-        found = (found[:, :, None] * part[:, None]).reshape(len(part), -1)
-    return found
 
 
 class Table(NamedTuple):
@@ -134,6 +48,7 @@ class Table(NamedTuple):
     L: Array
     by_tolerance: Array
     noise: Array
+    sizes: Mapping[str, tuple[float, Array]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -199,6 +114,19 @@ class Judge:
                 values = of(table, samples) / (span if kind == "error" else 1.0)
                 pairs = zip(names, limits, values.T, strict=True)
                 found |= {f"{kind}.{name}": own / limit - 1.0 for name, limit, own in pairs if limit is not None}
+        for name, (value, by) in table.sizes.items():
+            if name in self.limits:
+                found[name] = (value + samples @ by) / self.limits[name] - 1.0
+        return found
+
+    def resolution_parts(self, table: Table, converter: Array) -> dict[str, tuple[float, float]]:
+        """Return each resolution's parts at its worst load by the converter's noise (n,) and by the rest [N, N m]."""
+        slopes = self._slopes(table.L)
+        reader, rest = _readers(slopes, table.noise), np.sqrt(np.maximum(table.noise**2 - converter**2, 0.0))
+        found = {}
+        for k, name in enumerate(self.operator.loads.names):
+            worst = reader[int(np.argmax(_variances(slopes, table.noise)[:, k])), k]
+            found[f"resolution.{name}"] = float(np.linalg.norm(worst * converter)), float(np.linalg.norm(worst * rest))
         return found
 
     def _slopes(self, L: Array) -> Array:
@@ -254,9 +182,9 @@ class Judge:
         """Return the largest share of a range that another component feigns in the best linear readout."""
         points, span = self.operator.points, self.operator.loads.span
         here = self.operator.at_points[0] @ L
-        scale = np.ptp(here, axis=0)
+        scale = np.maximum(np.ptp(here, axis=0), 1e-300)
         design = np.hstack([(here - here.mean(axis=0)) / scale, np.ones((len(here), 1))])
-        found = np.linalg.lstsq(design, points, rcond=None)[0]
+        found = np.linalg.lstsq(design, points, rcond=SEEN)[0]
         wrong = (design @ found - points).reshape(*(len(axis) for axis in self.operator.fine), -1)
         axes = range(wrong.ndim - 1)
         nearest = [int(np.argmin(np.abs(axis))) for axis in self.operator.fine]

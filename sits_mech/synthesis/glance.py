@@ -9,7 +9,8 @@ from sits_mech.analysis.bench import table_inductances
 from sits_mech.readout.loads import request_of, several, varied
 from sits_mech.scene.sensor import Sensor
 from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Judge, Loads, Operator, Table
+from sits_mech.synthesis.figures import Judge, Table
+from sits_mech.synthesis.loads import Loads, Operator
 from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.solve import Solver, errors_of
 from sits_mech.synthesis.space import Design, size_of
@@ -29,7 +30,8 @@ def at_a_glance(
         raise ValueError("loads: every one must have a result for figures of merit")
     solver = Solver(asked, float(request_of(data)["tolerance"]))
     if like is None or like.table is None:
-        noise, rate = solver.converter(sensor, data)
+        own, repeated, rate = solver.converter(sensor, data)
+        noise = np.hypot(own, repeated)
         known = errors_of(sensor, data, noise)
     else:
         noise, rate, known = like.table.noise, like.plain["rate"], {}

@@ -24,6 +24,7 @@ class Kind(NamedTuple):
     scatters: bool = False  # with the tolerances
     exact: bool = False  # without error where none is told
     title: str = ""  # for a reader, where its name does not tell
+    meaning: str = ""  # in a line
 
     @property
     def sign(self) -> float:
@@ -32,14 +33,19 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    "resolution": Kind("{}", "m{}", 1e3, of="load", scatters=True),
-    "error": Kind(of="load", scatters=True),
-    "drift": Kind("{}/K", "m{}/K", 1e3, of="load"),
-    "crosstalk_before_inverse": Kind(),
-    "hysteresis": Kind(exact=True),
-    "rate": Kind("Hz", "Hz", 1.0, least=True, exact=True, title="readings a second"),
-    "height": Kind("m", "mm", 1e3, exact=True),
-    "footprint": Kind("m", "mm", 1e3, of="axes", exact=True),
+    "resolution": Kind(
+        "{}", "m{}", 1e3, of="load", scatters=True, meaning="One standard deviation of a reading, at the worst load"
+    ),
+    "error": Kind(
+        of="load", scatters=True,
+        meaning="Misreading at the worst load that `yield` of the sensors made stay below, over the component's range",
+    ),
+    "drift": Kind("{}/K", "m{}/K", 1e3, of="load", meaning="Of zero, with temperature"),
+    "crosstalk_before_inverse": Kind(meaning="What another component feigns in a linear readout, over the range"),
+    "hysteresis": Kind(exact=True, meaning="Width of the loop under a load that comes and goes in a second"),
+    "rate": Kind("Hz", "Hz", 1.0, least=True, exact=True, title="readings a second", meaning="Readings a second"),
+    "height": Kind("m", "mm", 1e3, exact=True, meaning="Of the box around all parts at rest"),
+    "footprint": Kind("m", "mm", 1e3, of="axes", exact=True, meaning="Of that box, along x and along y"),
     # whether there is one load for each reading; the silicone's largest strain under the overload, over what is known
     INVERSE: Kind("", "", 1.0, least=True, exact=True, title="one load for each reading (1: evenly)"),
     STRAIN: Kind(title="strain under the overload, of its data"),

@@ -7,7 +7,7 @@ a Gaussian process over the unit box with the kernel
 
 The best prediction is a sum of values and slopes with weights that depend on the points alone, so that one set of them
 serves a whole table. It interpolates what is known; of one point it is the tangent, or without slopes the value.
-Positive figures are predicted by their logarithm.
+Positive figures are predicted by their logarithm, but sizes, which are sums.
 
 Source: A. I. J. Forrester, A. Sobester, A. J. Keane, Engineering Design via Surrogate Modelling (2008), chapter 7.
 """
@@ -23,6 +23,7 @@ import numpy as np
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.figures import Table
+from sits_mech.synthesis.kinds import kind_of
 
 _LENGTH = 1.0  # l, of the box
 _JITTER = 1e-9  # of the kernel at no distance: rounding of what is nearly the same
@@ -98,7 +99,11 @@ class Prediction:
         by_x = np.array([each.by_x for each in self.solved])
         L = np.tensordot(values, np.array([each.L for each in tables]), 1) + np.tensordot(slopes, by_x, 2)
         by_tolerance, noise = (np.tensordot(others, np.array([each[k] for each in tables]), 1) for k in (1, 2))
-        return Table(L, by_tolerance, np.abs(noise))
+        sizes = {
+            name: (value, np.tensordot(others, np.array([each.sizes[name][1] for each in tables]), 1))
+            for name, value in self.plain(x).items() if all(name in each.sizes for each in tables)
+        }
+        return Table(L, by_tolerance, np.abs(noise), sizes)
 
     @cached_property
     def _of_tables(self) -> tuple[Kriging, Kriging]:
@@ -131,7 +136,8 @@ class _Figure:
     def of(cls, name: str, known: Sequence[Answered]) -> _Figure:
         """Return a figure from the designs that have it."""
         values = np.array([each.plain[name] for each in known])
-        logs, own = bool(np.all(values > 0.0)), [each.plain_by_x.get(name) for each in known]
+        logs = bool(np.all(values > 0.0)) and not kind_of(name).exact
+        own = [each.plain_by_x.get(name) for each in known]
         points = np.array([each.point for each in known])
         slopes = np.array([np.zeros(points.shape[1]) if each is None else each for each in own])
         whole = all(each is not None for each in own)

@@ -1,10 +1,11 @@
-"""Design a sensor from requirements: search, round, solve anew, answer.
+"""Design a sensor from requirements: bounds, search, round, solve anew, answer.
 
-The search solves coarsely (`COARSE`); its best design is moved to round numbers, of which those that promise most are
-solved at the finer tolerance. So are the best designs of other choices, as far as the errors leave open that they are
-better, those that may be best first, `_FINALS` in all. One whose figures are nearer to their limits than their errors
-is solved once more, finer still, before it is judged. What then stays open is reported: limits as undecided, designs as
-tied. Everything that was solved is kept, so that a run that was stopped goes on.
+Choices that linear theory or sizes rule out cost nothing. The search solves coarsely (`COARSE`); of the designs of its
+best choice that are as good as its best one, within what they are known, the thinnest is moved to round numbers, of
+which those that promise most are solved at the finer tolerance (`FINE`). So are the best designs of other choices, as
+far as the errors leave open that they are better, `_FINALS` in all. A solved design that holds every limit comes before
+one that does not. What stays open is reported: limits as undecided, designs as tied. Everything that was solved is
+kept, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.mechanics.models import strain_bound
-from sits_mech.quantities import Array, Wrench
+from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 from sits_mech.synthesis.answer import (
     DesignAnswer,
+    causes,
     figures_of,
     firsts,
     front_of,
+    guards,
     held_shares,
     lost_values,
     made_share,
@@ -35,14 +37,15 @@ from sits_mech.synthesis.answer import (
 )
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import landscape_of, prices, sensitivities
+from sits_mech.synthesis.bounds import begin_at, bounds_of, expected_designs, refused, strained_least
+from sits_mech.synthesis.preview import Preview, preview_of
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
-from sits_mech.synthesis.search import MOST, Search
-from sits_mech.synthesis.solve import Solver
+from sits_mech.synthesis.search import HOPELESS, MOST, Search
+from sits_mech.synthesis.solve import COARSE, FINE, Solver
 from sits_mech.synthesis.space import Design
 
-COARSE, FINE, FINEST = 5e-2, 1e-2, 3e-3
-"""Tolerances of the chain: of the search, of the recommended design, and where that is not enough."""
-_TRIES = 3  # round designs of a choice that are solved
+_TRIES = 2  # round designs of a choice that are solved
+_FIRST = 3  # designs of a preview
 _FINALS = 3  # choices whose best designs are solved finer
 
 Told = Callable[[int, int, str], None]
@@ -93,17 +96,16 @@ def design(
     asked = _asked(requirements)
     run = _Run(asked, folder, most, told)
     if executor is not None:
-        first = [Design(choice, tuple(run.middle.tolist())) for choice in asked.space.choices[:most]]
+        starts = {choice: run.start(choice, 0) for choice in asked.space.choices[:most]}
+        first = [Design(choice, tuple(x.tolist())) for choice, x in starts.items() if isinstance(x, np.ndarray)]
         run.ahead = {each: executor.submit(run.coarse, each) for each in first}
-    search = Search(run.coarse.task, asked.space.choices, len(asked.space.variables), run.solve, run.start, most, seed)
+    search = run.search(most, seed)
     known = search.run()
     good = [each for each in known if each.carried]
     if not good:
-        least = min(known, key=lambda each: min(each.plain.values(), default=np.inf))
-        words = f"{asked.space.words(least.design)}: {least.reason}"
-        raise SceneError(f"loads: no design within the bounds answers them; {words}")
+        raise refused(asked, known)
     finals = run.finals(search, known)
-    best, task, space = finals[0], search.task, asked.space
+    best, task, space = finals[0], search.task, asked.space  # as learned from the finals
     branch = next(each for each in search.branches if each.choice == best.design.choice)
     share = made_share(task, best)
     open_ = [name for name in task.undecided(best) if name != "yield"]
@@ -116,9 +118,23 @@ def design(
         held_shares(task, best), prices(search, branch, best),
         *sensitivities(task, branch.prediction, best.point, space.variables),
         front_of(task, [*finals, *known]), tuple(known), lost_values(asked, search, known, finals),
-        tied_with(search, [*finals, *others], best, space.words), run.count,
-        landscape_of(asked, search, branch.prediction, best), run.notes(best),
+        tied_with(search, [*finals, *others, *branch.known], best, space), run.count,
+        landscape_of(asked, search, branch.prediction, best), run.notes(best), guards(task, best),
+        causes(asked, task, best),
     )
+
+
+def previewed(requirements: Requirements, *, folder: Path | None = None, told: Told | None = None) -> Preview:
+    """Return what the first `_FIRST` designs of a search predict; `design` goes on from them.
+
+    Raises SceneError as `design`.
+    """
+    run = _Run(requirements, folder, _FIRST, told)
+    search = run.search(_FIRST, 0)
+    known = search.run()
+    if not any(each.carried for each in known):
+        raise refused(requirements, known)
+    return preview_of(requirements, search)
 
 
 def check_most(most: int) -> None:
@@ -147,15 +163,19 @@ class _Run:
     count: int = 0
     ahead: dict[Design, Future[Answered]] = field(default_factory=dict)
 
-    @property
-    def middle(self) -> Array:
-        """The point where every choice begins."""
-        return np.full(len(self.asked.space.variables), 0.5)
-
     @cached_property
     def coarse(self) -> Solver:
         """The solver of the search."""
         return Solver(self.asked, COARSE, self.folder)
+
+    def search(self, most: int, seed: int) -> Search:
+        """Return the search, the least strained choices first where the first design within the limits will do."""
+        space = self.asked.space
+        choices = space.choices
+        if not self.asked.goal:
+            bounds = {choice: bounds_of(self.coarse, choice)[1] for choice in choices}
+            choices = tuple(sorted(choices, key=lambda each: min((one.strain for one in bounds[each]), default=np.inf)))
+        return Search(self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed)
 
     def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:
         """Solve a design, and report progress."""
@@ -164,55 +184,39 @@ class _Run:
         self.count += 1
         if self.told is not None:
             words = f"{self.asked.space.words(wanted)}: {said_of(self.coarse.task, found)}"
-            self.told(self.count, self.most + (_TRIES + 1) * _FINALS, words)
+            self.told(self.count, max(self.count, min(self.most, expected_designs(self.asked))), words)
         return found
 
-    def start(self, choice: tuple[int, ...], attempt: int) -> Array | None:
-        """Return where a choice begins: the middle, then the corner of least strain by linear theory."""
-        middle = self.middle
-        if attempt == 0:
-            return middle
-        if attempt > 1 or not len(middle):
+    def start(self, choice: tuple[int, ...], attempt: int) -> Array | Answered | None:
+        """Return where a choice begins, or why none of its designs can hold, by sizes and linear theory alone.
+
+        First the possible point nearest to the middle that holds both, or is nearest to it; then that of least strain.
+        """
+        if attempt > 1 or attempt and not self.asked.space.variables:
             return None
-        ends = {name: self.asked.overload * max(pair, key=abs) for name, pair in self.asked.loads.items()}
-        corners = [middle, *(middle + side * 0.45 * row for row in np.eye(len(middle)) for side in (1.0, -1.0))]
-        bounds = []
-        for x in corners:
-            try:
-                sensor = self.asked.space.sensor(Design(choice, tuple(x.tolist())))
-            except SceneError:
-                bounds.append(np.inf)
-            else:
-                bounds.append(strain_bound(sensor, [Wrench(**ends)]))
-        slope = [np.sign(bounds[2 + 2 * k] - bounds[1 + 2 * k]) for k in range(len(middle))]
-        return np.asarray(np.clip(middle + 0.45 * np.nan_to_num(np.array(slope)), 0.0, 1.0))
+        return (begin_at if attempt == 0 else strained_least)(bounds_of(self.coarse, choice))
 
     def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
         """Return the best designs of the choices that may win, rounded and solved finer, the best one first."""
         first = min(known, key=search.merit)
-        found, sharpest = [self.refined(search, first)], set[Design]()
+        found = [self.refined(search, first)]
         for other in firsts(known, search.at_best):
             new = other.design.choice != first.design.choice and len(found) < _FINALS
             if new and search.may_beat(other, min(found, key=search.merit)):
                 found.append(self.refined(search, other))
-        while True:
-            found.sort(key=search.merit)
-            open_ = [
-                each for each in found if each.design not in sharpest and search.task.undecided(each)
-                and (each is found[0] or search.may_beat(each, found[0]))
-            ]
-            if not open_:
-                return found
-            sharpest.add(open_[0].design)
-            finer = self.solve(open_[0].design, FINEST)
-            found[found.index(open_[0])] = finer if finer.carried else open_[0]
+        if not any(map(search.task.holds, found)) and search.task.holds(first):
+            found.append(self.solve(first.design, FINE))
+        for each in found:
+            search.task = search.task.learned(each) if each.carried else search.task
+        return sorted(found, key=lambda each: (not search.task.holds(each), search.merit(each)))
 
     def refined(self, search: Search, best: Answered) -> Answered:
         """Return the best design of a choice, rounded and solved finer; itself where no rounded one is carried."""
         branch = next(each for each in search.branches if each.choice == best.design.choice)
+        wanted = Design(best.design.choice, tuple(search.simplest(branch, best).tolist()))
         tries = sorted(
-            rounded(self.asked, best.design),
-            key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float)),
+            rounded(self.asked, wanted),
+            key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float), slack=0.0),
         )
         found = []
         for wanted in tries[:_TRIES]:
@@ -220,6 +224,8 @@ class _Run:
             if search.task.holds(new) and not made_share(search.task, new).value < self.asked.least_yield:
                 return new
             found.append(new)
+            if new.carried and search.task.worst(new) > HOPELESS:
+                break  # no round design beside it holds either
         chosen = min(found, key=search.merit)
         return chosen if chosen.carried else best
 

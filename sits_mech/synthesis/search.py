@@ -16,7 +16,7 @@ predictions; D. Kraft, DFVLR-FB 88-28 (1988), the programming.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
@@ -31,11 +31,15 @@ from sits_mech.synthesis.space import Design
 Solve = Callable[[Design], Answered]
 MOST = 60
 """Designs that a search solves."""
+HOPELESS = 0.5
+"""Of a limit: where the best prediction of two solved designs exceeds it by more, no other is solved."""
 _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
 _CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
-_GAIN = 2e-3  # of what is minimised: less is not worth a solve
+_GAIN = 1e-2  # of what is minimised: less is not worth a solve, as no answer is known better
 _LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
+_THINNER = 0.02  # of a height: what is less is no simpler design
+_SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
@@ -47,6 +51,7 @@ class Proposal:
 
     x: Array
     merit: float
+    excess: float = -1.0  # of the limit exceeded most, over itself
 
 
 @dataclass
@@ -74,7 +79,8 @@ class Search:
     choices: Sequence[tuple[int, ...]]  # as of `Space.choices`
     count: int  # of the variables
     solve: Solve
-    start: Callable[[tuple[int, ...], int], Array | None]  # first point by choice and attempt; None where there is none
+    start: Callable[[tuple[int, ...], int], Array | Answered | None]  # first point by choice and attempt, if there is
+    # one, or why there can be none
     most: int = MOST
     seed: int = 0  # of the starts
     branches: list[Branch] = field(default_factory=list)
@@ -82,10 +88,12 @@ class Search:
     missed: list[float] = field(default_factory=list)
 
     def run(self) -> list[Answered]:
-        """Search, and return all solved designs."""
+        """Search, and return all solved designs, and why choices have none."""
         self.branches = list(map(Branch, self.choices))
         for branch in self.branches:
-            self._begin(branch)
+            if self.task.goal or self.best_merit > 0.0:
+                self._begin(branch)
+            branch.done = branch.done or not branch.known
         while self.solved < self.most and (open_ := [each for each in self.branches if not each.done]):
             for each in open_:
                 each.promise = each.promise or self.propose(each)
@@ -125,21 +133,50 @@ class Search:
         """Return whether another design may be better than the best one within the errors."""
         return self.at_best(other) < self.merit(best) + self.task.doubt(best)
 
-    def predicted(self, prediction: Prediction, x: Array) -> float:
+    def predicted(self, prediction: Prediction, x: Array, slack: float = _HELD) -> float:
         """Return the predicted merit of a point."""
-        return self._merit(prediction.table(x), prediction.plain(x))
+        return self._merit(prediction.table(x), prediction.plain(x), slack)
 
-    def _merit(self, table: Table | None, plain: dict[str, float]) -> float:
+    def _merit(self, table: Table | None, plain: dict[str, float], slack: float = _HELD) -> float:
         """Return the merit of figures, known or predicted."""
         figures = self.task.figures(table, plain)
         worst = max(self.task.excess(figures, table).values(), default=0.0)
-        return self.task.aim(figures) + _exceeded(worst)
+        return self.task.aim(figures) + _exceeded(worst, slack)
+
+    def as_good(self, merit: float, best: Answered) -> bool:
+        """Return whether a merit is that of a design of its own choice, within what answers are known."""
+        return merit <= self.merit(best) + _GAIN * abs(self.task.aim(self.task.own_figures(best)))
+
+    def simplest(self, branch: Branch, best: Answered) -> Array:
+        """Return the thinnest point of a choice that is predicted to be as good as its best one; that of no goal."""
+        prediction, x = branch.prediction, best.point
+        if not self.task.goal or not self.count:
+            return x
+        unit = qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(_LOOKED_AT)
+        toward = [solved.point + share * (x - solved.point) for solved in prediction.solved for share in _SHARES]
+        thin = {tuple(each): prediction.plain(each)["height"] for each in (*unit, *toward)}
+        for each in sorted(thin, key=lambda each: thin[each]):
+            if thin[each] > (1.0 - _THINNER) * best.plain["height"]:
+                break
+            there = np.array(each)
+            near = prediction.distance(there) < _RADIUS
+            if near and self.as_good(self.predicted(prediction, there, slack=0.0), best):
+                return there
+        return x
 
     def _begin(self, branch: Branch) -> None:
-        """Solve a choice at its start; where that fails, at the next one."""
+        """Solve a choice at its start; where that fails, at the next one. What is out of reach of any is not begun."""
+        beyond = self.task.out_of_reach(self.known)
+        if beyond:
+            design, none = Design(branch.choice, (0.5,) * self.count), np.zeros((self.count, 0, 0))
+            branch.known.append(Answered(design, f"left out: {beyond}", None, none, {}, {}))
+            branch.done = True
+            return
         for attempt in range(3):
             x = self.start(branch.choice, attempt)
-            if x is None or self.solved >= self.most:
+            if isinstance(x, Answered):
+                branch.known.append(x)
+            if x is None or isinstance(x, Answered) or self.solved >= self.most:
                 break
             self._add(branch, x)
             if branch.known[-1].carried:
@@ -151,8 +188,8 @@ class Search:
         found = self.solve(Design(branch.choice, tuple(float(each) for each in x)))
         branch.known.append(found)
         branch.promise, self.solved = None, self.solved + 1
-        if found.carried and not self.task.sizes:
-            self.task = replace(self.task, sizes=self.task.own_figures(found))
+        if found.carried:
+            self.task = self.task.learned(found)
         return found
 
     def _hope(self, branch: Branch) -> float:
@@ -164,6 +201,9 @@ class Search:
     def _rests(self, branch: Branch) -> bool:
         """Return whether a choice promises no gain."""
         if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
+            return True
+        known = len(branch.prediction.solved) > 1 or self.task.out_of_reach(self.known)
+        if branch.promise.excess > HOPELESS and known:
             return True
         return self.best_merit - self._hope(branch) < _GAIN * max(abs(self.best_merit), 1e-12)
 
@@ -225,9 +265,9 @@ class Search:
         )
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         aim, over = seen(x)
-        return Proposal(x, aim + _exceeded(float(over.max())))
+        return Proposal(x, aim + _exceeded(float(over.max())), float(over.max()))
 
 
-def _exceeded(worst: float) -> float:
+def _exceeded(worst: float, slack: float = _HELD) -> float:
     """Return the penalty of the limit that is exceeded most."""
-    return _WEIGHT * max(worst - _HELD, 0.0)
+    return _WEIGHT * max(worst - slack, 0.0)

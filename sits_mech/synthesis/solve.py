@@ -1,10 +1,10 @@
 """Solve one design: sizes first, then the overload, then the loads that the sensor meets; no more than asked.
 
-The overload's corners are solved on a model's first meshes, the one that strains the silicone most once more as finely
-as the tolerance asks. A design that does not carry one, whose target comes to the coils, or that is no scene at all, is
-rejected with its reason and solved no further. Of the others a table of inductances over the loads is made, with its
-derivatives and its errors (chain/derivatives/gradient_grid.py); figures that need none of that ask for none. Errors of
-the figures are those of `readout.quality`, that of the strain is what the last refinement of the mesh changed.
+The overload's corners are solved as `overload.py` has it. A design that does not carry one, whose target comes to the
+coils, or that is no scene at all, is rejected with its reason and solved no further. Of the others a table of
+inductances over the loads is made, with its derivatives and its errors (chain/derivatives/gradient_grid.py); figures
+that need none of that ask for none. Errors of the figures are those of `readout.quality`, that of the strain is what
+the last refinement of the mesh changed.
 
     height, footprint   of the box around coils, fixed parts, layer and target at rest
     strain              (largest stretch - 1) under the overload over that of the data behind the silicone's constants
@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -31,28 +31,29 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.analysis.limits import corners
 from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 from sits_mech.chain.derivatives.temperature import CHAINED, read_slopes
-from sits_mech.chain.models import choose_mechanics, mechanical_model
-from sits_mech.chain.simulate import at_rest
-from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.mechanics.loads import RefinedModel
-from sits_mech.mechanics.models import strain_bound
-from sits_mech.quantities import Array, SolveFailed, Wrench
+from sits_mech.chain.models import choose_mechanics
+from sits_mech.quantities import Array, SolveFailed
 from sits_mech.readout.loads import answered
 from sits_mech.readout.quality import quality
-from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
+from sits_mech.scene.parameters import parameter
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.silicone.history import loop_width
 from sits_mech.status import NOT_CARRIED, OK
 from sits_mech.store import case_path, finish, read_case
 from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task
-from sits_mech.synthesis.figures import Judge, Operator, Table, loads_between
+from sits_mech.synthesis.figures import Judge, Table
 from sits_mech.synthesis.kinds import INVERSE, STRAIN
+from sits_mech.synthesis.loads import Operator, loads_between
+from sits_mech.synthesis.overload import Overload, linear_strain, overload_of
 from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.space import Design, size_of
 from sits_mech.version import __version__
 
-_SLOPE, _WIDE = 1e-4, 0.05  # of the unit box: differences of sizes and of the strain by the variables
+COARSE, FINE = 5e-2, 1e-2
+"""Tolerances of the chain: of a search, of the recommended design."""
+_SLOPE = 1e-4  # of the unit box: differences of sizes and of linear theory by the variables
+_PART = 0.1  # of a deviation: the same by the tolerances
 _OFFSETS = ("coils.*.centre.0", "coils.*.centre.1")
-_HARD = 1.3  # strain that a design is given that does not carry the overload, at least
 _OF_TABLE = ("resolution", "error", "drift", "crosstalk_before_inverse", "rate")
 _SLOWEST, _FASTEST = 0xFFFF, 5  # counts of a conversion
 
@@ -88,7 +89,9 @@ class Solver:
         limits = asked.limits | {STRAIN: 1.0}
         if self.needs_table:
             limits |= {INVERSE: LEAST_INVERSE}
-        judge = Judge(self.operator, np.array(list(self.scattering.values())), asked.limits, asked.least_yield)
+        judge = Judge(
+            self.operator, np.array(list(self.scattering.values())), asked.limits | {STRAIN: 1.0}, asked.least_yield
+        )
         return Task(judge, limits, asked.goal)
 
     @property
@@ -120,80 +123,68 @@ class Solver:
         except SceneError as error:
             return Answered(design, f"impossible: {error}", None, np.zeros((v, 0, 0)), {}, {})
         plain, slopes = self._sizes(design, sensor)
-        worst = self._overload(sensor)
+        worst = overload_of(sensor, self._overloads, self.tolerance, finely=self.tolerance < COARSE)
         plain[STRAIN] = worst.strain
         known = {} if np.isnan(worst.error) else {STRAIN: worst.error}
         found = Answered(design, worst.reason, None, np.zeros((v, 0, 0)), plain, slopes, known)
-        if not worst.reason:
-            slopes[STRAIN] = self._strain_slopes(design, worst)
-            if self.needs_table:
-                try:
-                    found = self._with_table(found, sensor)
-                except (SolveFailed, ValueError) as refusal:
-                    found = replace(found, reason=str(refusal))
+        by_x = self._strain_slopes(design, sensor, worst)
+        if by_x is not None:
+            slopes[STRAIN] = by_x
+        if not worst.reason and self.needs_table:
+            try:
+                found = self._with_table(found, sensor, self._by_tolerance(sensor, worst))
+            except (SolveFailed, ValueError) as refusal:
+                found = replace(found, reason=str(refusal))
         return replace(found, seconds=time.process_time() - began)
 
     def _sizes(self, design: Design, sensor: Sensor) -> tuple[dict[str, float], dict[str, Array]]:
         """Return sizes and hysteresis of a design, and their derivatives by the variables."""
         plain = size_of(sensor)
+        moved = [self.requirements.space.sensor(each) for each, _ in _beside(design)]
+        ways = [way for _, way in _beside(design)]
         slopes = {name: np.zeros(len(design.x)) for name in plain}
-        for k, x in enumerate(design.x):
-            way = -_SLOPE if x > 0.5 else _SLOPE
-            moved = size_of(self.requirements.space.sensor(design.moved(k, way)))
-            for name, own in slopes.items():
-                own[k] = (moved[name] - plain[name]) / way
+        for k, (there, way) in enumerate(zip(moved, ways, strict=True)):
+            for name, size in size_of(there).items():
+                slopes[name][k] = (size - plain[name]) / way
         if "hysteresis" in {*self.requirements.limits, *self.requirements.goal} and sensor.elastomer is not None:
             plain["hysteresis"] = loop_width(sensor.elastomer.silicone)
         return plain, slopes
 
-    def _overload(self, sensor: Sensor) -> _Overload:
-        """Solve the overload of a design, to see whether it is carried."""
+    @property
+    def _overloads(self) -> dict[str, tuple[float, float]]:
+        """Return the ranges of the loads that the pad carries."""
         asked = self.requirements
-        ranges = {name: (asked.overload * low, asked.overload * high) for name, (low, high) in asked.loads.items()}
-        found = []
-        for load in sorted(corners(sensor, ranges), key=lambda load: -np.abs(load.components).sum()):
-            try:
-                found.append((*self._strain(sensor, load), load))
-            except SolveFailed as error:
-                return _Overload(f"overload: {error}", _hard(error, sensor, load), np.nan, load)
-            except Collision as error:
-                return _Overload(f"overload: {error}", _HARD, np.nan, load)
-        rough, unsure, load = max(found, key=lambda each: each[0])
-        if rough:  # by small strain nothing finer is known
-            with suppress(SolveFailed, Collision):  # where finer meshes do not get there, the first ones stand
-                return _Overload("", *self._strain(sensor, load, finely=True), load, rough)
-        return _Overload("", rough, unsure, load, rough)
+        return {name: (asked.overload * low, asked.overload * high) for name, (low, high) in asked.loads.items()}
 
-    def _strain(self, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
-        """Return the largest strain under a load over the silicone's known range, and its error.
+    def expected(self, sensor: Sensor) -> float:
+        """Return the largest strain under the overload by linear theory, over what is known of the silicone."""
+        return max(linear_strain(sensor, load) for load in corners(sensor, self._overloads))
 
-        On the first meshes, or as finely as the tolerance asks.
-        """
-        layer, _ = mechanical_model(sensor, "auto", self.tolerance, [load])
-        layer = layer.rough if isinstance(layer, RefinedModel) and not finely else layer
-        found, known = at_rest(sensor, layer, load), known_stretch(sensor) - 1.0
-        known = np.inf if np.isnan(known) else known
-        check_clearance(sensor, found.pose)
-        stretch, error = found.report.stretch, found.report.error_stretch
-        if stretch is None:
-            return 0.0, strain_bound(sensor, [load]) / known  # small strain: no more is known than that
-        return (stretch - 1.0) / known, (stretch - 1.0 if error is None else error) / known
+    def _strain_slopes(self, design: Design, sensor: Sensor, worst: Overload) -> Array | None:
+        """Return derivatives of the strain by the variables: of its own size as linear theory has them."""
+        here = linear_strain(sensor, worst.load)
+        there = [linear_strain(self.requirements.space.sensor(each), worst.load) for each, _ in _beside(design)]
+        ways = np.array([way for _, way in _beside(design)])
+        found = (np.array(there) / here - 1.0) / ways * worst.strain
+        return found if np.isfinite(found).all() else None
 
-    def _strain_slopes(self, design: Design, worst: _Overload) -> Array:
-        """Return derivatives of the strain by the variables, on the first meshes.
-
-        Zero for a variable where no neighbouring design carries the load.
-        """
-        found, load, here = np.zeros(len(design.x)), worst.load, worst.rough
-        for (k, x), way in product(enumerate(design.x), (_WIDE, -_WIDE)):
-            if found[k] or not 0.0 <= x + way <= 1.0:
+    def _by_tolerance(self, sensor: Sensor, worst: Overload) -> dict[str, Array]:
+        """Return derivatives of sizes and strain by the tolerances, shape (p,)."""
+        plain, here = size_of(sensor), linear_strain(sensor, worst.load)
+        found = {name: np.zeros(len(self.scattering)) for name in (*plain, STRAIN)}
+        for k, (name, deviation) in enumerate(self.scattering.items()):
+            if name in _OFFSETS:
                 continue
-            with suppress(SceneError, SolveFailed, Collision):
-                there = self.requirements.space.sensor(design.moved(k, way))
-                found[k] = (self._strain(there, load)[0] - here) / way
-        return found * (worst.strain / here if here else 1.0)
+            for step in (_PART * deviation, -_PART * deviation):
+                with suppress(SceneError):
+                    there = parameter(sensor, name).changed(step)
+                    for key, size in size_of(there).items():
+                        found[key][k] = (size - plain[key]) / step
+                    found[STRAIN][k] = worst.strain * (linear_strain(there, worst.load) / here - 1.0) / step
+                    break
+        return {name: own for name, own in found.items() if np.isfinite(own).all() and own.any()}
 
-    def _with_table(self, found: Answered, sensor: Sensor) -> Answered:
+    def _with_table(self, found: Answered, sensor: Sensor, scattered: Mapping[str, Array]) -> Answered:
         """Return a design that carries the overload with its table over the loads."""
         space, loads = self.requirements.space, self.operator.loads
         axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
@@ -208,15 +199,17 @@ class Solver:
         L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
         each = _slopes_of(sensor, data, own["L0"].to_numpy())
         width = [space.width(variable, sensor) for variable in space.variables]
-        noise, rate = self.converter(sensor, data)
-        table = Table(L, np.array([each[name] for name in self.scattering]).reshape(-1, *L.shape), noise)
+        own_noise, repeated, rate = self.converter(sensor, data)
+        noise = np.hypot(own_noise, repeated)
+        sizes = {name: (found.plain[name], by) for name, by in scattered.items()}
+        table = Table(L, np.array([each[name] for name in self.scattering]).reshape(-1, *L.shape), noise, sizes)
         more = {"rate": rate}
         if self._by_temperature:
             by_cause = np.array([each[name] for name in self._by_temperature])
             more |= self.task.judge.drift(table, read_slopes(sensor, L, by_cause))
         by_x = np.array([each[name] * size for name, size in zip(space.names, width, strict=True)])
         return replace(
-            found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | more,
+            found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | more, converter=own_noise,
             error=found.error | errors_of(sensor, data, noise),
         )
 
@@ -234,8 +227,11 @@ class Solver:
                 names.add(choose_mechanics(corner, "auto", known, self.tolerance).name)
         return "auto" if names <= {"linear"} else choose_mechanics(sensor).name
 
-    def converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, float]:
-        """Return the noise of each inductance, and readings a second, by the longest conversion that is fast enough."""
+    def converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, Array, float]:
+        """Return each inductance's noise by the converter and by repeatability [H], and readings a second.
+
+        By the longest conversion that is fast enough.
+        """
         asked, count = self.requirements.limits.get("rate"), _SLOWEST
         front, _ = sensor_front_end(sensor, data)
         n = len(sensor.coils)
@@ -245,17 +241,13 @@ class Solver:
             front, _ = sensor_front_end(sensor, data, rcount=count)
         most = np.nanmax(table_inductances(sensor, data)["L"].to_numpy().reshape(-1, n), axis=0)
         own = self.requirements.tolerance.get("repeatability", 0.0) * most
-        return np.hypot(front.noise, own), float(front.rate)
+        return np.asarray(front.noise), np.asarray(own), float(front.rate)
 
 
-class _Overload(NamedTuple):
-    """Result of an overload."""
-
-    reason: str  # why it is not carried; "" where it is
-    strain: float  # largest, over the silicone's known range; nan where that is not known
-    error: float  # of the strain
-    load: Wrench  # of the largest strain
-    rough: float = np.nan  # strain on the first meshes
+def _beside(design: Design) -> list[tuple[Design, float]]:
+    """Return the designs a little beside one along each variable, and how far."""
+    ways = [-_SLOPE if x > 0.5 else _SLOPE for x in design.x]
+    return [(design.moved(k, way), way) for k, way in enumerate(ways)]
 
 
 def errors_of(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
@@ -283,17 +275,6 @@ def _slopes_of(sensor: Sensor, data: xr.Dataset, L0: Array) -> dict[str, Array]:
     return {str(name): values[:, k] for k, name in enumerate(data["parameter"].to_numpy())}
 
 
-def _hard(error: SolveFailed, sensor: Sensor, load: Wrench) -> float:
-    """Return a strain over the known range for a load that is not carried.
-
-    The largest of `_HARD`, the last state on the way, and the load over the largest one that is carried.
-    """
-    strain = ((error.report.stretch or 1.0) - 1.0) / (known_stretch(sensor) - 1.0)
-    carried = 0.0 if error.carried is None else float(np.linalg.norm(error.carried[0].components))
-    over = float(np.linalg.norm(load.components)) / carried if carried else 0.0
-    return float(np.nanmax([_HARD, strain, over]))
-
-
 def _packed(found: Answered) -> dict[str, Any]:
     """Return an answer as a row."""
     status = OK if found.carried else NOT_CARRIED
@@ -301,16 +282,21 @@ def _packed(found: Answered) -> dict[str, Any]:
     row |= {"plain": found.plain, "plain_by_x": {name: own.tolist() for name, own in found.plain_by_x.items()}}
     row |= {"error": found.error, "seconds": found.seconds, "by_x": found.by_x.tolist()}
     if found.table is not None:
-        row["table"] = [each.tolist() for each in found.table]
+        row["table"] = [each.tolist() for each in found.table[:3]]
+        row["converter"] = found.converter.tolist()
+        row["sizes"] = {name: [value, by.tolist()] for name, (value, by) in found.table.sizes.items()}
     return row
 
 
 def _unpacked(design: Design, row: Mapping[str, Any]) -> Answered:
     """Return the answer of a row."""
-    table = None if "table" not in row else Table(*(np.array(each, dtype=float) for each in row["table"]))
+    sizes = {name: (value, np.array(by, dtype=float)) for name, (value, by) in row.get("sizes", {}).items()}
+    parts = [np.array(each, dtype=float) for each in row.get("table", ())]
+    table = Table(parts[0], parts[1], parts[2], sizes) if parts else None
     if table is not None and not table.by_tolerance.size:
         table = table._replace(by_tolerance=np.zeros((0, *table.L.shape)))
     shape = (len(design.x), *table.L.shape) if table is not None else (len(design.x), 0, 0)
     by_x = np.array(row["by_x"], dtype=float).reshape(shape)
     slopes = {name: np.array(own, dtype=float) for name, own in row["plain_by_x"].items()}
-    return Answered(design, row["reason"], table, by_x, row["plain"], slopes, row["error"], row["seconds"])
+    converter = np.array(row.get("converter", ()), dtype=float)
+    return Answered(design, row["reason"], table, by_x, row["plain"], slopes, row["error"], row["seconds"], converter)

@@ -57,6 +57,19 @@ def test_a_linear_sensor_by_hand() -> None:
     assert np.all(np.isnan(found.by_model)) and np.all(np.isnan(found.crosstalk_after))  # no table, no errors
 
 
+def test_coils_that_no_asked_force_tells_apart_give_no_signal() -> None:
+    """Two of three coils are images under F_x and F_z: that they differ by 0.1 pH is no readout of F_x squared."""
+    _, table = triple(0.0, forces=("F_x", "F_z"))
+    x = table["F_x"].to_numpy()[:, None, None]
+    bent = table["L"].to_numpy() + 4e-9 * x**2 + 1e-13 * x**2 * np.array([0.0, 1.0, -1.0])
+    table["L"] = (table["L"].dims, bent)
+    loads = np.stack(np.meshgrid(table["F_x"], table["F_z"], indexing="ij"), -1).reshape(-1, 2)
+    cal = calibration_of(
+        loads, bent.reshape(-1, 3), forces=("F_x", "F_z"), coils=("C1", "C2", "C3"), free=("H", np.full(3, 2.1e-6))
+    )
+    assert np.all(quality(cal, np.full(3, NOISE), table=table).crosstalk_error < 0.01)
+
+
 @pytest.mark.parametrize("turned", [0.0, 0.3, np.pi / 2.0])
 def test_three_coils_around_the_centre_by_hand(turned: float) -> None:
     """However they are turned: cosines and sines of three even angles are at right angles, of squares 3/2 and 3."""

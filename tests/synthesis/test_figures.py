@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from sits_mech.synthesis.figures import Judge, Operator, Table, loads_between
+from sits_mech.synthesis.figures import Judge, Table
 from sits_mech.synthesis.kinds import INVERSE
+from sits_mech.synthesis.loads import Operator, loads_between
 
 ENDS = {"F_x": (-1.0, 1.0), "F_z": (0.0, 4.0)}
 MATRIX = np.array([[2.0, -1.0], [-2.0, -1.0], [0.5, -0.5]])  # n x d [H/N]
@@ -41,6 +42,12 @@ def test_polynomials_and_their_slopes_are_exact() -> None:
     by_x, by_z = operator.derivatives(points) @ values
     np.testing.assert_allclose(by_x, 3 * points[:, 0] ** 2 * points[:, 1] ** 2, rtol=1e-11)
     np.testing.assert_allclose(by_z, 2 * points[:, 0] ** 3 * points[:, 1] - 1.0, rtol=1e-11)
+
+
+def test_loads_to_both_sides_are_images_to_the_last_digit() -> None:
+    """Five from -5 N to 5 N: three are solved where the pad is symmetric."""
+    axis = loads_between({"F_x": (-5.0, 5.0), "F_z": (0.0, 15.0)}).axes[0]
+    assert len(set(np.abs(axis))) == 3 and len(axis) == 5
 
 
 def test_resolution_of_a_linear_sensor_is_that_of_least_squares() -> None:
@@ -113,3 +120,20 @@ def test_the_drift_of_zero_is_what_readings_take_it_for() -> None:
     loads = grid(own.operator)
     slopes = np.array([0.0, 0.01]) @ MATRIX.T + 1e-3 * loads @ MATRIX.T
     assert own.drift(table(own), slopes) == {"drift.F_x": 0.0, "drift.F_z": pytest.approx(0.01, rel=1e-9)}
+
+
+def test_sizes_that_scatter_need_a_guard() -> None:
+    """A height of 1.5 mm at its limit: half of those made exceed it; 1.645 deviations below it 5 % do."""
+    own = replace(judge((5e-5,)), limits={"height": 1.5e-3})
+    for height, share in ((1.5e-3, 0.5), (1.5e-3 - 1.645 * 5e-5, 0.95)):
+        one = table(own, np.zeros((len(grid(own.operator)), 3)))._replace(sizes={"height": (height, np.ones(1))})
+        assert np.mean(own.excess(one, 4096) <= 0.0) == pytest.approx(share, abs=2e-3)
+
+
+def test_parts_of_a_resolution_are_its_whole() -> None:
+    """By the converter and by the rest, squared: that of both; each as of a fit with the weights of both."""
+    own = judge()
+    converter = 0.3 * NOISE
+    for name, parts in own.resolution_parts(table(own), converter).items():
+        assert np.hypot(*parts) == pytest.approx(own.figures(table(own))[name], rel=1e-9)
+        assert parts[0] == pytest.approx(0.3 * np.hypot(*parts), rel=1e-9)

@@ -5,8 +5,8 @@ import pytest
 
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.scene.sensor import load_sensor
-from sits_mech.synthesis.figures import loads_between
 from sits_mech.synthesis.glance import at_a_glance
+from sits_mech.synthesis.loads import loads_between
 from sits_mech.synthesis.requirements import requirements_of
 
 

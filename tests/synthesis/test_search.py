@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Judge, Operator, Table, loads_between
+from sits_mech.synthesis.figures import Judge, Table
+from sits_mech.synthesis.loads import Operator, loads_between
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Design
 
@@ -100,3 +101,13 @@ def test_a_choice_that_fails_is_left() -> None:
     known = search.run()
     assert [each.reason for each in known if each.design.choice == (0,)] == ["overload: too soft"] * 2
     assert min(known, key=search.merit).carried
+
+
+def test_what_no_silicone_reaches_is_not_tried_with_each() -> None:
+    """A resolution a hundred times as fine as the first choice has it at its strain: one is solved, and says why."""
+    own = TASK.own_figures(solved(Design((0,), (0.5, 0.5))))
+    limits = LIMITS | {"resolution.F_z": 0.01 * own["resolution.F_z"] * own["strain"]}
+    search = Search(Task(TASK.judge, limits, {}), [(0,), (1,), (2,)], 2, solved, lambda *_: np.full(2, 0.5))
+    known = search.run()
+    assert search.solved == 1 and len(known) == 3
+    assert all(each.reason.startswith("left out: resolution.F_z some ") for each in known[1:])

@@ -12,8 +12,11 @@ from sits_mech.quantities import UNITS
 from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.synthesis.answer import DesignAnswer, Figure, Share
 from sits_mech.synthesis.around import Changes, Price
-from sits_mech.synthesis.kinds import INVERSE, kind_of, shown_as
-from sits_mech.synthesis.requirements import SPECIAL, Requirements
+from sits_mech.synthesis.bounds import DesignPlan
+from sits_mech.synthesis.kinds import INVERSE, figure_words, kind_of, shown_as
+from sits_mech.synthesis.preview import Preview
+from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.written import SPECIAL
 
 _NOTHING = 5e-4  # of what is minimised: a gain that is none
 
@@ -26,6 +29,9 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
         asked_for = f"{100.0 * asked.least_yield:.3g} % required"
         lines.append(("yield", f"{share_words(found.share)} of the sensors made, {asked_for}"))
     lines += [("may be as good", words) for words in found.tied]
+    lines += [("comes of", words) for words in found.causes]
+    share = f"for {100.0 * asked.least_yield:.3g} % of those made"
+    lines += [(share, f"{name} <= {figure_words(name, most)}") for name, most in found.guards.items()]
     lines.append(("solved", f"{found.solves} designs"))
     tables = [key_table(title, lines), figure_table(found)]
     prices = [(each.name, price_words(each, list(found.task.goal))) for each in found.binding]
@@ -39,6 +45,31 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
         tables += [change_table(limiting, found.ten_percent, names)] if names else []
     others = [(f"{each.key} = {each.value}", f"{each.design}: {each.why}") for each in found.lost]
     return tables + ([key_table("why not", others)] if others else [])
+
+
+def plan_tables(found: DesignPlan) -> list[Table]:
+    """Return what a search is to solve, the least of each size and strain, and the choices that are left out."""
+    lines = [("designs to solve", f"about {found.designs}"), ("seconds", f"about {found.seconds:.2g} of the processor")]
+    lines += [(f"least {name}", figure_words(name, size)) for name, size in found.least.items()]
+    tables = [key_table("planned", lines)]
+    return tables + ([key_table("not to be solved", [*found.not_solved.items()])] if found.not_solved else [])
+
+
+def preview_table(found: Preview) -> Table:
+    """Return what the first solved designs predict."""
+    beyond = f"beyond limits: {', '.join(found.exceeded)}" if found.exceeded else "within the limits"
+    lines = [("predicted by", f"{found.solved} solved designs, {beyond}")]
+    lines += [(key, str(value)) for key, value in found.values.items()]
+    for name, (value, error) in found.figures.items():
+        unsure = f" +- {figure_words(name, error)}" if error > 0.0 else ""
+        lines.append((kind_of(name).title or name, f"{figure_words(name, value)}{unsure}"))
+    return key_table("preview", lines)
+
+
+def preview_record(found: Preview) -> dict[str, Any]:
+    """Return a preview for a program, figures in SI."""
+    rows = {name: {"value": value, "error": error} for name, (value, error) in found.figures.items()}
+    return {"recommended": found.values, "figures": rows, "exceeded": list(found.exceeded), "solves": found.solved}
 
 
 def asked_table(asked: Requirements) -> Table:
@@ -132,6 +163,8 @@ def design_record(found: DesignAnswer) -> dict[str, Any]:
         "ten_percent_more": found.ten_percent,
         "lost": [vars(each) for each in found.lost],
         "tied": list(found.tied),
+        "guards": found.guards,
+        "causes": list(found.causes),
         "solves": found.solves,
         "notes": list(found.notes),
     }

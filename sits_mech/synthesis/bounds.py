@@ -1,0 +1,167 @@
+"""Bound designs before one is solved: by their sizes, which are exact, and by the strain of linear theory.
+
+Looked at are the middle of a choice's box, its corners and points between. Where each of them exceeds a size, or is
+strained `HOPELESS` times the silicone's data under the overload, the choice is left out. The plan counts designs
+
+    N = choices + v + 1,      3 where the first design within the limits will do,
+
+of v numbers between bounds, one of them solved finer, and takes for each what counting says of its loads
+(chain/prices.py): the overload, and those of its table that are solved; for the first design those of the choice that
+linear theory strains least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.stats import qmc
+
+from sits_mech.chain.interpolate import loads_of, solved_likely
+from sits_mech.chain.prices import forecast
+from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.quantities import WRENCH, Array
+from sits_mech.scene.sensor import SceneError
+from sits_mech.synthesis.answered import Answered, over
+from sits_mech.synthesis.kinds import STRAIN, figure_words
+from sits_mech.synthesis.overload import HOPELESS
+from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.solve import COARSE, Solver
+from sits_mech.synthesis.space import Design, size_of
+
+_BETWEEN, _CORNERS = 16, 4  # points of a box that are looked at; the most variables whose corners are
+_LIKELY = 0.9  # strain by linear theory that a start may have
+_ALSO, _OF_MANY = 0.15, 0.35  # seconds of a load beside its mechanics; of many loads over each alone (six requests)
+_FINER = 2.0  # seconds of the last design over those of others
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A point and what is known of it beforehand."""
+
+    design: Design
+    sizes: dict[str, float]
+    strain: float  # by linear theory, over what is known of the silicone; zero where no theory holds
+
+    def excess(self, limits: dict[str, float]) -> float:
+        """Return by how much sizes and strain exceed their limits at most, over these."""
+        found = [over(name, size, limits[name]) for name, size in self.sizes.items() if name in limits]
+        return max([*found, self.strain - _LIKELY])
+
+
+def bounds_of(solver: Solver, choice: tuple[int, ...]) -> tuple[Requirements, list[Bound]]:
+    """Return requirements, and what is known beforehand of possible points of a choice, the middle first."""
+    space = solver.requirements.space
+    v, found = len(space.variables), list[Bound]()
+    points = [np.full(v, 0.5)]
+    if v:
+        points += [np.array(ends) for ends in product((0.0, 1.0), repeat=v)] if v <= _CORNERS else []
+        points += list(qmc.Sobol(v, rng=np.random.default_rng(0)).random(_BETWEEN))
+    for x in points:
+        design = Design(choice, tuple(x.tolist()))
+        try:
+            sensor = space.sensor(design)
+        except SceneError:
+            continue
+        found.append(Bound(design, size_of(sensor), float(np.nan_to_num(solver.expected(sensor), posinf=0.0))))
+    return solver.requirements, found
+
+
+def begin_at(known: tuple[Requirements, Sequence[Bound]]) -> Array | Answered:
+    """Return the point nearest to the middle that may hold, or that exceeds least; or why none holds."""
+    asked, bounds = known
+    if not bounds:
+        return np.full(len(asked.space.variables), 0.5)
+    refusal = _left_out(asked, bounds)
+    if refusal is not None:
+        return refusal
+
+    def order(each: Bound) -> tuple[float, float]:
+        """Those that may hold first, the nearest first."""
+        return max(each.excess(asked.limits), 0.0), float(np.abs(np.array(each.design.x) - 0.5).sum())
+
+    return np.array(min(bounds, key=order).design.x)
+
+
+def strained_least(known: tuple[Requirements, Sequence[Bound]]) -> Array | None:
+    """Return the point of least strain by linear theory, the edge of the box a little away."""
+    _, bounds = known
+    if not bounds:
+        return None
+    return np.clip(min(bounds, key=lambda each: each.strain).design.x, 0.05, 0.95)
+
+
+def _left_out(asked: Requirements, bounds: Sequence[Bound]) -> Answered | None:
+    """Return why no point of a choice can hold; None where one may."""
+    least = min(bounds, key=lambda each: each.strain)
+    words = ""
+    if least.strain > HOPELESS:
+        words = f"left out: strained to {least.strain:.2g} times the silicone's data at least, by linear theory"
+    for name in least.sizes:
+        size = min(each.sizes[name] for each in bounds)
+        if name in asked.limits and over(name, size, asked.limits[name]) > 0.0:
+            words = f"left out: {name} {figure_words(name, size)} at least against "
+            words += figure_words(name, asked.limits[name])
+    if not words:
+        return None
+    v = len(least.design.x)
+    return Answered(least.design, words, None, np.zeros((v, 0, 0)), least.sizes | {STRAIN: least.strain}, {})
+
+
+def expected_designs(asked: Requirements, choices: int | None = None) -> int:
+    """Return how many designs a search solves, of all choices or of so many that may hold."""
+    count = len(asked.space.choices) if choices is None else choices
+    return count + len(asked.space.variables) + 1 if asked.goal else 3
+
+
+@dataclass(frozen=True)
+class DesignPlan:
+    """What a search is to solve; figures that no design goes below, sizes and strain, of all choices that may hold."""
+
+    designs: int
+    seconds: float  # of the processor, within a factor of some two
+    least: dict[str, float]  # [SI]
+    not_solved: dict[str, str]  # why, by choice in words
+
+
+def plan_of(asked: Requirements) -> DesignPlan:
+    """Return what a search is to solve; nothing is meshed or solved.
+
+    Raises SceneError where no choice may hold, with the one that comes nearest.
+    """
+    solver = Solver(asked, COARSE)
+    bounds = {choice: bounds_of(solver, choice)[1] for choice in asked.space.choices}
+    starts = {choice: begin_at((asked, each)) for choice, each in bounds.items()}
+    left = [each for each in starts.values() if isinstance(each, Answered)]
+    good = {choice: bounds[choice] for choice, each in starts.items() if not isinstance(each, Answered)}
+    if not good:
+        raise refused(asked, left)
+    count = expected_designs(asked, len(good))
+    points = sorted((own[0] for own in good.values() if own), key=lambda each: each.strain)
+    seconds = np.mean([_seconds(solver, each.design) for each in points[: None if asked.goal else 1]])
+    every = [each for own in good.values() for each in own]
+    least = {name: min(each.sizes[name] for each in every) for name in every[0].sizes} if every else {}
+    least |= {STRAIN: min(each.strain for each in every)} if every else {}
+    words = {asked.space.words(each.design): each.reason for each in left}
+    return DesignPlan(count, float(seconds * (count - 1 + _FINER)), least, words)
+
+
+def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:
+    """Return the refusal of requirements that no design answers: the nearest one, and how much of the loads it may."""
+    nearest = min(known, key=lambda each: each.plain.get(STRAIN, np.inf))
+    strain = nearest.plain.get(STRAIN, np.nan)
+    most = f"; it carries some {100.0 / strain:.2g} % of the loads" if strain > 1.0 else ""
+    return SceneError(
+        f"loads: no design within the bounds answers them; {asked.space.words(nearest.design)}: {nearest.reason}{most}"
+    )
+
+
+def _seconds(solver: Solver, design: Design) -> float:
+    """Return the processor seconds of a design by counts: of the load with the largest way, as often as loads."""
+    sensor, axes = solver.requirements.space.sensor(design), solver.operator.loads
+    grid = dict(zip(axes.names, axes.axes, strict=True))
+    every = loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH})
+    solved = symmetry_of(sensor).without_images(solved_likely(every)) if solver.needs_table else []
+    return (_ALSO + _OF_MANY * forecast(sensor, [every[-1]]).seconds) * (1 + len(solved))
