@@ -1,7 +1,8 @@
 """The command line: ``sits-mech COMMAND SCENE ...``; see ``sits-mech --help``.
 
 Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
-reached is printed and kept), 4 above the tolerance or beyond the data, 130 interrupted. With --quiet, of every command,
+reached is printed and kept), 4 above the tolerance or beyond the data, 130 interrupted, 141 where who read the answer
+has left (`| head`). With --quiet, of every command,
 stderr has errors alone. Each command imports its rooms itself, so that help comes at once.
 Linear algebra keeps to one thread, unless the environment says otherwise: its systems are small, and sparse
 factorisations lose an order of magnitude to a second one. Modules with commands are entry points of the group
@@ -23,6 +24,8 @@ from sits_mech.disk_cache import keep_by_default
 
 GROUP = "sits_mech.commands"
 QUIET_WORD = "--quiet"
+UNREAD = 141
+"""Exit code of a command whose answer nobody reads any more, as a shell gives one that ends by SIGPIPE."""
 
 
 def load_commands() -> None:
@@ -45,6 +48,12 @@ def run(tokens: Sequence[str] | None = None) -> int:
     try:
         asked = [word for word in words if word != QUIET_WORD]
         code = app(asked, exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()
+    except (BrokenPipeError, SystemExit) as error:  # rich ends by the latter
+        if not isinstance(error.__context__ or error, BrokenPipeError):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left has no reader
+        return UNREAD
     except (CycloptsError, ValueError, OSError) as error:
         fault(f"error: {' '.join(str(error).split())}")
         return 2

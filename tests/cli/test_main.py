@@ -310,6 +310,14 @@ def test_a_closed_stdout_is_one_line() -> None:
         assert done.returncode == 2 and done.stderr.count("\n") == lines and "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize("words", ["catalog", "--help", "schema scene"])
+def test_who_reads_may_leave(words: str) -> None:
+    """As `cat | head`: quiet, and no code of an answer that is no good."""
+    line = f"({sys.executable} -m sits_mech {words}; echo $? >&2) | true"
+    done = subprocess.run(["sh", "-c", line], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert done.stderr.strip() == "141"
+
+
 def test_a_search_of_nothing_leaves_no_folder(capsys: Capture, tmp_path: Path) -> None:
     """Neither no designs nor no processes."""
     asked = tmp_path / "asked.toml"

@@ -61,7 +61,10 @@ def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | N
     left = budget(cal, found.forces, temperature=by_temperature)
     ends = zip(cal.forces, cal.low, cal.high, strict=True)
     each = {"forces": found.forces, "error": found.error}
-    each |= {name: getattr(found, name) for name in ("error_by_model", "error_by_noise")}
+    by_model, at = found.error_by_model, found.forces[None]
+    if cal.table_errors is not None:  # with their signs
+        by_model = cal.table_errors.at_most(cal.answers(at), at)[0]
+    each |= {"error_by_model": by_model, "error_by_noise": found.error_by_noise}
     each |= {} if by_temperature is None else {"error_by_temperature": by_temperature}
     each |= {"force_error": left.total}
     shown = {"L" if cal.unit != "code" else "codes": reading} | ({"L0": cal.L0} if cal.unit != "code" else {})
