@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from sits_mech.cli.console import QUIET, fault, logged, warn
@@ -98,14 +98,14 @@ def _answered(words: list[str]) -> int:
     from cyclopts import CycloptsError
     from rich.console import Console
 
-    app, how = commands(), {"exit_on_error": False, "print_error": False, "result_action": "return_value"}
+    asked = partial(commands(), words, exit_on_error=False, print_error=False, result_action="return_value")
     try:
         if not asks_help(words):
-            code = app(words, **how)
+            code = asked()
             return code if isinstance(code, int) else 0
         console = Console()
         with console.capture() as shown:
-            app(words, console=console, **how)
+            asked(console=console)
     except CycloptsError as error:
         raise ValueError(str(error)) from None
     keep_help(words, shown.get())
