@@ -10,13 +10,9 @@ The command line keeps; elsewhere nothing is kept unless `SITS_MECH_CACHE` names
 
 from __future__ import annotations
 
-import hashlib
 import os
-import tempfile
-import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -29,7 +25,6 @@ ROOM = 512 * 2**20
 FIELDS = "geometry", "magnetics"
 """Rooms whose source the arrays of plates and tracks depend on."""
 _OWN = "request_checksum"
-_BROKEN = OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile
 _Made = TypeVar("_Made")
 
 
@@ -88,13 +83,16 @@ def kept(
     `asked` is all it depends on: numbers, words, arrays, parts of scenes, dataclasses and tuples of these. `pack` and
     `unpack` turn what is made into arrays by name and back; `rooms` make it.
     """
+    from zipfile import BadZipFile
+
     import numpy as np  # not before the command line has said on how many threads
 
     where = folder()
     if where is None:
         return make()
     path = where / f"{_checksum(asked, rooms)}.npz"
-    with suppress(*_BROKEN), path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+    broken = OSError, ValueError, KeyError, EOFError, BadZipFile
+    with suppress(*broken), path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
         if str(file[_OWN]) == path.stem:  # else it was put in another's place
             found = unpack({name: file[name] for name in file.files if name != _OWN})
             os.utime(path)
@@ -107,6 +105,8 @@ def kept(
 
 def _write(path: Path, arrays: Mapping[str, Any]) -> None:
     """Write a file whole or not at all, and make room."""
+    import tempfile
+
     import numpy as np
 
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -128,6 +128,8 @@ def _write(path: Path, arrays: Mapping[str, Any]) -> None:
 
 def _checksum(asked: object, rooms: tuple[str, ...] = FIELDS) -> str:
     """Return the checksum of what is asked and of the source of the rooms that answer."""
+    import hashlib
+
     digest = hashlib.sha256(_source(rooms))
     _feed(digest, asked)
     return digest.hexdigest()
@@ -136,6 +138,8 @@ def _checksum(asked: object, rooms: tuple[str, ...] = FIELDS) -> str:
 @lru_cache(maxsize=4)
 def _source(rooms: tuple[str, ...]) -> bytes:
     """Return the checksum of the source of rooms."""
+    import hashlib
+
     digest = hashlib.sha256()
     for room in rooms:
         for path in sorted((Path(__file__).parent / room).rglob("*.py")):
@@ -145,6 +149,8 @@ def _source(rooms: tuple[str, ...]) -> bytes:
 
 def _feed(digest: Any, part: Any) -> None:
     """Add one part of what is asked, with its kind."""
+    from dataclasses import fields, is_dataclass
+
     import numpy as np
 
     if isinstance(part, np.ndarray):

@@ -161,18 +161,18 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     free, noise = None if data.attrs["unit_L"] == "H" else self_inductances(sensor).tolist(), None
     with suppress(ValueError):  # no converter, or none that can follow: all coils count alike
         noise = sensor_front_end(sensor, data)[0].noise.tolist()
-    found = calibration(data, free, noise)
+    found, own = calibration(data, free, noise), table_inductances(sensor, data)
     return replace(
-        found, model_error=model_errors(sensor, data), table_errors=_table_errors(sensor, data, found.forces),
+        found, model_error=_largest(own), table_errors=_table_errors(sensor, own, found.forces),
         in_codes=partial(code_calibration, sensor, data),
     )
 
 
-def _table_errors(sensor: Sensor, data: xr.Dataset, forces: Sequence[str]) -> TableErrors:
-    """Return the errors of a table in henry, with what its silicone's sources differ by."""
+def _table_errors(sensor: Sensor, own: xr.Dataset, forces: Sequence[str]) -> TableErrors:
+    """Return the errors of `table_inductances`, with what the silicone's sources differ by."""
     silicone = silicone_of(sensor)
     modulus = 0.0 if silicone is None else silicone.modulus_deviation or 0.0
-    return table_errors(coil_table(sensor, data), forces, modulus)
+    return table_errors(_without_single(own), forces, modulus)
 
 
 def with_idle(sensor: Sensor, idle: str | None) -> Sensor:
@@ -242,9 +242,9 @@ def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = 
     whole = ((codes + front.below) / seen["L"]).to_numpy()
     rate = 0.5 * np.nanmax(whole.reshape(-1, len(front.noise)), axis=0)  # code over L^(-1/2)
     table = data[["status"]].assign(L=codes).assign_attrs(unit_L="code")
-    found = calibration(table, noise=(rate * front.noise).tolist())
-    errors = _table_errors(sensor, data, found.forces).scaled(rate)
-    return replace(found, model_error=rate * model_errors(sensor, data), table_errors=errors)
+    found, own = calibration(table, noise=(rate * front.noise).tolist()), table_inductances(sensor, data)
+    errors = _table_errors(sensor, own, found.forces).scaled(rate)
+    return replace(found, model_error=rate * _largest(own), table_errors=errors)
 
 
 def codes_of(sensor: Sensor, front: FrontEnd, L: Array, R: Array) -> Array:
@@ -267,13 +267,22 @@ def _terminal_codes(sensor: Sensor, seen: xr.Dataset, front: FrontEnd) -> xr.Dat
 def coil_table(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
     """Return `table_inductances` for `quality`: without loads of one value, with ``weights`` (signal, coil)."""
     own = table_inductances(sensor, data).assign(weights=(("signal", "coil"), signal_weights(sensor)))
-    return own.isel({name: 0 for name in varied(data) if data.sizes[name] == 1}, drop=True)
+    return _without_single(own)
+
+
+def _without_single(own: xr.Dataset) -> xr.Dataset:
+    """Return `table_inductances` without loads of one value."""
+    return own.isel({name: 0 for name in varied(own) if own.sizes[name] == 1}, drop=True)
 
 
 def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:
     """Return the largest estimated error of each coil's inductance over a table, shape (n,) [H]."""
-    own = table_inductances(sensor, data)["error_L"].to_numpy()
-    return np.asarray(np.nanmax(own.reshape(-1, len(sensor.coils)), axis=0))
+    return _largest(table_inductances(sensor, data))
+
+
+def _largest(own: xr.Dataset) -> Array:
+    """Return the largest error of each coil over `table_inductances`, shape (n,) [H]."""
+    return np.asarray(np.nanmax(own["error_L"].to_numpy().reshape(-1, own.sizes["coil"]), axis=0))
 
 
 def sensor_front_end(

@@ -16,6 +16,7 @@ left unrotated has the same derivatives by the target's place, and none by its r
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -28,6 +29,7 @@ from sits_mech.readout.signals import Signals, combine, rows_of, signals, weight
 from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
 
+_LOG = logging.getLogger(__name__)
 _ROUNDING = 1e-12  # a pose, or an error of it, that is none [m, rad]
 _ROTATION = tuple(POSE.index(name) for name in ("alpha", "alpha_x", "alpha_z"))
 
@@ -107,6 +109,9 @@ def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: 
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
+    report = found.report
+    _LOG.info("%s: inductances at %d poses, %d unknowns, error %.2g", report.model, len(poses.value), report.unknowns,
+              report.estimated_error)
     flat = _untilted(model, found, pose)
     L, L0, last = own_inductances(found), np.diagonal(found.L0), own_inductances(flat)
     shown = L.mapped(rows_of(weights))

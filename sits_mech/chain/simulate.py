@@ -7,6 +7,7 @@ The models keep linear algebra to one thread (`threads`); nothing here is large 
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -44,6 +45,7 @@ from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.status import OK, flags_of, marked
 
+_LOG = logging.getLogger(__name__)
 _NO_WAY = "via: must be left out without elastomer.friction: the way of the load makes no difference"
 
 
@@ -279,7 +281,11 @@ def image_at_rest(
     """
     solved, back = symmetry.standard(wrench) if wrench.out_of_plane else (wrench, np.eye(len(WRENCH)))
     try:
-        return layer.equilibrium(solved, start=start), back
+        found = layer.equilibrium(solved, start=start)
+        words, report = wrench_words(vars(solved)), found.report
+        _LOG.info("%s: at rest under %s, %d unknowns, error %.2g", report.model, words, report.unknowns,
+                  report.estimated_error)
+        return found, back
     except SolveFailed as error:
         if solved == wrench:
             raise

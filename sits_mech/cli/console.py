@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 QUIET = ContextVar("QUIET", default=False)
 """Whether notes and progress stay away; answers and errors are printed."""
+_ROOT = "sits_mech"  # of all loggers
 _EVERY = 2.0  # seconds between lines on how far a load is
 
 
@@ -139,26 +140,51 @@ def solving(
     from sits_mech.report.tables.plan import taken_words
 
     warn(taken_words(*taken(sensor, loads, tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)))
-    log, teller = logging.getLogger("sits_mech.mechanics"), _Teller()
+    if any(isinstance(each, _Teller) for each in logging.getLogger(_ROOT).handlers):
+        yield
+        return
+    with _handled(_Teller(_EVERY)):
+        yield
+
+
+@contextmanager
+def logged(verbose: bool, path: str | None) -> Iterator[None]:
+    """Print what is solved, step by step, on stderr, and write it to a file with the time of each."""
+    each: list[logging.Handler] = [_Teller(0.0)] if verbose else []
+    if path is not None:
+        each.append(file := logging.FileHandler(path, mode="w", encoding="utf-8"))
+        file.setFormatter(logging.Formatter("%(asctime)s %(name)s: %(message)s"))
+    with _handled(*each):
+        yield
+
+
+@contextmanager
+def _handled(*handlers: logging.Handler) -> Iterator[None]:
+    """Let handlers have what the package logs."""
+    log = logging.getLogger(_ROOT)
     before = log.level
-    log.addHandler(teller)
-    log.setLevel(logging.INFO)
+    for each in handlers:
+        log.addHandler(each)
+    if handlers:
+        log.setLevel(logging.INFO)
     try:
         yield
     finally:
-        log.removeHandler(teller)
         log.setLevel(before)
+        for each in handlers:
+            log.removeHandler(each)
+            each.close()
 
 
 class _Teller(logging.Handler):
-    """Print what a solver says, a line in two seconds at most."""
+    """Print what solvers say, a line in some seconds at most."""
 
-    def __init__(self) -> None:
+    def __init__(self, every: float) -> None:
         super().__init__()
-        self._last = time.monotonic()
+        self._every, self._last = every, time.monotonic()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print a line, unless the last one was a moment ago."""
-        if (now := time.monotonic()) - self._last >= _EVERY:
+        if (now := time.monotonic()) - self._last >= self._every:
             self._last = now
             warn(f"  {record.getMessage()}")

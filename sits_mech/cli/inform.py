@@ -1,4 +1,4 @@
-"""Commands that inform or fit data: catalog, doctor, schema, explain, fit."""
+"""Commands that inform, begin a scene or fit data: catalog, doctor, schema, new, explain, fit."""
 
 from __future__ import annotations
 
@@ -72,6 +72,45 @@ def schema(file: Literal["scene", "study", "requirements", "bench"], *, output: 
     from sits_mech.schemas import schema_of
 
     deliver(json_text(schema_of(file)) + "\n", output)
+    return 0
+
+
+@app.command
+def new(
+    output: Annotated[Path, Parameter(help="Scene file to write.")], *,
+    ask: Annotated[
+        bool | None, Parameter(help="Ask for what is not given; else as usual. By default in a terminal.")
+    ] = None,
+    **options: Annotated[str, Parameter(help="--coils 3, --size \"12 mm\", ...: what the file has a comment for.")],
+) -> int:
+    """Write a first scene, with comments: one to four coils, a round target on a layer of silicone.
+
+    Options are name, coils, layers, turns, inner (diameter), track, gap, target, size, thickness, silicone, layer, pad,
+    frequency and converter.
+
+    Example: sits-mech new sensor.toml --coils 3 --size "12 mm" --silicone dragon-skin-30 --layer "3 mm"
+    """
+    import sys
+    import tomllib
+
+    from rich.prompt import Prompt
+
+    from sits_mech.scene.begun import ASKED, Beginning, begun
+    from sits_mech.scene.files import write_text
+    from sits_mech.scene.sensor import sensor_from
+
+    if output.exists():
+        raise SceneError(f"{output}: must be a new file; it is there")
+    unknown = next((name for name in options if name not in ASKED), None)
+    if unknown is not None:
+        raise SceneError(f"--{unknown}: must be one of --{', --'.join(ASKED)}; got another option")
+    found = {name: str(value) for name, value in asdict(Beginning()).items()} | options
+    if sys.stdin.isatty() if ask is None else ask:
+        found |= {name: Prompt.ask(words, default=found[name]) for name, words in ASKED.items() if name not in options}
+    text = begun(Beginning.written(found))
+    sensor_from(tomllib.loads(text), str(output))
+    write_text(output, text)
+    warn(f"written to {output}; next: sits-mech view {output} -o scene.png, sits-mech explain {output}")
     return 0
 
 

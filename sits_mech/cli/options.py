@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 _TOLD = 5  # slips of a scene, one line each; of more, their number
 app = App(
     name="sits-mech", version=__version__, suppress_keyboard_interrupt=False,
-    help="Force in, inductance out: soft inductive tactile sensors. With --quiet a command tells errors alone.",
+    help="Force in, inductance out: soft inductive tactile sensors. With --quiet a command tells errors alone, with -v "
+         "what it solves, step by step; --log FILE writes these steps with their times.",
 )
 app.register_install_completion_command(help="Install completion of commands and options in this shell.")
 

@@ -9,8 +9,9 @@ response by filaments (`coils.resistance`): m, what current by the coil's own fi
 between two coils ``(m + Q b_cc) . b_ce`` of both. First order in what the tracks' uneven current drives in the metal:
 solid turns under copper agree to 0.1 % of R and 3e-5 of L (benchmarks/tracks_under_target.py).
 
-Neglected: b's change across a track beyond a linear one, what tracks of one coil do to another's field, a track's
-response where b changes along it within a few widths.
+Neglected: b's change across a track beyond a linear one, a track's response where b changes along it within a few
+widths; and what uneven current does to the field between two coils in free space, which is the error of their M: in a
+field that is even over the coil, M over its area S, each adds M (sum m)/(j omega S), m of b up.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from typing import Protocol, cast
 import numpy as np
 
 from sits_mech.geometry.stations import Stations, stations
+from sits_mech.geometry.tracks import standing_rings
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.resistance import TrackResponse, track_response
 from sits_mech.quantities import Array, Complex, Impedance, MagneticModel, Pose
@@ -124,15 +126,27 @@ def with_tracks(tracks: Tracks, found: Impedance, change: Complex | None = None)
     more, error = np.zeros((2, 1), dtype=complex) if change is None else change.reshape(2, *found.L.shape)
     alone, off = (np.diag([getattr(own, name) for own in tracks.responses]) for name in ("alone", "error"))
     omega = 2 * np.pi * found.frequency
-    L0, both, error_L0 = found.L0 + alone.imag / omega, alone + more, off.imag / omega
+    L0, both = found.L0 + alone.imag / omega, alone + more
+    error_L0 = off.imag / omega + _mutual_error(tracks, found.L0)
     shared = found.shared_L
     if change is not None:  # poses and coils have one factor in common
         own = (np.sign(more.imag) * error.imag / omega)[None]
         shared = own if shared is None else np.concatenate([shared, own])
     most = float(np.abs(found.L - found.L0).max(initial=0.0))
-    relative = np.max(error.imag, initial=0.0) / omega / most if most > 0.0 else error_L0.max() / L0.max()
+    relative = np.max(error.imag, initial=0.0) / omega / most if most > 0.0 else (off.imag / omega).max() / L0.max()
     return replace(
         found, L=found.L + both.imag / omega, R=found.R + both.real, L0=L0, error_L=found.error_L + error.imag / omega,
         error_R=found.error_R + error.real + off.real, uneven=True, error_L0=error_L0, shared_L=shared,
         report=replace(found.report, estimated_error=found.report.estimated_error + float(relative)),
     )
+
+
+def _mutual_error(tracks: Tracks, L0: Array) -> Array:
+    """Return about what uneven current adds to the mutual inductances in free space (n, n) [H]; zero of coils alone."""
+    omega, shares = 2 * np.pi * tracks.frequency, []
+    for coil, response in zip(tracks.coils, tracks.responses, strict=True):
+        rings = standing_rings(coil)
+        area = abs(float(rings.signs @ (np.pi * rings.radius**2)))
+        up = response.linear[: len(rings.radius)].sum().imag / omega
+        shares.append(abs(float(up)) / area)
+    return np.asarray(np.abs(L0 - np.diag(np.diag(L0))) * np.add.outer(shares, shares))

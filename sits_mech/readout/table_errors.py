@@ -44,6 +44,12 @@ class TableErrors:
         found = np.moveaxis(RegularGridInterpolator(self.axes, values, bounds_error=False)(inside), -1, 0)
         return found[:-1], found[-1]
 
+    def at_most(self, answers: Array, forces: Array) -> Array:
+        """Return what all parts make of forces (m, d) together, by derivatives of the inverse (m, d, n) [N, N m]."""
+        shared, own = self.at(forces)
+        return np.asarray(np.abs(np.einsum("mdn,kmn->kmd", answers, shared)).sum(axis=0)
+                          + np.einsum("mdn,mn->md", np.abs(answers), own))
+
 
 def error_parts(table: xr.Dataset, forces: Sequence[str]) -> tuple[Array, Array, Array]:
     """Return errors of the inductances at a table's loads: shared (j, *sizes, n), own (k, *sizes, n), the rest.

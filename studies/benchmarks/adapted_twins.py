@@ -10,6 +10,10 @@ each of which deforms half as far as the whole one of its stiffness would, p = p
 loads they are as soft as the whole one, 1/s_1 + 1/s_2 = 2. Neglected: that thin layers are stiffer by their shape, and
 that the seam between them bends. Errors of the forces are told of all readings that were not refused.
 
+Then the story of a bench as its users go through it, on small tables of three sensors: all that may be unknown is drawn
+as the prior says, within two deviations, the planned loads are read by a meter, the calibration is adapted, and loads
+that were held out are read from the table that `adapt -o` writes, each within the one error that `invert` prints.
+
 Run ``python -m benchmarks.adapted_twins [--coarse] --output DIR``.
 """
 
@@ -24,13 +28,16 @@ import xarray as xr
 from common.outputs import study_arguments, write_rows
 from common.twins import CELL, LAWS, NARROWEST, SOFTEST, STIFFEST, Truth, inverted, loads, made
 
+from sits_mech.analysis.bench import terminal_calibration
 from sits_mech.analysis.built.adaptation import adapt
-from sits_mech.analysis.built.load_plan import plan_loads
+from sits_mech.analysis.built.corrected import corrected
+from sits_mech.analysis.built.load_plan import LoadPlan, plan_loads
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.quantities import Array
+from sits_mech.readout.budget import budget
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
@@ -39,6 +46,13 @@ PLACES = {"gap": 2e-4, "d_h": 3e-4, "d_y": 3e-4, "alpha": 0.035, "alpha_x": 0.03
 HYSTERESIS, DRIFT = 0.1, 5e-9  # of the force; of L over the bench [H]
 LAYERS = (0.625, 2.5)  # s of two layers, over that of the whole one
 SURE, DOUBT = 1.645, 0.05
+DISC = ("target.material=aluminium", "elastomer.material=dragon-skin-30", "elastomer.thickness=3 mm")
+STORIES = {  # scene, its changes, how many of its coils, ranges [N], planned loads
+    "three coils, Dragon Skin 30": ("triaxial-3", DISC, 3, {"F_x": 3.0, "F_z": 10.0}, 5),
+    "biorob2018-w15": ("biorob2018-w15", (), 2, {"F_x": 0.5, "F_z": 2.0}, 5),
+    "one coil": ("biorob2018", ("coils.0.centre=[0.0, 0.0]", "coils.1.centre=[0.02, 0.0]"), 1, {"F_z": 2.0}, 3),
+}
+VALUES, ASKED, METER, HELD_OUT = 5, 0.03, 1e-11, 22  # loads along each force; tolerance; noise [H]; loads of a twin
 
 
 def drawn(rng: np.random.Generator) -> tuple[float, dict[str, float], float]:
@@ -106,9 +120,71 @@ def against_finer(sensor: Sensor, data: xr.Dataset, axes: dict[str, Any]) -> dic
     return found
 
 
+def as_known(prior: Prior, rng: np.random.Generator) -> dict[str, float]:
+    """Return what a unit has of each unknown: normal as the prior says, within two deviations, leads of some length."""
+    each = {one.name: float(np.clip(rng.standard_normal(), -2.0, 2.0)) for one in prior.setup.parameters}
+    return {
+        one.name: np.exp(one.deviation * each[one.name]) if one.name == "modulus"
+        else abs(one.deviation * each[one.name]) if one.name == "lead"
+        else (one.value or 0.0) + one.deviation * each[one.name]
+        for one in prior.setup.parameters
+    }
+
+
+def told_again(prior: Prior, plan: LoadPlan, truth: Truth, seed: int) -> dict[str, Any]:
+    """Return errors of held-out loads (m, d), what `invert` and `adapt` say of them [N], p; or why it was refused."""
+    rng = np.random.default_rng(seed)
+    unit = as_known(prior, rng)
+    places = {name: unit[name] for name in truth.setup.names if name in unit and name != "capacitance"}
+    L = truth.readings(unit["modulus"], places, unit["cell"] * plan.loads)
+    try:
+        found = adapt(prior, Measured(plan.loads, L + METER * rng.standard_normal(L.shape), "twin"))
+    except ValueError as refused:
+        return {"refused": str(refused)}
+    known = terminal_calibration(*corrected(found))
+    held = rng.uniform(plan.read.min(axis=0), plan.read.max(axis=0), (HELD_OUT, len(prior.forces)))
+    L = truth.readings(unit["modulus"], places, held)
+    read = known.inverse(L + METER * rng.standard_normal(L.shape))
+    return {
+        "off": np.abs(read.forces - held), "said": budget(known, read.forces).total,
+        "adapt": SURE * found.force_deviations(held)[1], "p": found.p_value,
+    }
+
+
+def story(name: str, coarse: bool) -> dict[str, Any]:
+    """Return how often the one error of a reading holds the truth, over units of a sensor."""
+    scene, keys, coils, ranges, count = STORIES[name]
+    sensor = load_sensor(scene, keys)
+    sensor = sensor.model_copy(update={"coils": sensor.coils[:coils]})
+    data = calibrate(sensor, **loads(ranges, VALUES), tolerance=ASKED, best=True)
+    prior = prior_of(sensor, data, noise=METER).read_by(tank=False)
+    layer = sensor.elastomer
+    truth = made(sensor, "" if layer is None else str(layer.material), ranges, VALUES + 2, 0.3 * ASKED)
+    plan = plan_loads(prior, count)
+    each = [told_again(prior, plan, truth, seed) for seed in range(3 if coarse else 30)]
+    fit = [one for one in each if "refused" not in one]
+    row = {"sensor": name, "units": len(each), "fit": len(fit), "doubted": sum(one["p"] < DOUBT for one in fit)}
+    off, said, by_adapt = (np.concatenate([one[key] for one in fit]) for key in ("off", "said", "adapt"))
+    for k, force in enumerate(prior.forces):
+        row[f"{force}, held [%]"] = 100.0 * float(np.mean(off[:, k] < said[:, k]))
+        row[f"{force}, held by adapt [%]"] = 100.0 * float(np.mean(off[:, k] < by_adapt[:, k]))
+        row[f"{force}, 90 % within [N]"] = float(np.quantile(off[:, k], 0.9))
+        row[f"{force}, said [N]"] = float(np.median(said[:, k]))
+        row[f"{force}, said by adapt [N]"] = float(np.median(by_adapt[:, k]))
+    return row
+
+
+def wide(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return rows that all have the names of any."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    return [{name: row.get(name, "") for name in names} for row in rows]
+
+
 def main() -> None:
     """Adapt twins of each sensor."""
     coarse, folder = study_arguments(__doc__ or "")
+    stories = [story(name, coarse) for name in list(STORIES)[-1 if coarse else 0 :]]
+    print(write_rows(wide(stories), folder / "bench_stories.csv"))
     rows, curves = list[dict[str, Any]](), dict[str, Array]()
     for name, (seeds, ranges) in SENSORS.items():
         if coarse and rows:
@@ -144,8 +220,7 @@ def main() -> None:
                             for force, error in zip(prior.forces, within, strict=True)}
                 row |= {f"{key}, error over estimate": ratio for key, ratio in ratios.items()}
             rows.append(row)
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    print(write_rows([{name: row.get(name, "") for name in names} for row in rows], folder / "adapted_twins.csv"))
+    print(write_rows(wide(rows), folder / "adapted_twins.csv"))
     with new_figure() as (figure, (axes,)):
         for number, (label, errors) in enumerate(curves.items()):
             share = np.linspace(0.0, 100.0, len(errors))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from extreme.texts import TEXTS
 
-from sits_mech.cli.options import app
+from sits_mech.cli.main import commands as loaded
 
 QUICK = {
     "calibrate": ["biorob2018", "--fx", "-0.2 N:0.2 N:3", "--fz", "0 N:1 N:3", "--mechanics", "planar", "--magnetics",
@@ -46,18 +46,18 @@ def command_line(dice: random.Random, folder: Path, sound: Path) -> list[str]:
 
 def commands() -> list[str]:
     """Return the names of all commands, which `cli/main.py` brings."""
-    return sorted(name for name in app if not name.startswith("-"))
+    return sorted(name for name in loaded() if not name.startswith("-"))
 
 
 def _example(name: str) -> list[str]:
     """Return the words after a command's name in the example of its help."""
-    return shlex.split(str(app[name].default_command.__doc__).split("Example: sits-mech", 1)[1])[1:]
+    return shlex.split(str(loaded()[name].default_command.__doc__).split("Example: sits-mech", 1)[1])[1:]
 
 
 def options(name: str) -> list[tuple[str, str]]:
     """Return the options of a command, each with the kind of its value."""
     found = []
-    for each in app[name].assemble_argument_collection():
+    for each in loaded()[name].assemble_argument_collection():
         words = str(each.hint)
         kind = next((kind for kind in ("tuple", "bool", "float", "int", "Path") if kind in words), "str")
         found += [(option, kind) for option in each.names if option.startswith("-") and "[" not in option]

@@ -1,6 +1,7 @@
 """The command line's contract: answers, exit codes, one line for each refusal, nothing half-written."""
 
 import json
+import logging
 import math
 import os
 import re
@@ -308,6 +309,30 @@ def test_a_closed_stdout_is_one_line() -> None:
     for closed, lines in ((">&-", 1), (">&- 2>&-", 0)):
         done = subprocess.run(["sh", "-c", f"{sys.executable} -m sits_mech catalog {closed}"], stderr=-1, text=True)
         assert done.returncode == 2 and done.stderr.count("\n") == lines and "Traceback" not in done.stderr
+
+
+def test_what_is_solved_is_printed_and_written(capsys: Capture, tmp_path: Path) -> None:
+    """By -v on stderr, by --log in a file with times; the answer is the same, and nothing is said without them."""
+    file, own = tmp_path / "log", ("--set", "target.width=7.93 mm", "--tolerance", "0.1", "--json")
+    words = ["inductance", "biorob2018", "--dv", "3.3 mm", "--model", "sheets", *own]
+    assert run([*words, "-v", "--log", str(file), "--no-cache"]) == 0
+    told, rows = capsys.readouterr(), file.read_text().splitlines()
+    assert run(words) == 0
+    alone = capsys.readouterr()
+    assert json.loads(told.out)["L"] == json.loads(alone.out)["L"] and not alone.err
+    assert "a plate of" in told.err and all(re.match(r"\d{4}-\d\d-\d\d .* sits_mech\.", row) for row in rows)
+    assert [row.partition(": ")[2] for row in rows] == [line.strip() for line in told.err.splitlines()]
+    assert run([*words, "--log"]) == 2 and "--log: must be followed by a file" in capsys.readouterr().err
+    assert run(["catalog", "--log=" + str(tmp_path / "nowhere" / "l")]) == 2
+    assert not logging.getLogger("sits_mech").handlers
+
+
+@pytest.mark.parametrize("words", ["catalog", "--help", "schema scene"])
+def test_who_reads_may_leave(words: str) -> None:
+    """As `cat | head`: quiet, and no code of an answer that is no good."""
+    line = f"({sys.executable} -m sits_mech {words}; echo $? >&2) | true"
+    done = subprocess.run(["sh", "-c", line], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert done.stderr.strip() == "141"
 
 
 def test_a_search_of_nothing_leaves_no_folder(capsys: Capture, tmp_path: Path) -> None:

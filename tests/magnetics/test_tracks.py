@@ -3,19 +3,22 @@
 import benchmarks.tracks_under_target as study
 import numpy as np
 import pytest
+from scipy.constants import mu_0
 
 from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.models import magnetic_model
 from sits_mech.geometry.collision import placed_plates
 from sits_mech.magnetics.answer import serving
 from sits_mech.magnetics.axis_fem import axisymmetric_fem
+from sits_mech.magnetics.coils.far_field import coil_field
+from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import track_response, track_spectrum
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.magnetics.tracks import Tracked, Tracks, with_tracks
-from sits_mech.quantities import Pose
+from sits_mech.quantities import Impedance, Pose, SolveReport
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.parameters import TEMPERATURE, parameter
 from sits_mech.scene.sensor import load_sensor
@@ -84,6 +87,29 @@ def test_b_off_the_axis_is_that_of_a_small_loop() -> None:
     seen = Posed(sensor.coils, "rings", rotation_matrix(pose.rotation), pose.centre)
     B = plate.field(seen, frequency, places)[0, :, 2, 0]
     np.testing.assert_allclose(B.real, expected, rtol=3e-2)
+
+
+@pytest.mark.parametrize(("apart", "frequency"), [(8.0, 5e6), (14.0, 3e6)])
+def test_mutual_inductances_have_an_error(apart: float, frequency: float) -> None:
+    """Of two coils in free space: about what the tracks' response is to the other coil's field at every turn."""
+    one = load_sensor("biorob2018").coils[0]
+    coils = tuple(one.model_copy(update={"name": f"C{x}", "centre": (x * MM, 0.0)}) for x in (0.0, apart))
+    tracks, L0 = Tracks(coils, frequency, frequency), free_inductances(coils)
+    points = np.split(tracks.points(MM), 2)
+    B = np.zeros((1, 2 * len(points[0]), 3, 2), dtype=complex)
+    B[0, : len(points[0]), :, 1] = mu_0 * coil_field(coils[1], points[0], 1e-6)
+    B[0, len(points[0]) :, :, 0] = mu_0 * coil_field(coils[0], points[1], 1e-6)
+    change = tracks.change(MM, B)[0, 0].imag / (2.0 * np.pi * frequency)
+    error = with_tracks(tracks, of_even_current(L0, frequency)).error_L0
+    assert error is not None and error[0, 1] == pytest.approx(abs(change[0, 1]), rel=0.2)
+    assert 3e-3 < error[0, 1] / abs(L0[0, 1]) < 2e-2 and error[0, 0] < 1e-3 * L0[0, 0]
+
+
+def of_even_current(L0: np.ndarray, frequency: float) -> Impedance:
+    """Coils alone by even current."""
+    none = np.zeros_like(L0)
+    report = SolveReport("rings", 0, 0, 0.0, 0.0, 0.0)
+    return Impedance(frequency, L0, none, L0, np.zeros(len(L0)), none, none, "H", report)
 
 
 def test_mirrored_poses_and_reciprocity() -> None:

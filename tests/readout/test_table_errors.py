@@ -24,3 +24,13 @@ def test_between_loads_and_where_some_failed() -> None:
     assert shared[0, 0, 0] == pytest.approx(9.5e-12) or shared[0, 0, 0] == pytest.approx(8e-12)
     backwards = table_errors(data.isel(F_z=slice(None, None, -1)), ("F_x", "F_z"))
     np.testing.assert_allclose(backwards.at(AT)[0], table_errors(data, ("F_x", "F_z")).at(AT)[0])
+
+
+def test_at_most_has_signs() -> None:
+    """A part that moves both coils alike cancels in their difference; what is a coil's own adds up."""
+    names = ("F_x", "coil")
+    parts = {"error_L": (names, np.full((2, 2), 3e-12)), "shared_L": (("part", *names), np.full((1, 2, 2), 2e-12))}
+    data = xr.Dataset(parts, {"F_x": [0.0, 1.0], "coil": ["C1", "C2"]})
+    errors, at = table_errors(data, ("F_x",)), np.array([[0.5]])
+    for other, total in ((-1.0, 2e-12), (1.0, 6e-12)):
+        assert errors.at_most(np.array([[[1.0, other]]]), at) == pytest.approx(total)

@@ -176,7 +176,7 @@ def faces_named(deck: Deck) -> dict[str, list[list[Key]]]:
 
 
 def _faces(deck: Deck, members: str, side: str) -> list[list[Key]]:
-    """Return the faces of one side, s1 to s6, of the solids of a set or of one label."""
+    """Return the faces of one side, s1 to s6, of the solids of a set or of one label; SceneError for one they lack."""
     if not _SIDE.fullmatch(side):
         return []
     name = members.rsplit(".", 1)[-1]
@@ -184,5 +184,8 @@ def _faces(deck: Deck, members: str, side: str) -> list[list[Key]]:
     faces = []
     for part, label in sorted(cells & deck.cells.keys()):
         solid, nodes = deck.cells[part, label]
-        faces.append([(part, nodes[k]) for k in _FACES[CORNERS[solid]][int(side[1:]) - 1]])
+        own = _FACES[CORNERS[solid]]
+        if not 1 <= int(side[1:]) <= len(own):
+            raise SceneError(f"surface: must name sides S1 to S{len(own)} of a {solid}; got {side.upper()} of {label}")
+        faces.append([(part, nodes[k]) for k in own[int(side[1:]) - 1]])
     return faces

@@ -17,6 +17,7 @@ What takes more memory or time than the limits is refused.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -43,6 +44,7 @@ from sits_mech.memory import GIB, MEMORY, beyond_memory, check_seconds, give_bac
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Target
 
+_LOG = logging.getLogger(__name__)
 _ALONG = Grading(first=1.3, growth=1.9, largest=0.5)  # first over the skin depth, largest over `field_length`
 _ACROSS = Grading(first=ACROSS, growth=1.35, largest=np.inf)  # sheets over the skin depth
 _LEVELS = 5.5, ACROSS_LEVEL  # of cells of these sizes, along and across
@@ -128,6 +130,8 @@ def _fitting_family(
     family = family if become is None else _carried_to(family, target, become)
     cells = max(plan.cells.shape[0] * 2 * (z.size - 1) * len(plan.group) for plan, z in family.divisions)
     _check_memory(family.box, cells, family.needed)
+    clearance, frequency, *_ = scale
+    _LOG.info("a plate of %d cells, for gaps from %.3g mm on up to %.3g MHz", cells, 1e3 * clearance, 1e-6 * frequency)
     check_seconds(family.seconds, f"sheets: the preparation of a plate of {family.needed / GIB:.2g} GiB")
     return family
 

@@ -80,6 +80,8 @@ def test_sets_of_shells_name_faces(tmp_path: Path) -> None:
         (PART.replace("C3D8H", "C3D13"), r"line 13: must be a block \*element of Abaqus; got ValueError type C3D13"),
         (PART.replace("50, 60, 70, 80", "50, 60, 70"), r"line 13: must be a block \*element"),
         (PART.replace("50, 60, 70, 80", "50, 60, 70, 90"), "elements must be of nodes of the file; got node 90"),
+        (f"{PART}\n*Surface, name=top\nall, S9\n", r"must name sides S1 to S6 of a hexahedron; got S9 of 7"),
+        (f"{PART}\n*Surface, name=top\n7, S0\n", r"must name sides S1 to S6 of a hexahedron; got S0 of 7"),
         (PART.replace("0, 1, 1", "0, one, 1"), r"line 4: must be a block \*node of Abaqus; got ValueError could not"),
     ],
 )

@@ -1,0 +1,127 @@
+"""Write a first scene from a few sizes: one to four round coils under a target on a layer, each key with its meaning.
+
+Coils stand as close as their windings allow, a distance p from centre to centre: along x, or at the corners of a
+triangle or a square about the middle, at p/2, p/sqrt 3 and p/sqrt 2 of it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sits_mech.units import SceneError, quantity, shown
+
+CLEAR = 2e-4
+"""Between the windings of neighbours [m]: what a board maker keeps between tracks, with some to spare."""
+_ANGLES = {1: (0.0,), 2: (180.0, 0.0), 3: (90.0, 210.0, 330.0), 4: (135.0, 225.0, 45.0, 315.0)}
+_READ = {1: "F_z", 2: "F_z and F_x", 3: "F_z, F_x and F_y", 4: "F_z, F_x and F_y, one to spare"}
+_RADII = {1: 0.0, 2: 0.5, 3: 1.0 / math.sqrt(3.0), 4: 1.0 / math.sqrt(2.0)}  # of the pitch of the coils
+
+
+ASKED = {
+    "name": "Name of the sensor", "coils": "Coils, one to four", "layers": "Layers of each",
+    "turns": "Turns in a layer", "inner": "Diameter within the innermost turn", "track": "Width of a track",
+    "gap": "Gap between tracks", "target": "Metal of the target", "size": "Its diameter", "thickness": "Its thickness",
+    "silicone": "Silicone, of sits-mech catalog", "layer": "Thickness of its layer", "pad": "Diameter of its layer",
+    "frequency": "Frequency", "converter": 'Converter, or "none"',
+}
+"""What a user is asked for, by the fields of `Beginning`."""
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What a first scene is made of, lengths as they are written."""
+
+    name: str = "A first sensor"
+    coils: int = 3
+    layers: int = 2
+    turns: int = 12
+    inner: str = "2.2 mm"
+    track: str = "0.1 mm"
+    gap: str = "0.1 mm"
+    target: str = "copper"
+    size: str = "12 mm"
+    thickness: str = "0.2 mm"
+    silicone: str = "ecoflex-00-30"
+    layer: str = "2 mm"
+    pad: str = "20 mm"
+    frequency: str = "5 MHz"
+    converter: str = "LDC1614"
+
+    @classmethod
+    def written(cls, texts: Mapping[str, str]) -> Beginning:
+        """Read what was written of each; SceneError for a count that is none."""
+        counts = {name: _count(name, texts[name]) for name in ("coils", "layers", "turns")}
+        return cls(**{**texts, **counts})  # type: ignore[arg-type]
+
+
+def _count(name: str, text: str) -> int:
+    """Return a written count."""
+    if not text.isdecimal() or int(text) < 1:
+        raise SceneError(f"{name}: must be a whole number above 0; got {shown(text)}")
+    return int(text)
+
+
+def begun(asked: Beginning) -> str:
+    """Return the text of a scene, with comments; SceneError for a number of coils, or a length, that is none."""
+    if asked.coils not in _ANGLES:
+        raise SceneError(f"coils: must be 1, 2, 3 or 4; got {asked.coils}")
+    inner, track, gap = (quantity(getattr(asked, name), "m", name) for name in ("inner", "track", "gap"))
+    radius = _RADII[asked.coils] * (inner + 2.0 * (asked.turns * (track + gap) - gap) + CLEAR)
+    angles = [math.radians(angle) for angle in _ANGLES[asked.coils]]
+    places = [[f"{1e3 * radius * f(angle):.4f} mm".replace("-0.0000", "0.0000") for f in (math.cos, math.sin)]
+              for angle in angles]
+    return "\n".join([_head(asked), *(_coil(asked, k, place) for k, place in enumerate(places)), _rest(asked)])
+
+
+def _head(asked: Beginning) -> str:
+    """Return the first lines."""
+    return f"""\
+# A soft inductive tactile sensor: a metal target on a silicone layer above coils. z = 0 is the coils' top face, x is
+# shear, z up. Lengths, frequencies, ... have their units; sits-mech schema scene lists all keys.
+name = {json.dumps(asked.name)}
+frequency = "{asked.frequency}"  # that the coils are driven at
+"""
+
+
+def _coil(asked: Beginning, number: int, place: list[str]) -> str:
+    """Return a coil; the first one says what its keys mean."""
+    keys = {
+        "centre": (json.dumps(place), f"of its axis; so many coils read {_READ[asked.coils]}"),
+        "layers": (asked.layers, "of the board that are wound"),
+        "turns": (asked.turns, "in each layer"),
+        "inner_diameter": (json.dumps(asked.inner), "within the innermost turn"),
+        "track_width": (json.dumps(asked.track), ""),
+        "track_gap": (json.dumps(asked.gap), "between neighbouring tracks"),
+        "track_thickness": ('"35 um"', "1 oz of copper"),
+        "layer_pitch": ('"85 um"', "from the middle of a layer to the next"),
+    }
+    lines = [
+        f"{key} = {value}{f'  # {note}' if note and number == 0 else ''}" for key, (value, note) in keys.items()
+        if key != "layer_pitch" or asked.layers > 1
+    ]
+    return "\n".join(["[[coils]]", f'name = "C{number + 1}"', *lines, ""])
+
+
+def _rest(asked: Beginning) -> str:
+    """Return target, layer and readout."""
+    return f"""\
+[target]  # bonded on the layer, where the force acts
+material = "{asked.target}"  # copper, aluminium, brass, ferrite; or conductivity = "..."
+shape = "disc"  # or rectangle with width and length, outline with points
+diameter = "{asked.size}"
+thickness = "{asked.thickness}"
+
+[elastomer]  # between coils and target
+material = "{asked.silicone}"  # of sits-mech catalog; or a law with constants of your own: sits-mech fit
+diameter = "{asked.pad}"
+thickness = "{asked.layer}"
+standoff = "0 mm"  # a film, or solder mask, between coils and layer
+
+[readout]
+converter = "{asked.converter}"  # or "none"
+parallel_capacitance = "330 pF"  # of each coil's tank
+idle_coil = "shorted"  # what the others are while one is read: shorted, open, live
+"""
