@@ -81,6 +81,7 @@ class PathEnd(StrEnum):
     LOST = "lost"  # no state at rest nearby
     SLIPPING = "slipping"  # pressures under friction did not settle
     LONG = "long"  # too many iterations
+    BEYOND = "beyond"  # far beyond the data of the silicone's law
 
 
 REASONS = {
@@ -95,6 +96,7 @@ REASONS = {
     ),
     PathEnd.SLIPPING: "beyond this load the contact pressures under friction do not converge",
     PathEnd.LONG: "the path to this load takes longer than the limit of time (--seconds)",
+    PathEnd.BEYOND: "beyond this load the silicone is stretched further than its data, and no law of them is known",
 }
 """Messages by the reason of an `Outcome` (path.py)."""
 
