@@ -35,7 +35,7 @@ from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded
 from sits_mech.geometry.collision import clearance, room
-from sits_mech.mechanics.equilibrium.newton import PathEnd
+from sits_mech.mechanics.equilibrium.outcome import PathEnd
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Note, NoteKind

@@ -16,7 +16,7 @@ from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import Approach
+from sits_mech.mechanics.equilibrium.outcome import Outcome
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
 from sits_mech.notes import Note
@@ -75,7 +75,7 @@ def law_notes(sensor: Sensor, stretch: float) -> tuple[Note, ...]:
 
 
 def answer(
-    line: Line, levels: Levels, control: Control, states: tuple[State, State], walk: Iterator[Approach] | None = None
+    line: Line, levels: Levels, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
 ) -> Equilibrium:
     """Extrapolate the equilibrium and its errors from two levels at rest and as many finer ones as needed.
 

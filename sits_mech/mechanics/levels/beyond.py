@@ -19,8 +19,8 @@ import math
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.newton import PathEnd
-from sits_mech.mechanics.equilibrium.path import Outcome, iteration_seconds
+from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
+from sits_mech.mechanics.equilibrium.path import iteration_seconds
 from sits_mech.mechanics.faces.face_contact import face_contact
 from sits_mech.mechanics.levels.answer import largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, Line

@@ -22,8 +22,9 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.increments import Track, followed
-from sits_mech.mechanics.equilibrium.newton import Approach, unloaded
+from sits_mech.mechanics.equilibrium.increments import followed
+from sits_mech.mechanics.equilibrium.newton import unloaded
+from sits_mech.mechanics.equilibrium.outcome import Outcome
 from sits_mech.mechanics.levels.answer import aim, answer
 from sits_mech.mechanics.levels.beyond import refused
 from sits_mech.mechanics.levels.family import WALKED, Levels, Line
@@ -41,7 +42,7 @@ _CHEAP = 1500  # cells of a level beyond the second
 class _Steps(NamedTuple):
     """The path on the first level."""
 
-    track: Track
+    track: Outcome
     parts: int  # increments of each leg
     off: Array  # change of the motion with half as many increments, (k,) [thicknesses, rad]
     share: float  # that change over the displacement
@@ -107,7 +108,7 @@ def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps
     return _Steps(track, parts, np.zeros(k), 1.0)
 
 
-def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Track:
+def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Outcome:
     """Follow a path of loads from rest on one mesh; whole pads may leave the plane where any load does."""
     farthest = next((control for control in controls if control.out_of_plane), controls[-1])
     held, _ = aim(body, line.scales, farthest)
@@ -116,7 +117,7 @@ def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int)
     return followed(body, unloaded(body), goals, parts, held=held, out_of_plane=controls[-1].held[3:])
 
 
-def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Approach]:
+def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Outcome]:
     """Yield the target's rest on levels beyond the second while they are cheap."""
     for level in range(2, len(levels)):
         if level >= WALKED or prod(levels.cells(level)) > _CHEAP:
@@ -125,7 +126,7 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
         track = _followed(line, body, controls, parts)
         if track.reason:
             return
-        yield Approach(replace(track.state, iterations=track.iterations), np.zeros(body.components))
+        yield replace(track, state=replace(track.state, iterations=track.iterations), off=np.zeros(body.components))
 
 
 def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, legs: int) -> Equilibrium:
@@ -138,6 +139,6 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, legs
     return replace(found, error=Pose.of(error), report=report, state=np.concatenate([[number], found.state]))
 
 
-def _ended(line: Line, number: int, track: Track, legs: int) -> Solved:
+def _ended(line: Line, number: int, track: Outcome, legs: int) -> Solved:
     """Describe a path that ended early."""
     return Solved(last_rest(line, number, track.state, track.iterations), track.reached / legs, track.reason)

@@ -16,7 +16,6 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.newton import (
     MOST,
-    PathEnd,
     Way,
     approached,
     newton,
@@ -25,7 +24,8 @@ from sits_mech.mechanics.equilibrium.newton import (
     unloaded,
     verdict,
 )
-from sits_mech.mechanics.equilibrium.path import Outcome, carried, follow, iteration_seconds
+from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd, carried
+from sits_mech.mechanics.equilibrium.path import follow, iteration_seconds
 from sits_mech.mechanics.levels.answer import aim, answer, largest_stretch, law_notes, starts
 from sits_mech.mechanics.levels.family import Levels, Line, prolonged
 from sits_mech.memory import check_seconds, kept_by_first

@@ -22,8 +22,8 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import packed
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.newton import PathEnd
-from sits_mech.mechanics.equilibrium.path import Outcome, follow
+from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, face_contact, softened
 from sits_mech.mechanics.levels.answer import aim, starts
 from sits_mech.mechanics.levels.beyond import refused

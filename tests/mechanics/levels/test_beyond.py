@@ -6,7 +6,7 @@ import pytest
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.assembly import Pattern
 from sits_mech.mechanics.equilibrium.control import Control, under
-from sits_mech.mechanics.equilibrium.newton import PathEnd
+from sits_mech.mechanics.equilibrium.outcome import PathEnd
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.beyond import refused
 from sits_mech.quantities import SolveFailed, Wrench

@@ -17,7 +17,7 @@ from sits_mech.units import SceneError
 @pytest.mark.slow
 def test_a_load_that_is_not_carried_is_looked_at_once_on_each_family(monkeypatch):
     """Without contact and, as faces touch, with it; of a silicone whose data are not known."""
-    silicone = 'elastomer.material={law="yeoh", c10="7.4715 kPa", c20="248.86 Pa", c30="0 Pa", bulk_modulus="14.94 MPa"}'
+    silicone = 'elastomer.material={law="yeoh", c10=7471.5, c20=248.86, c30=0.0, bulk_modulus="14.94 MPa"}'
     line, control, calls = block_pad(load_sensor("biorob2018", [silicone]), 1e-2).half, under(Wrench(M=0.05)), []
 
     def counted(*given):
