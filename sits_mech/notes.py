@@ -50,7 +50,7 @@ class NoteKind(StrEnum):
     INTERPOLATED = "interpolated"  # a pose between solved loads
 
     # paths and histories of loads
-    PATH_END = "path end"  # end: a word of `PathEnd` (mechanics/equilibrium/newton.py)
+    PATH_END = "path end"  # end: a word of `PathEnd` (mechanics/equilibrium/outcome.py)
     PATH_PART = "path part"  # part of a path that was followed
     CARRIED = "carried"  # largest load: components, error_ of each [N, N m], part, error_part
     NO_LARGEST = "no largest load"  # components of forces and places that a coarse mesh was followed to

@@ -35,7 +35,7 @@ from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded
 from sits_mech.geometry.collision import clearance, room
-from sits_mech.mechanics.equilibrium.newton import PathEnd
+from sits_mech.mechanics.equilibrium.outcome import PathEnd
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Note, NoteKind
@@ -50,6 +50,7 @@ AFTER = 1.0
 """After a load is gone: when the share that is left of its displacement is asked for [s]."""
 _WITHIN = 0.005  # of a capacity: how well it is located
 _NEAR = 5.0  # times that: a straight step this short is not solved; stretch, as load^0.85, bends by less than a fifth
+_LITTLE = 0.7  # of a load: a coarse mesh that carries less says what to try next
 _MOST = 64.0  # multiple of a load up to which a limit is looked for
 _LIMITS = (PathEnd.BUCKLED, PathEnd.SIDEWAYS, PathEnd.TURNED, PathEnd.INVERTED)
 """Ends of a load path at a limit of the pad; others may be the solver's."""
@@ -151,7 +152,7 @@ def capacity(
         low, high = (tried, high) if margin > 0.0 else (low, tried)
         if low >= _MOST:
             return Capacity(load, np.inf, np.nan, Note.of(NoteKind.NO_LIMIT, most=_MOST))
-        if high <= 1.0 / _MOST:
+        if high <= 1.0 / _MOST and search.found:
             return replace(search.at(high), multiple=0.0)
         if not low < ahead < high:
             break
@@ -180,7 +181,7 @@ class _Search:
     failed: dict[float, SolveFailed] = field(default_factory=dict)
 
     def margin(self, multiple: float) -> float:
-        """Return the margin of a multiple from its limits, 1 at rest; -1 where it is not carried."""
+        """Return the margin of a multiple from its limits, 1 at rest; less than 0 where it is not carried."""
         if multiple == 0.0:
             return 1.0
         if multiple not in self.found and multiple not in self.failed:
@@ -190,6 +191,9 @@ class _Search:
             try:
                 self.found[multiple] = self.layer.equilibrium(wrench, start=start)
             except SolveFailed as error:
+                if error.carried is not None and (most := _share(error.carried[0], self.load)) < _LITTLE * multiple:
+                    if _end(error) is PathEnd.BEYOND or np.isnan(error.carried[1].components).any():
+                        return 1.0 - multiple / most  # which is tried next
                 self.failed[multiple] = error
         return self.of(self.found[multiple]) if multiple in self.found else -1.0
 
@@ -218,14 +222,18 @@ class _Search:
 
 def _ended(failed: SolveFailed, load: Wrench, reached: float) -> Capacity:
     """Return the capacity of a load path that ended: its largest load, or how far it was followed."""
-    ends = (str(note.known["end"]) for note in failed.report.notes if note.kind is NoteKind.PATH_END)
-    end = PathEnd(next(ends, ""))
+    end = _end(failed)
     limit = Note.of(NoteKind.LIMIT_LOAD, end=end)
     if failed.carried is None:
         return Capacity(load, reached, np.nan, limit if end in _LIMITS else Note(NoteKind.LIMIT_LOST))
     most, off = failed.carried
     error = float(np.linalg.norm(off.components) / np.linalg.norm(load.components))
     return Capacity(load, _share(most, load), error, limit)
+
+
+def _end(failed: SolveFailed) -> PathEnd:
+    """Return why a load path ended."""
+    return PathEnd(next((str(note.known["end"]) for note in failed.report.notes if note.kind is NoteKind.PATH_END), ""))
 
 
 def _share(part: Wrench, load: Wrench) -> float:

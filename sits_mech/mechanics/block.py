@@ -38,11 +38,12 @@ from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.equilibrium.body import Bonded, packed
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
 from sits_mech.mechanics.histories import LoadHistory, Motion
-from sits_mech.mechanics.levels.answer import Solved, starts
+from sits_mech.mechanics.levels.answer import starts
 from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept, of_one_pad
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import arrived, depends_on_path
+from sits_mech.mechanics.levels.pair import Solved
 from sits_mech.mechanics.levels.settle import ended, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales

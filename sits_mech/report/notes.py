@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.newton import PathEnd
+from sits_mech.mechanics.equilibrium.outcome import PathEnd
 from sits_mech.mechanics.levels.words import WORDS
 from sits_mech.memory import memory_words
 from sits_mech.notes import Note, NoteKind, unpacked

@@ -12,7 +12,7 @@ import xarray as xr
 
 from sits_mech.analysis.limits import AFTER, Capacity, capacity, corners, limits_of
 from sits_mech.cli.main import run
-from sits_mech.mechanics.equilibrium.newton import PathEnd
+from sits_mech.mechanics.equilibrium.outcome import PathEnd
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench

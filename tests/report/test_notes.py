@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.mechanics.equilibrium.newton import REASONS, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
 from sits_mech.mechanics.levels.words import carried_note
 from sits_mech.memory import GIB
 from sits_mech.notes import Note, NoteKind, packed, unpacked

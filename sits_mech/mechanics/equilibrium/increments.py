@@ -26,14 +26,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import kinematics
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import SETTLED, PathEnd, Way, unloaded, verdict
+from sits_mech.mechanics.equilibrium.newton import SETTLED, Way, unloaded, verdict
+from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
 from sits_mech.mechanics.equilibrium.path import affordable, among_faces, follow
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.quantities import Array
@@ -47,29 +47,10 @@ _SHORTEST = 2e-2  # step of the path to a new load, over the path so far
 _PARTS = 4  # increments of a step with friction
 
 
-@dataclass(frozen=True)
-class Track:
-    """Equilibria along a path of loads."""
-
-    states: tuple[State, ...]  # at rest: the start, then the end of each increment
-    reached: float  # legs completed
-    reason: PathEnd = PathEnd.NONE
-
-    @property
-    def state(self) -> State:
-        """Last state."""
-        return self.states[-1]
-
-    @property
-    def iterations(self) -> int:
-        """Linear solves spent."""
-        return sum(state.iterations for state in self.states)
-
-
 def followed(
     body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
     out_of_plane: Held | None = None,
-) -> Track:
+) -> Outcome:
     """Follow a path of loads with friction from a state at rest under the first goal, with its tractions.
 
     `goals` (k,) are forces at the start, at each load passed, at the end, or places where `held`; `parts` increments a
@@ -81,34 +62,25 @@ def followed(
     left = affordable(body, 0.5 * (len(goals) - 1))  # half the limit for each leg
     while at < len(goals) - 1:
         if left <= 0:
-            return Track(tuple(states), float(at), PathEnd.LONG)
+            return Outcome(states[-1], float(at), PathEnd.LONG, states=tuple(states))
         leg = int(at)
         end = min(at + step, Fraction(leg + 1))
         share = float(end - leg)
         goal = (1.0 - share) * goals[leg] + share * goals[leg + 1]
-        body, state, reason, spent = _increment(body, states[-1], way, goal, _SLIP / parts)
-        left -= spent
-        if state is None:
+        body, found = _increment(body, states[-1], way, goal, _SLIP / parts)
+        left -= found.iterations
+        if found.reason:
             step /= 2
             if step < _SMALLEST / parts:
-                return Track(tuple(states), float(at), reason)
+                return Outcome(states[-1], float(at), found.reason, states=tuple(states))
             continue
-        states, at = [*states, state], end
+        states, at = [*states, found.state], end
         step = min(2 * step, Fraction(1, parts))
-    return Track(tuple(states), float(at))
+    return Outcome(states[-1], float(at), states=tuple(states))
 
 
-class _End(NamedTuple):
-    """The end of an increment; the state is None, with a reason, if there is no rest."""
-
-    body: Bonded
-    state: State | None
-    reason: PathEnd
-    spent: int  # iterations
-
-
-def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> _End:
-    """Find the rest at the end of an increment."""
+def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> tuple[Bonded, Outcome]:
+    """Find the rest at the end of an increment; return also the body with the faces that met."""
     before = _looked_at(body, here)
     tractions = here.grip or tuple(np.zeros_like(place) for place, _, _ in before)
     starts = [(place, traction) for (place, _, _), traction in zip(before, tractions, strict=True)]
@@ -124,7 +96,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             if found.state.residual <= SETTLED:
                 break
         if not found.state.residual <= SETTLED:
-            return _End(body, None, PathEnd.LOST, spent)
+            return body, Outcome(replace(here, iterations=spent), 0.0, PathEnd.LOST)
         guess, seen = found.state, _looked_at(body, found.state)
         new = [p for _, p, _ in seen]
         weights = [part.surface.weight.ravel() for part in rough(body)]
@@ -133,9 +105,9 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             said = verdict(body, way, found)
             grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
             state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
-            return _End(body, None if said.reason else state, said.reason, spent)
+            return body, Outcome(state, 1.0, said.reason)
         pressures = new
-    return _End(body, None, PathEnd.SLIPPING, spent)
+    return body, Outcome(replace(here, iterations=spent), 0.0, PathEnd.SLIPPING)
 
 
 def rough(body: Bonded) -> list[Contact]:
@@ -189,13 +161,11 @@ def later(
     aged = replace(body, law=law, shared=cache(lambda: body.pattern))
     goals = (now.state.load, goal)
     if rough(body):
-        track = followed(aged, now.state, goals, _PARTS, held=held)
-        state, reason = track.state, track.reason
+        found = followed(aged, now.state, goals, _PARTS, held=held)
     else:
-        start = replace(now.state, iterations=0)
-        found = follow(aged, start, goals, smallest=_SHORTEST, held=held)
-        state, reason = found.state, found.reason
-    if reason:
-        return None, reason
+        found = follow(aged, replace(now.state, iterations=0), goals, smallest=_SHORTEST, held=held)
+    if found.reason:
+        return None, found.reason
+    state = found.state
     known = deformed_state(body, state)
     return Moment(replace(state, known=known), remembered(silicone, now.memory, dt, kinematics(known.F))), PathEnd.NONE

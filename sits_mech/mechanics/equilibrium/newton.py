@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import partial
 from typing import NamedTuple
 
@@ -53,6 +52,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     stepped,
     way_of,
 )
+from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
 from sits_mech.quantities import Array
 
 SETTLED = 1e-9
@@ -70,39 +70,10 @@ _LEAST_CLEAR = 0.1  # of the target's way, by which a place that is no better te
 _LEAST_SWELLING = 0.05  # part of it
 
 
-class PathEnd(StrEnum):
-    """Why a load path ended."""
-
-    NONE = ""  # it is at its goal; of a state: it counts
-    BUCKLED = "buckled"  # stability is lost
-    SIDEWAYS = "sideways"  # the same, out of the plane of symmetry
-    TURNED = "turned"  # the load is largest
-    INVERTED = "inverted"  # J <= 0 somewhere
-    LOST = "lost"  # no state at rest nearby
-    SLIPPING = "slipping"  # pressures under friction did not settle
-    LONG = "long"  # too many iterations
-
-
-REASONS = {
-    PathEnd.BUCKLED: "beyond this load the layer buckles: its equilibrium is unstable",
-    PathEnd.SIDEWAYS: "beyond this load the layer buckles out of its plane of symmetry: its equilibrium is unstable",
-    PathEnd.TURNED: (
-        "this is the largest load of its kind that the layer carries: there is no equilibrium nearby beyond it"
-    ),
-    PathEnd.INVERTED: "beyond this load the mesh turns inside out at a corner",
-    PathEnd.LOST: (
-        "beyond this load no equilibrium was found, though the last one is stable: a smaller load may converge"
-    ),
-    PathEnd.SLIPPING: "beyond this load the contact pressures under friction do not converge",
-    PathEnd.LONG: "the path to this load takes longer than the limit of time (--seconds)",
-}
-"""Messages by the reason of an `Outcome` (path.py)."""
-
-
 _NONE = np.zeros((0, 0))
 
 
-class Settled(NamedTuple):
+class Iterated(NamedTuple):
     """The end of Newton's method, with the target's stiffness there or nearby."""
 
     state: State
@@ -112,17 +83,9 @@ class Settled(NamedTuple):
     part: float = 0.0  # distance along the path, if it was to be found
 
 
-@dataclass(frozen=True)
-class Approach:
-    """A target nearly at rest."""
-
-    state: State
-    off: Array  # error of q
-
-
 def newton(
     body: Bonded, start: State, goal: Array, held: Held | None = None, *, arc: Arc | None = None, falling: bool = False
-) -> Settled:
+) -> Iterated:
     """Iterate to rest under one goal; the result's residual says whether it settled.
 
     Goal and `held` as in `follow`. With an `arc` the part of the path is found, too. `falling`: descend the potential,
@@ -155,15 +118,15 @@ def newton(
             break
         here, part, found = gone[0], part + gone[1] * way.part, gone[2]
     if factor is None or near > _NEAR:
-        return Settled(here, None, None, length, part)
+        return Iterated(here, None, None, length, part)
     stiffness, made, factor = factor.stiffness, factor.made, None
-    return Settled(here, stiffness, hidden_stiffness(body, made), length, part)
+    return Iterated(here, stiffness, hidden_stiffness(body, made), length, part)
 
 
 @remembered
 def approached(
     body: Bonded, start: State, goal: Array, held: Held, enough: float, *, eliminating: bool = False
-) -> Approach | None:
+) -> Outcome | None:
     """Return the target nearly at rest, or None where that does not show.
 
     Steps end where one moves the target's edge by at most `enough` [thicknesses], long before the last corner is at
@@ -186,7 +149,7 @@ def approached(
             break
     if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
         return None
-    return Approach(here, off)
+    return Outcome(here, off=off)
 
 
 def unloaded(body: Bonded) -> State:
@@ -298,7 +261,7 @@ class Verdict(NamedTuple):
     hidden: float = np.nan  # smallest eigenvalue on motions hidden by symmetry; inf if none are
 
 
-def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
+def verdict(body: Bonded, way: Way, found: Iterated) -> Verdict:
     """Judge a state that Newton's method ended at."""
     trial, stiffness, hidden = found[:3]
     if not trial.residual <= SETTLED:

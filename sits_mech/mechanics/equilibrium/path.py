@@ -38,14 +38,14 @@ from sits_mech.mechanics.equilibrium.linearisation import Arc, Held
 from sits_mech.mechanics.equilibrium.newton import (
     LONGEST,
     SETTLED,
-    PathEnd,
-    Settled,
+    Iterated,
     Verdict,
     Way,
     newton,
     rate,
     verdict,
 )
+from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array
 
@@ -130,7 +130,7 @@ def iteration_seconds(body: Bonded) -> float:
 
 def among_faces(
     body: Bonded, start: State, goal: Array, held: Held | None, most: float = np.inf
-) -> tuple[Bonded, Settled]:
+) -> tuple[Bonded, Iterated]:
     """Return a body and its rest under a goal, solved again where free faces it did not hold apart have met.
 
     Full Newton steps are tried first; where singular edges make them wander, the potential is descended, unless they
@@ -148,39 +148,6 @@ def among_faces(
             break
         body = wider
     return body, found
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """The end of a load path."""
-
-    state: State  # last state at rest
-    reached: float  # fraction of the path; 1 is the goal
-    reason: PathEnd = PathEnd.NONE
-    limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
-    hidden: float = np.nan  # at the goal, smallest stiffness on motions hidden by symmetry; inf if none are
-
-    def over(self, begin: float, end: float) -> Outcome:
-        """Map the outcome to a longer path, of which this one was from a part to another."""
-        size = end - begin
-        limit = None if self.limit is None else (begin + size * self.limit[0], size * self.limit[1])
-        return replace(self, reached=begin + size * self.reached, limit=limit)
-
-
-def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
-    """Return the fraction of a path that is carried, with its error, from two meshes; None without a limit.
-
-    The error is their difference, no order assumed; if only one found a limit, the difference to where the other got;
-    nan if the other was not followed to its end.
-    """
-    own = fine.limit or coarse.limit
-    if own is None:
-        return None
-    other = coarse if fine.limit is not None else fine
-    if other.reason is PathEnd.LONG:
-        return own[0], np.nan
-    there, located = other.limit or (other.reached, 0.0)
-    return own[0], abs(own[0] - there) + own[1] + located
 
 
 @dataclass(frozen=True)
@@ -212,7 +179,7 @@ def pursued(
     `start`: state and its part of the path; `length`: first step [thicknesses]; `smallest`: least step over the path so
     far; `most`: limit of all iterations, those before included.
     """
-    here = _place(body, way, *start, verdict(body, way, Settled(start[0], None)))
+    here = _place(body, way, *start, verdict(body, way, Iterated(start[0], None)))
     end, reason, before = None, PathEnd.LOST, here
     gone = _GONE * here.stiffness if np.isfinite(here.stiffness) else 0.0  # it is infinite where every place is held
     begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness

@@ -67,7 +67,8 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import Approach, approached, unloaded
+from sits_mech.mechanics.equilibrium.newton import approached, unloaded
+from sits_mech.mechanics.equilibrium.outcome import Outcome
 from sits_mech.mechanics.equilibrium.path import affordable, follow
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
@@ -307,7 +308,7 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
 
 
-def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Approach]:
+def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
     """Yield the target's rest on the third level and beyond, as far as they are reached.
 
     `states` are those of the first two levels; `given`: components are held that no symmetry holds, so that forces
@@ -320,7 +321,7 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
         found = None if given else _nearly(levels, level, state, aim, enough)
         if found is None and (given or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
             there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
-            found = Approach(there.state, 0.0 * goal) if there.reached == 1.0 else None
+            found = replace(there, off=0.0 * goal) if there.reached == 1.0 else None
         if found is None:
             return
         yield found
@@ -329,7 +330,7 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
         before, state = state, found.state
 
 
-def _nearly(levels: Levels, level: int, state: State, aim: tuple[Held, Array], enough: float) -> Approach | None:
+def _nearly(levels: Levels, level: int, state: State, aim: tuple[Held, Array], enough: float) -> Outcome | None:
     """Return the target nearly at rest on a level, from the level before.
 
     Where that fails it is from rest, unless cells at rims are eliminated.

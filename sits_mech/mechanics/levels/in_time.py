@@ -31,7 +31,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rough
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import REASONS, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes

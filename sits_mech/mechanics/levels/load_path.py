@@ -22,13 +22,16 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.increments import Track, followed
-from sits_mech.mechanics.equilibrium.newton import Approach, unloaded
-from sits_mech.mechanics.levels.answer import Solved, aim, answer
+from sits_mech.mechanics.equilibrium.increments import followed
+from sits_mech.mechanics.equilibrium.newton import unloaded
+from sits_mech.mechanics.equilibrium.outcome import Outcome
+from sits_mech.mechanics.levels.answer import aim, answer
+from sits_mech.mechanics.levels.beyond import refused
 from sits_mech.mechanics.levels.family import WALKED, Levels, Line
+from sits_mech.mechanics.levels.pair import Solved, last_rest
 from sits_mech.mechanics.levels.settle import settled, untouched
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose
 from sits_mech.scene.sensor import Sensor
 
 _FIRST, _MOST = 4, 64  # increments of each leg
@@ -39,7 +42,7 @@ _CHEAP = 1500  # cells of a level beyond the second
 class _Steps(NamedTuple):
     """The path on the first level."""
 
-    track: Track
+    track: Outcome
     parts: int  # increments of each leg
     off: Array  # change of the motion with half as many increments, (k,) [thicknesses, rad]
     share: float  # that change over the displacement
@@ -60,7 +63,7 @@ def arrived(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
         return settled(line, start, controls[-1])
     if any(np.any(each.held != controls[-1].held) for each in controls):
         raise ValueError("via: must give the same forces and places as the end of the path")
-    alone = untouched(line, controls)
+    alone = refused(line, None, controls[-1]) or untouched(line, controls)
     if alone is not None:
         return alone
     free, guarded = line.last
@@ -77,10 +80,10 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
         levels.check_memory(level)
     steps = _in_steps(line, levels, controls)
     if steps.track.reason:
-        return _ended(line, number, steps.track, controls)
+        return _ended(line, number, steps.track, len(controls))
     second = _followed(line, levels.fine, controls, steps.parts)
     if second.reason:
-        return _ended(line, number, second, controls)
+        return _ended(line, number, second, len(controls))
     states = (steps.track.state, second.state)
     walked = _finer(line, levels, controls, steps.parts)
     found = answer(replace(line, deepest=99, goal=None), levels, controls[-1], states, walked)
@@ -105,7 +108,7 @@ def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps
     return _Steps(track, parts, np.zeros(k), 1.0)
 
 
-def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Track:
+def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Outcome:
     """Follow a path of loads from rest on one mesh; whole pads may leave the plane where any load does."""
     farthest = next((control for control in controls if control.out_of_plane), controls[-1])
     held, _ = aim(body, line.scales, farthest)
@@ -114,7 +117,7 @@ def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int)
     return followed(body, unloaded(body), goals, parts, held=held, out_of_plane=controls[-1].held[3:])
 
 
-def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Approach]:
+def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Outcome]:
     """Yield the target's rest on levels beyond the second while they are cheap."""
     for level in range(2, len(levels)):
         if level >= WALKED or prod(levels.cells(level)) > _CHEAP:
@@ -123,7 +126,7 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
         track = _followed(line, body, controls, parts)
         if track.reason:
             return
-        yield Approach(replace(track.state, iterations=track.iterations), np.zeros(body.components))
+        yield replace(track, state=replace(track.state, iterations=track.iterations), off=np.zeros(body.components))
 
 
 def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, legs: int) -> Equilibrium:
@@ -136,12 +139,6 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, legs
     return replace(found, error=Pose.of(error), report=report, state=np.concatenate([[number], found.state]))
 
 
-def _ended(line: Line, number: int, track: Track, controls: Sequence[Control]) -> Solved:
-    """Describe a path that ended early: the last rest, its error as large as the displacement."""
-    state, scales = track.state, line.scales
-    k, lever = len(state.q), line[number].fine.reach(scales.thickness)
-    size = float(np.max(np.abs(state.q * scales.lengths[:k]) * lever[:k]))
-    error = Pose.of(np.where(np.arange(6) < k, size / lever, 0.0))
-    report = SolveReport("", state.u.size, track.iterations, state.residual, 1.0, 0.0, min_J=state.min_J)
-    found = Equilibrium(scales.wrench(state.load), scales.pose(state.q), error, np.array([float(number)]), report)
-    return Solved(found, track.reached / len(controls), track.reason)
+def _ended(line: Line, number: int, track: Outcome, legs: int) -> Solved:
+    """Describe a path that ended early."""
+    return Solved(last_rest(line, number, track.state, track.iterations), track.reached / legs, track.reason)

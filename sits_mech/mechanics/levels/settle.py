@@ -22,10 +22,13 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import packed
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.path import Outcome, follow
+from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
+from sits_mech.mechanics.equilibrium.path import follow
 from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, face_contact, softened
-from sits_mech.mechanics.levels.answer import Solved, aim, first_look, solve_levels, starts
-from sits_mech.mechanics.levels.family import PAIR, Levels, Line
+from sits_mech.mechanics.levels.answer import aim, starts
+from sits_mech.mechanics.levels.beyond import refused
+from sits_mech.mechanics.levels.family import PAIR, Line
+from sits_mech.mechanics.levels.pair import Solved, first_look, from_first, own_start, solve_levels
 from sits_mech.mechanics.levels.words import WORDS, carried_note, given_words, wrench_words
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Ended, Equilibrium, Pose, SolveFailed
@@ -40,6 +43,8 @@ def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
     A path from a neighbour's equilibrium that fails is tried again from rest, so that answer and limit do not depend on
     `start`; the first entry of `start.state` is its family number.
     """
+    if (beyond := refused(line, start, control)) is not None:
+        return beyond
     found = _settled(line, start, control)
     if found.part < 1.0 and start is not None and not control.out_of_plane:
         return _settled(line, None, control)
@@ -83,28 +88,28 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
     looks: dict[int, Outcome] = {}
     tried: list[Solved] = []
     for number in numbers:
-        own = _own(line[number], number, start)
+        own = own_start(line[number], number, start)
         looks[number] = first_look(line, line[number], own, control)
         if looks[number].reached == 1.0:
-            tried.append(_tried(line, number, own, control, looks[number], number < numbers[-1]))
+            tried.append(_tried(line, number, own, control, looks[number], waiting=number < numbers[-1]))
             if tried[-1].part == 1.0:
                 return tried[-1]
+    for number in (each for each in numbers if looks[each].reached == 1.0):
+        there = from_first(line, line[number], control, looks[number])
+        if there is not None:
+            return _tried(line, number, None, control, looks[number], waiting=False, fine=there)
     if looks[numbers[-1]].reached == 1.0:
         return max(tried, key=lambda each: each.part)
     number = max(looks, key=lambda each: looks[each].reached)
-    return _tried(line, number, _own(line[number], number, start), control, looks[number], waiting=False)
+    return _tried(line, number, own_start(line[number], number, start), control, looks[number], waiting=False)
 
 
-def _own(family: Levels, number: int, start: Equilibrium | None) -> Equilibrium | None:
-    """Return the start if it is on the same family of meshes."""
-    if start is None or start.state.size != 1 + family.size or start.state[0] != number:
-        return None
-    return replace(start, state=start.state[1:])
-
-
-def _tried(line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, waiting: bool) -> Solved:
+def _tried(
+    line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, *, waiting: bool,
+    fine: Outcome | None = None,
+) -> Solved:
     """Return the last equilibrium on one family; with another one waiting the path is given up earlier."""
-    solved = solve_levels(line, line[number], own, control, look, _SMALLEST[not waiting])
+    solved = solve_levels(line, line[number], own, control, look, _SMALLEST[not waiting], fine)
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
 
@@ -168,18 +173,21 @@ def _without_contact(line: Line, free: Solved) -> Solved:
 
 def ended(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
-    last, there = solved.found, {name: solved.seen * value for name, value in control.given.items()}
-    laws = tuple(note.with_numbers(**there) for note in solved.laws)
+    last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}
+    laws = tuple(note.with_numbers(**seen) for note in solved.laws)
     limit = () if solved.carried is None or solved.limit is None else (carried_note(solved.carried, solved.limit),)
     if not limit and solved.seen < 1.0:
-        limit = (Note.of(NoteKind.NO_LARGEST, **there),)
+        limit = (Note.of(NoteKind.NO_LARGEST, **seen),)
     why = (*laws, *limit, Note.of(NoteKind.PATH_END, end=solved.reason))
     others = (note for note in last.report.notes if note not in solved.laws)
     notes = (*others, *why, Note.of(NoteKind.PATH_PART, part=solved.part))
     report = replace(last.report, status=Ended.PATH, notes=notes)
-    message = (
-        f"wrench: the {body} could be followed to {wrench_words(vars(last.wrench))} ({solved.part:.1%} of the path), "
-        f"not to {given_words(control.given)}; smallest volume ratio there {report.min_J:.3g}; "
-        f"{'; '.join(WORDS[note.kind](note) for note in why)}"
-    )
+    words, asked = "; ".join(WORDS[note.kind](note) for note in why), given_words(control.given)
+    if solved.reason is PathEnd.BEYOND:
+        message = f"wrench: the {body} holds less than {asked}: {words}"
+    else:
+        there = f"{wrench_words(vars(last.wrench))} ({solved.part:.1%} of the path), not to {asked}"
+        message = (
+            f"wrench: the {body} could be followed to {there}; smallest volume ratio there {report.min_J:.3g}; {words}"
+        )
     return SolveFailed(message, report, replace(last, report=report), carried=solved.carried)

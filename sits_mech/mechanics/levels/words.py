@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.control import PLACES
-from sits_mech.mechanics.equilibrium.newton import REASONS, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import WRENCH, Wrench
 from sits_mech.silicone.stability import layer_words

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.newton import PathEnd
+from sits_mech.mechanics.equilibrium.outcome import PathEnd
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import SolveFailed, Wrench

@@ -3,8 +3,8 @@
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.control import under
-from sits_mech.mechanics.equilibrium.newton import REASONS, PathEnd
-from sits_mech.mechanics.levels.answer import Solved
+from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
+from sits_mech.mechanics.levels.pair import Solved
 from sits_mech.mechanics.levels.settle import ended
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench

@@ -78,14 +78,14 @@ def test_there_and_back_again_loses_the_area_of_the_loop(monkeypatch):
 
     def noted(*words):
         """Note the work that an increment loses: its largest traction times how far points slide."""
-        end = increment(*words)
-        if end.state is not None:
-            each = zip(increments.rough(end.body), increments._looked_at(end.body, end.state), strict=True)
+        body, end = increment(*words)
+        if not end.reason:
+            each = zip(increments.rough(body), increments._looked_at(body, end.state), strict=True)
             slides = (part.grip.limit * np.maximum(part.grip._slipped(place)[1] - part.grip.slip, 0.0)
                       for part, (place, *_) in each)
             works.append(sum(part.surface.weight.ravel() @ own
-                             for part, own in zip(increments.rough(end.body), slides, strict=True)))
-        return end
+                             for part, own in zip(increments.rough(body), slides, strict=True)))
+        return body, end
 
     monkeypatch.setattr(increments, "_increment", noted)
     for parts in (8, 16):

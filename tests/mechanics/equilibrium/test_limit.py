@@ -1,7 +1,6 @@
 """Loads that cannot be carried: limits against closed forms, the same by every way of asking; what is said of them."""
 
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from sits_mech.mechanics.equilibrium.newton import (
     MOST,
     SETTLED,
     Arc,
-    PathEnd,
     Way,
     newton,
     rate,
@@ -22,7 +20,8 @@ from sits_mech.mechanics.equilibrium.newton import (
     target_stiffness,
     unloaded,
 )
-from sits_mech.mechanics.equilibrium.path import PRECISE, Outcome, carried, follow, pursued
+from sits_mech.mechanics.equilibrium.outcome import PathEnd
+from sits_mech.mechanics.equilibrium.path import PRECISE, follow, pursued
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.words import WORDS, carried_note
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
@@ -156,18 +155,6 @@ def test_rate_is_the_derivative_along_the_path(column):
     there = [newton(body, here, (0.5 + s) * slope, held).state.q for s in (h, -h)]
     S, _ = target_stiffness(body, here)
     np.testing.assert_allclose(rate(body, here, S, held, slope), (there[0] - there[1]) / (2 * h), rtol=2e-3, atol=1e-6)
-
-
-def test_what_two_meshes_say_of_a_limit():
-    """Both found it: they differ by the error. One alone: by how far the other got; not followed to its end: nan."""
-    state = object.__new__(type("Nothing", (), {}))
-    coarse, fine = (Outcome(state, t, PathEnd.BUCKLED, (t, 1e-3)) for t in (0.50, 0.46))
-    assert carried(coarse, fine) == pytest.approx((0.46, 0.042))
-    assert carried(coarse, Outcome(state, 0.4, PathEnd.LOST)) == pytest.approx((0.5, 0.101))
-    assert carried(Outcome(state, 1.0), fine) == pytest.approx((0.46, 0.541))
-    assert np.isnan(carried(coarse, Outcome(state, 0.1, PathEnd.LONG))[1])
-    assert carried(Outcome(state, 0.3, PathEnd.LOST), Outcome(state, 0.2, PathEnd.LOST)) is None
-    assert replace(coarse, limit=(0.5, 0.1)).over(0.5, 1.0).limit == pytest.approx((0.75, 0.05))
 
 
 def test_words_and_stability():

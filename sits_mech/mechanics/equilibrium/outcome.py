@@ -1,0 +1,82 @@
+"""How a way to a load ended: the last state, how far it is, and why not farther."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+
+from sits_mech.mechanics.equilibrium.body import State
+from sits_mech.quantities import Array
+
+
+class PathEnd(StrEnum):
+    """Why a load path ended."""
+
+    NONE = ""  # it is at its goal; of a state: it counts
+    BUCKLED = "buckled"  # stability is lost
+    SIDEWAYS = "sideways"  # the same, out of the plane of symmetry
+    TURNED = "turned"  # the load is largest
+    INVERTED = "inverted"  # J <= 0 somewhere
+    LOST = "lost"  # no state at rest nearby
+    SLIPPING = "slipping"  # pressures under friction did not settle
+    LONG = "long"  # too many iterations
+    BEYOND = "beyond"  # far beyond the data of the silicone's law
+
+
+REASONS = {
+    PathEnd.BUCKLED: "beyond this load the layer buckles: its equilibrium is unstable",
+    PathEnd.SIDEWAYS: "beyond this load the layer buckles out of its plane of symmetry: its equilibrium is unstable",
+    PathEnd.TURNED: (
+        "this is the largest load of its kind that the layer carries: there is no equilibrium nearby beyond it"
+    ),
+    PathEnd.INVERTED: "beyond this load the mesh turns inside out at a corner",
+    PathEnd.LOST: (
+        "beyond this load no equilibrium was found, though the last one is stable: a smaller load may converge"
+    ),
+    PathEnd.SLIPPING: "beyond this load the contact pressures under friction do not converge",
+    PathEnd.LONG: "the path to this load takes longer than the limit of time (--seconds)",
+    PathEnd.BEYOND: "beyond this load the silicone is stretched further than its data, and no law of them is known",
+}
+"""Messages by the reason of an `Outcome`."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The end of a way to a load."""
+
+    state: State  # last state at rest
+    reached: float = 1.0  # fraction of the path, or its legs that were gone; 1, or all of them, is the goal
+    reason: PathEnd = PathEnd.NONE
+    limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
+    hidden: float = np.nan  # at the goal, smallest stiffness on motions hidden by symmetry; inf if none are
+    off: Array = field(default_factory=lambda: np.zeros(0))  # error of q (k,) of a target that is only nearly at rest
+    states: tuple[State, ...] = ()  # with friction: the start, then the end of each increment
+
+    @property
+    def iterations(self) -> int:
+        """Linear solves spent, in all increments."""
+        return sum(state.iterations for state in self.states or (self.state,))
+
+    def over(self, begin: float, end: float) -> Outcome:
+        """Map the outcome to a longer path, of which this one was from a part to another."""
+        size = end - begin
+        limit = None if self.limit is None else (begin + size * self.limit[0], size * self.limit[1])
+        return replace(self, reached=begin + size * self.reached, limit=limit)
+
+
+def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
+    """Return the fraction of a path that is carried, with its error, from two meshes; None without a limit.
+
+    The error is their difference, no order assumed; if only one found a limit, the difference to where the other got;
+    nan if the other was not followed to its end.
+    """
+    own = fine.limit or coarse.limit
+    if own is None:
+        return None
+    other = coarse if fine.limit is not None else fine
+    if other.reason is PathEnd.LONG:
+        return own[0], np.nan
+    there, located = other.limit or (other.reached, 0.0)
+    return own[0], abs(own[0] - there) + own[1] + located
