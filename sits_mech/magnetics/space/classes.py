@@ -20,7 +20,7 @@ from scipy.linalg import hadamard
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.space.boxes import box_means
 from sits_mech.magnetics.space.loops import Loops, plan_sums
-from sits_mech.magnetics.space.prisms import Prisms, prism_means, prism_seconds
+from sits_mech.magnetics.space.prisms import FEW, MANY, Prisms, prism_means, prism_seconds
 from sits_mech.quantities import Array, Complex
 
 
@@ -96,26 +96,42 @@ def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
             other += one
         n = boxes.shape[-1]
         return boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n)
-    images = _images(plan, prisms)
-    if len(images) == 2:  # without symmetry in the plane, both kernels are symmetric
-        return np.array([[prism_means(prisms, image, symmetric=True) for image in images]])
-    every = Prisms(*(np.concatenate([getattr(image, name) for image in images]) for name in ("corners", "low", "high")))
-    n = prisms.low.size
-    return np.ascontiguousarray(prism_means(prisms, every).reshape(n, -1, 2, n).transpose(1, 2, 0, 3))
+    n, g, (points, symmetric) = prisms.low.size, len(plan.group), _way(plan)
+    means = np.empty((g, 2, n, n))
+    for k, pair in enumerate(_images(plan, prisms)):
+        for s, image in enumerate(pair):
+            means[k, s] = prism_means(prisms, image, points=points, symmetric=symmetric)
+            if symmetric:
+                means[-k % g, s] = means[k, s]
+    return means
 
 
 def kernel_seconds(plan: Plan, levels: Array) -> float:
     """Return about what `kernel` takes of prisms; that of boxes is little [s]."""
     if plan.tensor is not None:
         return 0.0
-    prisms = stacked(plan, levels)
-    whole = sum(prism_seconds(prisms, each) for each in _images(plan, prisms))
-    return whole if len(plan.group) > 1 else whole / 2.0
+    prisms, (points, symmetric) = stacked(plan, levels), _way(plan)
+    whole = sum(prism_seconds(prisms, each, points) for pair in _images(plan, prisms) for each in pair)
+    return whole / 2.0 if symmetric else whole
 
 
-def _images(plan: Plan, prisms: Prisms) -> list[Prisms]:
-    """Return images of prisms by a plan's group, each followed by its mirror image."""
-    return [_image(prisms, g, s) for g in plan.group for s in (1, -1)]
+def _way(plan: Plan) -> tuple[tuple[int, int], bool]:
+    """Return Gauss points of near prisms, and whether what two cells have with each other's images is symmetric.
+
+    It is for a whole outline, and where each cell of a disc's sector is its own mirror image in the sector's axis, x:
+    to turn it either way is the same then.
+    """
+    if len(plan.group) == 1:
+        return FEW, True
+    corners = plan.nodes[plan.cells]
+    apart = corners[:, :, None] * (1.0, -1.0) - corners[:, None]
+    return MANY, bool(np.abs(apart).max(axis=3).min(axis=2).max() <= 1e-12 * np.abs(plan.nodes).max())
+
+
+def _images(plan: Plan, prisms: Prisms) -> list[tuple[Prisms, Prisms]]:
+    """Return the images of prisms by a plan's turns, up to half of them where that is all, and their mirror images."""
+    turns = plan.group[: len(plan.group) // 2 + 1] if _way(plan)[1] else plan.group
+    return [(_image(prisms, g, 1), _image(prisms, g, -1)) for g in turns]
 
 
 def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
