@@ -6,7 +6,6 @@ Equations are turned into MathML while the site is built: every present browser 
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 from concurrent.futures import ThreadPoolExecutor
@@ -62,7 +61,7 @@ def run_pages() -> None:
     """Run the blocks of every page whose blocks, or the package, have changed."""
     every = [page for pattern in RUN for page in sorted(HERE.glob(pattern))]
     pages = [page for page in every if re.search(r"^`{3,}\{run\}", page.read_text(), re.M)]
-    with ThreadPoolExecutor(max_workers=int(os.environ.get("SITS_DOCS_PROCESSES", "2"))) as pool:
+    with ThreadPoolExecutor(max_workers=2) as pool:
         for page, done in [(page, pool.submit(_run, page)) for page in pages]:
             try:
                 LOG.info("%6.1f s  %s", done.result(), page.relative_to(HERE))
