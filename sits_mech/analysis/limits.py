@@ -191,9 +191,8 @@ class _Search:
             try:
                 self.found[multiple] = self.layer.equilibrium(wrench, start=start)
             except SolveFailed as error:
-                if error.carried is not None and (most := _share(error.carried[0], self.load)) < _LITTLE * multiple:
-                    if _end(error) is PathEnd.BEYOND or np.isnan(error.carried[1].components).any():
-                        return 1.0 - multiple / most  # which is tried next
+                if (most := _coarsely(error, self.load)) < _LITTLE * multiple:
+                    return 1.0 - multiple / most  # which is tried next
                 self.failed[multiple] = error
         return self.of(self.found[multiple]) if multiple in self.found else -1.0
 
@@ -234,6 +233,13 @@ def _ended(failed: SolveFailed, load: Wrench, reached: float) -> Capacity:
 def _end(failed: SolveFailed) -> PathEnd:
     """Return why a load path ended."""
     return PathEnd(next((str(note.known["end"]) for note in failed.report.notes if note.kind is NoteKind.PATH_END), ""))
+
+
+def _coarsely(failed: SolveFailed, load: Wrench) -> float:
+    """Return the multiple of a load that lies within the data or is carried, by a coarse mesh alone; else infinite."""
+    if failed.carried is None or not (_end(failed) is PathEnd.BEYOND or np.isnan(failed.carried[1].components).any()):
+        return np.inf
+    return _share(failed.carried[0], load)
 
 
 def _share(part: Wrench, load: Wrench) -> float:

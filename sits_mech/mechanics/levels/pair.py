@@ -8,6 +8,7 @@ it may come to rest from there, cells at rims eliminated (equilibrium/eliminatio
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -67,44 +68,36 @@ def first_look(
 
 
 def solve_levels(
-    line: Line, levels: Levels, start: Equilibrium | None, control: Control, first: Outcome, smallest: float,
-    fine: Outcome | None = None,
+    line: Line, levels: Levels, start: Equilibrium | None, control: Control, first: Outcome, second: Outcome | float
 ) -> Solved:
     """Follow the path on the first two levels of a line's family, then refine until the error is as asked of the line.
 
-    Without `start` the path begins at rest; `first` is the result of `first_look`; `smallest` is the least increment.
-    A limit found on the coarse mesh gets its error from the finer one within a few iterations. `fine` is the finer
-    mesh's end where that is known.
+    Without `start` the path begins at rest; `first` is the result of `first_look`; `second` is that of the finer mesh,
+    or the least increment of its path. A limit found on the coarse mesh gets its error from the finer one within a few
+    iterations.
     """
-    scales = line.scales
-    held, end = aim(levels.fine, scales, control)
+    scales, (held, end) = line.scales, aim(levels.fine, line.scales, control)
     coarse_start = _begun(levels, scales, start, 0)
     begin = np.where(held, coarse_start.q, coarse_start.load)
-
-    def followed(body: Bonded, state: State, goal: Array, spend: float) -> Outcome:
-        return follow(
-            body, state, (begin, goal), smallest=smallest, held=held, out_of_plane=control.held[3:], most=spend
-        )
-
+    followed = partial(follow, held=held, out_of_plane=control.held[3:])
     midway = begin + first.reached * (end - begin)
     spend = np.inf if first.reached == 1.0 else _LAST if first.limit is None else VERDICT
+    fine, smallest = (second, _LOOK) if isinstance(second, Outcome) else (None, second)
     if fine is None:
         body = levels.fine.plain if _stands(levels, first, control) else levels.fine
-        fine = followed(body, _begun(levels, scales, start, 1), midway, spend)
+        fine = followed(body, _begun(levels, scales, start, 1), (begin, midway), smallest=smallest, most=spend)
     fine = fine.over(0.0, first.reached)
-    there, second = fine, first.state
+    there, rest_below = fine, first.state
     if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
-        left = follow(
-            levels.fine, fine.state, (midway, end), smallest=_LOOK, held=held, out_of_plane=control.held[3:],
-            most=VERDICT,
-        )
+        left = followed(levels.fine, fine.state, (midway, end), smallest=_LOOK, most=VERDICT)
         there = left.over(first.reached, 1.0)
     elif fine.reached < first.reached:  # both must rest under one goal for the error to mean something
-        second = followed(levels.coarse, coarse_start, begin + fine.reached * (end - begin), np.inf).state
+        goal = begin + fine.reached * (end - begin)
+        rest_below = followed(levels.coarse, coarse_start, (begin, goal), smallest=smallest).state
     part, limit = fine.reached, carried(first, there)
     reason = (there if there.limit is not None or first.reached == 1.0 else first).reason
     last = line if part == 1.0 else replace(line, deepest=2)
-    found = answer(last, levels, control, (second, fine.state))
+    found = answer(last, levels, control, (rest_below, fine.state))
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))

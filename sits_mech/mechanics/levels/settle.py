@@ -91,25 +91,24 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
         own = own_start(line[number], number, start)
         looks[number] = first_look(line, line[number], own, control)
         if looks[number].reached == 1.0:
-            tried.append(_tried(line, number, own, control, looks[number], waiting=number < numbers[-1]))
+            tried.append(_tried(line, number, own, control, looks[number], _SMALLEST[number == numbers[-1]]))
             if tried[-1].part == 1.0:
                 return tried[-1]
     for number in (each for each in numbers if looks[each].reached == 1.0):
         there = from_first(line, line[number], control, looks[number])
         if there is not None:
-            return _tried(line, number, None, control, looks[number], waiting=False, fine=there)
+            return _tried(line, number, None, control, looks[number], there)
     if looks[numbers[-1]].reached == 1.0:
         return max(tried, key=lambda each: each.part)
     number = max(looks, key=lambda each: looks[each].reached)
-    return _tried(line, number, own_start(line[number], number, start), control, looks[number], waiting=False)
+    return _tried(line, number, own_start(line[number], number, start), control, looks[number], _SMALLEST[1])
 
 
 def _tried(
-    line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, *, waiting: bool,
-    fine: Outcome | None = None,
+    line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, second: Outcome | float
 ) -> Solved:
-    """Return the last equilibrium on one family; with another one waiting the path is given up earlier."""
-    solved = solve_levels(line, line[number], own, control, look, _SMALLEST[not waiting], fine)
+    """Return the last equilibrium on one family, as `solve_levels`, with its number."""
+    solved = solve_levels(line, line[number], own, control, look, second)
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
 

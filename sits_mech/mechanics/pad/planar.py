@@ -17,7 +17,7 @@ with fillets and with sharp edges, each extrapolated from its first three meshes
 
 from __future__ import annotations
 
-from functools import cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -90,11 +90,9 @@ def _family(sensor: Sensor, kind: _Kind, depth: float, axial: bool) -> Levels:
         guard, own = kind.guard if level < 2 else 0.0, contact_depth(depth, SIZES, level)
         return bonded_body(scene, Fineness(int(SIZES[level]), kind.grading, True, guard, own, axial))
 
-    made = cache(partial(made_of, sensor))
-
     def changed(other: Sensor, level: int) -> Bonded | None:
         """Make a level of a changed scene."""
-        own, body = made(level), made_of(other, level)
+        own, body = made_of(sensor, level), made_of(other, level)
         return body if np.array_equal(body.mesh.cells, own.mesh.cells) else None
 
     _, elastomer = layer_parts(sensor)
@@ -105,7 +103,7 @@ def _family(sensor: Sensor, kind: _Kind, depth: float, axial: bool) -> Levels:
         """Return the cells along each axis."""
         return wide * int(SIZES[level]), int(SIZES[level])
 
-    return Levels(terms, cells, made, lambda level: None, SHARE, kept(changed))
+    return Levels(terms, cells, partial(made_of, sensor), lambda level: None, SHARE, kept(changed))
 
 
 class Edges(NamedTuple):
