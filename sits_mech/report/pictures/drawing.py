@@ -128,7 +128,8 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
         extent = tuple(np.ptp(np.array(part.points), axis=0))
     across = _by(extent)
     across = across if part.diameter is None else f"⌀ {MM * part.diameter:.4g}"
-    across += f" / {MM * part.inner_diameter:.4g}" if getattr(part, "inner_diameter", None) else ""
+    inner = None if isinstance(part, Elastomer) else part.inner_diameter
+    across += "" if inner is None else f" / {MM * inner:.4g}"
     if not isinstance(part, Elastomer) and part.points is not None:
         count = len(part.holes)
         across += f", outline of {len(part.points)} corners" + (f", {count} hole{'s' * (count > 1)}" if count else "")
