@@ -70,6 +70,13 @@ def holed(plate: Target | Conductor, frequency: float) -> bool:
     return max(plate.extent) / 2 > _INSULATING * depth
 
 
+def _check_hole(plate: Target, frequency: float) -> None:
+    """Refuse a frequency at which a permeable plate has a hole that is not held."""
+    if holed(plate, frequency):
+        must = "sheets: the frequency must be so low that no current goes around the hole of a permeable part"
+        raise SceneError(f"{must}; got {frequency:g} Hz")
+
+
 def saturation_notes(coils: Sequence[Coil], parts: Sequence[PlacedPlate]) -> Iterator[Note]:
     """Note the largest field on permeable parts, for whoever knows where they saturate."""
     for part in parts:
@@ -98,9 +105,7 @@ def divided_plate(
     The coils are given if it stands still.
     """
     plate, sources, metal = part.plate, part.sources, part.plate.metal
-    if holed(plate, frequency[0]):
-        must = "sheets: the frequency must be so low that no current goes around the hole of a permeable part"
-        raise SceneError(f"{must}; got {frequency[0]:g} Hz")
+    _check_hole(plate, frequency[0])
     if part.susceptibility != 0.0:
         seen = clear[1] if sources is None else clear[0], sources
         reached = sources.distance if sources else clear[0], *part.lengths(sensor, clear, True)

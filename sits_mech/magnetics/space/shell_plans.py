@@ -55,12 +55,11 @@ def _plans(plate: Target, outline: Outline | None, along: Grading, counts: tuple
     if outline is None and plate.shape == "rectangle":
         return [rectangle_plan(*plate.extent, each) for each in sizes]
     if outline is None and plate.is_round:
-        inner = plate.inner_diameter or 0.0
         wide = math.pi * min(plate.extent[0] / 2, along.reach) / (_SECTORS / 2 * along.largest)
         more = int(np.clip(math.ceil(wide), 1, _MORE))
         sizes = [replace(along.coarser(more * counts[1]), parts=more * parts) for parts in counts]
-        orders = len(disc_plan(plate.extent[0], sizes[1], orders=_SECTORS * more, inner=inner).group) // 2 - 1
-        return [disc_plan(plate.extent[0], each, orders=orders, inner=inner) for each in sizes]
+        orders = len(disc_plan(plate.extent[0], sizes[1], orders=_SECTORS * more, inner=plate.hole).group) // 2 - 1
+        return [disc_plan(plate.extent[0], each, orders=orders, inner=plate.hole) for each in sizes]
     return [outline_plan(target_outline(plate, outline), each) for each in sizes]
 
 
