@@ -49,7 +49,7 @@ from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.far import Asked as Field
 from sits_mech.magnetics.space.fields import HELD
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate, saturation_notes
+from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate, holed, saturation_notes
 from sits_mech.magnetics.space.rungs import ROUGH, Limit, Rung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
@@ -262,9 +262,10 @@ def not_representable(sensor: Sensor) -> Refusal | None:
     if sensor.substrate_radius is not None:
         return Refusal("substrate_radius", "be left out for sheets, of flat coils", f"{sensor.substrate_radius:g} m")
     for name, part in metal_parts(sensor):
-        if part.metal.relative_permeability != 1.0 and len(part.loops) > 1:
-            key, got = ("holes", len(part.holes)) if part.holes else ("inner_diameter", part.inner_diameter)
-            return Refusal(f"{name}.{key}", "be left out for sheets where a part is permeable", f"{got:g}")
+        if holed(part, sensor.frequency):
+            key, what, got = "inner_diameter", "permeable part conducts", part.inner_diameter
+            key, what, got = ("holes", "part is permeable", len(part.holes)) if part.holes else (key, what, got)
+            return Refusal(f"{name}.{key}", f"be left out for sheets where a {what}", f"{got:g}")
     return overlapping(sensor)
 
 

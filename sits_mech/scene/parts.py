@@ -107,6 +107,11 @@ class Plate(BaseModel):
         return self.diameter is not None
 
     @property
+    def hole(self) -> float:
+        """Diameter of a ring's hole, 0 of all other shapes [m]."""
+        return self.inner_diameter or 0.0
+
+    @property
     def loops(self) -> tuple[Loop, ...]:
         """Rims of a plate that is no rectangle or disc, as corners from its centre, the outer one first [m]."""
         if self.points is not None:

@@ -117,8 +117,32 @@ def test_a_ring_is_close_to_a_disc_with_a_small_hole() -> None:
     assert pierced == pytest.approx(whole, rel=1e-2)
 
 
-def test_permeable_rings_are_refused() -> None:
-    """In one line, by their shape."""
-    what = "target.inner_diameter must be left out for sheets where a part is permeable; got 0.006$"
+@pytest.mark.parametrize("inner", [1, 5])
+def test_ferrite_rings_over_a_round_coil(inner: float) -> None:
+    """As finite elements on the axis find them, without losses."""
+    sensor, pose = scene(ring(10, inner, 0.5, conductivity=1e-3, relative_permeability=100.0)), Pose(0.0, 1 * MM)
+    found, exact = sheets(sensor, 1e-2).impedance(pose, 1e6), axisymmetric_fem(sensor, 1e-3)
+    value, right = change(found).real, change(exact.impedance(pose, 1e6)).real
+    assert value == pytest.approx(right, rel=5e-3) and abs(value - right) < 1.5 * found.error_L.max()
+
+
+def test_ferrite_rings_are_the_same_from_all_sides() -> None:
+    """Off the axis; and with a small hole as without one."""
+    metal, pose = {"conductivity": 1e-3, "relative_permeability": 100.0}, Pose(1.5 * MM, 1 * MM)
+    aside = Pose(0.0, 1 * MM, d_y=1.5 * MM)
+    one, other = (change(sheets(scene(ring(10, 4, 0.5, **metal)), 1e-2).impedance(at, 1e6)) for at in (pose, aside))
+    assert one.real == pytest.approx(other.real, rel=1e-9)
+    disc = metal | {"shape": "disc", "diameter": 10 * MM, "thickness": 0.5 * MM}
+    parts = disc, ring(10, 0.3, 0.5, **metal)
+    whole, pierced = (change(sheets(scene(part), 1e-2).impedance(pose, 1e6)) for part in parts)
+    assert pierced.real == pytest.approx(whole.real, rel=3e-3)
+
+
+def test_permeable_rings_that_conduct_are_refused() -> None:
+    """In one line, by their hole; at a frequency where they do as well."""
+    what = "target.inner_diameter must be left out for sheets where a permeable part conducts; got 0.006$"
     with pytest.raises(SceneError, match=what):
         sheets(scene(ring(12, 6, 0.3, relative_permeability=100.0)))
+    model = sheets(scene(ring(12, 6, 0.3, conductivity=1e-2, relative_permeability=100.0)), 1e-2)
+    with pytest.raises(SceneError, match=r"no current goes around the hole of a permeable part; got 1e\+08 Hz"):
+        model.impedance(Pose(0.0, 1 * MM), 1e8)

@@ -75,5 +75,5 @@ def coaxial_discs(sensor: Sensor, d_v: float) -> tuple[CoaxialDisc, ...]:
 
 def _disc(part: Target | Conductor, bottom: float) -> CoaxialDisc:
     """Return a plate as a disc or a ring, its lower face at a height [m]."""
-    outer, inner, metal = (part.diameter or 0.0) / 2, (part.inner_diameter or 0.0) / 2, part.metal
+    outer, inner, metal = (part.diameter or 0.0) / 2, part.hole / 2, part.metal
     return CoaxialDisc(outer, bottom, bottom + part.thickness, metal.conductivity, 1.0 + metal.susceptibility, inner)

@@ -224,7 +224,7 @@ def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int
     if outline is None and target.shape == "rectangle":
         return rectangle_plan(*target.extent, grading)
     if outline is None and target.is_round:
-        return disc_plan(target.extent[0], grading, orders=orders, inner=target.inner_diameter or 0.0)
+        return disc_plan(target.extent[0], grading, orders=orders, inner=target.hole)
     return outline_plan(target_outline(target, outline), grading)
 
 

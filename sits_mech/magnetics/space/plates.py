@@ -19,10 +19,11 @@ from sits_mech.magnetics.space.rungs import DIVISIONS, Rung
 from sits_mech.magnetics.space.sources import Sources, reach
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import tensor_grid
-from sits_mech.scene.sensor import Coil, Sensor, Target
+from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 
 _NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
 _GRID, _STEP = 33, 1e-4  # places along a side; differences of the coils' potential, over the narrower side
+_INSULATING = 0.06  # radius of a permeable plate with holes over its skin depth, at most
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
 
@@ -57,6 +58,25 @@ class Divided:
     notes: tuple[Note, ...]
 
 
+def holed(plate: Target | Conductor, frequency: float) -> bool:
+    """Whether a permeable plate has holes that `shells` do not hold: in an outline, or where current goes around.
+
+    Of a ring of the radius a it is (a / delta)^2 / mu_r over pi, and less, of the field: 1e-3 / mu_r is left out.
+    """
+    metal = plate.metal
+    if metal.susceptibility == 0.0 or plate.shape != "ring":
+        return metal.susceptibility != 0.0 and bool(plate.holes)
+    depth = skin_depth(frequency, metal.conductivity, metal.relative_permeability)
+    return max(plate.extent) / 2 > _INSULATING * depth
+
+
+def _check_hole(plate: Target, frequency: float) -> None:
+    """Refuse a frequency at which a permeable plate has a hole that is not held."""
+    if holed(plate, frequency):
+        must = "sheets: the frequency must be so low that no current goes around the hole of a permeable part"
+        raise SceneError(f"{must}; got {frequency:g} Hz")
+
+
 def saturation_notes(coils: Sequence[Coil], parts: Sequence[PlacedPlate]) -> Iterator[Note]:
     """Note the largest field on permeable parts, for whoever knows where they saturate."""
     for part in parts:
@@ -85,6 +105,7 @@ def divided_plate(
     The coils are given if it stands still.
     """
     plate, sources, metal = part.plate, part.sources, part.plate.metal
+    _check_hole(plate, frequency[0])
     if part.susceptibility != 0.0:
         seen = clear[1] if sources is None else clear[0], sources
         reached = sources.distance if sources else clear[0], *part.lengths(sensor, clear, True)

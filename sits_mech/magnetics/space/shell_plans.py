@@ -38,7 +38,7 @@ def divided_surfaces(
     width = min(plate.extent) / 2
     largest = min(_ALONG.largest * length, _WIDEST * width) * math.exp(_PER_DIGIT * (_MIDDLE - rung.terms))
     first = min(_ALONG.first * plate.thickness, _RIM * largest)
-    smooth = outline is None and plate.shape in ("rectangle", "disc")
+    smooth = outline is None and plate.shape != "outline"
     counts = _LEVELS["smooth" if smooth else "outline"]
     along = replace(_ALONG, first=first, largest=largest, reach=reach)
     plans = _plans(plate, outline, along, counts)
@@ -54,12 +54,12 @@ def _plans(plate: Target, outline: Outline | None, along: Grading, counts: tuple
     sizes = [replace(along.coarser(counts[1]), parts=parts) for parts in counts]
     if outline is None and plate.shape == "rectangle":
         return [rectangle_plan(*plate.extent, each) for each in sizes]
-    if outline is None and plate.shape == "disc":
+    if outline is None and plate.is_round:
         wide = math.pi * min(plate.extent[0] / 2, along.reach) / (_SECTORS / 2 * along.largest)
         more = int(np.clip(math.ceil(wide), 1, _MORE))
         sizes = [replace(along.coarser(more * counts[1]), parts=more * parts) for parts in counts]
-        orders = len(disc_plan(plate.extent[0], sizes[1], orders=_SECTORS * more).group) // 2 - 1
-        return [disc_plan(plate.extent[0], each, orders=orders) for each in sizes]
+        orders = len(disc_plan(plate.extent[0], sizes[1], orders=_SECTORS * more, inner=plate.hole).group) // 2 - 1
+        return [disc_plan(plate.extent[0], each, orders=orders, inner=plate.hole) for each in sizes]
     return [outline_plan(target_outline(plate, outline), each) for each in sizes]
 
 

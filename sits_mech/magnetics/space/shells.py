@@ -16,8 +16,9 @@ constant; with V and D of `triangles`, M_iv = int_i v, and W = curl u . V curl v
 
 The plate's symmetries, mirrored in z too, split the problem into classes, u(g x) = chi(g) u(x).
 
-Range: plates without holes, through which no coil's current passes. Source: O. Steinbach, Numerical Approximation
-Methods for Elliptic Boundary Value Problems (2008), ch. 6, the symmetric Steklov-Poincare operator.
+Range: plates without holes, and rings that hardly conduct; no coil's current passes through them. Source: O. Steinbach,
+Numerical Approximation Methods for Elliptic Boundary Value Problems (2008), ch. 6, the symmetric Steklov-Poincare
+operator.
 """
 
 from __future__ import annotations

@@ -123,17 +123,16 @@ def _disc(coil: Coil) -> Array:
 
 def _sizes(part: Target | Elastomer | Conductor) -> str:
     """Return the sizes of a part in words."""
-    extent = part.extent
-    if not isinstance(part, Elastomer) and part.points is not None:
-        extent = tuple(np.ptp(np.array(part.points), axis=0))
-    across = _by(extent)
-    across = across if part.diameter is None else f"⌀ {MM * part.diameter:.4g}"
-    across += f" / {MM * part.inner_diameter:.4g}" if getattr(part, "inner_diameter", None) else ""
-    if not isinstance(part, Elastomer) and part.points is not None:
+    if isinstance(part, Elastomer):
+        across = _by(part.extent) if part.diameter is None else f"⌀ {MM * part.diameter:.4g}"
+        across += "" if part.pitch is None else f" every {MM * part.pitch:.4g}"
+    elif part.points is not None:
         count = len(part.holes)
-        across += f", outline of {len(part.points)} corners" + (f", {count} hole{'s' * (count > 1)}" if count else "")
-    if isinstance(part, Elastomer) and part.pitch is not None:
-        across += f" every {MM * part.pitch:.4g}"
+        across = f"{_by(np.ptp(np.array(part.points), axis=0).tolist())}, outline of {len(part.points)} corners"
+        across += f", {count} hole{'s' * (count > 1)}" if count else ""
+    else:
+        across = _by(part.extent) if part.diameter is None else f"⌀ {MM * part.diameter:.4g}"
+        across += f" / {MM * part.hole:.4g}" if part.hole else ""
     return f"{across}, {MM * part.thickness:.4g} thick"
 
 
