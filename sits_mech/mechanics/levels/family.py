@@ -11,7 +11,7 @@ that its change of q is the residual of the level before weighted by the dual so
 
 Error. Of two levels, what the first term adds, twice along z and of flush pads, where terms of either sign cancel
 (a_2/a_1 from -0.8 to 0.7 of pads in space), once sideways of a target within a face (from -0.02 to 0.05). Two levels of
-a pad in space that agree by chance own to an edge's term of 0.02 of the displacement (flush pads show 0.0005 to 0.025).
+a pad in space that agree by chance own to an edge's term of 0.03 of the displacement (flush pads show 0.0005 to 0.025).
 Of more,
 
     error = theta |Y_n - Y_(n-1)| + sum_j s_j |a_j phi_nj|,        theta = max_j phi_nj/phi_(n-1)j,

@@ -100,14 +100,14 @@ def test_edges_that_a_press_opens_are_less_sure():
 
 @pytest.mark.parametrize(("width", "factor"), [(15.0, 1.0), (20.0, 2.0)])
 def test_two_levels_own_to_terms_that_cancel(width, factor):
-    """Along z twice what is added, sideways once within a face; values that agree own to 0.02 of an edge's term."""
+    """Along z twice what is added, sideways once within a face; values that agree own to 0.03 of an edge's term."""
     levels = pad_family(scene(width))[0]
     values = list(LIMIT + levels.terms[:2, :1] * FIRST)
     found = levels.early(values, np.array([False, True, False]), pressed=False)
     np.testing.assert_allclose(found.value, LIMIT)
     np.testing.assert_allclose(found.error, np.array([factor, 2.0, factor]) * levels.terms[1, 0] * np.abs(FIRST))
     alike = levels.early([LIMIT, LIMIT], np.ones(3, dtype=bool), pressed=False)
-    np.testing.assert_allclose(alike.error, 0.02 * levels.terms[1, 0] * np.abs(LIMIT))
+    np.testing.assert_allclose(alike.error, 0.03 * levels.terms[1, 0] * np.abs(LIMIT))
 
 
 def test_rims_that_crease_take_no_third_level():
