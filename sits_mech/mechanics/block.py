@@ -39,7 +39,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded, packed
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import starts
-from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept, of_one_pad
+from sits_mech.mechanics.levels.family import EARLY, Levels, Line, contact_depth, kept, of_one_pad
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import arrived, depends_on_path
@@ -61,6 +61,8 @@ _RESTED = 4  # of them, for a load at finite strain: minutes and more a load on 
 _INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on m = 1 to 4 in films and under discs
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _OPENS = 100.0  # times (sink/t)**2: what edges that a press opens add to the uncertainty of their power (family.py)
+_WITHIN = 1.0  # times what two levels add sideways where the target's edge is within the face (family.py)
+_LEAST = 0.03  # of the displacement: an edge's term on two levels, whose parts may cancel (family.py)
 _ROUGH = 1.0  # error of an answer on two levels that is not spoken of
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
 
@@ -237,7 +239,10 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
 
     order = 2.0 * GRADING * shape.exponent
     terms = np.column_stack([(split * 2.0**layers) ** -order, split**-_INSIDE])
-    return Levels(terms, cells, lambda level: made(level).body, carrier, _SHARE, kept(changed), _RESTED, _OPENS)
+    sideways = EARLY if shape.flush or crosses(shape) else _WITHIN
+    return Levels(
+        terms, cells, lambda level: made(level).body, carrier, _SHARE, kept(changed), _RESTED, _OPENS, sideways, _LEAST
+    )
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

@@ -17,7 +17,9 @@ do not look at it). Every run of this package begins with its caches empty.
 
 Neither code is a dependency: install ``felupe`` and ``ngsolve`` beside the package to run it; what is missing is named
 and left out. A picture shows error against time; `--beside` draws the package's answers of another run, such as that of
-an older commit, as well. Run ``python -m benchmarks.other_codes [--coarse] [--beside CSV] --output DIR``.
+an older commit, as well. Combined loads on biorob2018 that have a reference are drawn in one panel, beside NGSolve's
+fastest meshes. Run ``python -m benchmarks.other_codes [--coarse] [--beside CSV] --output DIR``;
+`--only "0.3 N, 1 N"` takes one load.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ import numpy as np
 from common.accuracy import forget, machine
 from common.other_codes import Question, Solved, condensed_pose, felupe_pose, taylor_hood_pose
 from common.reference_cases import CASES
-from common.references import stored_references
+from common.references import FINER, stored_references
 from threadpoolctl import threadpool_limits
 
 from sits_mech.mechanics.block import block_pad
@@ -45,9 +47,14 @@ from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
 from sits_mech.mechanics.pad.solid import bonded_block, pad_scales
 from sits_mech.quantities import Wrench
+from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 
-LOADS = {"plane": "layer, sheared and pressed", "space": "biorob2018-w15, 0.5 N and 2 N"}
+THREE = {  # as far as they have a reference
+    one.name.partition(", ")[2].replace(" and", ","): one.name for one in stored_references()
+    if one.name.startswith("biorob2018, ") and one.wrench.F_x
+}
+LOADS = {"plane": "layer, sheared and pressed", "space": "biorob2018-w15, 0.5 N and 2 N", **THREE}
 OWN, ASKED = "sits_mech", "with an estimate"
 BELOW = 1e-2  # error that counts for "one solve"
 LONG = 2.0  # seconds of a solve that is run once
@@ -123,7 +130,8 @@ def own_solve(sensor: Sensor, asked: Question, cells: int, grading: float, split
 def own_ways(asked: Question, coarse: bool) -> Iterator[Way]:
     """Yield what this package is asked, and its single solves."""
     sensor = load_sensor("biorob2018", asked.case.changes)
-    for tolerance in (1e-2,) if coarse else (1e-1, 1e-2, 1e-3):
+    tolerances = (1e-1, 3e-2, 1e-2, 3e-3) if asked.case.name in THREE.values() else (1e-1, 1e-2, 1e-3)
+    for tolerance in (1e-2,) if coarse else tolerances:
         yield OWN, ASKED, 0, 0.0, f"tolerance {tolerance:g}", lambda t=tolerance: own_pose(sensor, asked, t)
     cells = (2,) if asked.spatial or coarse else (2, 4)
     gradings = (2.0,) if asked.spatial else (1.5,) if coarse else (1.0, 1.5)
@@ -145,6 +153,7 @@ def felupe_ways(asked: Question, coarse: bool) -> Iterator[Way]:
 def ngsolve_ways(asked: Question, coarse: bool) -> Iterator[Way]:
     """Yield NGSolve's elements, meshes, load steps and damping; Taylor-Hood's in the plane alone."""
     gradings, sizes = ((2.0,), (1, 2, 3, 4)) if asked.spatial else ((1.0, 1.5), (2, 4))
+    sizes = (1, 2, 3) if asked.case.name in THREE.values() else sizes
     gradings, sizes = (gradings[-1:], sizes[:1]) if coarse else (gradings, sizes)
     for order, cells, grading, steps in product((2, 3), sizes, gradings, (1,) if asked.spatial else (1, 2)):
         if order == 3 and cells == max(sizes) and not coarse:
@@ -163,6 +172,8 @@ def search(load: str, coarse: bool) -> Iterator[Line]:
     ways = [(None, own_ways), ("felupe", felupe_ways), ("ngsolve", ngsolve_ways)]
     timed(load, asked, next(own_ways(asked, coarse)), 1)  # what is imported late
     for code, every in ways:
+        if code == "felupe" and load in THREE:
+            continue
         if code is not None and find_spec(code) is None:
             print(code, MEANS, code)
             continue
@@ -235,6 +246,55 @@ def draw(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
     figure.savefig(path, dpi=150)
 
 
+def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
+    """Draw the loads of `THREE` in one panel: this package, the same before if given, and NGSolve, a line a load.
+
+    Hollow points are below five times the reference's own error. Words stand at the ends of the lines.
+    """
+    groups = {
+        "sits-mech": ("C0", [one for one in lines if one.code == OWN and one.element == ASKED]),
+        "before": ("0.6", [one for one in before if one.code == OWN and one.element == ASKED]),
+        "NGSolve": ("C1", [one for one in lines if one.code == "NGSolve"]),
+    }
+    with new_figure(height=0.6, width=2.0 * COLUMN) as (figure, (axes,)):
+        ends: list[tuple[str, str, float, float]] = []
+        for (name, (colour, every)), load in product(groups.items(), THREE):
+            own = front([one for one in every if one.load == load and np.isfinite(one.error)])
+            if not own:
+                continue
+            axes.loglog([one.seconds for one in own], [one.error for one in own], color=colour, lw=1.5)
+            for one in own:
+                fill = colour if one.error >= FINER * asked_of(load).sure else "white"
+                axes.plot(one.seconds, one.error, MARKS[list(THREE).index(load)], color=colour, mfc=fill, ms=5)
+            ends.append((f"{name}: {load}", colour, own[-1].seconds, own[-1].error))
+        axes.set(xlabel="processor time [s]", ylabel="error over the displacement [-]")
+        axes.set_title(title_of(lines), fontsize=9)
+        axes.margins(x=0.05, y=0.1)
+        axes.set_xlim(right=8.0 * max(seconds for _, _, seconds, _ in ends))
+        figure.canvas.draw()
+        taken: list[tuple[float, float]] = []
+        for words, colour, seconds, error in sorted(ends, key=lambda end: -end[3]):
+            x, y = axes.transData.transform((seconds, error)) * 72.0 / figure.dpi
+            low = min([y, *(at - 10.0 for left, at in taken if abs(left - x) < 110.0)])
+            taken.append((x, low))
+            axes.annotate(words, (seconds, error), (7.0, low - y), textcoords="offset points", color=colour, fontsize=8,
+                          va="center")
+        save_figure(figure, path)
+
+
+def title_of(lines: Sequence[Line]) -> str:
+    """Say how much longer NGSolve takes for the loads of `THREE` at the errors of this package's fastest answers."""
+    found = []
+    for load in THREE:
+        own, other = ([one for one in lines if one.load == load and one.code == code and np.isfinite(one.error)]
+                      for code in (OWN, "NGSolve"))
+        if own and other:
+            fast = min((one for one in own if one.element == ASKED), key=lambda one: one.seconds)
+            found.append(seconds_at(other, max(fast.error, asked_of(load).sure))[0] / fast.seconds)
+    words = f": for the same error NGSolve takes {min(found):.0f} times as long and more" if found else ""
+    return f"Combined loads on biorob2018{words}"
+
+
 def read(path: Path | None) -> list[Line]:
     """Return the lines of a table that was written; none without one."""
     if path is None:
@@ -249,21 +309,25 @@ def main() -> None:
     """Measure; write and print the table, the picture and the ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--coarse", action="store_true", help="one run of few meshes")
-    parser.add_argument("--only", choices=LOADS, help="one of the two loads")
+    parser.add_argument("--only", choices=LOADS, action="append", help="a load; may be repeated")
     parser.add_argument("--beside", type=Path, help="table of another run, drawn as well")
     parser.add_argument("--output", type=Path, default=Path("."))
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     before, lines = read(options.beside), []
     with threadpool_limits(limits=1):
-        for load in [options.only] if options.only else LOADS:
+        for load in options.only or list(LOADS)[: 3 if options.coarse else None]:
             for line in search(load, options.coarse):
                 lines.append(line)
                 print(*(f"{item:.3g}" if isinstance(item, float) else item for item in vars(line).values()), flush=True)
         caption = machine()
     with (options.output / "other_codes.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([vars(lines[0]).keys(), *(vars(line).values() for line in lines)])
-    draw(lines, before, options.output / "other_codes.png")
+    first, three = ([line for line in lines if (line.load in THREE) == whether] for whether in (False, True))
+    if first:
+        draw(first, before, options.output / "other_codes.png")
+    if three:
+        draw_three(three, before, options.output / "three_loads.png")
     every = {load: [line for line in lines if line.load == load] for load in LOADS}
     words = [one for load, own in every.items() if own for one in ratios(own, asked_of(load).sure)]
     said = "\n".join([*words, caption]) + "\n"

@@ -10,7 +10,8 @@ are stiffnesses at rest: of round pads as waves around the axis, of boxes on qua
 Where a load creases the free face next to the bond's edge, finer meshes follow the crease into ever smaller ones and
 stop carrying the load: such rows come from fewer layers, and their errors say so. Boxes at finite strain, and films
 under rectangles, stand on families of meshes instead, on the lines of the package's own: value and error are the limits
-of two orders of elements, each by the order that its last three meshes show.
+of two orders of elements, each by the order that its last three meshes show. So do sections that are sheared, and pads
+by chance in space, of which two meshes and the order of their edges must do; those that neither carries have no row.
 
 NGSolve is no dependency: ``pip install ngsolve`` beside the package; without it the study says so and ends. Run
 ``python -m benchmarks.reference_pads [--coarse] --output DIR``; `--only WORD` makes the cases with that word in their
@@ -46,7 +47,7 @@ def row_of(case: Case, found: Reference) -> dict[str, object]:
         wrench, moved = {"F_y": F_x, "F_z": F_z, "M_x": -M}, {"d_y": d_h, "sink": sink, "alpha_x": -alpha}
     if case.twist:
         wrench, moved = {"M_z": 1e-3 * case.twist}, {"alpha_z": alpha}
-    row: dict[str, object] = {"name": case.name, "model": "planar" if case.kind == "plane" else "block"}
+    row: dict[str, object] = {"name": case.name, "model": case.model}
     row |= {"wrench": {name: value for name, value in wrench.items() if value}}
     row |= {"moved": {name: value for name, value in moved.items() if value}}
     return row | {"error": float(f"{found.error:.2g}"), "source": found.words, "scene": case.changes}

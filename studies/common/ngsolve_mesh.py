@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.geometry.meshing.bricks import Outline
-from sits_mech.mechanics.pad.shapes import GRADING, box_lines
+from sits_mech.geometry.meshing.bricks import CORE, Outline, ring_bricks
+from sits_mech.mechanics.pad.shapes import GRADING, box_lines, lines_through, low_corner, ring_lines
 from sits_mech.quantities import Array
 
 Sizes = tuple[float, float]
@@ -96,6 +96,48 @@ def product_plan(x: Array, y: Array, under: tuple[float, float]) -> Plan:
     quads = np.stack([first, first + len(y), first + len(y) + 1, first + 1], axis=1)
     centre = np.abs(points[quads].mean(axis=1))
     return Plan(points, quads, (centre < np.array(under)).all(axis=1))
+
+
+def ring_mesh(target: float, pad: Outline, t: float, split: int, *, whole: bool) -> Any:
+    """Return NGSolve's mesh of a half, or a quarter, of a pad under a disc, in rings of the package's own families.
+
+    Bricks of rings in squares, target |x|, |y| < 1 and pad up to 2, are deformed to the true outlines, order by order.
+    """
+    import ngsolve as ng
+
+    plate, own = Outline(0.5 * target / t, 0.5 * target / t, True), Outline(pad[0] / t, pad[1] / t, pad.is_round)
+    inside, beside = ring_lines(plate, own, split, GRADING)
+    squares = Outline(1.0, 1.0, False), Outline(2.0, 2.0, False)
+    bricks, _ = ring_bricks(squares[0], squares[len(beside) > 1], (inside, beside, np.arange(2.0)), split)
+    low = bricks.p[2] < 0.5
+    number = np.cumsum(low) - 1
+    points, quads = bricks.p[:2, low].T, []
+    for cell in bricks.t.T:
+        corners = number[cell[low[cell]]]
+        away = points[corners] - points[corners].mean(axis=0)
+        quads.append(corners[np.argsort(np.arctan2(away[:, 1], away[:, 0]))])
+    kept = np.array([quad for quad in quads if whole or points[quad, 0].mean() > 0.0])
+    used, renumbered = np.unique(kept, return_inverse=True)
+    points, cells = points[used], renumbered.reshape(kept.shape)
+    plan = Plan(points, cells, np.abs(points[cells].mean(axis=1)).max(axis=1) < 1.0)
+    mesh = solid_mesh(plan, t * lines_through(split, GRADING, low_corner(plate, own)))
+    a, b = ng.sqrt(ng.x * ng.x), ng.sqrt(ng.y * ng.y)
+    rho = ng.IfPos(a - b, a, b) + 1e-12
+    side, up = ng.x / rho, ng.y / rho
+    theta = 0.25 * np.pi * ng.IfPos(b - a, 2.0 - side, ng.IfPos(ng.x, up, 4.0 - up))
+    round_off, core = (ng.cos(theta), ng.sin(theta)), CORE
+    part, beyond = ng.IfPos(rho - core, (rho - core) / (1.0 - core), 0.0), ng.IfPos(rho - 1.0, rho - 1.0, 0.0)
+    part = ng.IfPos(part - 1.0, 1.0, part)
+    moved = []
+    for k, straight in enumerate((side, up)):
+        rim = 0.5 * target * round_off[k]
+        edge = pad[k] * (round_off[k] if pad.is_round else straight)
+        within = (1.0 - part) * ng.IfPos(core - rho, rho, core) * 0.4 * target * straight + part * rim
+        moved.append((1.0 - beyond) * within + beyond * edge - (ng.x, ng.y)[k])
+    mesh.deformed = ng.GridFunction(ng.VectorH1(mesh, order=3))
+    mesh.deformed.Set(ng.CF((*moved, 0.0)))
+    mesh.SetDeformation(mesh.deformed)
+    return mesh
 
 
 def section_mesh(x: Array, z: Array, half_target: float) -> Any:

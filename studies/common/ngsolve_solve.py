@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from common.ngsolve_mesh import family_lines, graded, product_plan, section_mesh, side, solid_mesh
+from common.ngsolve_mesh import family_lines, graded, product_plan, ring_mesh, section_mesh, side, solid_mesh
 from common.ngsolve_pad import Law, Pad
 from common.ngsolve_wave import wave_stiffness
-from common.reference_cases import Case
+from common.reference_cases import SECTIONS, Case
 from scipy.optimize import brentq
 
+from sits_mech.geometry.meshing.bricks import Outline
 from sits_mech.quantities import Array
 
 
@@ -34,8 +35,6 @@ LADDERS = {
     ("round", False): Ladder(6, 5, 2, 4, 0.4, 4), ("round", True): Ladder(8, 7, 3, 5, 0.2, 5),
     ("box", True): Ladder(3, 4, 1, 3, 0.2, 1),
 }
-# Order of the elements, and of those beside them: parts of the base cells of their meshes
-FAMILIES: Mapping[int, tuple[int, ...]] = {3: (1, 2, 3, 4), 2: (2, 3, 4)}
 # Parts of the bulk modulus that act at every point [shear moduli]; the one with the smaller error is taken
 POINTWISE = {"plane": (0.0, 5.0), "round": (0.0, 5.0), "box": (0.0,)}
 
@@ -54,17 +53,17 @@ def reference(case: Case, last: int | None = None) -> Reference:
         alpha_z = 2.0 * 1e3 * case.twist * case.thickness / (np.pi * case.mu * (0.5 * case.target[0]) ** 4)
         return Reference(np.array([0.0, 0.0, alpha_z]), 0.0, "closed form: Saint-Venant's torsion of a cylinder")
     if case.on_family:
-        return family_limit(case, *(family_row(case, order, last) for order in FAMILIES))
+        return family_limit(case, *(family_row(case, order, last) for order in case.meshes))
     ladder = LADDERS[case.kind, case.linear]
     found = [one for share in POINTWISE[case.kind] for one in climbed(case, ladder, last or ladder.last, share)]
     if not found:
-        raise ArithmeticError(f"{case.name}: too few meshes carried the load")
+        return reference(replace(case, milder=True, meshes=SECTIONS), last)
     return min(found, key=lambda one: one.error)
 
 
 def family_row(case: Case, order: int, last: int | None) -> tuple[list[int], list[Array]]:
     """Return the meshes of a family that carry the load, no finer than `last`, and their poses."""
-    sizes, row = FAMILIES[order], []
+    sizes, row = case.meshes[order], []
     for size in sizes if last is None else sizes[: last + 1 - sizes[0]]:
         q = told(case, order, size, 0.0)
         if q is None:
@@ -77,20 +76,24 @@ def family_limit(case: Case, first: tuple[list[int], list[Array]], beside: tuple
     """Return the limit of a family by the order it shows, and how far that of the other elements is from it.
 
     What an error of order p leaves on the last two of meshes m is ``(q_2 - q_1)/((m_2/m_1)^p - 1)``. The error is also
-    what is left by the order that the singular edge should show, 2, in place of the measured one.
+    what is left by the order that the singular edge should show, 2, in place of the measured one. Of a family that is
+    meant to have two meshes 2, or of flush pads 2.38, stands for the measured order, and 2.38, or 2, for the other.
     """
+    flush = case.pad[0] <= case.bond[0] or case.pad[1] <= case.bond[1]
     lever, found = np.array([1.0, 1.0, 0.5 * case.target[0]]), []
-    for (order, _), (sizes, row) in zip(FAMILIES.items(), (first, beside), strict=True):
-        if len(row) < 3:
-            raise ArithmeticError(f"{case.name}: Q{order} carried the load on {len(row)} meshes of three")
-        shown = measured_order(sizes[-3:], [one * lever for one in row[-3:]])
-        ends = [row[-1] + (row[-1] - row[-2]) / ((sizes[-1] / sizes[-2]) ** p - 1.0) for p in (shown, 2.0)]
-        words = f"Q{order}/P{order - 1}, base cells in {sizes[-3]} to {sizes[-1]} parts, order {shown:.2g}"
+    for (order, meant), (sizes, row) in zip(case.meshes.items(), (first, beside), strict=True):
+        if len(row) < min(3, len(meant)):
+            raise ArithmeticError(f"{case.name}: Q{order} carried the load on {len(row)} meshes of {len(meant)}")
+        shown = measured_order(sizes[-3:], [one * lever for one in row[-3:]]) if len(row) > 2 else 2.0 + 0.38 * flush
+        orders = (shown, 2.0 if shown != 2.0 else 2.38)
+        ends = [row[-1] + (row[-1] - row[-2]) / ((sizes[-1] / sizes[-2]) ** p - 1.0) for p in orders]
+        words = f"Q{order}/P{order - 1}, base cells in {sizes[-3:][0]} to {sizes[-1]} parts, order {shown:.2g}"
         found.append((ends, words))
     (value, other), words = found[0]
     size = float(np.max(np.abs(value) * lever))
     away = [float(np.max(np.abs(value - q) * lever)) / size for q in (found[1][0][0], other)]
-    return Reference(value, max(away), f"{words}; {found[1][1]}: differs by {away[0]:.1e}, by order 2 {away[1]:.1e}")
+    words += f"; {found[1][1]}: differs by {away[0]:.1e}, by order {orders[1]:.3g} {away[1]:.1e}"
+    return Reference(value, max(away), words)
 
 
 def measured_order(sizes: Sequence[int], row: Sequence[Array]) -> float:
@@ -172,29 +175,37 @@ def pose(case: Case, order: int, layers: int, pointwise: float) -> Array:
         return np.array([d_h, load[1] / k[1, 1] if load[1] else 0.0, alpha])
     straight = load[0] == 0.0 and load[2] == 0.0
     pad = discrete(case, order, layers, straight)
-    pad = replace(pad, pointwise=pointwise, seconds=600.0 if case.kind == "box" else 60.0)
+    pad = replace(pad, pointwise=pointwise, seconds=600.0 if case.on_family and not case.milder else 60.0)
     q = pad.solve(load, 2)
     return np.array([q[0], -q[1], q[2]])
 
 
 def discrete(case: Case, order: int, layers: int, straight: bool, odd: bool = False) -> Pad:
     """Return the discrete pad of a case; of a load straight down the part that symmetry leaves."""
-    law, t, wide = Law(case.energy, case.K), case.thickness, case.target[0]
-    ratio = LADDERS[case.kind, case.linear or case.kind == "box"].ratio
+    law, t, wide = Law(case.energy, case.K), case.thickness, case.bond[0]
+    solid = case.kind in ("box", "mixed")
+    ratio = LADDERS["box" if solid else case.kind, solid or case.linear].ratio
     flush = case.pad[0] <= wide * (1.0 + 1e-9)
     z = graded(0.0, t, (layers if flush else 1, layers), t, ratio)
     size = across(case)
-    if case.kind == "box":
+    if case.kind == "box" or (case.on_family and not case.milder):
         x = side(wide, case.pad[0], layers, size, ratio, whole=not straight and not odd)
-        y = side(case.target[1], case.pad[1], layers, size, ratio, whole=False)
+        y = side(case.bond[1], case.pad[1], layers, size, ratio, whole=False)
         if case.on_family:
-            x, y, z = family_lines(case.pad, case.target, t, layers)
+            x, y, z = family_lines(case.pad, case.bond, t, layers)
             x = x[x > -1e-9] if straight or odd else x
-        mesh = solid_mesh(product_plan(x, y, (0.5 * wide, 0.5 * case.target[1])), z)
+        if case.kind == "box":
+            mesh = solid_mesh(product_plan(x, y, (0.5 * wide, 0.5 * case.bond[1])), z)
+        else:
+            outline = Outline(0.5 * case.pad[0], 0.5 * case.pad[1], case.kind == "round")
+            mesh = ring_mesh(wide, outline, t, layers, whole=not straight and not odd)
         share = 0.25 if straight or odd else 0.5
         motion = (0, 2) if odd else (1,) if straight else (0, 1, 2)
         return Pad("solid", mesh, order, law, share, motion, case.height, odd, complete=case.on_family)
     x = side(wide, case.pad[0], layers, size, ratio, whole=case.kind == "plane" and not straight)
+    if case.milder:
+        x, _, z = family_lines(case.pad, case.bond, t, layers)
+        x = x[x > -1e-9] if straight else x
     mesh = section_mesh(x, z, 0.5 * wide)
     if case.kind == "round":
         return Pad("axisymmetric", mesh, order, law, 0.5 / np.pi, (1,), case.height)
@@ -203,7 +214,7 @@ def discrete(case: Case, order: int, layers: int, straight: bool, odd: bool = Fa
 
 def across(case: Case) -> float:
     """Length of the cells in the middle: some thicknesses, of a film what the pressure's fall at the edge asks."""
-    t, wide = case.thickness, case.target[0]
+    t, wide = case.thickness, case.bond[0]
     fall = t * np.sqrt(case.K / 12.0)
     return float(max(t, min(1.5 * fall, wide / 12.0)) if wide > 50.0 * t else t)
 

@@ -6,8 +6,10 @@ copper target whose loads act at its lower face if nothing else is said. Contact
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from random import Random
 from typing import Any, Literal
 
 MU = 30.0  # kPa
@@ -20,6 +22,9 @@ LAWS: Mapping[str, tuple[str, Mapping[str, float | list[float]]]] = {
     "gent": ("j_m=10.0, ", {"shear_modulus": 1.0}),
     "ogden 4": ("alpha=[4.0, -2.0], ", {"mu": [0.7, 0.3]}),
 }
+# Order of the elements, and of those beside them: parts of the base cells of their meshes
+FAMILIES: Mapping[int, tuple[int, ...]] = {3: (1, 2, 3, 4), 2: (2, 3, 4)}
+SECTIONS: Mapping[int, tuple[int, ...]] = {3: (1, 2, 3, 4, 6), 2: (2, 3, 4, 6, 8)}
 ECOFLEX = (7471.5, 248.86, 14940.0)  # c10, c20 [Pa], K [kPa] of the catalogue's ecoflex-00-30
 
 
@@ -31,7 +36,8 @@ class Case:
     ----------
     name : str
     kind : str
-        "plane" for a layer in plane strain, "round" for a disc on a cylinder, "box" for a rectangle on a box.
+        "plane" for a layer in plane strain, "round" for a disc on a cylinder, "box" for a rectangle on a box, "mixed"
+        for a disc on a box.
     pad, target : (float, float)
         Width and length, of what is round the diameter twice [mm].
     thickness : float
@@ -51,12 +57,18 @@ class Case:
         Share of the instantaneous stiffness [-] and time [s] of each branch.
     mullins : mapping or None
         Softening: r [-], m over the initial shear modulus, beta [-].
+    meshes : mapping of int to tuple of int
+        Order of the elements of a family, and parts of the base cells of its meshes.
+    axial : bool
+        Whether the package is asked of a section about the axis.
+    milder : bool
+        Whether a section stands on such a family, too: loads that crease smaller cells.
     twist : float
         M_z [N mm], alone, small: a flush cylinder turns by ``2 M_z t/(pi mu a^4)``, exactly (A. de Saint-Venant 1855).
     """
 
     name: str
-    kind: Literal["plane", "round", "box"]
+    kind: Literal["plane", "round", "box", "mixed"]
     pad: tuple[float, float]
     target: tuple[float, float]
     thickness: float
@@ -69,6 +81,19 @@ class Case:
     twist: float = 0.0
     prony: tuple[tuple[float, float], ...] = ()
     mullins: Mapping[str, float] | None = None
+    meshes: Mapping[int, tuple[int, ...]] = field(default_factory=lambda: FAMILIES, compare=False)
+    milder: bool = False
+    axial: bool = False
+
+    @property
+    def model(self) -> str:
+        """The package's model."""
+        return "planar" if self.kind == "plane" else "axisymmetric" if self.axial else "block"
+
+    @property
+    def bond(self) -> tuple[float, float]:
+        """Width and length of what the target covers [mm]."""
+        return min(self.target[0], self.pad[0]), min(self.target[1], self.pad[1])
 
     @property
     def mu(self) -> float:
@@ -82,8 +107,10 @@ class Case:
 
     @property
     def on_family(self) -> bool:
-        """Whether its meshes are those of a family whose cells are divided: boxes at finite strain, and films."""
-        return self.kind == "box" and (not self.linear or self.target[0] > 50.0 * self.thickness)
+        """Whether its meshes are of a family whose cells are divided: in space at finite strain, films, milder."""
+        solid = self.kind in ("box", "mixed") or (self.kind == "round" and bool(self.load[0] or self.load[2]))
+        film = self.kind == "box" and self.target[0] > 50.0 * self.thickness
+        return self.milder or film or (solid and not self.linear)
 
     @property
     def changes(self) -> list[str]:
@@ -94,7 +121,7 @@ class Case:
         pad = f'{size}, thickness="{self.thickness} mm", contact="never", material={self.material}'
         x, y = self.target[::-1] if self.turned else self.target
         rectangle = f'shape="rectangle", width="{x} mm", length="{y} mm"'
-        size = f'shape="disc", diameter="{x} mm"' if self.kind == "round" else rectangle
+        size = f'shape="disc", diameter="{x} mm"' if self.kind in ("round", "mixed") else rectangle
         target = f'material="copper", {size}, thickness="0.2 mm", load_height="{self.height} mm"'
         return [f"elastomer={{{pad}}}", f"target={{{target}}}"]
 
@@ -215,7 +242,49 @@ def _boxes() -> list[Case]:
         Case("6 x 6 x 6, pulled and sheared", "box", (6.0, 6.0), (6.0, 6.0), 6.0, (0.2, -0.2, 0.0), bulk=50.0),
         Case("8 x 4 on 12 x 6 x 2, moment", "box", (12.0, 6.0), (8.0, 4.0), 2.0, (0.0, 0.3, 1.0), "gent"),
     ]
+    for F_x, F_z in ((0.3, 1.0), (0.4, 1.6), (1.0, 2.0)):
+        own = Case(f"biorob2018, {F_x:g} N and {F_z:g} N", "box", *published[:1], (8.0, 8.0), 2.0, (F_x, F_z, 0.0))
+        rows.append(replace(own, law="ecoflex", height=0.2, meshes={2: (2, 3), 3: (1, 2)}))
     return rows
 
 
-CASES: tuple[Case, ...] = (*_layers(), *_round(), *_boxes())
+def _by_chance(count: int = 40, seed: int = 64) -> list[Case]:
+    """Pads by chance: half their sinks up to 14 %, half their shear up to 45 % of t, by estimates of their stiffness.
+
+    Those are ``mu A/t`` and, of A. N. Gent, P. B. Lindley (Proc. Inst. Mech. Eng. 173 (1959) 111), ``E A/t`` with
+    ``1/E = 1/(3 mu (1 + 2 S^2)) + 1/K``, in the plane ``1/(4 mu (1 + S^2)) + 1/K``; S the loaded over the free area.
+    """
+    chance, rows = Random(seed), list[Case]()
+    kinds = ("plane", "round", "box", "round", "mixed", "plane", "box", "round", "box", "plane")
+    for number in range(count):
+        kind, law = kinds[number % len(kinds)], chance.choice(["neo-hookean", "mooney-rivlin", "yeoh", "ogden", "gent"])
+        nu, covers = chance.choice([0.45, 0.48, 0.49, 0.497, 0.4999]), chance.choice(["flush", "inside", "wider"])
+        way = chance.choice(["pressed", "pressed", "off centre", "sheared", "sheared"])
+        way = "pressed" if kind == "round" and number % 10 != 7 else way  # about their axis
+        t = round(chance.uniform(1.5, 5.0), 1)
+        wide = round(t * chance.uniform(1.5, 5.0), 1)
+        long = {"plane": 1e3, "box": round(wide * chance.uniform(0.6, 1.0), 1)}.get(kind, wide)
+        beside, press = round(t * chance.uniform(0.4, 2.5), 1), chance.uniform(0.02, 0.14)
+        shear, aside = chance.uniform(0.05, 0.45), chance.uniform(0.05, 0.15)
+        covers = "inside" if kind == "mixed" else covers
+        along = 0.0 if kind == "plane" else beside
+        pad = (round(wide + beside, 1), round(long + along, 1)) if covers == "inside" else (wide, long)
+        target = (round(1.25 * wide, 1), long) if covers == "wider" else (wide, long)
+        target = (target[0],) * 2 if kind == "round" else target
+        bulk = 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+        area, S = wide * long, wide * long / (2.0 * t * (wide + long))
+        if kind in ("round", "mixed"):
+            area, S = 0.25 * math.pi * wide**2, wide / (4.0 * t)
+        E = 1.0 / (1.0 / (4.0 * (1.0 + S**2) if kind == "plane" else 3.0 * (1.0 + 2.0 * S**2)) + 1.0 / bulk)
+        F_z = float(f"{1e-3 * MU * E * area * press:.3g}")
+        F_x = float(f"{1e-3 * MU * area * shear:.3g}") if way == "sheared" else 0.0
+        M = float(f"{F_z * wide * aside:.3g}") if way == "off centre" else 0.0
+        meshes = SECTIONS if kind == "plane" else {2: (2, 3), 3: (1, 2)}
+        milder = kind == "plane" and way != "pressed"
+        name = f"by chance {number + 1}: {kind}, {covers}, {law}, nu {nu}, {way}"
+        rows.append(Case(name, kind, pad, target, t, (F_x, F_z, M), law, round(bulk, 2), meshes=meshes, milder=milder))
+        rows[-1] = replace(rows[-1], axial=kind == "round" and way == "pressed")
+    return rows
+
+
+CASES: tuple[Case, ...] = (*_layers(), *_round(), *_boxes(), *_by_chance())

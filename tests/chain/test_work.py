@@ -34,30 +34,33 @@ def counts_of(name: str, counted: list[int]) -> tuple[int, int]:
 
 
 @pytest.mark.parametrize(
-    ("name", "load", "most"),
+    ("name", "load", "tolerance", "most"),
     [
-        ("biorob2018-w15", (0.5, 2.0), (15, 25)),
-        pytest.param("biorob2018", (1.0, 2.0), (50, 46), marks=pytest.mark.slow),
+        ("biorob2018-w15", (0.5, 2.0), 5e-3, (15, 25)),
+        pytest.param("biorob2018", (1.0, 2.0), 1e-2, (33, 0), marks=pytest.mark.slow),
     ],
 )
 def test_factorisations_of_a_load(
-    name: str, load: tuple[float, float], most: tuple[int, int], counted: list[int]
+    name: str, load: tuple[float, float], tolerance: float, most: tuple[int, int], counted: list[int]
 ) -> None:
-    """From rest, three meshes and all checks: 13 of a moderate load, 45 of a large one; 22 and 41 of rims."""
-    block_pad(load_sensor(name), 1e-2).equilibrium(Wrench(*load))
-    assert all(0 < own <= up for own, up in zip(counts_of(name, counted), most, strict=True))
+    """From rest with all checks: 14 of a moderate load on three meshes and 22 of rims, 30 of a large one on two.
+
+    Its rims crease: it is not tried on a third one.
+    """
+    block_pad(load_sensor(name), tolerance).equilibrium(Wrench(*load))
+    assert all(min(1, up) <= own <= up for own, up in zip(counts_of(name, counted), most, strict=True))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "F_x", "F_z", "most"),
-    [("biorob2018-w15", 0.7, 2.8, (101, 12)), ("biorob2018", 0.4, 1.6, (112, 12))],
+    [("biorob2018-w15", 0.7, 2.8, (101, 12)), ("biorob2018", 0.4, 1.6, (102, 0))],
 )
 def test_factorisations_of_a_table(
     name: str, F_x: float, F_z: float, most: tuple[int, int], counted: list[int]
 ) -> None:
-    """Loads and tolerance by default: 98 and 109, and 9 of rims; none for what symmetry hides on the second mesh."""
+    """Loads and tolerance by default: 98 with 9 of rims, and 99; none for what symmetry hides on the second mesh."""
     forces = {"F_x": [F_x * k / 4 for k in range(-4, 5)], "F_z": [F_z * k / 8 for k in range(9)]}
     calibrate(load_sensor(name), **forces)
     assert not HIDDEN & set(counted)
-    assert all(0 < own <= up for own, up in zip(counts_of(name, counted), most, strict=True))
+    assert all(min(1, up) <= own <= up for own, up in zip(counts_of(name, counted), most, strict=True))

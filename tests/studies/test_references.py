@@ -1,14 +1,17 @@
 """References of loaded pads: the stored file, the measure, what is counted, the closed forms that it holds to."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from common.ngsolve_mesh import graded, outer_edges, product_plan, section_mesh, side
+from common.ngsolve_mesh import graded, outer_edges, product_plan, ring_mesh, section_mesh, side
 from common.ngsolve_pad import complete_polynomials
 from common.ngsolve_solve import LADDERS, family_limit, limit, measured_order
 from common.reference_cases import CASES, Case
-from common.references import Judged, Reference, counts, stored_references
+from common.references import Judged, Reference, counts, dearer, stored_references
 from scipy.special import ive
 
+from sits_mech.geometry.meshing.bricks import Outline
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 
 STORED = {one.name: one for one in stored_references()}
@@ -53,7 +56,28 @@ def test_what_a_reference_may_judge():
     failed = judged(np.nan, np.nan)
     assert not failed.sees_ratio and not failed.too_small and failed.sees_tolerance
     said = counts([judged(1e-3, 1e-3), judged(2e-2, 1e-2), judged(1e-3, 1e-2), failed])
-    assert said[0].startswith("asked 0.01: met by 2 of 4") and "2 of 3" in said[1] and said[2].endswith("0 of 4")
+    assert said[0].startswith("asked 0.01: met by 2 of 4") and said[1].split(": ")[1].startswith("1 of 3")
+    assert said[2].split(": ")[1].startswith("1, ") and said[2].endswith("0 of 4")
+
+
+def test_finer_answers_that_cost_more_are_counted():
+    """Seconds in the median and at most; over four times as many, and more without a smaller estimate."""
+    coarse = [replace(judged(1e-3, 5e-3), reference=replace(reference(), name=name)) for name in "abc"]
+    finer = [replace(one, tolerance=3e-3, seconds=s, estimated=e)
+             for one, s, e in zip(coarse, (1.2, 3.0, 5.0), (5e-3, 5e-3, 2e-3), strict=True)]
+    said = dearer([*coarse, *finer])
+    assert said[:2] == ["asked 0.01: 1 s in the median, 1 s at most", "asked 0.003: 3 s in the median, 5 s at most"]
+    assert said[2] == "0.003 takes over four times the time of 1, more without gain of 1 of 3"
+
+
+def test_a_disc_on_a_box_is_round():
+    """A half and a quarter of the pad in rings, deformed to the disc: volumes and what is bonded, by NGSolve."""
+    ng = pytest.importorskip("ngsolve")
+    for whole, share in ((True, 0.5), (False, 0.25)):
+        mesh = ring_mesh(8.0, Outline(6.0, 5.0, False), 2.0, 2, whole=whole)
+        assert ng.Integrate(ng.CF(1.0), mesh, order=8) == pytest.approx(share * 12.0 * 10.0 * 2.0, rel=1e-5)
+        bonded = ng.Integrate(ng.CF(1.0), mesh.Boundaries("target"), order=8)
+        assert bonded == pytest.approx(share * 16.0 * np.pi, rel=1e-5)
 
 
 def test_the_limit_of_three_meshes():
@@ -83,8 +107,11 @@ def test_the_limit_of_a_family_by_the_order_it_shows():
     assert found.error == pytest.approx(max(2e-4, by_two[1] - 1.0))
     with pytest.raises(ArithmeticError, match="show no order"):
         measured_order(sizes, [np.array([x]) for x in (0.0, 1.0, 3.0)])
-    with pytest.raises(ArithmeticError, match="2 meshes of three"):
+    with pytest.raises(ArithmeticError, match="2 meshes of 4"):
         family_limit(case, row(sizes[:2], 2.0), row(sizes, 2.0))
+    two = replace(case, meshes={2: (2, 3), 3: (1, 2)})  # of two meshes 2.38 stands for the order, 2 beside it
+    found = family_limit(two, row((2, 3), 2.38), row((1, 2), 2.38))
+    assert found.pose == pytest.approx([0.0, 1.0, 0.0]) and 0.0 < found.error < 5e-3
 
 
 def test_pressures_are_complete_polynomials():

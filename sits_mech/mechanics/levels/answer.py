@@ -107,7 +107,8 @@ def answer(
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
     pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
-    spent, best, sink = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed), -float(fine.q[1])
+    best = levels.early(values, held | (np.arange(k) == 1), pressed=pressed)
+    spent, sink = fine.iterations + coarse.iterations, -float(fine.q[1])
     large: Note | None = None
     beyond, kept = list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
@@ -116,7 +117,7 @@ def answer(
         if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
         last = level if len(body.mesh.axes) == 3 else min(most, len(levels), line.deepest) - 1  # sections are cheap
-        if left(levels.foreseen(best, level, last)) > max(line.asked, _PAYS * left(best)):
+        if left(levels.foreseen(best, level, last)) > max(line.asked, _PAYS * left(best)) or levels.creased(states):
             break
         large = levels.check_memory(level)
         there = None if large else next(walk, None)

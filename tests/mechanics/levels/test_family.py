@@ -1,5 +1,6 @@
 """Families of meshes: limits of known sequences, states carried along a family, the order that a pad shows."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -77,11 +78,14 @@ def test_the_parts_of_the_error_have_signs_and_make_it_up(count):
 
 
 def test_a_level_that_moves_the_limit_widens_its_error():
-    """By as much as the largest term did not shrink: here none of that of the edges."""
-    phi = np.array([[1.0, 1.0], [0.25, 0.125], [0.0625, 0.125]])
-    values = [np.array([value]) for value in (1.0, 0.9, 0.85)]
-    before, found = extrapolated(values[:2], phi[:2]), extrapolated(values, phi)
-    assert found.error[0] > abs(found.value - before.value)[0] > 0.0
+    """By as much as the largest term did not shrink; of three by what the edges' did, and the second one whole."""
+    phi = np.array([[1.0, 1.0], [0.25, 0.125], [0.0625, 0.125], [0.0625, 0.016]])
+    values = [np.array([value]) for value in (1.0, 0.9, 0.85, 0.86)]
+    two, three, four = (extrapolated(values[:count], phi[:count]) for count in (2, 3, 4))
+    edge, inside = np.linalg.solve(np.diff(phi[:3], axis=0), [-0.1, -0.05])
+    moved = abs(three.value - two.value)[0]
+    assert three.error[0] == pytest.approx(0.5 * abs(edge) * 0.0625 + abs(inside) * 0.125 + 0.25 * moved)
+    assert moved > 0.0 and four.error[0] > abs(four.value - three.value)[0] > 0.0
 
 
 def test_edges_that_a_press_opens_are_less_sure():
@@ -92,6 +96,25 @@ def test_edges_that_a_press_opens_are_less_sure():
     np.testing.assert_allclose(pressed.value, plain.value)
     np.testing.assert_allclose(pressed.error - plain.error, 100.0 * 0.1**2 * 0.0625 * np.abs(FIRST), rtol=1e-9)
     np.testing.assert_allclose(pulled.error, plain.error)
+
+
+@pytest.mark.parametrize(("width", "factor"), [(15.0, 1.0), (20.0, 2.0)])
+def test_two_levels_own_to_terms_that_cancel(width, factor):
+    """Along z twice what is added, sideways once within a face; values that agree own to 0.03 of an edge's term."""
+    levels = pad_family(scene(width))[0]
+    values = list(LIMIT + levels.terms[:2, :1] * FIRST)
+    found = levels.early(values, np.array([False, True, False]), pressed=False)
+    np.testing.assert_allclose(found.value, LIMIT)
+    np.testing.assert_allclose(found.error, np.array([factor, 2.0, factor]) * levels.terms[1, 0] * np.abs(FIRST))
+    alike = levels.early([LIMIT, LIMIT], np.ones(3, dtype=bool), pressed=False)
+    np.testing.assert_allclose(alike.error, 0.03 * levels.terms[1, 0] * np.abs(LIMIT))
+
+
+def test_rims_that_crease_take_no_third_level():
+    """J that falls from 0.6 to 0.32 is foreseen at 0.17; from 0.84 to 0.45 at 0.24."""
+    levels, start = family("box"), rest(family("box").coarse)
+    steps = [tuple(replace(start, min_J=J) for J in pair) for pair in ((0.6, 0.32), (0.84, 0.45), (1.0, 1.0))]
+    assert [levels.creased(pair) for pair in steps] == [True, False, False]
 
 
 @pytest.mark.parametrize("level", [2, 3])
