@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -48,6 +49,27 @@ class View:
     judged: Judged | None = None  # where something is required, and known
 
 
+@dataclass(frozen=True)
+class _Far:
+    """How far a table is: when it began [s], loads that are done and all, the last step that was said."""
+
+    began: float
+    loads: tuple[int, int] = (0, 0)
+    step: str = ""
+
+    def with_news(self, kind: str, what: Any) -> _Far:
+        """Return how far it is after "progress" or a "step"."""
+        if kind == "progress":
+            return replace(self, loads=(what[0], what[1]))
+        return replace(self, step=str(what[0])) if kind == "step" else self
+
+    def words(self, now: float) -> str:
+        """Return what is solved, and the time left by that of the loads before."""
+        done, count = self.loads
+        left = f", about {(now - self.began) * (count - done) / done:.0f} s left" if 0 < done < count else ""
+        return f"solving{f': {done} of {count} loads' if count else ''}{left}{f'; {self.step}' if self.step else ''}"
+
+
 class Session:
     """The state of a tab; `draw` is called when there is something else to see.
 
@@ -73,6 +95,7 @@ class Session:
         self._glances: dict[tuple[Any, ...], Judged | None] = {}  # by the requirements of now
         self._tables: dict[tuple[Any, ...], Solved] = {}
         self._shown: tuple[tuple[Any, ...], View] | None = None
+        self._far = _Far(0.0)
 
     def open(
         self, source: str, keys: dict[str, str] | None = None, ends: dict[str, tuple[float, float]] | None = None
@@ -293,8 +316,8 @@ class Session:
             self._refused[question.key] = f"not judged: {what}"
             self.draw(self.view())
         elif question.key == self.question(self.sensor).key and not self.stopped:
-            words = {"progress": "solving: {0[0]} of {0[1]} loads", "failed": "not solved: {}"}.get(kind, "solving")
-            self.draw(self.view(words.format(what)))
+            self._far = _Far(time.monotonic()) if kind == "started" else self._far.with_news(kind, what)
+            self.draw(self.view(f"not solved: {what}" if kind == "failed" else self._far.words(time.monotonic())))
 
     def _searched(self, kind: str, what: Any) -> None:
         """Take what the search says."""

@@ -6,6 +6,7 @@ studio runs, the last `_KEPT` of them.
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import threading
 import time
@@ -25,6 +26,7 @@ from sits_mech.studio.questions import Question
 
 _KEPT = 40  # answers in memory, at most
 _PATIENCE = 3.0  # seconds that an answer has to be interrupted: no factor of the catalogue's pads takes half of it
+_SAID = 0.5  # seconds between two lines of what is solved
 _POLL = 0.05  # seconds between two looks at the solving process
 
 
@@ -42,7 +44,8 @@ class _Wish:
 def work(pipe: Connection, stops: Connection) -> None:
     """Answer numbered questions of a pipe until it ends: ("done", answer), ("failed", why), ("stopped", None).
 
-    A number that comes by `stops` interrupts its answer, where the answering thread runs Python again.
+    Before that ("progress", done and all) and ("step", a line of what is solved). A number that comes by `stops`
+    interrupts its answer, where the answering thread runs Python again.
     """
     from sits_mech.chain.calibrate import calibrate  # noqa: F401  nothing interrupts what imports
     from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid  # noqa: F401
@@ -61,11 +64,14 @@ def work(pipe: Connection, stops: Connection) -> None:
                         now[0] = 0
                         interrupt_main()
 
-    def told(*how_far: Any) -> None:
+    def told(*how_far: Any, kind: str = "progress") -> None:
         """Say how far it is."""
         with lock:
-            pipe.send(("progress", how_far))
+            pipe.send((kind, how_far))
 
+    log = logging.getLogger("sits_mech")
+    log.setLevel(logging.INFO)
+    log.addHandler(_Sender(partial(told, kind="step")))
     threading.Thread(target=follow, daemon=True).start()
     with suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
         while True:
@@ -86,6 +92,20 @@ def work(pipe: Connection, stops: Connection) -> None:
             pipe.send(found)
             del found
             give_back()
+
+
+class _Sender(logging.Handler):
+    """Send what solvers log, a line in `_SAID` seconds at most."""
+
+    def __init__(self, send: Callable[[str], None]) -> None:
+        super().__init__()
+        self._send, self._next = send, 0.0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Send a line, unless the last one was a moment ago."""
+        if (now := time.monotonic()) >= self._next:
+            self._next = now + _SAID
+            self._send(record.getMessage())
 
 
 class Solver:
@@ -109,7 +129,8 @@ class Solver:
     ) -> None:
         """Replace what a tab wants: questions in their order, those that are urgent before others' that are not.
 
-        `told` is called, in a thread of its own, with "started", "progress", "done", "failed" and what there is to say.
+        `told` is called, in a thread of its own, with "started", "progress", "step", "done" or "failed" and what there
+        is to say.
         """
         with self._changed:
             wanted = {question.key for question, _ in questions}
@@ -189,7 +210,7 @@ class Solver:
                 stops.send(self._number)
             if pipe.poll(_POLL):
                 kind, what = pipe.recv()
-                if kind != "progress":
+                if kind not in ("progress", "step"):
                     return kind, what
                 wish.told(kind, what)
             elif asked_to_stop and time.monotonic() > asked_to_stop + _PATIENCE:

@@ -669,7 +669,7 @@ def test_a_command_of_another_package(calibrated: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "command",
-    ["catalog", "doctor", "schema", "explain", "pose", "inductance", "simulate", "envelope", "calibrate", "fit", "view",
+    ["catalog", "doctor", "schema", "explain", "pose", "inductance", "simulate", "envelope", "calibrate", "fit", "view", "new",
      "import"],
 )
 def test_every_help_has_its_example(capsys: Capture, command: str) -> None:

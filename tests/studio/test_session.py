@@ -65,6 +65,25 @@ def test_a_table_then_its_slopes_then_previews(session: tuple[Session, Waiting, 
     assert views[-1].kind == "solved"
 
 
+def test_how_far_a_table_is(
+    session: tuple[Session, Waiting, list[View]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Loads that are done, the time left by theirs, and what is solved; why it is not, where it cannot be."""
+    _, solver, views = session
+    table, now = solver.asked[0][0], [100.0]
+    monkeypatch.setattr("sits_mech.studio.session.time.monotonic", lambda: now[0])
+    for seconds, kind, what, said in (
+        (0.0, "started", None, "solving"),
+        (1.0, "step", ("3674 unknowns: at rest",), "solving; 3674 unknowns: at rest"),
+        (3.0, "progress", (0, 9), "solving: 0 of 9 loads; 3674 unknowns: at rest"),
+        (6.0, "progress", (3, 9), "solving: 3 of 9 loads, about 12 s left; 3674 unknowns: at rest"),
+        (7.0, "failed", "too soft", "not solved: too soft"), (20.0, "started", None, "solving"),
+    ):
+        now[0] = 100.0 + seconds
+        solver.told(table, kind, what)
+        assert views[-1].state == said
+
+
 def test_the_command_gives_the_same(session: tuple[Session, Waiting, list[View]]) -> None:
     """Keys, loads and models; a star stands for all coils."""
     tab, _, _ = session

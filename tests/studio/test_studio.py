@@ -117,6 +117,22 @@ def test_keys_move_a_slider_and_a_solve_is_stopped(page: Browser) -> None:
 
 
 @pytest.mark.slow
+def test_tab_walks_from_slider_to_slider(page: Browser) -> None:
+    """From the scene on in the order of the page; the arrow keys move what has the focus, to the next preview."""
+    page.run("document.querySelector('.sits-scene input').focus()")
+    named = "document.activeElement.closest('[aria-label]')?.getAttribute('aria-label')"
+    seen = []
+    for _ in range(5):
+        page.press("Tab")
+        seen.append(page.run(named))
+    assert seen == ["pad thickness", "pad width", "pad length", "gap", "target width"]
+    number = "document.querySelectorAll('.sits-number')[4].textContent"
+    before = float(page.run(number).split()[0])
+    page.press("ArrowRight", 4)
+    until(page, f"parseFloat({number}) > {before}")
+
+
+@pytest.mark.slow
 def test_required_and_found(page: Browser) -> None:
     """Limits beside figures and as lines over the curves; a search shows its designs, and opens what it found."""
     pressed(page, "required", ".q-item")
@@ -168,6 +184,9 @@ def test_phone_and_console(page: Browser) -> None:
         page.width(width)
         time.sleep(0.3)
         assert page.run("document.documentElement.scrollWidth <= innerWidth")
+        tops = [page.run(f"document.querySelector('.sits-{part}').getBoundingClientRect().top")
+                for part in ("sensor", "scene")]
+        assert tops[0] < tops[1] if width < 800 else tops[0] == tops[1]  # what comes out first
     elsewhere = [each for each in page.complaints() if not each.startswith(("http://127.0.0.1:", "data:"))]
     assert elsewhere == []
 

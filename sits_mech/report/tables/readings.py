@@ -86,7 +86,7 @@ def inversion_table(record: Record, *, parts: bool = False) -> Table:
     rows = [("readings", record["convention"])] if "convention" in record else []
     for name, force in record["forces"].items():
         unit, size = shown_unit(name), max(map(abs, record["domain"][name]))
-        rows.append((name, f"{with_error(force, record['force_error'][name], size)} {unit} (90 %)"))
+        rows.append((name, f"{with_error(force, record['force_error'][name], size)} {unit} (90 %){_but(record, name)}"))
         if parts:
             rows += [("", f"{each[name]:.2g} {unit} by {_CAUSES[cause]}") for cause, each in record["budget"].items()]
     span = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in record["domain"].items())
@@ -95,6 +95,15 @@ def inversion_table(record: Record, *, parts: bool = False) -> Table:
     if len(coils) > len(record["forces"]):
         rows.append(("residual", f"{100.0 * record['residual']:.2g} % of the coils' range"))
     return key_table("forces", [*rows, *(("no inverse", region) for region in record["no_inverse"])])
+
+
+def _but(record: Record, name: str) -> str:
+    """Return in words what a force's error is without the silicone's part, where that is most of it."""
+    whole, part = record["force_error"][name], record["budget"].get("silicone", {}).get(name, 0.0)
+    if not part**2 > 0.5 * whole**2:
+        return ""
+    left = float(np.sqrt(max(whole**2 - part**2, 0.0)))
+    return f"; {left:.2g} {shown_unit(name)} without the silicone's part, which sits-mech adapt finds"
 
 
 def front_end_record(found: FrontEnd, coils: Sequence[str], left_out: Sequence[str]) -> Record:
