@@ -60,11 +60,14 @@ class _Far:
 
     def with_news(self, kind: str, what: Any, now: float) -> _Far:
         """Return how far it is after "started", "progress", a "step", or when it has "failed"."""
-        news = {"progress": "loads", "step": "step", "failed": "why"}.get(kind)
-        if news is None:
-            return _Far(now)
-        said = f"not solved: {what}" if kind == "failed" else what[0] if kind == "step" else what
-        return replace(self, **{news: said})
+        match kind:
+            case "progress":
+                return replace(self, loads=what)
+            case "step":
+                return replace(self, step=str(what[0]))
+            case "failed":
+                return replace(self, why=f"not solved: {what}")
+        return _Far(now)
 
     def words(self, now: float) -> str:
         """Return what is solved, and the time left by that of the loads before."""
