@@ -282,9 +282,10 @@ def image_at_rest(
     solved, back = symmetry.standard(wrench) if wrench.out_of_plane else (wrench, np.eye(len(WRENCH)))
     try:
         found = layer.equilibrium(solved, start=start)
-        words, report = wrench_words(vars(solved)), found.report
-        _LOG.info("%s: at rest under %s, %d unknowns, error %.2g", report.model, words, report.unknowns,
-                  report.estimated_error)
+        if _LOG.isEnabledFor(logging.INFO):
+            words, report = wrench_words(vars(solved)), found.report
+            _LOG.info("%s: at rest under %s, %d unknowns, error %.2g", report.model, words, report.unknowns,
+                      report.estimated_error)
         return found, back
     except SolveFailed as error:
         if solved == wrench:

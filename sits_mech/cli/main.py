@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cyclopts import App
 
 GROUP = "sits_mech.commands"
-_QUIET, _VERBOSE, _LOG = ("--quiet",), ("-v", "--verbose"), "--log"
+_QUIET, _VERBOSE, _LOG = "--quiet", {"-v", "--verbose"}, "--log"
 UNREAD = 141
 """Exit code of a command whose answer nobody reads any more, as a shell gives one that ends by SIGPIPE."""
 
@@ -51,10 +51,10 @@ def commands() -> App:
 def run(tokens: Sequence[str] | None = None) -> int:
     """Run a command, by default of the process's own words, and return its exit code."""
     words = list(sys.argv[1:] if tokens is None else tokens)
-    quiet, verbose = (any(word in words for word in each) for each in (_QUIET, _VERBOSE))
-    before = QUIET.set(quiet and not verbose)
+    verbose = not _VERBOSE.isdisjoint(words)
+    before = QUIET.set(not verbose and _QUIET in words)
     try:
-        words, path = _without_log([word for word in words if word not in (*_QUIET, *_VERBOSE)])
+        words, path = _without_log([word for word in words if word not in {*_VERBOSE, _QUIET}])
         with logged(verbose, path):
             code = _answered(words)
         sys.stdout.flush()
@@ -67,7 +67,7 @@ def run(tokens: Sequence[str] | None = None) -> int:
         fault(f"error: {' '.join(str(error).split())}")
         return 2
     except MemoryError as error:
-        fault(f"error: memory: must hold what is asked for; {' '.join(str(error).split()) or 'it does not'}")
+        fault(f"error: memory: must hold what is asked for; {' '.join(str(error).split())}".rstrip("; "))
         return 2
     except KeyboardInterrupt:
         fault("interrupted: finished loads are kept; the same command goes on from them")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -51,21 +51,29 @@ class View:
 
 @dataclass(frozen=True)
 class _Far:
-    """How far a table is: when it began [s], loads that are done and all, the last step that was said."""
+    """How far a table is: when it began [s], loads that are done and all, the last step; why there is none."""
 
     began: float
-    loads: tuple[int, int] = (0, 0)
+    loads: Sequence[Any] = (0, 0)
     step: str = ""
+    why: str = ""
 
-    def with_news(self, kind: str, what: Any) -> _Far:
-        """Return how far it is after "progress" or a "step"."""
-        if kind == "progress":
-            return replace(self, loads=(what[0], what[1]))
-        return replace(self, step=str(what[0])) if kind == "step" else self
+    def with_news(self, kind: str, what: Any, now: float) -> _Far:
+        """Return how far it is after "started", "progress", a "step", or when it has "failed"."""
+        match kind:
+            case "progress":
+                return replace(self, loads=what)
+            case "step":
+                return replace(self, step=str(what[0]))
+            case "failed":
+                return replace(self, why=f"not solved: {what}")
+        return _Far(now)
 
     def words(self, now: float) -> str:
         """Return what is solved, and the time left by that of the loads before."""
-        done, count = self.loads
+        if self.why:
+            return self.why
+        done, count, *_ = self.loads
         left = f", about {(now - self.began) * (count - done) / done:.0f} s left" if 0 < done < count else ""
         return f"solving{f': {done} of {count} loads' if count else ''}{left}{f'; {self.step}' if self.step else ''}"
 
@@ -316,8 +324,8 @@ class Session:
             self._refused[question.key] = f"not judged: {what}"
             self.draw(self.view())
         elif question.key == self.question(self.sensor).key and not self.stopped:
-            self._far = _Far(time.monotonic()) if kind == "started" else self._far.with_news(kind, what)
-            self.draw(self.view(f"not solved: {what}" if kind == "failed" else self._far.words(time.monotonic())))
+            self._far = self._far.with_news(kind, what, time.monotonic())
+            self.draw(self.view(self._far.words(time.monotonic())))
 
     def _searched(self, kind: str, what: Any) -> None:
         """Take what the search says."""

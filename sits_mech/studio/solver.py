@@ -44,7 +44,8 @@ class _Wish:
 def work(pipe: Connection, stops: Connection) -> None:
     """Answer numbered questions of a pipe until it ends: ("done", answer), ("failed", why), ("stopped", None).
 
-    Before that ("progress", done and all) and ("step", a line of what is solved). A number that comes by `stops` interrupts its answer, where the answering thread runs Python again.
+    Before that ("progress", done and all) and ("step", a line of what is solved). A number that comes by `stops`
+    interrupts its answer, where the answering thread runs Python again.
     """
     from sits_mech.chain.calibrate import calibrate  # noqa: F401  nothing interrupts what imports
     from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid  # noqa: F401
@@ -128,8 +129,8 @@ class Solver:
     ) -> None:
         """Replace what a tab wants: questions in their order, those that are urgent before others' that are not.
 
-        `told` is called, in a thread of its own, with "started", "progress", "step", "done", "failed" and what there is to
-        say.
+        `told` is called, in a thread of its own, with "started", "progress", "step", "done" or "failed" and what there
+        is to say.
         """
         with self._changed:
             wanted = {question.key for question, _ in questions}

@@ -22,7 +22,7 @@ from sits_mech.chain import models
 from sits_mech.chain.models import mechanical_model
 from sits_mech.cli import options
 from sits_mech.cli.console import show
-from sits_mech.cli.main import run
+from sits_mech.cli.main import commands, run
 from sits_mech.cli.options import LoadGrid
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
@@ -470,7 +470,7 @@ def test_what_is_written_is_answered_to_a_program(capsys: Capture, tmp_path: Pat
 
 def test_completion_is_made_for_a_shell() -> None:
     """As the command-line library makes it, with our commands."""
-    script = options.app.generate_completion(prog_name="sits-mech", shell="bash")
+    script = commands().generate_completion(prog_name="sits-mech", shell="bash")
     assert "calibrate" in script and "--install-completion" in script
 
 
@@ -670,7 +670,7 @@ def test_a_command_of_another_package(calibrated: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "command",
     ["catalog", "doctor", "schema", "explain", "pose", "inductance", "simulate", "envelope", "calibrate", "fit", "view",
-     "import"],
+     "new", "import"],
 )
 def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
     """One example each."""
