@@ -112,7 +112,6 @@ UNMIRRORED = {
     "magnetics/axis/coaxial.py": "tests/magnetics/test_axis_fem.py: scenes and poses off the axis",
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
-    "magnetics/space/prisms.py": "tests/magnetics/test_sheets_outline.py: the sheets made of them",
     "magnetics/space/classes.py": "tests/magnetics/space/test_modes.py: plates by these matrices, against closed forms",
     "report/pictures/pad.py": "tests/mechanics/test_block.py: sections of its pads for pictures",
     "mechanics/element/mesh.py": "tests/mechanics/element/test_kernel.py: the elements on it",

@@ -5,12 +5,9 @@ coil over coaxial discs, against volume and axisymmetric finite elements (NGSolv
 
     python -m benchmarks.sheets [--coarse] --output DIR
 
-Scenes by chance: one coil over coaxial discs of 3 to 20 mm radius and 0.02 to 10 mm, gaps of 0.2 to 5 mm, 10 kHz to
-25 MHz, asked to four tolerances: true errors of Delta L and of R against the axisymmetric model at 1e-4, told ones,
-unknowns, and seconds from the scene on; how many meet what was asked, and what they tell.
-
 Estimated errors: true ones over them, for L, M and R, of the sensor's plate shifted and tilted against the finest
 rung; and of ground planes by chance (`common/ground_planes.py`), drawn outlines against the same as rectangles.
+Those of scenes of all kinds by chance: studies/sheets_errors.py.
 
 Seconds are processor time on one core: of the preparation, and of a thousand poses after it.
 
@@ -37,7 +34,7 @@ from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.magnetics.space.divisions import prepared, prepared_near
-from sits_mech.quantities import Array, Impedance, Pose, SolveFailed
+from sits_mech.quantities import Array, Impedance, Pose
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 # frequency [Hz], gap [m], Delta L1 [H], R1 [ohm] (not known where nan)
@@ -59,13 +56,6 @@ COLUMNS = (
 ESTIMATE_COLUMNS = ("target", "tolerance", "frequency", "gap", "quantity", "error", "estimated", "true_over_estimated")
 FREQUENCIES = 5e3, 1e5, 1e6, 5e6, 1e7  # [Hz]; the plate's poses
 POSES = (Pose(0.0, 2e-3), Pose(1e-3, 2.5e-3, 0.1, 0.5e-3), Pose(0.0, 3e-3, np.deg2rad(20.0)))
-
-# of scenes by chance: radius, thickness, gap [m], frequency [Hz], at least and at most; how many; tolerances
-CHANCE, CHANCES = np.array([[3e-3, 2e-5, 2e-4, 1e4], [2e-2, 1e-2, 5e-3, 2.5e7]]), 40
-ASKED = 1e-1, 1e-2, 3e-3, 1e-3
-CHANCE_COLUMNS = (
-    "radius", "thickness", "gap", "frequency", "asked", "error_L", "told_L", "error_R", "told_R", "unknowns", "seconds",
-)
 
 TARGETS = (
     'shape="rectangle", width="8 mm", length="8 mm"', 'shape="disc", diameter="8 mm"',
@@ -166,47 +156,6 @@ def drawn(coarse: bool) -> list[dict[str, object]]:
     return lines
 
 
-def by_chance(coarse: bool) -> list[dict[str, object]]:
-    """Lines of the scenes by chance; those that rings do not carry to 1e-4 are passed over."""
-    rng, left = np.random.default_rng(0), 1 if coarse else CHANCES
-    lines: list[dict[str, object]] = []
-    while left:
-        scene = np.exp(np.log(CHANCE[0]) + rng.uniform(size=4) * np.log(CHANCE[1] / CHANCE[0])).tolist()
-        radius, thickness, gap, frequency = scene
-        sensor = disc_sensor(radius, thickness)
-        alone, pose = sensor.model_copy(update={"coils": sensor.coils[:1]}), Pose(0.0, gap)
-        try:
-            exact = axisymmetric(alone, 1e-4).impedance(pose, frequency)
-        except SolveFailed:
-            continue
-        left, change, R = left - 1, (exact.L - exact.L0).item(), exact.R.item()
-        for asked in ASKED[: 1 if coarse else None]:
-            model, began = unprepared(alone, asked), time.process_time()
-            found = model.impedance(pose, frequency)
-            seconds = time.process_time() - began
-            off = abs(found.L.item() - exact.L.item()) / abs(change), abs(found.R.item() / R - 1.0)
-            told = found.error_L.item() / abs(change), found.error_R.item() / R
-            values = (*scene, asked, off[0], told[0], off[1], told[1], found.report.unknowns, seconds)
-            lines.append(dict(zip(CHANCE_COLUMNS, values, strict=True)))
-    return lines
-
-
-def kept(lines: list[dict[str, object]]) -> str:
-    """What share of the scenes by chance meets what was asked, and what they tell."""
-    words = []
-    for asked in dict.fromkeys(line["asked"] for line in lines):
-        some = [line for line in lines if line["asked"] == asked]
-        for part in ("L", "R"):
-            off, told = (np.array([float(str(line[f"{kind}_{part}"])) for line in some]) for kind in ("error", "told"))
-            ratio = off / told
-            inside, above = np.mean((ratio >= 0.2) & (ratio <= 1.0)), np.mean(ratio > 1.0)
-            words.append(
-                f"asked {asked:g}, {part}: met by {np.mean(off <= asked):.0%} of {off.size}; true over told 0.2 to 1 "
-                f"{inside:.0%}, above 1 {above:.0%}, most {ratio.max():.2g}"
-            )
-    return "\n".join(words)
-
-
 def summary(lines: list[dict[str, object]]) -> str:
     """What share of the rows has an estimate that is one."""
     words = []
@@ -285,31 +234,6 @@ def memory() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def draw_chances(lines: list[dict[str, object]], path: Path) -> None:
-    """True errors of Delta L and of R against unknowns and against seconds, each scene a line."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.0, 5.6), layout="constrained")
-    panels = figure.subplots(2, 2, sharey=True)
-    scenes = {tuple(line[name] for name in CHANCE_COLUMNS[:4]): None for line in lines}
-    for row, part in zip(panels, ("L", "R"), strict=True):
-        for axes, key in zip(row, ("unknowns", "seconds"), strict=True):
-            for scene in scenes:
-                some = [line for line in lines if tuple(line[name] for name in CHANCE_COLUMNS[:4]) == scene]
-                x, y = ([float(str(line[name])) for line in some] for name in (key, f"error_{part}"))
-                axes.plot(x, y, "-", color="0.85", lw=0.7, zorder=1)
-            for asked, colour in zip(ASKED, ("C3", "C0", "C1", "C2"), strict=True):
-                some = [line for line in lines if line["asked"] == asked]
-                x, y = ([float(str(line[name])) for line in some] for name in (key, f"error_{part}"))
-                axes.plot(x, y, ".", color=colour, label=f"asked {asked:g}")
-                axes.axhline(asked, color=colour, lw=0.6)
-            axes.set(xscale="log", yscale="log", ylim=(1e-6, 1e-1), xlabel=key if key == "unknowns" else "s, cold")
-            axes.grid(True, which="major", alpha=0.3)
-        row[0].set_ylabel("error of the change of L" if part == "L" else "error of R")
-    panels[0, 0].legend(fontsize=7)
-    figure.savefig(path, dpi=150)
-
-
 def draw(lines: list[dict[str, object]], path: Path) -> None:
     """Error of Delta L and of R against the seconds of preparation."""
     from matplotlib.figure import Figure
@@ -332,9 +256,6 @@ def main() -> None:
     coarse, folder = study_arguments(__doc__ or "", timed=True)
     with threadpool_limits(1):
         print(write_rows(uses(coarse), folder / "benchmark_sheets_uses.csv"), flush=True)
-        of_chance = by_chance(coarse)
-        print(write_rows(of_chance, folder / "benchmark_sheets_by_chance.csv"), kept(of_chance), sep="\n", flush=True)
-        draw_chances(of_chance, folder / "benchmark_sheets_by_chance.png")
         of_drawn, of_estimates = drawn(coarse), estimates(coarse)
         print(write_rows([*of_estimates, *of_drawn], folder / "benchmark_sheets_estimates.csv"))
         print(f"{summary(of_estimates)}\noutlines drawn: {summary(of_drawn)}", flush=True)

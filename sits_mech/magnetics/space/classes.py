@@ -97,13 +97,11 @@ def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
         n = boxes.shape[-1]
         return boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n)
     n, g, (points, symmetric) = prisms.low.size, len(plan.group), _way(plan)
-    means = np.empty((g, 2, n, n))
-    for k, pair in enumerate(_images(plan, prisms)):
-        for s, image in enumerate(pair):
-            means[k, s] = prism_means(prisms, image, points=points, symmetric=symmetric)
-            if symmetric:
-                means[-k % g, s] = means[k, s]
-    return means
+    images = [image for pair in _images(plan, prisms) for image in pair]
+    every = Prisms(*(np.concatenate([getattr(image, name) for image in images]) for name in ("corners", "low", "high")))
+    found = prism_means(prisms, every, points=points, symmetric=symmetric).reshape(n, -1, 2, n).transpose(1, 2, 0, 3)
+    turns = np.arange(g)
+    return np.ascontiguousarray(found[np.minimum(turns, g - turns) if symmetric else turns])
 
 
 def kernel_seconds(plan: Plan, levels: Array) -> float:

@@ -48,7 +48,7 @@ class Prisms:
 def prism_means(
     first: Prisms, second: Prisms, *, points: tuple[int, int] = FEW, symmetric: bool = False
 ) -> Array:
-    """Return G between all prisms of two sets, shape (n, m) [1/m]; of a symmetric G only one half is worked out."""
+    """Return G between all prisms of two sets, shape (n, m) [1/m]; of symmetric parts (n, n) half is worked out."""
     one, two = _shape(first), _shape(second)
     G = np.empty((first.low.size, second.low.size))
     step = max(1, _PAIRS // second.low.size)
@@ -63,12 +63,16 @@ def prism_means(
         trace = M[..., 0, 0] + M[..., 1, 1] + M[..., 2, 2]
         G[rows] = (1.0 + (3.0 * quadratic / square - trace) / (2.0 * square)) / np.sqrt(square)
         if symmetric:
-            apart[np.arange(start, start + apart.shape[0])[:, None] > np.arange(second.low.size)] = np.inf
+            n = first.low.size
+            apart[np.arange(start, start + len(apart))[:, None] > np.arange(second.low.size) % n] = np.inf
         near, far = apart < _NEAR_PRISMS, apart >= _FAR_PRISMS
         for choice, means in ((near, partial(_near, points)), (~near & ~far, _middle)):
             i, j = np.nonzero(choice)
             G[start + i, j] = means(first.some(start + i), second.some(j))
-    return np.triu(G) + np.triu(G, 1).T if symmetric else G
+    if symmetric:  # part by part (n, n)
+        parts = np.swapaxes(G.reshape(len(G), -1, len(G)), 0, 1)
+        G = np.swapaxes(np.triu(parts) + np.swapaxes(np.triu(parts, 1), 1, 2), 0, 1).reshape(G.shape)
+    return G
 
 
 def prism_seconds(first: Prisms, second: Prisms, points: tuple[int, int] = FEW) -> float:

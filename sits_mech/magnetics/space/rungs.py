@@ -84,7 +84,7 @@ ROUGH = 3e-2
 _TRUST = 0.4  # error of Delta L over what `added` says, as measured
 _EVEN = 0.1  # the same of R where current fills the plate, and from there with the thickness over the skin depth
 # Of R and of omega Delta L, what no division shows: everywhere, where current crowds at the faces, in plates of more
-# skin depths than `_DEEP` (from, to); 120 answers by chance of benchmarks/sheets.py, 9 and 2 % of them beyond
+# skin depths than `_DEEP` (from, to); 120 answers of discs by chance, 9 and 2 % of them beyond
 _LEFT = (1e-3, 4e-3, 1.2e-2), (3e-4, 0.0, 3e-3)
 _DEEP = 10.0, 150.0  # skin depths in a plate's thickness, between which the error grows: at 30 L is off by 1e-3
 _Plates = TypeVar("_Plates")
@@ -111,7 +111,7 @@ def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], 
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     if half / 3 <= ACROSS * ACROSS_LEVEL / rung.across[2]:
         rung = replace(rung, across=(1, 2, 3))
-    smooth = all(outline is None and plate.shape != "outline" for plate, outline in plates)
+    smooth = all(outline is None and plate.shape in ("rectangle", "disc") for plate, outline in plates)
     return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < ROUGH)])
 
 
@@ -162,7 +162,7 @@ class Limit:
     `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth. Along a
     plate the error of R falls like the square of the cells, and much faster where the current of a thick plate crowds
     at the rim in few of them. Where the levels along show no order, their whole rest is its error; where cells are few,
-    all rests at least: of 40 discs by chance (benchmarks/sheets.py) 1 is beyond that, 8 and 12 were by the error
+    all rests at least: of 40 discs by chance 1 is beyond that, 8 and 12 were by the error
     of finer ones.
     """
 

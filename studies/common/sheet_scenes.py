@@ -1,0 +1,82 @@
+"""Scenes by chance for the three-dimensional model: one coil and metal of twelve kinds, at a pose."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.quantities import Pose
+from sits_mech.scene.sensor import Conductor, Sensor, Target, load_sensor
+
+COUNT = 40
+KINDS = ("foil", "disc", "block", "foil r", "plate r", "block r", "two", "two r", "ground", "ground drawn", "frame",
+         "disc")
+THICKNESS = {"foil": (1e-5, 7e-5), "disc": (1e-4, 5e-4), "block": (1e-3, 5e-3)}  # [m]
+GAP, FREQUENCY = (5e-5, 5e-3), (5e3, 2.5e7)  # [m], [Hz]
+COILS = (  # the catalogue's, a flat one, a large one
+    {}, {"layers": 1, "turns": 20, "inner_diameter": 3e-3},
+    {"layers": 2, "turns": 25, "inner_diameter": 6e-3, "track_width": 2e-4, "track_gap": 1.5e-4,
+     "track_thickness": 7e-5, "layer_pitch": 3e-4},
+)
+SIGNS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+
+
+class SheetScene(NamedTuple):
+    """A scene and its pose."""
+
+    kind: str
+    sensor: Sensor
+    pose: Pose
+    coaxial: bool  # whether all its metal are discs about the coil's axis
+
+
+def sheet_scene(number: int) -> SheetScene:
+    """Return a scene, the same in every run."""
+    rng = np.random.default_rng([65, number])
+
+    def log(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    kind, base = KINDS[number % len(KINDS)], load_sensor("biorob2018")
+    changed = {"centre": (0.0, 0.0), **COILS[int(rng.choice(3, p=[0.5, 0.25, 0.25]))]}
+    coil = base.coils[0].model_copy(update=changed)
+    a, gap, frequency = coil.outer_diameter / 2, log(*GAP), log(*FREQUENCY)
+    r, thick = a * log(0.4, 2.0), {"f": "foil", "b": "block"}.get(kind[0], "disc")
+    if kind.startswith(("two", "frame")):
+        thick = tuple(THICKNESS)[int(rng.integers(3))]
+    if kind.startswith("ground"):
+        thick = tuple(THICKNESS)[int(rng.integers(2))]
+    t = min(log(*THICKNESS[thick]), r)
+    metal = {"material": "copper" if rng.uniform() < 0.6 else "aluminium", "thickness": t}
+    ratio = log(0.5, 2.0) ** 0.5
+    (x, y), tilt = (rng.uniform(-0.3, 0.3, 2) * a).tolist(), float(rng.uniform(-0.3, 0.3)) * min(gap / r, 0.3)
+    low, wide = log(1e-4, 1e-3), a * log(0.8, 2.0)
+    rectangle = {"shape": "rectangle", "width": 2 * r * ratio, "length": 2 * r / ratio}
+    target, parts, pose = None, (), Pose(0.0, gap)
+    if kind in ("foil", "disc", "block", "two"):
+        target = Target(shape="disc", diameter=2 * r, **metal)
+    if kind.endswith(" r"):
+        target, pose = Target(**rectangle, **metal), Pose(x, gap, tilt, y)
+    if kind == "frame":
+        target = Target(shape="outline", points=square(0.886 * r), holes=(square(0.443 * r)[::-1],), **metal)
+    if kind.startswith("two"):
+        form = {"shape": "disc", "diameter": 2 * wide}
+        if kind == "two r":
+            form = {"shape": "rectangle", "width": 2 * wide, "length": 2 * wide * ratio}
+        parts = (Conductor(name="G", material="copper", thickness=3.5e-5,
+                           centre=(0.0, 0.0, -coil.height - low - 3.5e-5), **form),)
+    if kind == "ground":
+        parts = (Conductor(name="G", shape="disc", diameter=2 * r, centre=(0.0, 0.0, -coil.height - gap - t), **metal),)
+    if kind == "ground drawn":
+        corners = tuple((p * r * ratio, q * r / ratio) for p, q in SIGNS)
+        parts = (Conductor(name="G", shape="outline", points=corners, centre=(x, y, -coil.height - gap - t), **metal),)
+    sensor = base.model_copy(update={
+        "coils": (coil,), "target": target, "conductors": parts, "frequency": frequency, "elastomer": None,
+    })
+    return SheetScene(kind, sensor, pose, kind in ("foil", "disc", "block", "two", "ground"))
+
+
+def square(half: float) -> tuple[tuple[float, float], ...]:
+    """Return its corners, counter-clockwise [m]."""
+    return tuple((p * half, q * half) for p, q in SIGNS)
