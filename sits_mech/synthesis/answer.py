@@ -284,15 +284,18 @@ def made_share(task: Task, best: Answered) -> Share:
 def guards(task: Task, best: Answered) -> dict[str, float]:
     """Return how much each figure that scatters may be by itself, so that the share `yield` of those made hold it.
 
-    As far from the limit as the sensors made around the best design scatter; of an error, which is of that share, none.
+    As far from the limit as the sensors made around the best design scatter: sizes by so much, others by such a share
+    of themselves. An error, which is of that share, has none.
     """
     if best.table is None or not len(task.judge.deviations):
         return {}
     figures, found = task.own_figures(best), {}
     for name, own in task.judge.excesses(best.table, _MANY).items():
-        away = float(np.quantile(own - over(name, figures[name], task.limits[name]), task.judge.share))
-        if not name.startswith("error.") and away > _NOTHING:
-            found[name] = (1.0 - away) * task.limits[name]
+        here = figures[name] / task.limits[name]
+        most = float(np.quantile(own + 1.0, task.judge.share))
+        share = 1.0 - (most - here) if name.startswith(("height", "footprint")) else here / most
+        if not name.startswith("error.") and share < 1.0 - _NOTHING:
+            found[name] = share * task.limits[name]
     return found
 
 
