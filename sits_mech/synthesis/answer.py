@@ -233,20 +233,26 @@ def tied_with(search: Search, others: Sequence[Answered], best: Answered, space:
         far = min(float(np.max(np.abs(each.point - one.point), initial=0.0)) for one in (best, *found)) > _APART
         if search.as_good(search.merit(each), best) and far if own else search.may_beat(each, best):
             found.append(each)
-    every = [best, *found]
-    titles: dict[int, list[str]] = {}
-    sensors = [space.sensor(each.design) for each in every]
-    volumes = [0.0 if each.elastomer is None else float(np.prod(each.elastomer.extent)) * each.elastomer.thickness
-               for each in sensors]
-    margins = [max(task.excess(task.own_figures(each), each.table).values(), default=0.0) for each in every]
-    heights = [each.plain["height"] for each in every]
-    for title, values in (("thinnest", heights), ("least silicone", volumes), ("farthest from limits", margins)):
-        titles.setdefault(int(np.argmin(values)), []).append(title)
-    words = []
+    every, words = [best, *found], list[str]()
+    titles = _titles(task, every, space)
     for k, each in enumerate(found, 1):
         said = titles.get(k, []) + [f"{name} within its error" for name in task.undecided(each)]
         words.append(space.words(each.design) + (f" ({', '.join(said)})" if said else ""))
     return (*words, *([_apart(task, every)] if found else []))
+
+
+def _titles(task: Task, tied: Sequence[Answered], space: Space) -> dict[int, list[str]]:
+    """Return what each of tied designs is best in, by its number."""
+    titles: dict[int, list[str]] = {}
+    pads = [space.sensor(each.design).elastomer for each in tied]
+    rows = {
+        "thinnest": [each.plain["height"] for each in tied],
+        "least silicone": [0.0 if pad is None else float(np.prod(pad.extent)) * pad.thickness for pad in pads],
+        "farthest from limits": [task.worst(each) for each in tied],
+    }
+    for title, values in rows.items():
+        titles.setdefault(int(np.argmin(values)), []).append(title)
+    return titles
 
 
 def _apart(task: Task, tied: Sequence[Answered]) -> str:
