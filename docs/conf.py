@@ -25,7 +25,9 @@ extensions = [
     "cyclopts.ext.sphinx", "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton",
     "sphinx_design", "site_parts",
 ]
-_INCLUDED = ("answer_keys", "laws", "left_out", "numbers", "requirement_keys", "scene_keys", "studies_grid")  # in other pages
+_INCLUDED = (  # in other pages
+    "answer_keys", "laws", "left_out", "numbers", "requirement_keys", "scene_keys", "studies_grid",
+)
 exclude_patterns = ["_build", "_made", *(f"_pages/{name}.md" for name in _INCLUDED)]
 nitpicky = False
 smartquotes = False  # commands and quantities are copied from pages
