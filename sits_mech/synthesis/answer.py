@@ -233,20 +233,26 @@ def tied_with(search: Search, others: Sequence[Answered], best: Answered, space:
         far = min(float(np.max(np.abs(each.point - one.point), initial=0.0)) for one in (best, *found)) > _APART
         if search.as_good(search.merit(each), best) and far if own else search.may_beat(each, best):
             found.append(each)
-    every = [best, *found]
-    titles: dict[int, list[str]] = {}
-    sensors = [space.sensor(each.design) for each in every]
-    volumes = [0.0 if each.elastomer is None else float(np.prod(each.elastomer.extent)) * each.elastomer.thickness
-               for each in sensors]
-    margins = [max(task.excess(task.own_figures(each), each.table).values(), default=0.0) for each in every]
-    heights = [each.plain["height"] for each in every]
-    for title, values in (("thinnest", heights), ("least silicone", volumes), ("farthest from limits", margins)):
-        titles.setdefault(int(np.argmin(values)), []).append(title)
-    words = []
+    every, words = [best, *found], list[str]()
+    titles = _titles(task, every, space)
     for k, each in enumerate(found, 1):
         said = titles.get(k, []) + [f"{name} within its error" for name in task.undecided(each)]
         words.append(space.words(each.design) + (f" ({', '.join(said)})" if said else ""))
     return (*words, *([_apart(task, every)] if found else []))
+
+
+def _titles(task: Task, tied: Sequence[Answered], space: Space) -> dict[int, list[str]]:
+    """Return what each of tied designs is best in, by its number."""
+    titles: dict[int, list[str]] = {}
+    pads = [space.sensor(each.design).elastomer for each in tied]
+    rows = {
+        "thinnest": [each.plain["height"] for each in tied],
+        "least silicone": [0.0 if pad is None else float(np.prod(pad.extent)) * pad.thickness for pad in pads],
+        "farthest from limits": [task.worst(each) for each in tied],
+    }
+    for title, values in rows.items():
+        titles.setdefault(int(np.argmin(values)), []).append(title)
+    return titles
 
 
 def _apart(task: Task, tied: Sequence[Answered]) -> str:
@@ -284,15 +290,18 @@ def made_share(task: Task, best: Answered) -> Share:
 def guards(task: Task, best: Answered) -> dict[str, float]:
     """Return how much each figure that scatters may be by itself, so that the share `yield` of those made hold it.
 
-    As far from the limit as the sensors made around the best design scatter; of an error, which is of that share, none.
+    As far from the limit as the sensors made around the best design scatter: sizes by so much, others by such a share
+    of themselves. An error, which is of that share, has none.
     """
     if best.table is None or not len(task.judge.deviations):
         return {}
     figures, found = task.own_figures(best), {}
     for name, own in task.judge.excesses(best.table, _MANY).items():
-        away = float(np.quantile(own - over(name, figures[name], task.limits[name]), task.judge.share))
-        if not name.startswith("error.") and away > _NOTHING:
-            found[name] = (1.0 - away) * task.limits[name]
+        here = figures[name] / task.limits[name]
+        most = float(np.quantile(own + 1.0, task.judge.share))
+        share = 1.0 - (most - here) if name.startswith(("height", "footprint")) else here / most
+        if not name.startswith("error.") and share < 1.0 - _NOTHING:
+            found[name] = share * task.limits[name]
     return found
 
 

@@ -141,9 +141,8 @@ def plan_of(asked: Requirements) -> DesignPlan:
     count = expected_designs(asked, len(good))
     points = sorted((own[0] for own in good.values() if own), key=lambda each: each.strain)
     seconds = np.mean([_seconds(solver, each.design) for each in points[: None if asked.goal else 1]])
-    every = [each for own in good.values() for each in own]
-    least = {name: min(each.sizes[name] for each in every) for name in every[0].sizes} if every else {}
-    least |= {STRAIN: min(each.strain for each in every)} if every else {}
+    rows = [each.sizes | {STRAIN: each.strain} for own in good.values() for each in own]
+    least = {name: min(row[name] for row in rows) for name in (rows or [{}])[0]}
     words = {asked.space.words(each.design): each.reason for each in left}
     return DesignPlan(count, float(seconds * (count - 1 + _FINER)), least, words)
 

@@ -33,9 +33,9 @@ from sits_mech.report.folder import cases_folder, prepare_folder
 from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.kinds import figure_words, shown_as
 from sits_mech.synthesis.requirements import Requirements, read_requirements
-from sits_mech.synthesis.run import COARSE, design
+from sits_mech.synthesis.run import design
 from sits_mech.synthesis.search import MOST
-from sits_mech.synthesis.solve import Solver
+from sits_mech.synthesis.solve import COARSE, Solver
 
 Row = dict[str, Any]
 

@@ -7,7 +7,7 @@ coil over coaxial discs, against volume and axisymmetric finite elements (NGSolv
 
 Estimated errors: true ones over them, for L, M and R, of the sensor's plate shifted and tilted against the finest
 rung; and of ground planes by chance (`common/ground_planes.py`), drawn outlines against the same as rectangles.
-Those of scenes of all kinds by chance: studies/sheets_errors.py.
+Those of scenes of all kinds by chance: benchmarks/sheets_errors.py.
 
 Seconds are processor time on one core: of the preparation, and of a thousand poses after it.
 

@@ -7,7 +7,7 @@ and seconds of the processor from the scene on. References of coaxial discs are 
 common/reference_sheets.json; those of all others the same model on far finer divisions, which are made anew (minutes a
 scene) where that file has none.
 
-Run ``python studies/sheets_errors.py [--coarse] --output DIR``. Table, what holds together, and a picture: errors
+Run ``python -m benchmarks.sheets_errors [--coarse] --output DIR``. Table, what holds together, and a picture: errors
 against unknowns and against seconds, each scene a line.
 """
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech.synthesis.answer import DesignAnswer, Share
+from sits_mech.synthesis.answer import DesignAnswer, Share, guards
 from sits_mech.synthesis.answered import Answered, Task, over
 from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.kinds import STRAIN
@@ -271,3 +271,17 @@ def test_a_preview_is_what_three_designs_predict() -> None:
     true = solver.task.own_figures(spring(solver, Design((choice,), (x[0], x[1]))))
     assert found.figures["height"][0] == pytest.approx(true["height"], rel=1e-3)
     assert found.figures["resolution.F_z"][0] == pytest.approx(true["resolution.F_z"], rel=0.3)
+
+
+def test_a_guard_is_what_the_scatter_leaves() -> None:
+    """At 90 %, 1.2816 deviations: a height of +- 0.05 mm by so much, a strain of +- 10 % of itself by such a share."""
+    wanted = asked(require={"height": "5 mm"})
+    task, one = Solver(wanted, COARSE).task, spring(Solver(wanted, COARSE), Design((0,), (0.5, 0.5)))
+    assert one.table is not None
+    away = 1.2816 * 0.1  # of the one tolerance, the modulus
+    for strain in (0.5, 2.0):
+        sizes = {"height": (4e-3, np.array([5e-4])), STRAIN: (strain, np.array([strain]))}
+        plain = one.plain | {"height": 4e-3, STRAIN: strain}
+        found = guards(task, replace(one, plain=plain, table=one.table._replace(sizes=sizes)))
+        assert found["height"] == pytest.approx(5e-3 - 5e-4 * away, abs=2e-7)
+        assert found[STRAIN] == pytest.approx(1.0 / (1.0 + away), abs=1e-3)
