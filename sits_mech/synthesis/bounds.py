@@ -33,7 +33,7 @@ from sits_mech.synthesis.space import Design, size_of
 
 _BETWEEN, _CORNERS = 16, 4  # points of a box that are looked at; the most variables whose corners are
 _LIKELY = 0.9  # strain by linear theory that a start may have
-_ALSO, _OF_MANY = 0.15, 0.35  # seconds of a load beside its mechanics; of many loads over each alone (six requests)
+_ALSO, _OF_MANY = 0.15, 0.35  # seconds of a load beside its mechanics; of many loads over each alone
 _FINER = 2.0  # seconds of the last design over those of others
 
 

@@ -91,18 +91,23 @@ class Search:
         """Search, and return all solved designs, and why choices have none."""
         self.branches = list(map(Branch, self.choices))
         for branch in self.branches:
-            if self.task.goal or self.best_merit > 0.0:
+            if not self.enough:
                 self._begin(branch)
             branch.done = branch.done or not branch.known
         while self.solved < self.most and (open_ := [each for each in self.branches if not each.done]):
             for each in open_:
                 each.promise = each.promise or self.propose(each)
             branch = min(open_, key=self._hope)
-            if self._rests(branch) or (not self.task.goal and self.best_merit <= 0.0):
+            if self.enough or self._rests(branch):
                 branch.done = True
             else:
                 self._step(branch)
         return self.known
+
+    @property
+    def enough(self) -> bool:
+        """Whether nothing is minimised and a design holds."""
+        return not self.task.goal and self.best_merit <= 0.0
 
     @property
     def known(self) -> list[Answered]:

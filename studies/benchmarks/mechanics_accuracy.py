@@ -4,8 +4,8 @@ Pads and layers of every kind (boxes and cylinders, five laws, flush and narrow 
 0.4999, pressed, pulled, sheared, turned) are asked for their pose to 1 %, 0.3 % and 0.1 %, from the scene on, with
 empty caches, on one thread; forty of them by chance, to 14 % press and 45 % shear. True errors are against the
 references of common/reference_pads.json, made by an independent code (benchmarks/reference_pads.py); each judges only
-what is five times its own error. Errors are over the size of the displacement, an angle counted at the target's end; times
-are processor time.
+what is five times its own error. Errors are over the size of the displacement, an angle counted at the target's end;
+times are processor time.
 
 Run ``python -m benchmarks.mechanics_accuracy [--coarse] --output DIR``; `--only WORD` takes the pads whose names have
 that word in them, such as "by chance", `--tolerance 1e-2` one tolerance. The picture in the README is its full run.

@@ -55,16 +55,22 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     data, held = at_middle(data, list(filter(None, (along, family))))
     with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
-        error, height = np.nanmax([each[2] for each in curves]), np.ptp([each[1] for each in curves])
-        seen = not error < _SEEN * height
+        seen, words = _errors_of(curves)
         for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
             axes.errorbar(data[along], values, errors if seen else None, **stroke, elinewidth=0.6, label=name)
         axes.set_xlabel(load_label(along))
         axes.set_ylabel(signal_label(signal, data.sizes["coil"]))
-        figure.suptitle(_curves_title(data, signal, held, f"{'bars: ' * seen}errors up to {error:.2g} %"))
+        figure.suptitle(_curves_title(data, signal, held, words))
         if family is not None:
             axes.legend(title=f"${family}$ [{shown_unit(family)}]", ncols=1 + (len(curves) > 5))
     return figure
+
+
+def _errors_of(curves: list[tuple[str, Array, Array]]) -> tuple[bool, str]:
+    """Return whether bars of errors can be seen, and the largest error in words."""
+    error, height = np.nanmax([each[2] for each in curves]), np.ptp([each[1] for each in curves])
+    seen = not error < _SEEN * height
+    return seen, f"{'bars: ' * seen}errors up to {error:.2g} %"
 
 
 def _curves_title(data: xr.Dataset, signal: str, held: str, errors: str) -> str:
