@@ -53,7 +53,7 @@ _VARIED = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, _BOU
 _MINIMISED = {
     "anyOf": [
         {"enum": [*FIGURES, "feasible"]},
-        {"type": "object", "minProperties": 1, "propertyNames": {"enum": FIGURES}, "additionalProperties": {}},
+        {"type": "object", "minProperties": 1, "propertyNames": {"enum": [*FIGURES]}, "additionalProperties": {}},
     ]
 }
 

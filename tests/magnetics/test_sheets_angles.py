@@ -69,6 +69,7 @@ def test_a_scene_may_be_turned_as_a_whole() -> None:
     assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["alpha", "alpha_x"])
 def test_a_wall_beside_a_coil_mirrors_it(key: str) -> None:
     """Upright, seven skin depths thick: towards a coil that turns alike, mirrored half a skin depth behind its face.

@@ -92,6 +92,7 @@ def test_rings_over_a_round_coil(
     check(scene(ring(*sizes)), Pose(0.0, gap * MM), frequency, tolerance)
 
 
+@pytest.mark.slow
 def test_a_ring_around_a_coil_shields_it() -> None:
     """In the coil's own plane, as finite elements find it; and in reach of a target."""
     shield = ring(12, 8, 0.3, name="shield", centre=[0.0, 0.0])
@@ -109,6 +110,7 @@ def test_a_ring_is_the_same_from_all_sides() -> None:
     assert L == pytest.approx(np.full(3, L[0]), rel=1e-4) and R == pytest.approx(np.full(3, R[0]), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_ring_is_close_to_a_disc_with_a_small_hole() -> None:
     """What a hole of a twentieth of the diameter takes is little; and to a disc without."""
     disc = {"conductivity": 3.5e7, "shape": "disc", "diameter": 12 * MM, "thickness": 0.3 * MM}

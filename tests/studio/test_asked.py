@@ -43,7 +43,7 @@ def test_a_text_of_requirements_is_read_for_the_scene_that_is_shown(base: Solved
     """Its own scene is left aside; what is wrong is said as `design` says it."""
     assert asked.space.base == base.sensor and asked.limits["height"] == pytest.approx(4e-3)
     slip = TEXT.replace("resolution", "resolutoin")
-    for text, why in (("[loads", "requirements: must be TOML"), (slip, "require: ")):
+    for text, why in (("[loads", "requirements: must be TOML"), (slip, "require.resolutoin: ")):
         with pytest.raises(SceneError, match=why):
             read_asked(text, base.sensor)
     first = read_asked(first_words({"F_x": (-0.5, 0.5), "F_z": (0.0, 2.0)}, base.sensor), base.sensor)

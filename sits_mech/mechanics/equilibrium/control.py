@@ -15,6 +15,7 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, Wrench, refuse_infinite
+from sits_mech.threads import one_thread
 
 PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
 _PAIRS = tuple(zip(WRENCH, PLACES, strict=True))
@@ -130,6 +131,7 @@ class Controlled(Protocol):
         """Return the equilibrium with forces or places given, reached from `start` or rest, via `via`."""
         ...
 
+    @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
 
