@@ -137,7 +137,8 @@ def test_no_move_of_a_slider_is_lost(page: Browser) -> None:
     """Keys that come while the page answers earlier ones all count, and none is taken back."""
     number = "parseFloat(document.querySelectorAll('.sits-number')[4].textContent)"
     slider = "document.querySelector('[aria-label=\"target width\"]')"
-    low, high, before = (float(page.run(f"{slider}.getAttribute('aria-value{name}')")) for name in ("min", "max", "now"))
+    ends = (f"{slider}.getAttribute('aria-value{name}')" for name in ("min", "max", "now"))
+    low, high, before = (float(page.run(each)) for each in ends)
     page.run(f"{slider}.querySelector('[tabindex]').focus()")
     for _ in range(3):
         page.press("ArrowRight", 4)
