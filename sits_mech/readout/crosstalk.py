@@ -26,7 +26,7 @@ its errors go together: a = e, and the worst of all signs counts, sum_i |df/dy_i
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
@@ -112,12 +112,10 @@ def slope_error(errors: xr.DataArray, along: str, *, independent: bool = False) 
     return errors.copy(data=np.moveaxis(found, 0, errors.get_axis_num(along)))
 
 
-def shared_parts(data: xr.Dataset, names: Iterable[str]) -> Iterator[xr.Dataset]:
-    """Give a table of some variables with each of the shared parts of its errors added to all that have such parts."""
+def shared_parts(data: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
+    """Return a table of some variables, over "part" with each shared part of its errors added to all that have them."""
     found = data[list(names)]
-    shared = {str(name): data[f"shared_{name}"] for name in found.data_vars if f"shared_{name}" in data}
-    for k in range(data.sizes.get("part", 0)):
-        yield found.assign({name: data[name] + part.isel(part=k, drop=True) for name, part in shared.items()})
+    return found.assign({name: found[name] + data[f"shared_{name}"] for name in found if f"shared_{name}" in data})
 
 
 def own_errors(data: xr.Dataset, name: str) -> xr.DataArray:
@@ -133,8 +131,7 @@ def own_errors(data: xr.Dataset, name: str) -> xr.DataArray:
 def slope_doubt(data: xr.Dataset, name: str, along: str) -> xr.DataArray:
     """Return how far the `slope` of a variable can be off by the errors of a table."""
     found, shared = own_slope_error(data, name, along), data.get(f"shared_{name}")
-    parts = [] if shared is None else [shared.isel(part=k).transpose(*found.dims) for k in range(shared.sizes["part"])]
-    return found + sum(abs(slope(part, along)) for part in parts)
+    return found if shared is None else found + abs(slope(shared, along)).sum("part", skipna=False)
 
 
 def own_slope_error(data: xr.Dataset, name: str, along: str) -> xr.DataArray:
@@ -192,29 +189,35 @@ def crosstalk(data: xr.Dataset) -> xr.Dataset:
         signal, values, own = short_name(name), data[name], own_errors(data, name)
         others = [other for other in components_of(data) if other != force]
         at = {other: nearest_none(data, other) for other in others}
-        shifted = [part[name] for part in shared_parts(data, [name])]
-        full_scale, error = _range(values.isel(at)), _largest(_both(data, name, own, own).isel(at))
-        moved = sum(abs(_range(part.isel(at)) - full_scale) for part in shifted)
-        attributes |= {f"full_scale_{signal}": full_scale, f"error_full_scale_{signal}": error + moved}
+        shifted = shared_parts(data, [name])[name]
+        scale, scales = _range(values.isel(at), force), _range(shifted.isel(at), force)
+        full_scale, error = float(scale), _largest(_both(data, name, own, own).isel(at))
+        attributes[f"full_scale_{signal}"] = full_scale
+        attributes[f"error_full_scale_{signal}"] = error + _moved(scales, full_scale)
         for other in others:
-            share, pair = _share(values, other, full_scale), f"{signal}_from_{other}"
+            share, pair = _share(values, other, scale), f"{signal}_from_{other}"
             largest = float(np.abs(share).max())
             dividend = 100.0 * _largest(_both(data, name, own, _at_none(own, other)))
             unsure = _quotient_error(largest, full_scale, (dividend, error))
-            parts = [abs(float(np.abs(_share(part, other, _range(part.isel(at)))).max()) - largest) for part in shifted]
+            each = abs(_share(shifted, other, scales)).max(values.dims)
             maps[pair], attributes[f"largest_{pair}"] = share, largest
-            attributes[f"error_largest_{pair}"] = unsure + sum(parts)
+            attributes[f"error_largest_{pair}"] = unsure + _moved(each, largest)
     return xr.Dataset(maps, attrs=attributes)
 
 
-def _range(line: xr.DataArray) -> float:
-    """Return the range of values."""
-    return float(line.max() - line.min())
+def _range(values: xr.DataArray, force: str) -> xr.DataArray:
+    """Return the range of values along a component."""
+    return values.max(force) - values.min(force)
 
 
-def _share(values: xr.DataArray, other: str, full_scale: float) -> xr.DataArray:
+def _moved(shifted: xr.DataArray, value: float) -> float:
+    """Return by how much the shared parts of the errors move a value, all together."""
+    return float(abs(shifted - value).sum(skipna=False))
+
+
+def _share(values: xr.DataArray, other: str, full_scale: xr.DataArray) -> xr.DataArray:
     """Return the response of a signal to a component that is not its own [% of full scale]."""
-    return response(values, other) / full_scale * 100.0 if full_scale > 0.0 else xr.full_like(values, np.nan)
+    return response(values, other) / full_scale.where(full_scale > 0.0) * 100.0
 
 
 def rotation_error(data: xr.Dataset) -> xr.Dataset:
@@ -248,7 +251,7 @@ def largest_rotation(data: xr.Dataset) -> dict[str, tuple[float, float]]:
     wrong, found = rotation_error(data), {}
     needed = set(signals_of(data).values()).union(*_turned(data).values())
     needed |= {name for name in SIGNALS if name in data}
-    shifted = [rotation_error(part) for part in shared_parts(data, sorted(needed))]
+    shifted = rotation_error(shared_parts(data, sorted(needed)))
     for force, (place, signal, level) in _turned(data).items():
         for name, shown in ((force, signal), (place, level)):
             size = abs(wrong[f"{name}_error"])
@@ -262,8 +265,7 @@ def largest_rotation(data: xr.Dataset) -> dict[str, tuple[float, float]]:
             errors = (float(beside.isel(at)), float(own_slope_error(data, signal, force).isel(at)))
             value = float(size.isel(at))
             error = reach * _quotient_error(value / reach if reach > 0.0 else 0.0, rate, errors)
-            moved = [abs(abs(float(part[f"{name}_error"].isel(at))) - value) for part in shifted]
-            found[name] = (value, error + sum(moved))
+            found[name] = (value, error + _moved(abs(shifted[f"{name}_error"].isel(at)), value))
     return found
 
 

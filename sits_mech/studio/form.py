@@ -22,6 +22,10 @@ _UNITS = {"frequency": (1e-6, "MHz"), "temperature": (1.0, "K"), "coils.*.turns"
 _LONG = 60  # letters of a value that has no field: outlines and paths are changed in the scene file
 
 
+class _Slider(ui.element, component="slider.js"):
+    """A slider of the page's own; it tells its moves."""
+
+
 class Form:
     """Sliders, largest forces and fields of the scene of a session, in the element that is open."""
 
@@ -87,9 +91,8 @@ class Form:
         with ui.row().classes("w-full justify-between items-center no-wrap gap-2"):
             ui.label(words).classes("sits-words")
             shown = ui.label(f"{value * scale:.4g} {unit}").classes("sits-number")
-        slider = ui.slider(min=low * scale, max=high * scale, step=step * scale, value=value * scale).props(
-            f'aria-label="{words}" dense'
-        )
+        slider = _Slider().props(f'aria-label="{words}" dense')
+        slider.props.update(start=value * scale, min=low * scale, max=high * scale, step=step * scale)
 
         def moved(event: Any) -> None:
             """Follow the slider."""
@@ -97,7 +100,7 @@ class Form:
             shown.set_text(f"{now:.4g} {unit}")
             self._changes(key, str(round(now)) if key.endswith("turns") else repr(now / scale))
 
-        slider.on("update:model-value", moved, throttle=_THROTTLE)
+        slider.on("moved", moved, throttle=_THROTTLE)
 
     def _changes(self, key: str, value: str) -> None:
         """Change a key."""

@@ -133,6 +133,23 @@ def test_tab_walks_from_slider_to_slider(page: Browser) -> None:
 
 
 @pytest.mark.slow
+def test_no_move_of_a_slider_is_lost(page: Browser) -> None:
+    """Keys that come while the page answers earlier ones all count, and none is taken back."""
+    number = "parseFloat(document.querySelectorAll('.sits-number')[4].textContent)"
+    slider = "document.querySelector('[aria-label=\"target width\"]')"
+    ends = (f"{slider}.getAttribute('aria-value{name}')" for name in ("min", "max", "now"))
+    low, high, before = (float(page.run(each)) for each in ends)
+    page.run(f"{slider}.querySelector('[tabindex]').focus()")
+    for _ in range(3):
+        page.press("ArrowRight", 4)
+        page.press("ArrowLeft", 6)
+    wanted = before - 6.0 * (high - low) / 300.0
+    until(page, f"Math.abs({number} - {wanted}) < 6e-3", 20.0)
+    time.sleep(0.5)  # answers that are late
+    assert float(page.run(f"{slider}.getAttribute('aria-valuenow')")) == pytest.approx(wanted, abs=6e-3)
+
+
+@pytest.mark.slow
 def test_required_and_found(page: Browser) -> None:
     """Limits beside figures and as lines over the curves; a search shows its designs, and opens what it found."""
     pressed(page, "required", ".q-item")
