@@ -175,9 +175,11 @@ def ended(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
     last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}
     laws = tuple(note.with_numbers(**seen) for note in solved.laws)
-    limit = () if solved.carried is None or solved.limit is None else (carried_note(solved.carried, solved.limit),)
+    limit = list[Note]()
+    if solved.carried is not None and solved.limit is not None:
+        limit.append(carried_note(solved.carried, solved.limit))
     if not limit and solved.seen < 1.0:
-        limit = (Note.of(NoteKind.NO_LARGEST, **seen),)
+        limit.append(Note.of(NoteKind.NO_LARGEST, **seen))
     why = (*laws, *limit, Note.of(NoteKind.PATH_END, end=solved.reason))
     others = (note for note in last.report.notes if note not in solved.laws)
     notes = (*others, *why, Note.of(NoteKind.PATH_PART, part=solved.part))
