@@ -95,7 +95,7 @@ class Forecast:
 
 def forecast(
     study: Study, cases: Cases | None = None, *, beside: Callable[[], float] = float,
-    told: Callable[[Forecast], None] | None = None,
+    told: Callable[[Forecast], None] = lambda plan: None,
 ) -> Forecast:
     """Try some cases of a study, keep them in `cases`, and forecast the others.
 
@@ -112,8 +112,7 @@ def forecast(
     for near, share in zip(_places(order, shared), shares, strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
-        if told is not None:
-            told(replace(whole, steps=trial.steps, kept=len(points) - whole.cases, tried=(len(rows), trial.spent)))
+        told(replace(whole, steps=trial.steps, kept=len(points) - whole.cases, tried=(len(rows), trial.spent)))
         for index in near:
             if index not in rows:
                 rows[index] = trial.solved(points[index], shared[index])
