@@ -18,7 +18,7 @@ import math
 import os
 import time
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice, repeat
 from pathlib import Path
@@ -93,10 +93,14 @@ class Forecast:
         return Steps(*((self.cases - count) * each for count, each in zip(self.counts(), self.steps, strict=True)))
 
 
-def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) -> Forecast:
+def forecast(
+    study: Study, cases: Cases | None = None, *, beside: Callable[[], float] = float,
+    told: Callable[[Forecast], None] = lambda plan: None,
+) -> Forecast:
     """Try some cases of a study, keep them in `cases`, and forecast the others.
 
-    `begun` are the seconds that a process takes before its first case, beside what that one imports.
+    `beside` returns the seconds that a process takes beside its cases and what the first one imports; `told` gets the
+    counts before a case is tried, and then what all takes that was missing.
     """
     points, chunk = likely(study), study.request.chunk
     missing = _missing(study, points, cases)
@@ -108,6 +112,7 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
     for near, share in zip(_places(order, shared), shares, strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
+        told(replace(whole, steps=trial.steps, kept=len(points) - whole.cases, tried=(len(rows), trial.spent)))
         for index in near:
             if index not in rows:
                 rows[index] = trial.solved(points[index], shared[index])
@@ -116,7 +121,7 @@ def forecast(study: Study, cases: Cases | None = None, *, begun: float = 0.0) ->
     left = whole if cases is None else _counted(_to_come(shared, rows), chunk)
     steps = trial.steps
     return replace(
-        left, steps=steps._replace(process=steps.process + begun), kept=len(points) - left.cases,
+        left, steps=steps._replace(process=steps.process + beside()), kept=len(points) - left.cases,
         tried=(len(rows), trial.spent), memory=peak_memory(),
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import nullcontext
 from dataclasses import asdict
 from math import nan
 from os import times
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from sits_mech.batch.forecast import Forecast
     from sits_mech.batch.studies.asked import Study
 
 
@@ -254,21 +256,30 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
     from sits_mech.batch.executors import cluster_size
     from sits_mech.batch.forecast import forecast, note
     from sits_mech.batch.run import claim
-    from sits_mech.report.tables.cases import plan_table
+    from sits_mech.report.tables.cases import plan_table, plan_words
     from sits_mech.store import opened, save_table
 
     if processes < 1:
         raise SceneError(f"processes must be one or more; got {processes}")
     processes = processes if dask is None else cluster_size(dask)
-    with TemporaryDirectory() as folder:  # imports what a run takes at its end
-        save_table(xr.Dataset({"status": ("case", ["ok"])}), Path(folder) / "result.nc")
     begun = process_time()
-    if output is None:
-        found = forecast(study, begun=begun)
-    else:
+
+    def beside() -> float:
+        """Return the seconds before the first case, and of what a run imports at its end."""
+        here = process_time()
+        with TemporaryDirectory() as folder:
+            save_table(xr.Dataset({"status": ("case", ["ok"])}), Path(folder) / "result.nc")
+        return begun + process_time() - here
+
+    def tell(sofar: Forecast) -> None:
+        """Print what is known so far."""
+        warn(plan_words(sofar))
+
+    if output is not None:
         claim(output, study)
-        with opened(output) as cases:
-            found = forecast(study, cases, begun=begun)
+    with nullcontext() if output is None else opened(output) as cases:
+        found = forecast(study, cases, beside=beside, told=tell)
+        if cases is not None:
             note(found, cases)
     show(plan_table(found, study.name, processes, cluster=dask is not None))
     warn(*_left_out(study))

@@ -106,15 +106,18 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[Note, ...]:
     return tuple(notes)
 
 
-def layer_words(note: Note) -> str:
-    """Say a note of `layer_notes`, for the message of a load path that ended and for reports."""
+def end_words(note: Note) -> str:
+    """Say where the law or the data end that a note of `layer_notes` is on."""
     known = note.known
     end = f"stretch {known['stretch']:.4g}"
     if note.kind is NoteKind.DATA_END:
-        begin = f"the data of {known['silicone']} end at {end}"
-    else:
-        begin = f"{known['silicone']} {known_law(str(known['law'])).limit} from {end} on in {known['mode']}"
-    return f"{begin}, this solve reached {known['reached']:.4g}"
+        return f"the data of {known['silicone']} end at {end}"
+    return f"{known['silicone']} {known_law(str(known['law'])).limit} from {end} on in {known['mode']}"
+
+
+def layer_words(note: Note) -> str:
+    """Say a note of `layer_notes`, for the message of a load path that ended and for reports."""
+    return f"{end_words(note)}, this solve reached {note.known['reached']:.4g}"
 
 
 def renewed_notes(notes: Sequence[Note], silicone: Silicone, largest_stretch: float) -> tuple[Note, ...]:

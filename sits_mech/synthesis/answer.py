@@ -96,7 +96,7 @@ class DesignAnswer:
     guards : dict
         Figure -> value [SI] that it may have by itself, so that the asked share of the sensors made hold its limit.
     causes : tuple of str
-        What figures beyond their limits come from, in words.
+        What figures beyond their limits come from, and which limits contradict each other, in words.
     """
 
     task: Task

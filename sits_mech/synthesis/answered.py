@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
@@ -127,6 +128,23 @@ class Task:
                 least = figure_words(name, best)
                 return f"{name} some {least} at the end of a silicone's data, against {figure_words(name, limit)}"
         return ""
+
+    def contradicting(self, known: Sequence[Answered]) -> tuple[str, ...]:
+        """Return in words the pairs of limits that some solved designs hold each, and none both."""
+        rows = [self.own_figures(each) for each in known]
+        held = {
+            name: [row for row in rows if name in row and over(name, row[name], limit) <= 0.0]
+            for name, limit in self.limits.items()
+        }
+        words = list[str]()
+        for one, other in combinations((name for name, own in held.items() if own), 2):
+            beside = [row[other] for row in held[one] if other in row]
+            if beside and not any(row in held[other] for row in held[one]):
+                limit = self.limits[other]
+                nearest = min(beside, key=lambda value: over(other, value, limit))
+                least = f"with the first {other} comes to {figure_words(other, nearest)} against"
+                words.append(f"{one} and {other}: no solved design holds both; {least} {figure_words(other, limit)}")
+        return tuple(words)
 
     def learned(self, found: Answered) -> Task:
         """Return the task with what a solved design tells: the sizes of figures, and their errors."""

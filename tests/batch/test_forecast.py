@@ -11,6 +11,7 @@ from sits_mech.batch.run import Case
 from sits_mech.batch.studies.asked import Study
 from sits_mech.batch.studies.study import read_study
 from sits_mech.cli.main import run
+from sits_mech.report.tables.cases import plan_words
 from sits_mech.store import STORE, opened
 from sits_mech.units import SceneError
 
@@ -67,6 +68,20 @@ def test_steps_follow_from_a_few_cases(slow: list[float], tmp_path: Path) -> Non
     assert found.saved == pytest.approx((59 * 3.0, 58 * 2.0, 54 * 0.5, 0.0, 0.0), abs=1e-6)
 
 
+def test_counts_come_before_a_case_is_tried_and_then_what_all_takes(slow: list[float], tmp_path: Path) -> None:
+    """The first line costs no case, the last one is what came of nine."""
+    said = list[Forecast]()
+    clock = list[float]()
+    found = forecast(
+        read_study(written(tmp_path, SIMULATE)), beside=lambda: 7.0,
+        told=lambda plan: (said.append(plan), clock.append(slow[0])),
+    )
+    assert clock[0] == 0.0 and said[0].tried == (0, 0.0)
+    assert plan_words(said[0]) == "60 cases to solve, 0 kept; coils and plates: 2, pads: 6, rests: 60"
+    assert plan_words(said[1]).startswith("tried 4 cases in ") and 0.0 < said[1].seconds() < 2.0 * found.seconds()
+    assert found.steps.process == pytest.approx(TRUE.process + 7.0)
+
+
 def test_a_rest_counts_once_for_all_coils(slow: list[float], tmp_path: Path) -> None:
     """Two pads under three loads each with four frequencies: six rests, and what a case takes besides."""
     text = SIMULATE.replace('["8 mm", "10 mm"]', '["8 mm"]').replace("count = 10", "count = 3").replace(', "4 mm"', "")
@@ -111,6 +126,7 @@ def test_the_command_plans_and_keeps_what_it_tried(tmp_path: Path, capsys: pytes
     path, out = written(tmp_path, INDUCTANCE), tmp_path / "out"
     assert run(["sweep", str(path), "--plan"]) == 0
     said = capsys.readouterr()
+    assert said.err.startswith("60 cases to solve, 0 kept; coils and plates: 2, ")
     assert "inductance: 60 cases, 0 of them kept" in said.out and "with -j 1" in said.out and not out.exists()
     assert run(["sweep", str(path), "--plan", "-o", str(out), "-j", "2"]) == 0
     with opened(out) as cases:

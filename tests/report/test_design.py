@@ -129,6 +129,34 @@ def test_the_largest_load_is_a_corner() -> None:
     assert (load.F_x, load.F_z) == (-1.0, 4.0)
 
 
+def test_the_command_plans_and_previews(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A plan solves none and writes nothing; a preview solves one, as a height is known, and the answer keeps it."""
+    solved, path, out = list[Design](), tmp_path / "flat.toml", tmp_path / "out"
+    path.write_text(TEXT)
+
+    def flat(self: Solver, wanted: Design) -> Answered:
+        """Answer a design by its height."""
+        solved.append(wanted)
+        plain = {"height": 1.8e-3 + 1.5e-3 * wanted.x[0], STRAIN: 0.3}
+        return Answered(wanted, "", None, np.zeros((1, 0, 0)), plain, {"height": np.array([1.5e-3])}, {STRAIN: 0.1})
+
+    monkeypatch.setattr(Solver, "answered", flat)
+    assert run(["design", str(path), "--plan", "--json"]) == 0
+    planned = json.loads(capsys.readouterr().out)
+    assert planned["designs"] == 3 and 0.0 < planned["seconds"] < 60.0 and planned["not_solved"] == {}
+    assert planned["least"]["height"] == pytest.approx(1.82e-3, rel=1e-3) and not solved and not out.exists()
+    assert run(["design", str(path), "--plan"]) == 0 and "designs to solve" in capsys.readouterr().out
+    assert run(["design", str(path), "--preview"]) == 2 and "--output: must be a folder" in capsys.readouterr().err
+    assert run(["design", str(path), "--preview", "--json", "-o", str(out)]) == 0
+    seen = json.loads(capsys.readouterr().out)
+    assert seen["solves"] == len(solved) == 1 and seen["recommended"] == {"elastomer.thickness": "2.25 mm"}
+    assert seen["figures"]["strain"] == pytest.approx({"value": 0.3, "error": 0.1}) and seen["exceeded"] == []
+    assert run(["design", str(path), "--preview", "-o", str(out)]) == 0 and len(solved) == 1
+    assert "1 solved designs, within the limits" in capsys.readouterr().out
+
+
 @pytest.mark.slow
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """From a file to JSON and a folder; height alone is asked, no inductance is solved."""

@@ -273,6 +273,21 @@ def test_a_preview_is_what_three_designs_predict() -> None:
     assert found.figures["resolution.F_z"][0] == pytest.approx(true["resolution.F_z"], rel=0.3)
 
 
+def test_limits_that_contradict_each_other_are_a_pair() -> None:
+    """Of thin designs that are strained too much and thick ones that are too high; a third that holds both ends it."""
+    task = Solver(asked(require={"height": "3 mm", "footprint": ["21 mm", "25 mm"]}), COARSE).task
+
+    def sized(height: float, strain: float) -> Answered:
+        """Return a design with a height and a strain."""
+        plain = {"height": height, STRAIN: strain, "footprint.x": 20e-3, "footprint.y": 20e-3}
+        return Answered(Design((0,), (0.5, 0.5)), "", None, np.zeros((2, 0, 0)), plain, {})
+
+    known = [sized(2e-3, 1.6), sized(2.9e-3, 1.2), sized(4e-3, 0.8)]
+    said = "height and strain: no solved design holds both; with the first strain comes to 120 % against 100 %"
+    assert task.contradicting(known) == (said,)
+    assert task.contradicting([*known, sized(2.9e-3, 0.9)]) == () and task.contradicting([]) == ()
+
+
 def test_a_guard_is_what_the_scatter_leaves() -> None:
     """At 90 %, 1.2816 deviations: a height of +- 0.05 mm by so much, a strain of +- 10 % of itself by such a share."""
     wanted = asked(require={"height": "5 mm"})

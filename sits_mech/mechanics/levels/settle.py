@@ -29,9 +29,10 @@ from sits_mech.mechanics.levels.answer import aim, starts
 from sits_mech.mechanics.levels.beyond import refused
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.pair import Solved, first_look, from_first, own_start, solve_levels
-from sits_mech.mechanics.levels.words import WORDS, carried_note, given_words, wrench_words
+from sits_mech.mechanics.levels.words import WORDS, carried_note, carried_words, given_words, wrench_words
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Ended, Equilibrium, Pose, SolveFailed
+from sits_mech.silicone.stability import end_words
 
 _SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
@@ -174,17 +175,20 @@ def ended(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
     last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}
     laws = tuple(note.with_numbers(**seen) for note in solved.laws)
-    limit = () if solved.carried is None or solved.limit is None else (carried_note(solved.carried, solved.limit),)
+    limit = list[Note]()
+    if solved.carried is not None and solved.limit is not None:
+        limit.append(carried_note(solved.carried, solved.limit))
     if not limit and solved.seen < 1.0:
-        limit = (Note.of(NoteKind.NO_LARGEST, **seen),)
+        limit.append(Note.of(NoteKind.NO_LARGEST, **seen))
     why = (*laws, *limit, Note.of(NoteKind.PATH_END, end=solved.reason))
     others = (note for note in last.report.notes if note not in solved.laws)
     notes = (*others, *why, Note.of(NoteKind.PATH_PART, part=solved.part))
     report = replace(last.report, status=Ended.PATH, notes=notes)
-    words, asked = "; ".join(WORDS[note.kind](note) for note in why), given_words(control.given)
-    if solved.reason is PathEnd.BEYOND:
-        message = f"wrench: the {body} holds less than {asked}: {words}"
+    if solved.reason is PathEnd.BEYOND:  # one load: the largest within the data
+        most, ends = carried_words(limit[0].known), " and ".join(map(end_words, laws))
+        message = f"wrench: the {body} holds no more than {most}: {ends}"
     else:
+        words, asked = "; ".join(WORDS[note.kind](note) for note in why), given_words(control.given)
         there = f"{wrench_words(vars(last.wrench))} ({solved.part:.1%} of the path), not to {asked}"
         message = (
             f"wrench: the {body} could be followed to {there}; smallest volume ratio there {report.min_J:.3g}; {words}"

@@ -34,7 +34,7 @@ def carried_note(carried: tuple[Wrench, Wrench], limit: tuple[float, float]) -> 
     return Note.of(NoteKind.CARRIED, **load, **errors, part=float(limit[0]), error_part=float(limit[1]))
 
 
-def _carried_words(found: Mapping[str, Any]) -> str:
+def carried_words(found: Mapping[str, Any]) -> str:
     """Format a largest load and its error: the non-zero components, and the share of what was asked."""
     known = bool(np.isfinite(found["error_part"]))
     loads = {name: (found[name], found[f"error_{name}"]) for name in WRENCH if found[name] != 0.0}
@@ -43,7 +43,7 @@ def _carried_words(found: Mapping[str, Any]) -> str:
         for name, (value, error) in loads.items()
     ]
     share = f"{found['part']:.2%} +- {found['error_part']:.2%} of the path"
-    return f"carried up to {', '.join(parts)} ({share if known else 'on a coarse mesh, its error is not known'})"
+    return f"{', '.join(parts)} ({share if known else 'on a coarse mesh, its error is not known'})"
 
 
 def _law_words(note: Note) -> str:
@@ -55,7 +55,7 @@ def _law_words(note: Note) -> str:
 WORDS: Mapping[NoteKind, Callable[[Note], str]] = {
     NoteKind.LAW_END: _law_words,
     NoteKind.DATA_END: _law_words,
-    NoteKind.CARRIED: lambda note: _carried_words(note.known),
+    NoteKind.CARRIED: lambda note: f"carried up to {carried_words(note.known)}",
     NoteKind.NO_LARGEST: lambda note: (
         f"no largest load was found: a coarse mesh could be followed to {given_words(note.known)}"
     ),

@@ -31,6 +31,7 @@ _SHOWN = {
     "quality": ("resolution", "error_by_model", "linearity", "crosstalk", "condition", "failed_loads"),
 }
 _PLANNED = ("", "times", "s each", "s in all", "s saved by sharing")
+_STEPS = ("processes", "coils and plates", "pads", "rests", "cases")
 _MOST = 40  # lines: the file holds all
 
 
@@ -59,8 +60,7 @@ def plan_table(plan: Forecast, asked: str, processes: int, *, cluster: bool = Fa
     """
     whole = plan.cases + plan.kept
     found = column_table(f"{asked}: {whole} cases, {plan.kept} of them kept", _PLANNED, justify="right")
-    names = ("processes", "coils and plates", "pads", "rests", "cases")
-    for row in zip(names, plan.counts(processes), plan.steps, plan.saved, strict=True):
+    for row in zip(_STEPS, plan.counts(processes), plan.steps, plan.saved, strict=True):
         name, count, each, saved = row
         if each or name == "cases":
             found.add_row(name, f"{count:g}", f"{each:.3g}", f"{count * each:.3g}", f"{saved:.3g}")
@@ -68,6 +68,15 @@ def plan_table(plan: Forecast, asked: str, processes: int, *, cluster: bool = Fa
     wall, where = plan.wall(processes, processes if cluster else None), "on {} workers" if cluster else "with -j {}"
     found.caption = f"{plan.seconds(processes):.3g} s of processor time, {wall:.3g} s {where.format(processes)}{memory}"
     return found
+
+
+def plan_words(plan: Forecast) -> str:
+    """Return in a line what is left of a study, or some processor seconds of all, once cases are tried."""
+    count, seconds = plan.tried
+    if count:
+        return f"tried {count} cases in {seconds:.2g} s: all some {plan.seconds():.2g} s"
+    parts = (f"{name}: {each:g}" for name, each in zip(_STEPS[1:-1], plan.counts()[1:-1], strict=True))
+    return f"{plan.cases} cases to solve, {plan.kept} kept; {', '.join(parts)}"
 
 
 def _heading(data: xr.Dataset, name: str) -> str:
