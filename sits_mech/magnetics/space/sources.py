@@ -137,7 +137,7 @@ class Cells:
         each, cells = list[tuple[Array, Array]](), list[Integers]()
         for pair in np.unique(counts, axis=0).tolist():
             some = np.flatnonzero((counts == pair).all(axis=1))
-            points, weights = gauss_points(flat.some(some), *pair, through=1)
+            points, weights = gauss_points(flat.some(some), *pair, 1)
             each.append((points.reshape(-1, 3), weights.ravel()))
             cells.append(np.repeat(some, math.prod(pair)))
         by_cell = np.argsort(np.concatenate(cells), kind="stable")
