@@ -135,11 +135,11 @@ class Cells:
         height = np.tile(z, len(corners))
         flat = Prisms(np.repeat(corners, z.size, axis=0), height, height)
         each, cells = list[tuple[Array, Array]](), list[Integers]()
-        for pair in np.unique(counts, axis=0).tolist():
-            some = np.flatnonzero((counts == pair).all(axis=1))
-            points, weights = gauss_points(flat.some(some), *pair, 1)
+        for one, other in np.unique(counts, axis=0).tolist():
+            some = np.flatnonzero((counts == (one, other)).all(axis=1))
+            points, weights = gauss_points(flat.some(some), one, other, through=1)
             each.append((points.reshape(-1, 3), weights.ravel()))
-            cells.append(np.repeat(some, math.prod(pair)))
+            cells.append(np.repeat(some, one * other))
         by_cell = np.argsort(np.concatenate(cells), kind="stable")
         points, weights = (np.concatenate(parts)[by_cell] for parts in zip(*each, strict=True))
         images = np.stack([np.column_stack([points[:, :2] @ g.T, points[:, 2]]) for g in self.plan.group])
