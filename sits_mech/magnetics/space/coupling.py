@@ -106,13 +106,13 @@ def _drives(plate: Sheeted, seen: Posed) -> Iterator[tuple[slice, Array]]:
         some = slice(start, start + step)
         turns = seen.turns[some]
         at = turns @ points.T + seen.places[some][:, :, None]
-        c, drive = np.empty((len(at), n, 3, len(points))), np.empty((len(at), n, width))
+        c, drive = np.empty((len(at), n, 3, len(points))), np.empty((len(at) * n, width))
         for k, kind in enumerate(which):
             A = box.coefficients(fields[kind](at - centres[k][:, None]))
             c[:, k] = np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ A
         for basis, own in zip(plate.bases, plate.columns, strict=True):
-            drive[..., own] = c.reshape(*c.shape[:2], -1)[..., basis.rows] @ basis.fields
-        yield some, drive
+            drive[:, own] = c.reshape(len(drive), -1)[:, basis.rows] @ basis.fields
+        yield some, drive.reshape(len(at), n, width)
 
 
 def _region(box: Box, seen: Posed, centres: Array) -> tuple[float, float, float]:

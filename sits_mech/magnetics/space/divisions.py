@@ -54,6 +54,7 @@ _DEEPEST, _NARROWEST = 0.13, 0.006  # least skin depth that is resolved, over th
 _THICK = 5.0  # half thickness over the skin depth from which on higher frequencies follow from lower ones
 _VERTICAL = 3.0  # half thicknesses from the rim up to which current passes between sheets
 _KEPT = 1.1  # of that, from the rim on where cells keep their sizes when a plate grows
+_SHORTEST = 10.0  # wave number over 1 / distance up to which a field has energy: exp(-20) beyond, 3e-10 of its length
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _GIB = 20.0  # s of processor time that a plate of a GiB takes to prepare, some
 _REDUCED = 3e-10  # s that a class takes to be reduced, with all that it sees, over the cube of its currents
@@ -250,7 +251,7 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
 @lru_cache(maxsize=64)
 def field_length(coil: Coil, distance: float) -> float:
     """Return 1 / k of the root mean square wave number of a coil's field at a distance from its plane [m]."""
-    k, weights = wave_numbers(20.0 / distance, coil.outer_diameter)
+    k, weights = wave_numbers(_SHORTEST / distance, coil.outer_diameter)
     energy = spectrum(standing_rings(coil), k) ** 2 * np.exp(-2.0 * k * distance) * weights
     return float(np.sqrt(energy.sum() / (k**2 * energy).sum()))
 

@@ -6,9 +6,10 @@ A plate needs the mean of each coil's A over each cell; of a coil c, with the di
 
 A_c is taken at Gauss points of each cell: two along an axis where the windings are further away than a cell is long,
 and one more for each doubling of the cell over that distance (error of the mean some 2e-4 of the field there, and less
-elsewhere). Through the thickness of a plate in its poses A is a polynomial, of few terms. Over a plate that stands
-still rings have the profile P(rho) on each sheet's heights (see `coils.ring_field`), found once and interpolated by
-cubic splines; spirals, and rings over a plate at an angle, are summed at every point.
+elsewhere). Through the thickness of a plate in its poses A is a polynomial, of few terms; at a height z above its
+bottom face the windings are z further away (z cos of its tilt), and points are as many as that asks. Over a plate that
+stands still rings have the profile P(rho) on each sheet's heights (see `coils.ring_field`), found once and interpolated
+by cubic splines; spirals, and rings over a plate at an angle, are summed at every point.
 """
 
 from __future__ import annotations
@@ -121,27 +122,28 @@ class Cells:
 
     @cached_property
     def points(self) -> tuple[Array, Array, Integers]:
-        """Return points (g, q, k, 3) of the cells' images on the polynomials' heights, weights (q,), first ones (n,).
+        """Return points (g, q, 3) of the cells' images on the polynomials' heights, weights (q,), first ones (n k,).
 
-        Points are from the bottom face's centre [m], cell after cell; weights are of those along the plate.
+        Points are from the bottom face's centre [m], cell after cell, of each height after height; weights are of those
+        along the plate. As many as each height's distance asks.
         """
         corners = self.plan.nodes[self.plan.cells]
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-        counts = _count(np.maximum(sides[:, :2], sides[:, 2:]), self.box.clearance)
-        order, half = self.box.order[2], self.box.half[2]
+        z = self.box.half[2] * (1.0 + chebyshev_points(self.box.order[2]))
+        own = np.maximum(sides[:, :2], sides[:, 2:])[:, None]
+        counts = _count(own, (self.box.clearance + z)[:, None]).reshape(-1, 2)
+        height = np.tile(z, len(corners))
+        flat = Prisms(np.repeat(corners, z.size, axis=0), height, height)
         each, cells = list[tuple[Array, Array]](), list[Integers]()
-        for pair in np.unique(counts, axis=0).tolist():
-            some = np.flatnonzero((counts == pair).all(axis=1))
-            z = np.zeros(some.size)
-            points, weights = gauss_points(Prisms(corners[some], z, z), *pair)
-            each.append((points[:, ::2, :2].reshape(-1, 2), 2.0 * weights[:, ::2].ravel()))
-            cells.append(np.repeat(some, math.prod(pair)))
+        for one, other in np.unique(counts, axis=0).tolist():
+            some = np.flatnonzero((counts == (one, other)).all(axis=1))
+            points, weights = gauss_points(flat.some(some), one, other, through=1)
+            each.append((points.reshape(-1, 3), weights.ravel()))
+            cells.append(np.repeat(some, one * other))
         by_cell = np.argsort(np.concatenate(cells), kind="stable")
-        flat, weights = (np.concatenate(parts)[by_cell] for parts in zip(*each, strict=True))
-        along = np.stack([flat @ g.T for g in self.plan.group])[:, :, None]
-        z = np.broadcast_to((half * (1.0 + chebyshev_points(order)))[:, None], (*along.shape[:2], order, 1))
-        points = np.concatenate([np.broadcast_to(along, (*along.shape[:2], order, 2)), z], axis=-1)
-        return points, weights, np.cumsum(counts.prod(axis=1)) - counts.prod(axis=1)
+        points, weights = (np.concatenate(parts)[by_cell] for parts in zip(*each, strict=True))
+        images = np.stack([np.column_stack([points[:, :2] @ g.T, points[:, 2]]) for g in self.plan.group])
+        return images, weights, np.cumsum(counts.prod(axis=1)) - counts.prod(axis=1)
 
     @cached_property
     def middles(self) -> Array:
@@ -173,10 +175,10 @@ class Cells:
         reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
         region = self.box.clearance, float(world[:, 2].max()), reach
         fields = [winding_potential(kind, seen.windings, region, points.size // 3, seen.step) for kind in kinds]
-        found = np.empty((len(places), len(which), 3, len(points), len(first), points.shape[2]))
+        found = np.empty((len(places), len(which), 3, len(points), len(self.plan.cells), self.box.order[2]))
         for c, kind in enumerate(which):
             A = fields[kind](world - centres[c][:, None])
-            weighted = A.reshape(*A.shape[:2], *points.shape[:3]) * weights[:, None]
+            weighted = A.reshape(*A.shape[:2], *points.shape[:2]) * weights
             sums = np.add.reduceat(weighted, first, axis=3).reshape(*A.shape[:2], -1)
             found[:, c] = (np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ sums).reshape(found[:, c].shape)
         return found
