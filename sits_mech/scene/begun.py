@@ -79,8 +79,8 @@ def begun(asked: Beginning) -> str:
 def _head(asked: Beginning) -> str:
     """Return the first lines."""
     return f"""\
-# A soft inductive tactile sensor: a metal target on a silicone layer above coils. z = 0 is the coils' top face, x is
-# shear, z up. Lengths, frequencies, ... have their units; sits-mech schema scene lists all keys.
+# A soft inductive tactile sensor: a metal target on a silicone layer above coils. z = 0 is the top face of the coils, x
+# is shear, z up. Lengths, frequencies, ... have their units; sits-mech schema scene lists all keys.
 name = {json.dumps(asked.name)}
 frequency = "{asked.frequency}"  # that the coils are driven at
 """
