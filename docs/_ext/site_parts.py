@@ -113,7 +113,10 @@ def run_commands() -> None:
 
 
 def made(app: Sphinx) -> None:
-    """Make what other files say into pages."""
+    """Make what other files say into pages; one lists all commands, which are imported for it."""
+    from sits_mech.cli.main import commands
+
+    commands()
     run_commands()
     studies(HERE, MADE)
     schemas(HERE, MADE)
