@@ -12,12 +12,10 @@ common/reference_calibrations.json is its full run. `error_against_time.py` take
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 from common.accuracy import forget
 from common.calibrations import CALIBRATIONS, FX, FZ, SIGNALS, Case, table
-from common.outputs import study_arguments
+from common.outputs import study_arguments, write_references
 from threadpoolctl import threadpool_limits
 
 from sits_mech.quantities import Array
@@ -64,9 +62,7 @@ def main() -> None:
         for case in CALIBRATIONS[:1] if coarse else CALIBRATIONS:
             rows.append(row_of(case, (3e-1, 1e-1, 3e-2) if coarse else case.rungs))
             print(case.name, *(rows[-1][signal] for signal in SIGNALS), sep="\n", flush=True)
-    lines = ",\n".join(" " + json.dumps(row) for row in rows)
-    path = folder / "reference_calibrations.json"
-    path.write_text(f'{{"what": {json.dumps(ABOUT)},\n"rows": [\n{lines}\n]}}\n', encoding="utf-8")
+    write_references(rows, ABOUT, folder / "reference_calibrations.json")
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ import numpy as np
 from common.history_cases import PADS, PATHS, LoadPath, takes, wrenches
 from common.ngsolve_history import PadHistory
 from common.ngsolve_solve import discrete
+from common.outputs import write_references
 from common.reference_cases import Case
 
 from sits_mech.quantities import Array
@@ -97,10 +98,9 @@ def row_of(pad: Case, name: str, coarse: bool) -> dict[str, object]:
 
 
 def write(rows: list[dict[str, object]], path: Path) -> None:
-    """Write the file, in the order of pads and paths, a row a line."""
+    """Write the file, in the order of pads and paths."""
     order = [f"{pad.name}: {name}" for pad in PADS for name in PATHS]
-    lines = ",\n".join(" " + json.dumps(row) for row in sorted(rows, key=lambda row: order.index(str(row["name"]))))
-    path.write_text(f'{{"what": {json.dumps(ABOUT)},\n"rows": [\n{lines}\n]}}\n', encoding="utf-8")
+    write_references(sorted(rows, key=lambda row: order.index(str(row["name"]))), ABOUT, path)
 
 
 def main() -> None:

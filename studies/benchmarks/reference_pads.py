@@ -28,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 from common.ngsolve_solve import Reference, reference
+from common.outputs import write_references
 from common.reference_cases import CASES, Case
 
 QUICK = ("flush disc 15 x 2, small shear", "flush disc 20 x 0.1, film")
@@ -54,10 +55,9 @@ def row_of(case: Case, found: Reference) -> dict[str, object]:
 
 
 def write(rows: list[dict[str, object]], path: Path) -> None:
-    """Write the file, in the order of the cases, a row a line."""
+    """Write the file, in the order of the cases."""
     order = {case.name: number for number, case in enumerate(CASES)}
-    lines = ",\n".join(" " + json.dumps(row) for row in sorted(rows, key=lambda row: order[str(row["name"])]))
-    path.write_text(f'{{"what": {json.dumps(ABOUT)},\n"rows": [\n{lines}\n]}}\n', encoding="utf-8")
+    write_references(sorted(rows, key=lambda row: order[str(row["name"])]), ABOUT, path)
 
 
 def main() -> None:

@@ -11,11 +11,10 @@ Run ``python -m benchmarks.reference_points [--coarse] --output DIR``; common/re
 from __future__ import annotations
 
 import itertools
-import json
 
 import numpy as np
 from common.history_points import Path, Point, stresses
-from common.outputs import study_arguments
+from common.outputs import study_arguments, write_references
 
 MU, K = 30e3, 3e6
 BRANCHES = ((0.2, 0.5), (0.1, 10.0))
@@ -78,8 +77,7 @@ def main() -> None:
     rows = [row(law, soft, viscous, name, 7 if coarse else 31) for law, (soft, viscous), name in every]
     for one in rows:
         print(f"{one['name']}: {one['error']:.1e}", flush=True)
-    text = ",\n".join(" " + json.dumps(one) for one in rows)
-    (output / "reference_points.json").write_text(f'{{"what": {json.dumps(ABOUT)},\n"rows": [\n{text}\n]}}\n', "utf-8")
+    write_references(rows, ABOUT, output / "reference_points.json")
 
 
 if __name__ == "__main__":

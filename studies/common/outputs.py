@@ -74,6 +74,12 @@ def write_rows(rows: Sequence[Mapping[str, Any]], path: Path, missing: Any = "")
     return text
 
 
+def write_references(rows: Iterable[Mapping[str, Any]], what: str, path: Path) -> None:
+    """Write references as JSON, a row a line below what they are."""
+    lines = ",\n".join(" " + json.dumps(row) for row in rows)
+    write_text(path, f'{{"what": {json.dumps(what)},\n"rows": [\n{lines}\n]}}\n')
+
+
 def _cell(value: Any) -> str:
     """Return a value as it stands in a table that is read."""
     return f"{value:.4g}" if isinstance(value, float) else str(value).replace("|", "/")
