@@ -104,15 +104,17 @@ def signals_at(found: Signals, index: int) -> Signals:
 def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None) -> Reading:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
-    `direct` (m, p, n) is what the shared parts of the poses are of each coil's own inductance besides [unit].
+    `direct` (m, p, n) is what the shared parts of the poses are of each coil's own inductance besides [unit], in place
+    of what the model's errors share.
     """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
-    report = found.report
+    report, flat = found.report, _untilted(model, found, pose)
+    if direct is not None:
+        found, flat = _own_alone(found), _own_alone(flat)
     _LOG.info("%s: inductances at %d poses, %d unknowns, error %.2g", report.model, len(poses.value), report.unknowns,
               report.estimated_error)
-    flat = _untilted(model, found, pose)
     L, L0, last = own_inductances(found), np.diagonal(found.L0), own_inductances(flat)
     shown = L.mapped(rows_of(weights))
     whole_L, whole_R = (unsure.parts(slope) for slope in by_pose)
@@ -129,6 +131,13 @@ def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: 
         np.concatenate([unsure.shared(level, own), last.shared]),
         unsure.alone(parts), shown.own + np.abs(unsure.alone(each)[turns]).sum(axis=0),
     )
+
+
+def _own_alone(found: Impedance) -> Impedance:
+    """Return an impedance without what its errors share."""
+    if found.shared_L is None:
+        return found
+    return replace(found, error_L=np.maximum(found.error_L - np.abs(found.shared_L).sum(axis=0), 0.0), shared_L=None)
 
 
 def own_inductances(found: Impedance) -> Bounded:

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from common.outputs import study_arguments, write_rows
-from common.twins import CELL, LAWS, NARROWEST, SOFTEST, STIFFEST, Truth, inverted, loads, made
+from common.twins import CELL, LAWS, NARROWEST, SOFTEST, STIFFEST, Truth, finer, inverted, loads, made
 
 from sits_mech.analysis.bench import terminal_calibration
 from sits_mech.analysis.built.adaptation import adapt
@@ -52,7 +52,7 @@ STORIES = {  # scene, its changes, how many of its coils, ranges [N], planned lo
     "biorob2018-w15": ("biorob2018-w15", (), 2, {"F_x": 0.5, "F_z": 2.0}, 5),
     "one coil": ("biorob2018", ("coils.0.centre=[0.0, 0.0]", "coils.1.centre=[0.02, 0.0]"), 1, {"F_z": 2.0}, 3),
 }
-VALUES, ASKED, METER, HELD_OUT = 5, 0.03, 1e-11, 22  # loads along each force; tolerance; noise [H]; loads of a twin
+VALUES, ASKED, METER, HELD_OUT = 5, 0.01, 1e-11, 22  # loads along each force; tolerance; noise [H]; loads of a twin
 
 
 def drawn(rng: np.random.Generator) -> tuple[float, dict[str, float], float]:
@@ -131,20 +131,22 @@ def as_known(prior: Prior, rng: np.random.Generator) -> dict[str, float]:
     }
 
 
-def told_again(prior: Prior, plan: LoadPlan, truth: Truth, seed: int) -> dict[str, Any]:
-    """Return errors of held-out loads (m, d), what `invert` and `adapt` say of them [N], p; or why it was refused."""
+def told_again(prior: Prior, plan: LoadPlan, truth: Prior, seed: int) -> dict[str, Any]:
+    """Return errors of held-out loads (m, d), what `invert` and `adapt` say of them [N], p; or why it was refused.
+
+    `truth` is the sensor of a finer table, which shows what a unit's unknowns make of it.
+    """
     rng = np.random.default_rng(seed)
     unit = as_known(prior, rng)
-    places = {name: unit[name] for name in truth.setup.names if name in unit and name != "capacitance"}
-    L = truth.readings(unit["modulus"], places, unit["cell"] * plan.loads)
+    built = np.array([unit.get(each.name, 0.0) for each in truth.known])  # whose own errors are left out
+    held = rng.uniform(plan.read.min(axis=0), plan.read.max(axis=0), (HELD_OUT, len(prior.forces)))
+    L, shown = truth.bench(plan.loads).model(built[None])[0], truth.bench(held).model(truth.used(built)[None])[0]
     try:
         found = adapt(prior, Measured(plan.loads, L + METER * rng.standard_normal(L.shape), "twin"))
     except ValueError as refused:
         return {"refused": str(refused)}
     known = terminal_calibration(*corrected(found))
-    held = rng.uniform(plan.read.min(axis=0), plan.read.max(axis=0), (HELD_OUT, len(prior.forces)))
-    L = truth.readings(unit["modulus"], places, held)
-    read = known.inverse(L + METER * rng.standard_normal(L.shape))
+    read = known.inverse(shown + METER * rng.standard_normal(shown.shape))
     return {
         "off": np.abs(read.forces - held), "said": budget(known, read.forces).total,
         "adapt": SURE * found.force_deviations(held)[1], "p": found.p_value,
@@ -159,7 +161,8 @@ def story(name: str, coarse: bool) -> dict[str, Any]:
     data = calibrate(sensor, **loads(ranges, VALUES), tolerance=ASKED, best=True)
     prior = prior_of(sensor, data, noise=METER).read_by(tank=False)
     layer = sensor.elastomer
-    truth = made(sensor, "" if layer is None else str(layer.material), ranges, VALUES + 2, 0.3 * ASKED)
+    exact = finer(sensor, "" if layer is None else str(layer.material), ranges, VALUES + 2, 0.3 * ASKED)
+    truth = prior_of(*exact, noise=METER).read_by(tank=False)
     plan = plan_loads(prior, count)
     each = [told_again(prior, plan, truth, seed) for seed in range(3 if coarse else 30)]
     fit = [one for one in each if "refused" not in one]

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.force_maps import Table, table_of
@@ -56,16 +57,23 @@ def made(
     sensor: Sensor, law: str, ranges: Mapping[str, float], count: int, tolerance: float, mechanics: str = "auto"
 ) -> Truth:
     """Return the truth of a law."""
+    scene, data = finer(sensor, law, ranges, count, tolerance, mechanics)
+    rows = [wrench_of(row) for row in points(data)]
+    setup = Setup(scene, tuple(map(Known, _PLACES)), lambda one: loaded_model(one, "sheets", tolerance, rows)[0])
+    return Truth(setup, table_of(scene, data, tuple(ranges)))
+
+
+def finer(
+    sensor: Sensor, law: str, ranges: Mapping[str, float], count: int, tolerance: float, mechanics: str = "auto"
+) -> tuple[Sensor, xr.Dataset]:
+    """Return the sensor of another law, of the same modulus, and its table over larger loads."""
     layer = sensor.elastomer
     assert layer is not None
     other = silicones()[law]
     other = stiffer(other, layer.silicone.shear_modulus / other.shear_modulus)
     scene = sensor.model_copy(update={"elastomer": layer.model_copy(update={"material": other})})
     larger = loads({name: _LARGER * end for name, end in ranges.items()}, count)
-    data = calibrate(scene, **larger, tolerance=tolerance, mechanics=mechanics)
-    rows = [wrench_of(row) for row in points(data)]
-    setup = Setup(scene, tuple(map(Known, _PLACES)), lambda one: loaded_model(one, "sheets", tolerance, rows)[0])
-    return Truth(setup, table_of(scene, data, tuple(ranges)))
+    return scene, calibrate(scene, **larger, tolerance=tolerance, mechanics=mechanics)
 
 
 def loads(ranges: Mapping[str, float], count: int) -> dict[str, Any]:

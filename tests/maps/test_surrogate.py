@@ -130,6 +130,17 @@ def test_few_lines() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("count", [4, 5])
+def test_the_error_of_few_lines_is_that_of_the_whole_map(count: int) -> None:
+    """Not that of the map of fewer degrees which it is compared with: within it, by less than the decay of a degree."""
+    x = np.linspace(0.0, 1.0, count)
+    found = fit_map(["F_z"], x[:, None], np.exp(-0.8 * x / (1.0 + 0.5 * x))[:, None])
+    fine = np.linspace(0.0, 1.0, 201)
+    off = np.abs(found.at(fine[:, None])[:, 0] - np.exp(-0.8 * fine / (1.0 + 0.5 * fine)))
+    assert found.degrees == (count - 1,)
+    assert off.max() < found.error[0] < 50.0 * off.max()
+
+
 def test_scattered_points_and_many_variables() -> None:
     """Four variables, 120 scattered points: the simplex of terms."""
     p = np.random.default_rng(4).uniform(-1.0, 1.0, (120, 4))

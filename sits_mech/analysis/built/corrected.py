@@ -6,10 +6,10 @@ covariance Sigma = B B^T, a root whose columns fall in what they do to the induc
 
     m_j = 2 dp'/dtheta b_j,    n_j = 2 (dL/dtheta - dL/dp' dp'/dtheta) b_j,
 
-are the parts of the errors of poses and inductances that the whole table shares, in place of those of before: two
-deviations each. Their sizes are added up, as all parts of errors are: where several are alike the error is the larger.
-What a scene has no key for (where the target sits on its layer, and how it is turned; a gap below that of the scene's
-film) is in the table alone.
+are the parts of the errors of poses and inductances that the whole table shares, in place of those of before, the
+magnetic model's as well: two deviations each. Of a pose's other errors `OWN` is left. Their sizes are added up, as all
+parts of errors are: where several are alike the error is the larger. What a scene has no key for (where the target sits
+on its layer, and how it is turned; a gap below that of the scene's film) is in the table alone.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import xarray as xr
 
 from sits_mech.analysis.bench import henries
 from sits_mech.analysis.built.adaptation import Adaptation
-from sits_mech.analysis.built.prior import root_of
+from sits_mech.analysis.built.prior import OWN, root_of
 from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import tabulated
@@ -102,8 +102,8 @@ def corrected_sensor(found: Adaptation) -> Sensor:
         if each.name not in PARAMETERS:
             value = _value(found, each.name, 0.0)
             keys += [f"{key}={value!r}" for key in keys_of(sensor, each.name)]
-    left = {name: float(found.deviations[found.names.index(name)]) for name in Tolerances.model_fields
-            if name in found.names}
+    open_ = np.minimum(found.deviations, found.prior.deviations)  # less is known of none, however badly it fits
+    left = {name: float(open_[found.names.index(name)]) for name in Tolerances.model_fields if name in found.names}
     if "modulus" in left:
         left["modulus"] /= _value(found, "modulus", 1.0)
     return changed(sensor.model_copy(update={"tolerances": Tolerances(**left)}), keys)
@@ -139,7 +139,7 @@ def _rest(row: xr.Dataset, load: Any, place: Array, parts: Array) -> Equilibrium
     for name in names:
         error[POSE.index(name)] = float(row[f"error_{name}"])
         shared[POSE.index(name)] = float(np.abs(row[f"shared_{name}"]).sum()) if f"shared_{name}" in row else 0.0
-    error = np.maximum(error - shared, 0.0) + np.abs(parts).sum(axis=0)
+    error = OWN * np.maximum(error - shared, 0.0) + np.abs(parts).sum(axis=0)
     report = SolveReport(
         "adapted", 0, int(row["iterations"]), 0.0, float(row["error_mechanics"]), 0.0,
         notes=unpacked(str(row["notes"].item())),

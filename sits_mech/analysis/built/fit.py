@@ -36,7 +36,7 @@ Slopes = Callable[[Array], Array]
 """Parameters, shape (p,), to derivatives of the outputs by them, shape (m, n, p)."""
 _STEP = 1e-3  # of a parameter's size: of the differences
 _ENOUGH = 1e-3  # of chi^2: 0.03 deviations
-_STEPS, _HALVINGS = 12, 5  # of Gauss and Newton: some five are taken, whole ones
+_STEPS, _HALVINGS = 40, 5  # of Gauss and Newton: some ten are taken, whole ones, more along a bent valley
 _END = 1e-6  # of the reach: this close to its end a value is held by it
 
 
@@ -207,8 +207,8 @@ def _gauss_newton(
 
     Slopes are those of the first step, corrected by each step's own change (C. G. Broyden, Math. Comp. 19 (1965) 577),
     and new ones where these lead nowhere. A step is the least of the linear model in the box (P. B. Stark,
-    R. L. Parker, Comput. Stat. 10 (1995) 129). It ends where a step would gain less than `_ENOUGH`, of each term's
-    share where the noise is not known.
+    R. L. Parker, Comput. Stat. 10 (1995) 129). It ends where a step of new slopes would gain less than `_ENOUGH`, of
+    each term's share where the noise is not known.
     """
     (low, high), x, r = ends, first, residuals(first)
     J, fresh = slopes(x), True
@@ -217,7 +217,10 @@ def _gauss_newton(
         step = sizes * lsq_linear(J * sizes, -r, bounds=room, method="bvls").x
         left = r + J @ step
         if not r @ r - left @ left > _ENOUGH * min(1.0, float(r @ r) / len(r)):
-            break
+            if fresh:
+                break
+            J, fresh = slopes(x), True
+            continue
         places = np.clip(x + np.outer(0.5 ** np.arange(_HALVINGS), step), low, high)
         tried = ((there, residuals(there)) for there in places)
         better = next(((there, new) for there, new in tried if new @ new < r @ r), None)
@@ -229,7 +232,7 @@ def _gauss_newton(
         fresh = better is None
         J = slopes(x) if fresh else J + np.outer(change - J @ (way * sizes), way / sizes) / (way @ way)
     found = OptimizeResult()
-    found.update(x=x, fun=r, jac=slopes(x))
+    found.update(x=x, fun=r, jac=J if fresh else slopes(x))
     return found
 
 

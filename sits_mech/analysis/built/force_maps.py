@@ -13,13 +13,14 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import loads_over, table_impedance
+from sits_mech.analysis.bench import loads_over, table_impedance, table_inductances
 from sits_mech.analysis.built.setup import shown_inductances
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.chain.derivatives.gradient_grid import slopes_under
+from sits_mech.chain.propagation import unloaded
 from sits_mech.disk_cache import kept
 from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import POSE, WRENCH, Array, Mask, shown_unit, tensor_grid
+from sits_mech.quantities import POSE, WRENCH, Array, shown_unit, tensor_grid
 from sits_mech.readout.loads import answered, ends_of, fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.units import SLACK
@@ -36,13 +37,24 @@ class Table:
 
     map: SmoothMap
     places: SmoothMap
-    parts: SmoothMap | None  # to (m * 6), parts that the loads share
+    parts: SmoothMap | None  # to (q * (6 + n)), parts of the errors that the loads share, as of `shared_parts`
     poses: Array  # of the table's loads, (l, 6)
     L: Array  # at the terminals there, (l, n) [H]
 
     def at(self, forces: Array) -> tuple[Array, Array]:
         """Return L, shape (k, m, n) [H], and the poses, shape (k, m, 6), at forces (k, m, d)."""
         return mapped(self.map, forces), mapped(self.places, forces)
+
+    @property
+    def shared(self) -> int:
+        """The number of parts of the errors that the loads share."""
+        return 0 if self.parts is None else self.parts.coefficients.shape[1] // (len(POSE) + self.L.shape[1])
+
+    def parts_at(self, forces: Array) -> tuple[Array, Array]:
+        """Return the parts of poses, shape (k, m, q, 6), and of L besides, (k, m, q, n) [H], at forces (k, m, d)."""
+        found = np.zeros((*forces.shape[:-1], 0)) if self.parts is None else mapped(self.parts, forces)
+        found = found.reshape(*forces.shape[:-1], self.shared, len(POSE) + self.L.shape[1])
+        return found[..., : len(POSE)], found[..., len(POSE) :]
 
     def ends(self) -> tuple[Array, Array]:
         """Return how far the map can be followed in each force [N, N m]."""
@@ -77,24 +89,36 @@ def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
     poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
     found = table_impedance(data)
     L = shown_inductances(sensor, replace(found, L=found.L[good], R=found.R[good]))
-    parts = shared_poses(data, names)
-    parts = parts[..., told(parts), :][good]
+    parts = shared_parts(sensor, data, names)[0][good]
     shared = fit_map(names, forces, parts.reshape(len(parts), -1)) if np.any(parts) else None
     return Table(fit_map(names, forces, L), fit_map(names, forces, poses), shared, poses, L)
 
 
-def shared_poses(data: xr.Dataset, names: Sequence[str]) -> Array:
-    """Return the parts of the poses' errors that loads share, shape (*loads, part, 6), zero of what poses lack."""
-    if "shared_d_v" not in data:
-        return np.zeros((*(data.sizes[name] for name in names), 0, len(POSE)))
-    none = 0.0 * data["shared_d_v"]
-    each = [data.get(f"shared_{name}", none).transpose(*names, ..., "part").fillna(0.0).to_numpy() for name in POSE]
-    return np.stack(each, -1)
+def shared_parts(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> tuple[Array, Array]:
+    """Return the parts of errors that loads share, shape (*loads, q, 6 + n): of poses, and of L where of no pose [H].
 
+    And what each component of the pose has for itself, (*loads, 6), which a part of the sign of its displacement holds.
+    """
+    L = table_inductances(sensor, data).get("shared_L")
+    shape = tuple(data.sizes[name] for name in names)
+    whole = np.zeros((*shape, 0, len(sensor.coils)))
+    if L is not None:
+        whole = L.transpose(*names, "part", "coil").fillna(0.0).to_numpy()
 
-def told(parts: Array) -> Mask:
-    """Return which parts (*loads, part, 6) are of poses, shape (part,)."""
-    return np.asarray(np.any(parts, axis=(*range(parts.ndim - 2), -1)), dtype=np.bool_)
+    def each(prefix: str, *dims: str, count: tuple[int, ...] = ()) -> Array:
+        """Return a column of each component of poses, the components last; zero of what the table lacks."""
+        found = [data[f"{prefix}{name}"].transpose(*names, *dims).fillna(0.0).to_numpy()
+                 if f"{prefix}{name}" in data else np.zeros((*shape, *count)) for name in POSE]
+        return np.stack(found, -1)
+
+    shared, loads = each("shared_", "part", count=whole.shape[-2:-1]), tuple(range(len(shape)))
+    whole = np.where(np.any(shared, axis=(*loads, -1))[:, None], 0.0, whole)
+    own = np.maximum(each("error_") - np.abs(shared).sum(axis=-2), 0.0)
+    ways = own * np.sign(each("") - unloaded(sensor).components)
+    poses = np.concatenate([shared, ways[..., None] * np.eye(len(POSE))], axis=-2)
+    whole = np.concatenate([whole, np.zeros((*shape, len(POSE), len(sensor.coils)))], axis=-2)
+    found = np.concatenate([poses, whole], axis=-1)
+    return np.asarray(found[..., np.any(found, axis=(*loads, -1)), :]), own
 
 
 def mapped(smooth: SmoothMap, forces: Array) -> Array:

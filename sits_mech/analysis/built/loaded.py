@@ -1,11 +1,13 @@
 """Model what a bench of loads shows of a sensor whose silicone, layer, set-up and load cell are not quite known.
 
-    f = c R (F + u) / s,    p = map(f) + sum_k q_k(f) a_k + sum_j m_j(f) t_j,    L = L_map(f) + L(p') - L(map(f))
+    f = c R (F + u) / s,    p = map(f) + sum_k q_k(f) a_k + sum_j m_j(f) t_j,
+    L = L_map(f) + L(p') - L(map(f)) + sum_j n_j(f) t_j
 
     F, u    load as read, and what the reading is off [N, N m]
     c, R    factor and rotation of the load cell; s modulus of the silicone over the scene's
     a, q    thickness and stiffening, and the derivatives of the pose by them
-    t, m    factors of the parts of the poses' errors that all loads of the table share, |t| about 1/2, and these parts
+    t, m, n factors of the parts of the errors that all loads of the table share, |t| about 1/2, and these parts: of the
+            poses, and of the inductances by the magnetic model
     p'      p as the set-up moves it (`setup`)
 
 A hyperelastic layer under dead loads, all of whose moduli are s times as large, rests under F where it rested under
@@ -54,8 +56,7 @@ class LoadedBench:
     @property
     def count(self) -> tuple[int, int, int]:
         """The numbers of parameters, shared factors, and readings' errors."""
-        parts = self.table.parts
-        shared = 0 if parts is None or not self.shared else parts.coefficients.shape[1] // len(POSE)
+        shared = self.table.shared if self.shared else 0
         return len(self.setup.parameters), shared, self.forces.size if self.loose else 0
 
     def free(self) -> tuple[Free, ...]:
@@ -72,12 +73,14 @@ class LoadedBench:
 
     def model(self, P: Array) -> Array:
         """Return what the rows show for unknowns (k, p), shape (k, m, n) [H], with `depth` the way down last [m]."""
-        parameters = self.setup.parameters
+        p, q, _ = self.count
         loads = self._loads(P)
         L, poses = self.table.at(loads)
         changed = self._rests(P, loads)
-        own = P[:, : len(parameters)]
+        own = P[:, :p]
         found = self.setup.readings(poses, own, L, changed if np.any(changed != poses) else None)
+        if q:
+            found = found + np.einsum("kq,kmqn->kmn", P[:, p : p + q], self.table.parts_at(loads)[1])
         return np.concatenate([found, self._depth(P, changed)[..., None]], axis=-1) if self.depth else found
 
     def derivatives(self, p: Array) -> tuple[Array, Array]:
@@ -106,8 +109,11 @@ class LoadedBench:
         (up, low), (down, high) = stepped(1.0), stepped(-1.0)
         by = (up - down) / (2.0 * whole)[:, None, None]
         deeper = (low - high) / (2.0 * whole)[:, None]
-        here = self._rests(p[None], self._loads(p[None]))[0]
-        return self.setup.slopes(here, p[: self.count[0]], by), deeper
+        first, loads = self.count[0], self._loads(p[None])
+        found = self.setup.slopes(self._rests(p[None], loads)[0], p[:first], by)
+        if count > first:
+            found.direct[..., first:count] += self.table.parts_at(loads)[1][0].swapaxes(1, 2)
+        return found, deeper
 
     def slopes(self, p: Array) -> Array:
         """Return derivatives of the outputs by all unknowns (p,), shape (m, n, p)."""
@@ -150,8 +156,7 @@ class LoadedBench:
                 if name in names:
                     poses = poses + P[:, names.index(name), None, None] * by[..., number, :]
         if q:
-            parts = mapped(self.table.parts, loads).reshape(*loads.shape[:-1], q, len(POSE))  # type: ignore[arg-type]
-            poses = poses + np.einsum("kq,kmqj->kmj", P[:, p : p + q], parts)
+            poses = poses + np.einsum("kq,kmqj->kmj", P[:, p : p + q], self.table.parts_at(loads)[0])
         return poses
 
     def _depth(self, P: Array, rests: Array) -> Array:

@@ -1,14 +1,20 @@
 """The posterior of a built sensor: what is found again, how sure, what is doubted."""
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from sits_mech.analysis.bench import terminal_calibration
 from sits_mech.analysis.built.adaptation import adapt, sampled
 from sits_mech.analysis.built.constants import constants_of
+from sits_mech.analysis.built.corrected import corrected
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
+from sits_mech.quantities import SURE
+from sits_mech.readout.budget import budget
 from sits_mech.scene.sensor import SceneError
 
 from .conftest import LOADS, OTHERWISE, bench_of, unknowns
@@ -121,3 +127,25 @@ def test_a_bench_that_is_known_stays_on_the_bench(prior: Prior) -> None:
     found = adapt(turned, bench_of(turned, **OTHERWISE | stated))
     unit, same = constants_of(found), constants_of(replace(found, prior=prior))
     assert unit.factor == pytest.approx(same.factor) and unit.gain == pytest.approx(same.gain)
+
+
+def test_nothing_changed_shows_the_table(prior: Prior) -> None:
+    """The set-up's changes are read by the table's own model: none of its errors scatters about them."""
+    table = prior.table
+    shown = prior.setup.readings(table.poses[None], unknowns(prior)[None, : len(prior.setup.parameters)])[0]
+    assert shown == pytest.approx(table.L, rel=1e-12)
+
+
+def test_what_readings_take_up_is_counted_once(
+    prior: Prior, numerics_alone: Callable[[], AbstractContextManager[None]]
+) -> None:
+    """Errors that loads share are unknowns, as a gap is: of a force the adapted table says no more than `adapt`.
+
+    It says less where own errors of poses move all coils alike, which `adapt` takes as independent.
+    """
+    assert prior.table.shared > 0
+    found, at = adapt(prior, bench_of(prior)), np.array([[0.1, 0.8], [-0.2, 1.1], [0.2, 0.5]])
+    with numerics_alone():
+        known = terminal_calibration(*corrected(found))
+    ratio = budget(known, at).total / SURE / found.force_deviations(at)[1]
+    assert np.all(ratio > 0.5) and np.all(ratio < 1.05)
