@@ -75,7 +75,7 @@ UNMIRRORED = {
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",
     **dict.fromkeys(
-        (f"batch/studies/{name}.py" for name in ("asked", "possible", "study")),
+        (f"batch/studies/{name}.py" for name in ("asked", "possible", "study", "written")),
         "tests/batch/test_run.py: studies read and refused",
     ),
     **dict.fromkeys(

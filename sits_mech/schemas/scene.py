@@ -23,7 +23,6 @@ from sits_mech.silicone.laws import LAWS
 Schema = dict[str, Any]
 _BULK = ("bulk_modulus", "K", "D1")  # keys of which a law has one
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _HEAD = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$")
 _PLATE = {shape: sizes for shape, sizes in PLATE_SIZES.items() if shape != "outline"}
 _LAYER = {"box": ("width", "length"), "cylinder": ("diameter",), "pillars": ("pitch", "diameter")}

@@ -25,14 +25,13 @@ What the numbers mean together, and for the scene, is `requirements.requirements
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, create_model
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 
 from sits_mech.quantities import UNITS, WRENCH
-from sits_mech.scene.bounds import Within, quantity_schema
+from sits_mech.scene.bounds import FORM, NUMBER_OR_TEXT, ReadBy, quantity_schema, within
 from sits_mech.scene.materials import unknown
 from sits_mech.synthesis.kinds import ASKED, KINDS, Kind, figure_names, unit_of
 from sits_mech.units import SceneError, shown, si_value
@@ -43,8 +42,6 @@ LEAST_YIELD = 0.95
 """Of the sensors made, by default."""
 _LEAST, _MOST = 1e-30, 1e30  # of what is positive
 _DEVIATION = "a positive standard deviation"
-_FORM = ConfigDict(frozen=True, extra="forbid")
-NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _BOUNDS = {
     "type": "object", "additionalProperties": False, "properties": dict.fromkeys(("from", "to"), NUMBER_OR_TEXT),
     "required": ["from", "to"],
@@ -58,14 +55,9 @@ _MINIMISED = {
 }
 
 
-def _read(check: Callable[[Any], Any], schema: dict[str, Any]) -> Any:
-    """Return the type of what a check reads."""
-    return Annotated[Any, BeforeValidator(check), WithJsonSchema(schema)]
-
-
 def _positive(unit: str, words: str = "positive") -> Any:
     """Return the type of a positive quantity."""
-    return Annotated[float, Within(unit, _LEAST, _MOST, words)]
+    return Annotated[float, within(unit, _LEAST, _MOST, words)]
 
 
 def _two(unit: str) -> dict[str, Any]:
@@ -129,15 +121,18 @@ def _limit(key: str, kind: Kind) -> tuple[Any, Any]:
     """Return the limit of a kind of figure."""
     words = f"{kind.meaning}; at {'least' if kind.least else 'most'}."
     if kind.of == "axes":
-        return _said(_read(partial(_sides, kind.unit), _two(kind.unit)), None, words)
+        return _said(Annotated[Any, ReadBy(partial(_sides, kind.unit), _two(kind.unit))], None, words)
     if not kind.of:
         return _said(_positive(kind.unit), None, words)
     each: Any = {name: (_positive(unit_of(f"{key}.{name}")), None) for name in WRENCH}
-    return _said(create_model(key, __config__=_FORM, **each), None, words)
+    return _said(create_model(key, __config__=FORM, **each), None, words)
 
 
 _RANGES: Any = {
-    name: _said(_read(partial(_ends, UNITS[name]), _two(UNITS[name])), None, f"Least and greatest [{UNITS[name]}].")
+    name: _said(
+        Annotated[Any, ReadBy(partial(_ends, UNITS[name]), _two(UNITS[name]))], None,
+        f"Least and greatest [{UNITS[name]}].",
+    )
     for name in WRENCH
 }
 _LIMITS: Any = {key: _limit(key, KINDS[key]) for key in ASKED}
@@ -149,21 +144,21 @@ _SPECIAL: Any = {
         "Of one reading of an inductance, over the inductance, beside the converter's noise.",
     ),
 }
-_OVERLOAD = Annotated[float, Within("", 1.0, _MOST, "1 or more")]
-_YIELD = Annotated[float, Within("", 0.5, 1.0 - 1e-9, "a share from 50 % to below 100 %")]
+_OVERLOAD = Annotated[float, within("", 1.0, _MOST, "1 or more")]
+_YIELD = Annotated[float, within("", 0.5, 1.0 - 1e-9, "a share from 50 % to below 100 %")]
 
 
 class _Deviations(BaseModel):
     """Standard deviations of any keys of a scene."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, Annotated[Any, BeforeValidator(_deviation), WithJsonSchema(NUMBER_OR_TEXT)]]
+    __pydantic_extra__: dict[str, Annotated[Any, ReadBy(_deviation, NUMBER_OR_TEXT)]]
 
 
 _PARTS: Any = {
     "scene": _said(str, ..., "A scene file in the same folder, or a name of the catalogue."),
     "loads": _said(
-        create_model("loads", __config__=_FORM, **_RANGES, overload=_said(
+        create_model("loads", __config__=FORM, **_RANGES, overload=_said(
             _OVERLOAD, 1.0, "Times the loads, carried within the data of the silicone.")),
         ..., "Components of the load that vary, one at least.",
     ),
@@ -171,15 +166,15 @@ _PARTS: Any = {
         dict[str, Annotated[Any, WithJsonSchema(_VARIED)]], ...,
         "Keys of the scene in quotes, a star for every coil: bounds or lists.", json_schema_extra={"minProperties": 1},
     ),
-    "require": _said(create_model("require", __config__=_FORM, **_LIMITS), {}, "Limits of figures, all optional."),
+    "require": _said(create_model("require", __config__=FORM, **_LIMITS), {}, "Limits of figures, all optional."),
     "tolerance": _said(
         create_model("tolerance", __base__=_Deviations, **_SPECIAL), {},
         "One standard deviation of what is made: of keys of the scene in quotes, and of these.",
     ),
     "goal": _said(
         create_model(
-            "goal", __config__=_FORM,
-            minimise=_said(_read(_weights, _MINIMISED), {}, (
+            "goal", __config__=FORM,
+            minimise=_said(Annotated[Any, ReadBy(_weights, _MINIMISED)], {}, (
                 'A figure, {figure = weight}, or "feasible": the first design within the limits.')),
             least_yield=_said(
                 _YIELD, LEAST_YIELD, "Share of the sensors made that must hold every limit.", alias="yield"
@@ -187,7 +182,7 @@ _PARTS: Any = {
         ), {}, "What is best.",
     ),
 }
-Written = create_model("Requirements", __config__=_FORM, __doc__="A requirement file.", **_PARTS)
+Written = create_model("Requirements", __config__=FORM, __doc__="A requirement file.", **_PARTS)
 """A requirement file."""
 SPECIAL = {"modulus": "", "coil_offset": "m", "repeatability": ""}
 """Tolerances that are no key of the scene, and their units."""
