@@ -13,9 +13,8 @@ from sits_mech.units import SceneError, printable, shown
 
 Model = TypeVar("Model", bound=BaseModel)
 
-_LIST = "must be a list"
 _KINDS = {
-    "tuple_type": _LIST, "list_type": _LIST, "string_type": "must be a text",
+    "tuple_type": "must be a list", "list_type": "must be a list", "string_type": "must be a text",
     "too_long": "must be a list of two", "too_short": "must not be empty", "model_type": "must be a table",
     "dict_type": "must be a table",
 }
@@ -57,7 +56,7 @@ def _must(one: ErrorDetails, model: type[BaseModel], key: str) -> str:
     if kind == "missing":
         return "must be given; it is missing"
     must = _KINDS.get(kind, one["msg"].replace("Input should be", "must be", 1))
-    if must == _LIST and _table(model, steps) is not table:
+    if kind in ("tuple_type", "list_type") and _table(model, steps) is not table:
         must = f"must be tables under [[{key}]]"
     return f"{must}; got {shown(one['input'])}"
 
