@@ -15,7 +15,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import (
     BaseModel,
-    ConfigDict,
     SerializerFunctionWrapHandler,
     ValidationInfo,
     field_validator,
@@ -24,6 +23,7 @@ from pydantic import (
 )
 
 from sits_mech.scene.bounds import (
+    FORM,
     Angle,
     Coefficient,
     Conductivity,
@@ -124,7 +124,7 @@ class Coil(BaseModel):
         of FR-4, which has 14 to 17 ppm/K, and some 40 to 70 below its glass transition.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = FORM
     name: Name
     shape: Literal["circle", "rectangle", "hexagon", "octagon", "D", "path"] = "circle"
     centre: Point

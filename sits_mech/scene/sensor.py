@@ -16,10 +16,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, model_validator
 
 from sits_mech.scene.apart import check_parts
-from sits_mech.scene.bounds import Frequency, Length, Name, Temperature
+from sits_mech.scene.bounds import FORM, Frequency, Length, Name, Temperature
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
@@ -84,7 +84,7 @@ class Sensor(BaseModel):
     (0.008, 0.002, ['C1', 'C2'])
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = FORM
     name: Name
     frequency: Frequency
     coils: tuple[Coil, ...]
