@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from sits_mech.batch.studies.asked import Study
 from sits_mech.batch.studies.written import ADAPTIVE, Adaptive
 from sits_mech.cases import Choose, Solve, grid_points
+from sits_mech.inputs import unknown
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.quantities import Array
-from sits_mech.scene.materials import unknown
 from sits_mech.status import ANSWERED, INTERPOLATED, OK, marked
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_label

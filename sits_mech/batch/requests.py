@@ -9,7 +9,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, choose_mechanics, magnetic_model, mechanical_model
 from sits_mech.chain.simulate import at_rest, rest_flags, simulate
+from sits_mech.inputs import FORM, ReadBy, checked, choice, quantity_of
 from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
@@ -35,12 +36,10 @@ from sits_mech.quantities import (
     Wrench,
 )
 from sits_mech.readout.quality import quality
-from sits_mech.scene.bounds import FORM, ReadBy, choice, quantity_schema
-from sits_mech.scene.refusals import checked
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
 from sits_mech.status import flags_of, marked
 from sits_mech.store import Row
-from sits_mech.units import SceneError, shown, si_range, si_value
+from sits_mech.units import SceneError, shown, si_range
 
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
 _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | {"frequency": "Hz"}
@@ -79,10 +78,7 @@ class Request:
     @cached_property
     def table(self) -> type[BaseModel]:
         """A model of its arguments: as written, read in SI."""
-        kinds = {
-            name: _range(unit) if name in self.ranges else ReadBy(partial(si_value, unit=unit), quantity_schema(unit))
-            for name, unit in self.units.items()
-        }
+        kinds = {name: (_range if name in self.ranges else quantity_of)(unit) for name, unit in self.units.items()}
         kinds |= {name: choice("auto", *known) for name, known in self.models.items()}
         kinds["tolerance"] = SHARE
         fields: Any = {name: (Annotated[Any, kind], None) for name, kind in kinds.items()}

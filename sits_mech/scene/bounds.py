@@ -1,88 +1,21 @@
 """Bound the inputs of a scene: one annotated type per kind of input, each refusing bad values by itself.
 
 The bounds are wide: they catch slips of unit and values that would only overflow later, not unusual designs. A part has
-the sizes that its shape needs, and no others. Models of other files are made of the same kinds.
+the sizes that its shape needs, and no others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, InstanceOf
-from pydantic_core import CoreSchema, core_schema
+from pydantic import BaseModel, InstanceOf
 
-from sits_mech.scene.materials import metals, silicones, unknown
+from sits_mech.inputs import ReadBy, unknown, whole, within
+from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.plausible import FREQUENCY, LENGTH, PLACE
 from sits_mech.silicone.material import Silicone, silicone_from
-from sits_mech.units import QUANTITY_PATTERN, SceneError, shown, si_value
-
-
-def quantity_schema(unit: str, **limits: float) -> dict[str, Any]:
-    """Return the JSON Schema of a written quantity: a number in SI, within limits, or a text with a unit."""
-    texts = {"type": "string", "pattern": QUANTITY_PATTERN}
-    return {"anyOf": [{"type": "number", **limits}, texts], "x-unit": unit or "1"}
-
-
-NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
-"""JSON Schema of a quantity of any dimension."""
-FORM = ConfigDict(frozen=True, extra="forbid")
-"""Of models of files: values that stay, and no key that is not known."""
-
-
-@dataclass(frozen=True, eq=False)  # pydantic asks for a hash
-class ReadBy:
-    """What reads a key, among the annotations of its type: a check, and the JSON Schema of what is written.
-
-    The check returns the value, or refuses it, saying what it must be and what came.
-    """
-
-    check: Callable[[Any], Any]
-    schema: dict[str, Any]
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Return a schema that checks before pydantic's own."""
-        return core_schema.no_info_before_validator_function(self.check, handler(source))
-
-    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """Return the JSON Schema."""
-        return dict(self.schema)
-
-
-def within(unit: str, low: float, high: float, words: str) -> ReadBy:
-    """Return what reads a quantity between `low` and `high` in SI, with its words for errors."""
-
-    def check(value: object) -> float:
-        number = si_value(value, unit)
-        if not low <= number <= high:
-            raise SceneError(f"must be {words}; got {shown(value)}")
-        return number
-
-    return ReadBy(check, quantity_schema(unit, minimum=low, maximum=high))
-
-
-def whole(low: int, high: int | None = None) -> ReadBy:
-    """Return what reads a whole number from `low` on, to `high` if given."""
-    words = f" from {low} to {high}" if high is not None else f", {low} or more"
-
-    def check(value: object) -> int:
-        if isinstance(value, int) and not isinstance(value, bool) and low <= value <= (value if high is None else high):
-            return value
-        raise SceneError(f"must be a whole number{words}; got {shown(value)}")
-
-    return ReadBy(check, {"type": "integer", "minimum": low} | ({} if high is None else {"maximum": high}))
-
-
-def choice(*known: str) -> ReadBy:
-    """Return what reads one of some names."""
-
-    def check(value: object) -> object:
-        if value in known:
-            return value
-        raise SceneError(unknown(value, known))
-
-    return ReadBy(check, {"enum": list(known)})
+from sits_mech.units import SceneError, shown
 
 
 def _direction(value: object) -> int:

@@ -22,8 +22,8 @@ from pydantic import (
     model_validator,
 )
 
+from sits_mech.inputs import FORM
 from sits_mech.scene.bounds import (
-    FORM,
     Angle,
     Coefficient,
     Conductivity,

@@ -15,7 +15,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, field_serializer, model_validator
 
-from sits_mech.scene.bounds import FORM, Friction, Length, Offset, SiliconeOrName, Stretch, check_sizes, extent_of
+from sits_mech.inputs import FORM
+from sits_mech.scene.bounds import Friction, Length, Offset, SiliconeOrName, Stretch, check_sizes, extent_of
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone, table_of
 from sits_mech.units import SLACK, SceneError

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, model_validator
 
+from sits_mech.inputs import FORM
 from sits_mech.quantities import Array
 from sits_mech.readout.converter import CONVERTERS
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.bounds import (
-    FORM,
     Angle,
     Capacitance,
     Coefficient,

@@ -18,14 +18,14 @@ from typing import Any
 
 from pydantic import BaseModel, model_validator
 
+from sits_mech.inputs import FORM, checked, unknown
 from sits_mech.scene.apart import check_parts
-from sits_mech.scene.bounds import FORM, Frequency, Length, Name, Temperature
+from sits_mech.scene.bounds import Frequency, Length, Name, Temperature
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
-from sits_mech.scene.materials import Metal, unknown
+from sits_mech.scene.materials import Metal
 from sits_mech.scene.parts import Conductor, Readout, Target, Tolerances
-from sits_mech.scene.refusals import checked
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, quantity, shown
 from sits_mech.version import __version__

@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.inputs import checked, unknown
 from sits_mech.quantities import WRENCH
 from sits_mech.scene.files import read_as
-from sits_mech.scene.materials import unknown
 from sits_mech.scene.parameters import parameter, value_of
-from sits_mech.scene.refusals import checked
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicone_of
 from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.kinds import KINDS, figure_names, kind_of

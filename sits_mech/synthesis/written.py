@@ -30,9 +30,8 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 
+from sits_mech.inputs import FORM, NUMBER_OR_TEXT, ReadBy, positive, quantity_schema, unknown, within
 from sits_mech.quantities import UNITS, WRENCH
-from sits_mech.scene.bounds import FORM, NUMBER_OR_TEXT, ReadBy, quantity_schema, within
-from sits_mech.scene.materials import unknown
 from sits_mech.synthesis.kinds import ASKED, KINDS, Kind, figure_names, unit_of
 from sits_mech.units import SceneError, shown, si_value
 
@@ -40,7 +39,6 @@ FIGURES = (*figure_names(WRENCH), "footprint")
 """What may be minimised."""
 LEAST_YIELD = 0.95
 """Of the sensors made, by default."""
-_LEAST, _MOST = 1e-30, 1e30  # of what is positive
 _DEVIATION = "a positive standard deviation"
 _BOUNDS = {
     "type": "object", "additionalProperties": False, "properties": dict.fromkeys(("from", "to"), NUMBER_OR_TEXT),
@@ -53,11 +51,6 @@ _MINIMISED = {
         {"type": "object", "minProperties": 1, "propertyNames": {"enum": [*FIGURES]}, "additionalProperties": {}},
     ]
 }
-
-
-def _positive(unit: str, words: str = "positive") -> Any:
-    """Return the type of a positive quantity."""
-    return Annotated[float, within(unit, _LEAST, _MOST, words)]
 
 
 def _two(unit: str) -> dict[str, Any]:
@@ -123,8 +116,8 @@ def _limit(key: str, kind: Kind) -> tuple[Any, Any]:
     if kind.of == "axes":
         return _said(Annotated[Any, ReadBy(partial(_sides, kind.unit), _two(kind.unit))], None, words)
     if not kind.of:
-        return _said(_positive(kind.unit), None, words)
-    each: Any = {name: (_positive(unit_of(f"{key}.{name}")), None) for name in WRENCH}
+        return _said(Annotated[float, positive(kind.unit)], None, words)
+    each: Any = {name: (Annotated[float, positive(unit_of(f"{key}.{name}"))], None) for name in WRENCH}
     return _said(create_model(key, __config__=FORM, **each), None, words)
 
 
@@ -137,14 +130,15 @@ _RANGES: Any = {
 }
 _LIMITS: Any = {key: _limit(key, KINDS[key]) for key in ASKED}
 _SPECIAL: Any = {
-    "modulus": _said(_positive("", _DEVIATION), None, "All stiffnesses of the silicone together."),
-    "coil_offset": _said(_positive("m", _DEVIATION), None, "Of the coils beside the pad, along x and along y [m]."),
+    "modulus": _said(Annotated[float, positive("", _DEVIATION)], None, "All stiffnesses of the silicone together."),
+    "coil_offset": _said(
+        Annotated[float, positive("m", _DEVIATION)], None, "Of the coils beside the pad, along x and along y [m]."),
     "repeatability": _said(
-        _positive("", _DEVIATION), None,
+        Annotated[float, positive("", _DEVIATION)], None,
         "Of one reading of an inductance, over the inductance, beside the converter's noise.",
     ),
 }
-_OVERLOAD = Annotated[float, within("", 1.0, _MOST, "1 or more")]
+_OVERLOAD = Annotated[float, within("", 1.0, 1e30, "1 or more")]
 _YIELD = Annotated[float, within("", 0.5, 1.0 - 1e-9, "a share from 50 % to below 100 %")]
 
 

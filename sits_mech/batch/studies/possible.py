@@ -10,7 +10,7 @@ from sits_mech.batch.requests import REQUESTS
 from sits_mech.batch.studies.asked import Study, arguments_of, of_scene
 from sits_mech.batch.studies.written import SCENE
 from sits_mech.cases import grid_points
-from sits_mech.scene.materials import unknown
+from sits_mech.inputs import unknown
 from sits_mech.scene.sensor import SceneError
 from sits_mech.store import Row
 from sits_mech.units import shown

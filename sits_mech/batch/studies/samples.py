@@ -26,8 +26,8 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.inputs import meant
 from sits_mech.quantities import Array
-from sits_mech.scene.materials import meant
 from sits_mech.units import SceneError, shown, si_label, split_quantity
 
 _SIGNED: Mapping[type, Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}

@@ -15,8 +15,8 @@ from sits_mech.batch.studies.samples import MOST, SAMPLED, cube, derived, expres
 from sits_mech.batch.studies.stages import stages_of, texts_of
 from sits_mech.batch.studies.written import SCENE, StudyTable
 from sits_mech.cases import grid_points
+from sits_mech.inputs import checked
 from sits_mech.scene.files import read_as
-from sits_mech.scene.refusals import checked
 from sits_mech.scene.sensor import SceneError, load_beside, scene_table
 from sits_mech.store import Row
 from sits_mech.units import si_label

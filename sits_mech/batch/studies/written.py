@@ -44,8 +44,8 @@ from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJson
 
 from sits_mech.batch.requests import REQUESTS, SHARE
 from sits_mech.batch.studies.samples import LONGEST, MOST, SAMPLED, ends, written
+from sits_mech.inputs import FORM, NUMBER_OR_TEXT, ReadBy, choice, whole
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
-from sits_mech.scene.bounds import FORM, NUMBER_OR_TEXT, ReadBy, choice, whole
 from sits_mech.units import SceneError, shown, si_label
 
 COMPONENTS = {name: argument for argument, name in (LOAD_ARGUMENTS | POSE_ARGUMENTS).items()}

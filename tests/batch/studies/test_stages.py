@@ -114,7 +114,7 @@ REFUSED = {
     STAGES.replace('"quality"', '"quality"\nfixed.tolerence = 2'): 'then.1: argument of quality .*did you mean "tol',
     STAGES.replace('"quality"', '"quality"\nfixed."elastomer.thickness" = 2'): "then.1: fixed.elastomer.thi",
     STAGES + "[[then]]\nrequest = 'quality'\n": "then.3: must not follow an export",
-    "[then]\nrequest = 'quality'\n": r"then: must be tables under \[\[then\]\]",
+    "[then]\nrequest = 'quality'\n": r"then: must be a list of tables, as under \[\[then",
 }
 
 
