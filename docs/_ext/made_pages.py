@@ -125,6 +125,7 @@ def schemas(here: Path, made: Path) -> None:
     lines = [*_keys(study, "Top of the file", 3), *_part(study, "adaptive", "Adaptive")]
     lines += [*_part(study, "then", "StageTable"), *_arguments(study)]
     write(here / "_pages" / "study_keys.md", "\n".join(lines))
+    write(here / "_pages" / "bench_headings.md", "\n".join(_headings(schema_of("bench"))))
     write(here / "_pages" / "laws.md", "\n".join(_laws(scene)))
 
 
@@ -141,6 +142,17 @@ def _arguments(study: dict[str, Any]) -> Iterator[str]:
     yield from ("| request | arguments |", "|---|---|")
     for name in study["properties"]["request"]["enum"]:
         yield f"| `{name}` | {', '.join(f'`{key}`' for key in study['$defs'][name]['properties'])} |"
+    yield ""
+
+
+def _headings(bench: dict[str, Any]) -> Iterator[str]:
+    """Yield a table of the headings of a bench file."""
+    yield from ("| heading | is |", "|---|---|")
+    columns = ((pattern[1:].partition("\\s")[0], entry) for pattern, entry in bench["patternProperties"].items())
+    for meaning, group in groupby(columns, key=lambda column: column[1]["description"]):
+        names = [(re.sub(r"\(.*\)", "1", name).replace("?", ""), entry["x-unit"]) for name, entry in group]
+        shown = (f"`{name}`" if unit == "1" else f"`{name} [{_WORDS.get(unit, unit)}]`" for name, unit in names)
+        yield f"| {', '.join(shown)} | {meaning} |"
     yield ""
 
 
