@@ -219,7 +219,7 @@ def si_unit(value: object) -> str:
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit of one of the dimensions here, or of a plain number."""
-    return text in ("", "-", "1", "%") or bool(_QUANTITY.fullmatch(f"1 {text}"[:100]) and _si_of(text))
+    return text in ("", "-", "1", "%") or bool(len(text) < 98 and _QUANTITY.fullmatch(f"1 {text}") and _si_of(text))
 
 
 def _si_of(unit: str) -> str:
