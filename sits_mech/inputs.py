@@ -7,6 +7,7 @@ check of the value, and the JSON Schema of what is written. `checked` reads tabl
 from __future__ import annotations
 
 import difflib
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +16,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, ErrorDetails, core_schema
 
-from sits_mech.units import QUANTITY_PATTERN, SceneError, printable, shown, si_value
+from sits_mech.units import QUANTITY_PATTERN, SceneError, printable, shown, si_value, split_quantity
 
 Model = TypeVar("Model", bound=BaseModel)
 NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
@@ -99,6 +100,29 @@ def quantity_of(unit: str) -> ReadBy:
 def positive(unit: str, words: str = "positive") -> ReadBy:
     """Return what reads a positive quantity in SI."""
     return within(unit, _LEAST, _MOST, words)
+
+
+def list_or_span(value: Any, form: str, *more: str) -> Any:
+    """Return a list of different values as it is, or of a range, a table as `form` has it, its ends and their unit.
+
+    The ends differ; `more` are keys that it has beside "from" and "to".
+    """
+    if isinstance(value, list) and value:
+        if len({json.dumps(item, default=str) for item in value}) == len(value):
+            return value
+        raise SceneError(f"must be a list of different values; got {shown(value)}")
+    if isinstance(value, dict) and set(value) == {"from", "to", *more}:
+        (first, unit), (last, other) = (split_quantity(value[end], end) for end in ("from", "to"))
+        if unit == other and first != last:
+            return first, last, unit
+    raise SceneError(f"must be a list of values that is not empty, or {form}; got {shown(value)}")
+
+
+def list_or_span_schema(**more: Any) -> dict[str, Any]:
+    """Return the JSON Schema of what `list_or_span` reads; `more` are schemas of keys that a range may have."""
+    span = dict.fromkeys(("from", "to"), NUMBER_OR_TEXT) | more
+    table = {"type": "object", "additionalProperties": False, "required": ["from", "to"], "properties": span}
+    return {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, table]}
 
 
 def unknown(name: object, known: Iterable[str]) -> str:

@@ -28,9 +28,19 @@ from __future__ import annotations
 from functools import partial
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from sits_mech.inputs import FORM, NUMBER_OR_TEXT, ReadBy, positive, quantity_schema, unknown, within
+from sits_mech.inputs import (
+    FORM,
+    NUMBER_OR_TEXT,
+    ReadBy,
+    list_or_span,
+    list_or_span_schema,
+    positive,
+    quantity_schema,
+    unknown,
+    within,
+)
 from sits_mech.quantities import UNITS, WRENCH
 from sits_mech.synthesis.kinds import ASKED, KINDS, Kind, figure_names, unit_of
 from sits_mech.units import SceneError, shown, si_value
@@ -40,11 +50,7 @@ FIGURES = (*figure_names(WRENCH), "footprint")
 LEAST_YIELD = 0.95
 """Of the sensors made, by default."""
 _DEVIATION = "a positive standard deviation"
-_BOUNDS = {
-    "type": "object", "additionalProperties": False, "properties": dict.fromkeys(("from", "to"), NUMBER_OR_TEXT),
-    "required": ["from", "to"],
-}
-_VARIED = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, _BOUNDS]}
+_BOUNDS = 'bounds { from = "1 mm", to = "6 mm" } with ends that rise, in one unit'
 _MINIMISED = {
     "anyOf": [
         {"enum": [*FIGURES, "feasible"]},
@@ -78,6 +84,14 @@ def _sides(unit: str, value: Any) -> dict[str, float]:
     found = dict(zip(("x", "y"), _pair(unit, 'two lengths, such as ["25 mm", "25 mm"]', value), strict=True))
     if not min(found.values()) > 0.0:
         raise SceneError(f"must be positive; got {shown(value)}")
+    return found
+
+
+def _varied(value: Any) -> Any:
+    """Return a list of values, or least, greatest and unit of bounds."""
+    found = list_or_span(value, _BOUNDS)
+    if isinstance(found, tuple) and not found[0] < found[1]:
+        raise SceneError(f"must be {_BOUNDS}; got {shown(value)}")
     return found
 
 
@@ -157,8 +171,8 @@ _PARTS: Any = {
         ..., "Components of the load that vary, one at least.",
     ),
     "vary": _said(
-        dict[str, Annotated[Any, WithJsonSchema(_VARIED)]], ...,
-        "Keys of the scene in quotes, a star for every coil: bounds or lists.", json_schema_extra={"minProperties": 1},
+        dict[str, Annotated[Any, ReadBy(_varied, list_or_span_schema())]], ...,
+        "Keys of the scene in quotes, a star for every coil: bounds or lists.", min_length=1,
     ),
     "require": _said(create_model("require", __config__=FORM, **_LIMITS), {}, "Limits of figures, all optional."),
     "tolerance": _said(

@@ -28,7 +28,7 @@ import numpy as np
 
 from sits_mech.inputs import meant
 from sits_mech.quantities import Array
-from sits_mech.units import SceneError, shown, si_label, split_quantity
+from sits_mech.units import SceneError, shown, si_label
 
 _SIGNED: Mapping[type, Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 _JOINED: Mapping[type, Callable[[Any, Any], Any]] = {
@@ -175,21 +175,15 @@ def cube(combine: str, count: int, seed: int, keys: int) -> Array:
 
 
 def sampled(varied: Mapping[str, Any], points: Array) -> dict[str, list[Any]]:
-    """Return the values of each key at points of the unit cube: within a range, or evenly of a list."""
+    """Return the values of each key at points of the unit cube: within the ends of a range, or evenly of a list."""
     found = {}
     for (name, item), shares in zip(varied.items(), points.T, strict=True):
         if isinstance(item, list):
             found[name] = [item[int(share * len(item))] for share in shares]
-        elif (span := ends(item)) is not None:
-            first, last, unit = span
+        else:
+            first, last, unit = item
             found[name] = written(first + (last - first) * shares, unit)
     return found
-
-
-def ends(item: Mapping[str, Any]) -> tuple[float, float, str] | None:
-    """Return the ends of a range and their unit; None where they are the same or have two units."""
-    (first, unit), (last, other) = (split_quantity(item[end], end) for end in ("from", "to"))
-    return (first, last, unit) if unit == other and first != last else None
 
 
 def written(numbers: Array, unit: str) -> list[Any]:

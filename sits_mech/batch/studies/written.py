@@ -34,17 +34,15 @@ cases of the stage before, of which there may be more (stages.py). Arguments are
 from __future__ import annotations
 
 import itertools
-import json
 import math
-from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema, model_validator
 
 from sits_mech.batch.requests import REQUESTS, SHARE
-from sits_mech.batch.studies.samples import LONGEST, MOST, SAMPLED, ends, written
-from sits_mech.inputs import FORM, NUMBER_OR_TEXT, ReadBy, choice, whole
+from sits_mech.batch.studies.samples import LONGEST, MOST, SAMPLED, written
+from sits_mech.inputs import FORM, NUMBER_OR_TEXT, ReadBy, choice, list_or_span, list_or_span_schema, whole
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
 from sits_mech.units import SceneError, shown, si_label
 
@@ -55,13 +53,6 @@ SCENE = "scene"
 ADAPTIVE = "adaptive"
 """How cases are combined that are refined."""
 _COUNT = whole(2, MOST)
-_SPAN = {
-    "type": "object", "additionalProperties": False, "required": ["from", "to"],
-    "properties": dict.fromkeys(("from", "to"), NUMBER_OR_TEXT) | {"count": _COUNT.schema},
-    "description": "From one end to the other, evenly; of samples without a count.",
-}
-_as_json = partial(json.dumps, default=str)
-_LIST_OR_SPAN = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, _SPAN]}
 
 
 def _check(*rules: tuple[object, str]) -> None:
@@ -95,16 +86,14 @@ def _by_argument(table: Any) -> Any:
 
 
 def _values(value: Any, info: ValidationInfo) -> Any:
-    """Return values of a key: a list as it is, a range written out, but for samples."""
+    """Return values of a key: a list as it is, a range written out, or of samples its ends and their unit."""
     count = () if info.data.get("combine") in SAMPLED or info.data.get("samples") else ("count",)
-    if isinstance(value, list) and value:
-        _check((len({*map(_as_json, value)}) == len(value), f"must be a list of different values; got {shown(value)}"))
-        return value
-    span = ends(value) if isinstance(value, dict) and set(value) == {"from", "to", *count} else None
-    if span is None:
-        form = f'a range {{ from = "1 mm", to = "5 mm"{", count = 41" * len(count)} }} with different ends in one unit'
-        raise SceneError(f"must be a list of values that is not empty, or {form}; got {shown(value)}")
-    return written(np.linspace(*span[:2], _COUNT.check(value["count"])), span[2]) if count else value
+    form = f'a range {{ from = "1 mm", to = "5 mm"{", count = 41" * len(count)} }} with different ends in one unit'
+    found = list_or_span(value, form, *count)
+    if isinstance(found, list) or not count:
+        return found
+    first, last, unit = found
+    return written(np.linspace(first, last, _COUNT.check(value["count"])), unit)
 
 
 def _limit(value: Any, info: ValidationInfo) -> float:
@@ -118,7 +107,7 @@ def _limit(value: Any, info: ValidationInfo) -> float:
 
 _Formula = Annotated[Any, WithJsonSchema({"type": "string", "maxLength": LONGEST})]  # or `expression` refuses it
 _Named = Annotated[dict[str, Any], BeforeValidator(_by_argument)]
-_Varied = Annotated[Any, BeforeValidator(_values), WithJsonSchema(_LIST_OR_SPAN)]
+_Varied = Annotated[Any, BeforeValidator(_values), WithJsonSchema(list_or_span_schema(count=_COUNT.schema))]
 
 
 class Adaptive(BaseModel):

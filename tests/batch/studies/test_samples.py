@@ -46,7 +46,7 @@ def test_saltelli_has_a_column_of_b_for_each_key() -> None:
 
 
 def test_ranges_keep_their_unit_and_lists_are_drawn_evenly() -> None:
-    found = sampled({"a": {"from": "1 mm", "to": "3 mm"}, "b": ["x", "y"]}, np.array([[0.0, 0.0], [0.25, 0.99]]))
+    found = sampled({"a": (1.0, 3.0, "mm"), "b": ["x", "y"]}, np.array([[0.0, 0.0], [0.25, 0.99]]))
     assert found == {"a": ["1.0 mm", "1.5 mm"], "b": ["x", "y"]}
 
 
