@@ -86,7 +86,8 @@ class Request:
 
     def in_si(self, arguments: Row) -> Row:
         """Return arguments, quantities as SI numbers and ranges as lists; raise SceneError naming a bad one."""
-        return checked(self.table, arguments, "arguments").model_dump(exclude_unset=True)
+        found = checked(self.table, arguments, "arguments")
+        return {name: getattr(found, name) for name in arguments}
 
 
 def _range(unit: str) -> ReadBy:

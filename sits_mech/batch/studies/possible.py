@@ -21,9 +21,9 @@ _LOOKS = 3_000  # scenes that are looked at before a run whether a value is poss
 def check_cases(study: Study) -> None:
     """Refuse a study whose arguments are none, or with values that no possible scene has."""
     study.request.in_si(study.fixed)
-    for name, values in study.vary.items():
-        for value in values:
-            study.request.in_si(arguments_of({name: value}, study.request))
+    for name in arguments_of(study.vary, study.request):
+        for value in study.vary[name]:
+            study.request.in_si({name: value})
     if study.combine == "zip":
         _check_side_by_side(study)
         return
