@@ -1,9 +1,9 @@
 """Keep what took seconds to prepare for the next command: arrays in files of the user's cache folder.
 
-A file is named by the checksum of all that its arrays depend on: what is asked, bit by bit, and the source of the rooms
-that make them. Arrays come back bit for bit, so that answers do not hang on what is kept. Files hold plain arrays (npz,
-nothing is run that is read) and their own name; one that cannot be read, or has another's, is made anew. The oldest go
-where all take more than `ROOM`.
+A file is named by the checksum of all that its arrays depend on: what is asked, bit by bit, the source of the module
+that makes them and of all of ours that it imports, materials, and the versions of numpy and scipy. Arrays come back bit
+for bit, so that answers do not hang on what is kept. Files hold plain arrays (npz, nothing is run that is read) and
+their own name; one that cannot be read, or has another's, is made anew. The oldest go where all take more than `ROOM`.
 
 The command line keeps; elsewhere nothing is kept unless `SITS_MECH_CACHE` names a folder. "off" keeps nothing.
 """
@@ -11,6 +11,7 @@ The command line keeps; elsewhere nothing is kept unless `SITS_MECH_CACHE` names
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -22,8 +23,7 @@ VARIABLE = "SITS_MECH_CACHE"
 OFF = "off"
 ROOM = 512 * 2**20
 """Bytes that all files may take: a plate's preparation takes 0.2 to 30 MB."""
-FIELDS = "geometry", "magnetics"
-"""Rooms whose source the arrays of plates and tracks depend on."""
+_NAMED = re.compile(rb"sits_mech(?:\.\w+)*(?: import \w+)?")  # in a source: what it may import
 _OWN = "request_checksum"
 _Made = TypeVar("_Made")
 
@@ -76,12 +76,12 @@ def clear() -> int:
 
 def kept(
     asked: object, make: Callable[[], _Made], pack: Callable[[_Made], Mapping[str, Any]],
-    unpack: Callable[[Mapping[str, Any]], _Made], rooms: tuple[str, ...] = FIELDS,
+    unpack: Callable[[Mapping[str, Any]], _Made], module: str,
 ) -> _Made:
     """Return what was made of the same `asked` before, or make and keep it.
 
     `asked` is all it depends on: numbers, words, arrays, parts of scenes, dataclasses and tuples of these. `pack` and
-    `unpack` turn what is made into arrays by name and back; `rooms` make it.
+    `unpack` turn what is made into arrays by name and back; the `module` makes it, ``__name__`` of who asks.
     """
     from zipfile import BadZipFile
 
@@ -90,7 +90,7 @@ def kept(
     where = folder()
     if where is None:
         return make()
-    path = where / f"{_checksum(asked, rooms)}.npz"
+    path = where / f"{_checksum(asked, module)}.npz"
     broken = OSError, ValueError, KeyError, EOFError, BadZipFile
     with suppress(*broken), path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
         if str(file[_OWN]) == path.stem:  # else it was put in another's place
@@ -126,25 +126,50 @@ def _write(path: Path, arrays: Mapping[str, Any]) -> None:
         each.unlink(missing_ok=True)
 
 
-def _checksum(asked: object, rooms: tuple[str, ...] = FIELDS) -> str:
-    """Return the checksum of what is asked and of the source of the rooms that answer."""
+def _checksum(asked: object, module: str) -> str:
+    """Return the checksum of what is asked and of what a module computes by."""
     import hashlib
 
-    digest = hashlib.sha256(_source(rooms))
+    digest = hashlib.sha256(_source(module))
     _feed(digest, asked)
     return digest.hexdigest()
 
 
-@lru_cache(maxsize=4)
-def _source(rooms: tuple[str, ...]) -> bytes:
-    """Return the checksum of the source of rooms."""
+@lru_cache(maxsize=8)
+def _source(module: str) -> bytes:
+    """Return the checksum of the source of a module and of all of ours below it, materials, versions of libraries."""
     import hashlib
 
-    digest = hashlib.sha256()
-    for room in rooms:
-        for path in sorted((Path(__file__).parent / room).rglob("*.py")):
-            digest.update(path.read_bytes())
+    import numpy as np
+    import scipy
+
+    digest, found = hashlib.sha256(f"{np.__version__} {scipy.__version__}".encode()), sources(module)
+    materials = sorted((Path(__file__).parent / "scene" / "catalog" / "materials").iterdir())
+    for text in (*(found[name] for name in sorted(found)), *(path.read_bytes() for path in materials)):
+        digest.update(text)
     return digest.digest()
+
+
+def sources(module: str) -> dict[str, bytes]:
+    """Return the source of one of our modules and of all that its text names, by their names."""
+    found, left = dict[str, bytes](), [module]
+    while left:
+        if (name := left.pop()) not in found:
+            found[name] = text = _text(name)
+            for named in set(_NAMED.findall(text)):
+                whole = named.decode().replace(" import ", ".")
+                left += [whole, whole.rpartition(".")[0]]  # a module, or a name in one
+    return {name: text for name, text in found.items() if text}
+
+
+def _text(module: str) -> bytes:
+    """Return the source of one of our modules; nothing of what is none, or of the package, which only names homes."""
+    parts = module.split(".")[1:]
+    place = os.path.join(os.path.dirname(__file__), *parts)
+    for path in (f"{place}.py", os.path.join(place, "__init__.py")) if parts else ():
+        with suppress(OSError), open(path, "rb") as file:
+            return file.read()
+    return b""
 
 
 def _feed(digest: Any, part: Any) -> None:

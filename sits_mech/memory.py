@@ -61,22 +61,27 @@ def memory_words(needed: float, limit: float) -> str:
     return f"some {needed / GIB:.3g} GiB, more than {of}"
 
 
-def latest(most: int) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:
-    """Keep what a function returned, the last used of it: at most so many, and what the limit of memory holds."""
+def latest(most: int, owned: bool = False) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:
+    """Keep what a function returned, the last used of it: at most so many, and what the limit of memory holds.
+
+    What is `owned` is kept in the first argument, by the function's name: gone with it, and held by who holds that.
+    """
 
     def keeping(function: Callable[..., _Value]) -> Callable[..., _Value]:
-        found, lock = dict[object, _Value](), RLock()
+        shared, lock = dict[object, _Value](), RLock()
 
         @wraps(function)
         def asked(*given: Any) -> _Value:
+            found = vars(given[0]).setdefault(function.__qualname__, {}) if owned else shared
+            key = given[owned:]
             with lock:
-                new = given not in found
-                found[given] = value = function(*given) if new else found.pop(given)
-                while new and (len(found) > most or (len(found) > 1 and beyond_memory(held(found)))):
+                new = key not in found
+                found[key] = value = function(*given) if new else found.pop(key)
+                while new and (len(found) > most or (not owned and len(found) > 1 and beyond_memory(held(found)))):
                     del found[next(iter(found))]
             return value
 
-        vars(asked)["cache_clear"] = found.clear  # as that of `lru_cache`
+        vars(asked)["cache_clear"] = shared.clear  # as that of `lru_cache`
         return asked
 
     return keeping
@@ -98,24 +103,6 @@ def held(value: object) -> int:
             within = part.values() if isinstance(part, dict) else part if isinstance(part, tuple | list) else ()
             left.extend((*within, *getattr(part, "__dict__", {}).values()))
     return total
-
-
-def kept_by_first(most: int) -> Callable[[Callable[..., _Value]], Callable[..., _Value]]:
-    """Keep in a function's first argument, by the function's name, what it returned of it, `most` at a time."""
-
-    def keeping(function: Callable[..., _Value]) -> Callable[..., _Value]:
-        @wraps(function)
-        def asked(owner: Any, *more: Any) -> _Value:
-            found: dict[object, _Value] = vars(owner).setdefault(function.__qualname__, {})  # gone with the owner
-            if (value := found.get(more)) is None:
-                if len(found) >= most:
-                    found.clear()
-                found[more] = value = function(owner, *more)
-            return value
-
-        return asked
-
-    return keeping
 
 
 def give_back() -> None:

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from functools import cache
 from numbers import Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
+Read = TypeVar("Read")
 MM = 1e3  # millimetres in a metre
 SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
 _FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?[1-9]|[23²³])?"
@@ -126,8 +128,13 @@ def si_value(value: object, unit: str) -> float:
 
 def quantity(value: object, unit: str, name: str) -> float:
     """Return a written quantity in SI; `name`, such as "--fx", stands first in the error that `si_value` raises."""
+    return _of(name, si_value, value, unit)
+
+
+def _of(name: str, read: Callable[[Any, str], Read], written: object, unit: str) -> Read:
+    """Return what is read in a unit, with a name first in the error."""
     try:
-        return si_value(value, unit)
+        return read(written, unit)
     except SceneError as error:
         raise SceneError(f"{name}: {error}") from None
 
@@ -140,18 +147,23 @@ def checked_tolerance(tolerance: float, least: float = 0.0) -> float:
 
 
 def quantity_range(text: str, unit: str, name: str) -> list[float]:
+    """Return the values of a range as `si_range`; `name` stands first in the error."""
+    return _of(name, si_range, text, unit)
+
+
+def si_range(text: str, unit: str) -> list[float]:
     """Return the values of ``"first:last:count"`` such as "-1 N:1 N:9", evenly spaced, or of one quantity [unit].
 
-    An exact mirror image of itself when its ends are. Raise SceneError: `name`, what it must be, what came.
+    An exact mirror image of itself when its ends are. Raise SceneError: what it must be, what came.
     """
     parts = text.split(":")
-    ends = [quantity(part, unit, name) for part in parts[:2]]
+    ends = [si_value(part, unit) for part in parts[:2]]
     if len(parts) == 1:
         return ends
     if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 < int(parts[2]) <= _MOST or ends[0] == ends[1]:
         example = "-10 degC:60 degC:8" if unit == "K" else "0 N:4 N:9"
         form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "{example}"'
-        raise SceneError(f"{name}: must be {form}, or one quantity; got {shown(text)}")
+        raise SceneError(f"must be {form}, or one quantity; got {shown(text)}")
     import numpy as np  # not before the command line has said on how many threads
 
     values = np.linspace(ends[0], ends[1], int(parts[2]))
@@ -207,7 +219,7 @@ def si_unit(value: object) -> str:
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit of one of the dimensions here, or of a plain number."""
-    return text in ("", "-", "1", "%") or bool(_QUANTITY.fullmatch(f"1 {text}"[:100]) and _si_of(text))
+    return text in ("", "-", "1", "%") or bool(len(text) < 98 and _QUANTITY.fullmatch(f"1 {text}") and _si_of(text))
 
 
 def _si_of(unit: str) -> str:

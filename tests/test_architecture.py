@@ -19,7 +19,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
     **dict.fromkeys(
-        ("version", "threads", "plugins", "memory", "disk_cache", "units", "quantities", "rotations",
+        ("version", "threads", "plugins", "memory", "disk_cache", "units", "inputs", "quantities", "rotations",
          "labels", "notes", "status"), 0
     ),
     **dict.fromkeys(("silicone", "maps"), 1),
@@ -75,7 +75,7 @@ UNMIRRORED = {
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",
     **dict.fromkeys(
-        (f"batch/studies/{name}.py" for name in ("asked", "possible", "study")),
+        (f"batch/studies/{name}.py" for name in ("asked", "possible", "study", "written")),
         "tests/batch/test_run.py: studies read and refused",
     ),
     **dict.fromkeys(
@@ -83,7 +83,7 @@ UNMIRRORED = {
         "tests/cli/test_main.py: through the command line",
     ),
     "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
-    "scene/refusals.py": "tests/scene/test_sensor.py: what files are refused for",
+    "inputs.py": "tests/scene/test_sensor.py: what files are refused for; tests/scene/test_bounds.py: kinds of keys",
     "synthesis/loads.py": "tests/synthesis/test_figures.py: polynomials and their slopes",
     "synthesis/written.py": "tests/synthesis/test_requirements.py: files read and refused",
     **dict.fromkeys(

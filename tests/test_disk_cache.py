@@ -1,6 +1,8 @@
 """What is kept between commands: comes back bit for bit, is made anew where it does not, and has an end."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +30,8 @@ def numbers(asked: object, made: list[int], value: float = 1.0) -> Any:
         made.append(1)
         return [value, 2.0]
 
-    return disk_cache.kept(asked, make, lambda each: {"values": np.array(each)}, lambda file: file["values"].tolist())
+    pack, unpack = (lambda each: {"values": np.array(each)}), (lambda file: file["values"].tolist())
+    return disk_cache.kept(asked, make, pack, unpack, __name__)
 
 
 def test_an_answer_is_the_same_to_the_bit(where: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,6 +59,34 @@ def test_what_differs_in_anything_is_another(where: Path) -> None:
     assert len(made) == len(disk_cache.kept_files()) == 7
     with pytest.raises(TypeError, match="a dict has no checksum"):
         numbers({}, made)
+
+
+MAKERS = "magnetics.space.divisions", "magnetics.coils.resistance", "mechanics.linear", "analysis.built.force_maps"
+
+
+@pytest.mark.parametrize("maker", MAKERS)
+def test_all_that_makes_arrays_is_in_their_name(maker: str) -> None:
+    """Every module of ours that an import of the maker brings, but packages without code; not all that there is."""
+    code = f"import sys, sits_mech.{maker}; print(*(name for name in sys.modules if name.startswith('sits_mech.')))"
+    brought = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    found = disk_cache.sources(f"sits_mech.{maker}")
+    places = {name: Path(disk_cache.__file__).parent.joinpath(*name.split(".")[1:]) / "__init__.py" for name in brought}
+    empty = {name for name, path in places.items() if path.exists() and path.read_text().count("\n") <= 1}
+    assert {*brought} - {*found} - empty == set() and not any(name.startswith("sits_mech.cli") for name in found)
+
+
+def test_other_sources_and_other_libraries_make_another(where: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[int] = []
+    for part, name, other in (
+        (disk_cache, "ROOM", 2**40), (np, "__version__", "0"),
+        (disk_cache, "sources", lambda module: {module: b"x = 1"}),
+        (disk_cache, "sources", lambda module: {module: b"x = 2"}),
+    ):
+        monkeypatch.setattr(part, name, other)
+        disk_cache._source.cache_clear()
+        assert numbers("a", made) == numbers("a", made)
+    disk_cache._source.cache_clear()
+    assert len(made) == 4
 
 
 def test_a_file_that_is_cut_short_is_made_anew(where: Path) -> None:

@@ -16,7 +16,6 @@ from sits_mech.memory import (
     give_back,
     held,
     input_text,
-    kept_by_first,
     latest,
 )
 
@@ -86,7 +85,7 @@ def test_what_a_plate_keeps_goes_with_it():
     class Plate:
         pass
 
-    @kept_by_first(2)
+    @latest(2, owned=True)
     def made(plate, omega):
         asked.append(omega)
         return [plate, omega]

@@ -9,7 +9,7 @@ import pint
 import pytest
 
 from sits_mech import units
-from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, quantity_range
+from sits_mech.units import SceneError, checked_tolerance, is_unit, quantity, quantity_or_range, quantity_range
 
 REGISTRY = pint.UnitRegistry()
 NUMBERS = (1.0, 85.0, 0.1, -33.3333, 7.0e-3, 123456.789)
@@ -86,3 +86,9 @@ def test_units_read_at_once_are_those_of_pint(unit: str, into: str) -> None:
     for number in (1.0, 0.3, 57.3):
         expected = float(f"{REGISTRY.convert(number, unit, into):.15g}")
         assert units._converted(number, unit, into) == expected
+
+
+def test_prose_is_no_unit() -> None:
+    """Of any length and with any brackets, as pages of text in place of a table have it; a unit is."""
+    assert not is_unit(f"{'a word ' * 20}(Figure") and not is_unit("(Figure") and not is_unit("m " * 60)
+    assert is_unit("N mm") and is_unit("uH") and is_unit("%")

@@ -21,7 +21,8 @@ from sits_mech.labels import described
 _QUICK = ("force_calibration", "hysteresis", "mechanics_accuracy", "paper_outlook", "work_precision")
 _WORDS = {"N*m": "N m"}
 _NUMBER = re.compile(r"_?[A-Z][A-Z_0-9]*(?:, _?[A-Z][A-Z_0-9]*)* *(?::[^=]*)?= *\(?-?[0-9.]")
-_PLURALS = {"quantity": "quantities", "table": "tables", "whole number": "whole numbers", "list of": "lists of"}
+_PLURALS = {"quantity": "quantities", "table": "tables", "whole number": "whole numbers", "list of": "lists of",
+            "text": "texts"}
 
 
 def write(path: Path, text: str) -> None:
@@ -103,7 +104,7 @@ def _escaped(text: str) -> str:
 
 
 def schemas(here: Path, made: Path) -> None:
-    """Write the schemas, and tables of the keys of scenes."""
+    """Write the schemas, and tables of the keys of files."""
     from sits_mech.schemas import SCHEMAS, schema_of
 
     for name in SCHEMAS:
@@ -118,21 +119,52 @@ def schemas(here: Path, made: Path) -> None:
         lines += _keys(scene["$defs"][part], title)
     write(here / "_pages" / "scene_keys.md", "\n".join(lines))
     asked = schema_of("requirements")
-    lines = []
-    for part in ("loads", "require", "tolerance", "goal"):
-        said = {"description": asked["properties"][part]["description"]}
-        lines += [line.replace("## ", "### ") for line in _keys(said | asked["$defs"][part], f"In `[{part}]`")]
+    lines = [line for part in ("loads", "require", "tolerance", "goal") for line in _part(asked, part, part)]
     write(here / "_pages" / "requirement_keys.md", "\n".join(lines))
+    study = schema_of("study")
+    lines = [*_keys(study, "Top of the file", 3), *_part(study, "adaptive", "Adaptive")]
+    lines += [*_part(study, "then", "StageTable"), *_arguments(study)]
+    write(here / "_pages" / "study_keys.md", "\n".join(lines))
+    write(here / "_pages" / "bench_headings.md", "\n".join(_headings(schema_of("bench"))))
     write(here / "_pages" / "laws.md", "\n".join(_laws(scene)))
 
 
-def _keys(schema: dict[str, Any], title: str) -> Iterator[str]:
+def _part(schema: dict[str, Any], key: str, part: str) -> Iterator[str]:
+    """Yield a table of the keys of a file's table, with what the file's schema says of it."""
+    said = schema["properties"][key]
+    title = f"In `[[{key}]]`" if said.get("type") == "array" else f"In `[{key}]`"
+    yield from _keys({"description": said["description"]} | schema["$defs"][part], title, 3)
+
+
+def _arguments(study: dict[str, Any]) -> Iterator[str]:
+    """Yield a table of the arguments of each request of a study."""
+    yield from ("### Arguments of requests", "", "In `[vary]`, `[derive]`, `[fixed]`, beside keys of the scene.", "")
+    yield from ("| request | arguments |", "|---|---|")
+    for name in study["properties"]["request"]["enum"]:
+        yield f"| `{name}` | {', '.join(f'`{key}`' for key in study['$defs'][name]['properties'])} |"
+    yield ""
+
+
+def _headings(bench: dict[str, Any]) -> Iterator[str]:
+    """Yield a table of the headings of a bench file."""
+    yield from ("| heading | is |", "|---|---|")
+    columns = ((pattern[1:].partition("\\s")[0], entry) for pattern, entry in bench["patternProperties"].items())
+    for meaning, group in groupby(columns, key=lambda column: column[1]["description"]):
+        names = [(re.sub(r"\(.*\)", "1", name).replace("?", ""), entry["x-unit"]) for name, entry in group]
+        shown = (f"`{name}`" if unit == "1" else f"`{name} [{_WORDS.get(unit, unit)}]`" for name, unit in names)
+        yield f"| {', '.join(shown)} | {meaning} |"
+    yield ""
+
+
+def _keys(schema: dict[str, Any], title: str, level: int = 2) -> Iterator[str]:
     """Yield a table of the keys of an object."""
-    yield from (f"## {title}", "", schema.get("description", ""), "", "| key | is | meaning |", "|---|---|---|")
+    yield from (f"{'#' * level} {title}", "", schema.get("description", ""), "")
+    yield from ("| key | is | meaning |", "|---|---|---|")
     needed = schema.get("required", ())
     for key, entry in schema["properties"].items():
         default = entry.get("default")
-        more = " (needed)" if key in needed else f" ({json.dumps(default)})" if default not in (None, [], "") else ""
+        usual = f" ({json.dumps(default)})" if default not in (None, [], {}, "") else ""
+        more = " (needed)" if key in needed else usual
         said = entry.get("description", "as the tables below").replace("|", "\\|")
         yield f"| `{key}`{more} | {_kind(entry)} | {said} |"
     yield ""
@@ -157,7 +189,8 @@ def _kind(entry: dict[str, Any]) -> str:
         for one, many in _PLURALS.items():
             kind = kind.replace(one, many)
         return f"list of {kind}" if kind else "list"
-    return {"string": "text", "integer": "whole number", "boolean": "true or false"}.get(str(kind), "table")
+    words = {"string": "text", "number": "number", "integer": "whole number", "boolean": "true or false"}
+    return words.get(str(kind), "table")
 
 
 def _laws(scene: dict[str, Any]) -> Iterator[str]:

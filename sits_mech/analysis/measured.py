@@ -1,16 +1,9 @@
 """Read what a bench recorded: a table of forces, or of poses that stages set, and of inductances or codes.
 
-What precedes the names of columns (see `columns`) or starts with # is passed over, in any order, a unit in brackets or
-in a row below the names (SI without one):
-
-    F_x [N], Fx (g), M_x [N mm] the forces and moments that the model varies; others must be as it has them, or
-    d_v [mm], alpha [deg], ...  where stages have put the target, zero without a column; d_v = inf: no target
-    L1 [uH], L2 [uH], ...       the inductance of each coil at its terminals, by number or by name (L_C1), or
-    code1, code2, ...           the converter's codes, whose tank has that L, with R where all coils show theirs
-    depth [mm]                  beside loads: how far the target was pressed down from where it rests without load
-    unit                        of which sensor of several the row is (`read_units`)
-
-A load that was not measured is nan; other rows with nan are passed over.
+What precedes the names of columns (see `columns`) or starts with # is passed over. Columns are those of `HEADINGS`, in
+any order, a unit in brackets or in a row below the names (SI without one), and `unit`, of which sensor of several the
+row is (`read_units`). A load that was not measured is nan; other rows with nan are passed over. A code is that of a
+tank, whose L it tells, with R where all coils show theirs.
 """
 
 from __future__ import annotations
@@ -19,6 +12,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,10 +22,29 @@ from sits_mech.quantities import POSE, UNITS, WRENCH, Array, shown_unit
 from sits_mech.readout.converter import Converter, fault, frequency_of, tank_inductance
 from sits_mech.units import SceneError, quantity
 
+
+class Heading(NamedTuple):
+    """What a column may be called, as ours are written, its SI unit ("": a plain number), and what it is."""
+
+    pattern: str
+    unit: str
+    meaning: str
+
+
+_LOAD = "A force or moment on the target that the model varies; others must be as it has them. Grams press by weight."
+_PLACE = "Or where stages have put the target, 0 without a column; inf in d_v: no target."
+HEADINGS = (
+    *(Heading(name.replace("_", "_?"), UNITS[name], _LOAD) for name in WRENCH),
+    *(Heading(name.replace("_", "_?"), UNITS[name], _PLACE) for name in POSE),
+    Heading(r"L(_?\d+|_.+?)", "H", "The inductance of a coil at its terminals, by number or by name (L_C1)."),
+    Heading(r"code(_?\d+|_.+?)", "", "Or the converter's code of a coil."),
+    Heading("depth", "m", "Beside loads: how far the target was pressed down from where it rests without load."),
+)
+_ANY = "M", "alpha"  # names that a column may have for something else
+_ONCE = re.compile("|".join(each.pattern for each in HEADINGS if each.pattern not in _ANY) + "|unit", re.IGNORECASE)
 _OURS = {name.lower().replace("_", ""): name.lower() for name in (*WRENCH, *POSE) if "_" in name}
 _WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "mgf", "gram": "gf", "grams": "gf"}  # of masses that press with their weight
 _NUMBERED = re.compile(r"(?:l|code)_?(\d+)")
-_COIL = re.compile(r"(?:l|code)_?\d|(?:l|code)_|unit$|depth$")
 _SAME = 1e-3  # of a load that the model has as one value: what a bench's zero may be off [1, of 1 N or 1 mN m at least]
 
 
@@ -243,7 +256,7 @@ def _table_columns(table: Table, needed: Sequence[str]) -> dict[str, tuple[int, 
     found: dict[str, tuple[int, str]] = {}
     for column in table.columns:
         name = _name(column.name)
-        if name in found and (name in (*_OURS.values(), *needed) or _COIL.match(name)):
+        if name in found and (name in needed or _ONCE.fullmatch(name)):
             titles = f"{table.columns[found[name][0]].title} and {column.title}"
             raise SceneError(f"{table.source}: a column must come once; got {titles} for {name}")
         found.setdefault(name, (column.place, column.unit))

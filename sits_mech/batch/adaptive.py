@@ -19,54 +19,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.batch.studies.asked import Adaptive, Study
+from sits_mech.batch.studies.asked import Study
+from sits_mech.batch.studies.written import ADAPTIVE, Adaptive
 from sits_mech.cases import Choose, Solve, grid_points
+from sits_mech.inputs import unknown
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.quantities import Array
-from sits_mech.scene.materials import unknown
 from sits_mech.status import ANSWERED, INTERPOLATED, OK, marked
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_label
-
-ADAPTIVE = "adaptive"
-"""How cases are combined that are refined."""
-_KEYS = ("of", "within", "limit")
-_FORM = 'must be a table such as { of = "relative", within = 1e-3 } beside combine = "adaptive"'
-
-
-def adaptive_of(table: Mapping[str, Any], vary: Mapping[str, Sequence[Any]]) -> Adaptive | None:
-    """Return what a study file's table [adaptive] says, None without one; raise SceneError for what it may not."""
-    part, combine = table.get("adaptive"), table.get("combine", "product")
-    if part is None and combine != ADAPTIVE:
-        return None
-    if not isinstance(part, dict) or combine != ADAPTIVE:
-        raise SceneError(f"adaptive: {_FORM}; got {shown(part)} beside {combine}")
-    for key in part:
-        if key not in _KEYS:
-            raise SceneError(f"adaptive: key {unknown(key, _KEYS)}")
-    of, within = _variables(part.get("of")), part.get("within")
-    if isinstance(within, bool) or not isinstance(within, int | float) or not 0.0 < within < 1.0:
-        raise SceneError(f"adaptive.within: must be a number between 0 and 1, of a range; got {shown(within)}")
-    _axes(vary)
-    return Adaptive(of, float(within), _side(part.get("limit"), of))
-
-
-def _variables(names: Any) -> tuple[str, ...]:
-    """Return what is refined; refuse what can be no variables."""
-    found = names if isinstance(names, list) else [names]
-    if not found or not all(isinstance(name, str) for name in found) or len(set(found)) < len(found):
-        what = "must be a variable of the table, or a list of different ones"
-        raise SceneError(f"adaptive.of: {what}; got {shown(names)}")
-    return tuple(found)
-
-
-def _side(limit: Any, of: Sequence[str]) -> float | None:
-    """Return a limit in SI; refuse what is none, or stands beside several variables."""
-    found = None if limit is None else si_label(limit)
-    if found is None or (isinstance(found, float) and np.isfinite(found) and len(of) == 1):
-        return found
-    what = "must be a number, or a quantity, for one variable under of"
-    raise SceneError(f"adaptive.limit: {what}; got {shown(limit)} for {', '.join(of)}")
 
 
 def adaptively(study: Study) -> Choose | None:
@@ -191,7 +152,7 @@ class _Grid:
 def _grids(vary: Mapping[str, Sequence[Any]]) -> Iterator[tuple[Axes, NDArray[np.int_]]]:
     """Yield the ascending numbers of each key that has numbers, and the cases' own, for all values of the others."""
     values = {name: [*map(si_label, own)] for name, own in vary.items()}
-    axes = _axes(vary)
+    axes = axes_of(vary)
     orders = [np.argsort(np.array(own, float)) if name in axes else np.arange(len(own)) for name, own in values.items()]
     cases = np.arange(np.prod([len(own) for own in values.values()])).reshape([len(own) for own in values.values()])
     others = [k for k, name in enumerate(values) if name not in axes]
@@ -200,7 +161,7 @@ def _grids(vary: Mapping[str, Sequence[Any]]) -> Iterator[tuple[Axes, NDArray[np
         yield axes, numbers
 
 
-def _axes(vary: Mapping[str, Sequence[Any]]) -> dict[str, list[float]]:
+def axes_of(vary: Mapping[str, Sequence[Any]]) -> dict[str, list[float]]:
     """Return the ascending values in SI of each key that has numbers; refuse a study with none, or with one twice."""
     found = {}
     for name, written in vary.items():

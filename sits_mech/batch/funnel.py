@@ -20,8 +20,8 @@ import xarray as xr
 from sits_mech.batch.studies.asked import Stage, Study
 from sits_mech.batch.studies.samples import Expression
 from sits_mech.cases import grid_points
+from sits_mech.inputs import unknown
 from sits_mech.readout.loads import answered
-from sits_mech.scene.materials import unknown
 from sits_mech.units import SceneError
 
 _PADDED = {"coil", "coil_2", "part", "cause"}  # of which a case may have fewer than another

@@ -9,11 +9,12 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
+from functools import cached_property, lru_cache
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import BaseModel, create_model
 
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.analysis.limits import limits_of
@@ -21,6 +22,7 @@ from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, choose_mechanics, magnetic_model, mechanical_model
 from sits_mech.chain.simulate import at_rest, rest_flags, simulate
+from sits_mech.inputs import FORM, ReadBy, checked, choice, quantity_of
 from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
@@ -34,11 +36,10 @@ from sits_mech.quantities import (
     Wrench,
 )
 from sits_mech.readout.quality import quality
-from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
 from sits_mech.status import flags_of, marked
 from sits_mech.store import Row
-from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, shown
+from sits_mech.units import SceneError, shown, si_range
 
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
 _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | {"frequency": "Hz"}
@@ -74,21 +75,41 @@ class Request:
         """Return the names of all arguments."""
         return (*self.units, *self.models, "tolerance")
 
+    @cached_property
+    def table(self) -> type[BaseModel]:
+        """A model of its arguments: as written, read in SI."""
+        kinds = {name: (_range if name in self.ranges else quantity_of)(unit) for name, unit in self.units.items()}
+        kinds |= {name: choice("auto", *known) for name, known in self.models.items()}
+        kinds["tolerance"] = SHARE
+        fields: Any = {name: (Annotated[Any, kind], None) for name, kind in kinds.items()}
+        return create_model("arguments", __config__=FORM, **fields)
+
     def in_si(self, arguments: Row) -> Row:
         """Return arguments, quantities as SI numbers and ranges as lists; raise SceneError naming a bad one."""
-        return {name: self._si(name, value) for name, value in arguments.items()}
+        found = checked(self.table, arguments, "arguments")
+        return {name: getattr(found, name) for name in arguments}
 
-    def _si(self, name: str, value: Any) -> Any:
-        """Return one argument in SI; refuse a model that does not exist and a tolerance that is none."""
-        if name in self.models and value not in ("auto", *self.models[name]):
-            raise SceneError(f"{name} {unknown(value, ('auto', *self.models[name]))}")
-        if name == "tolerance":
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise SceneError(f"tolerance must be a plain number between 0 and 1; got {shown(value)}")
-            checked_tolerance(value)
-        if name in self.ranges:
-            return quantity_or_range(str(value), self.units[name], name)
-        return quantity(value, self.units[name], name) if name in self.units else value
+
+def _range(unit: str) -> ReadBy:
+    """Return what reads a quantity, or a range of quantities such as "-1 N:1 N:9"."""
+
+    def check(value: object) -> float | list[float]:
+        found = si_range(str(value), unit)
+        return found[0] if len(found) == 1 else found
+
+    text = {"type": "string", "pattern": r"^[^:]+(:[^:]+:\s*[0-9]+)?$"}
+    return ReadBy(check, {"anyOf": [{"type": "number"}, text], "x-unit": unit})
+
+
+def _share(value: object) -> float:
+    """Return a plain number between 0 and 1."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < 1.0:
+        raise SceneError(f"must be a plain number between 0 and 1; got {shown(value)}")
+    return value
+
+
+SHARE = ReadBy(_share, {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1})
+"""What reads a tolerance."""
 
 
 @lru_cache(maxsize=64)

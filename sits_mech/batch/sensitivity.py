@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.stats import sobol_indices
 
+from sits_mech.inputs import unknown
 from sits_mech.quantities import Array
-from sits_mech.scene.materials import unknown
 from sits_mech.units import SceneError
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from pathlib import Path
 import xarray as xr
 
 from sits_mech.batch.run import TABLE, open_sweep
-from sits_mech.batch.studies.asked import SCENE
+from sits_mech.batch.studies.written import SCENE
 from sits_mech.status import ANSWERED, UNFINISHED, kind_of
 from sits_mech.store import STORE
 from sits_mech.units import SceneError

@@ -95,19 +95,19 @@ def new(
 
     from rich.prompt import Prompt
 
-    from sits_mech.scene.begun import ASKED, Beginning, begun
+    from sits_mech.inputs import checked
+    from sits_mech.scene.begun import Beginning, begun
     from sits_mech.scene.files import write_text
     from sits_mech.scene.sensor import sensor_from
 
     if output.exists():
         raise SceneError(f"{output}: must be a new file; it is there")
-    unknown = next((name for name in options if name not in ASKED), None)
-    if unknown is not None:
-        raise SceneError(f"--{unknown}: must be one of --{', --'.join(ASKED)}; got another option")
-    found = {name: str(value) for name, value in asdict(Beginning()).items()} | options
+    found = checked(Beginning, options, "options")
     if sys.stdin.isatty() if ask is None else ask:
-        found |= {name: Prompt.ask(words, default=found[name]) for name, words in ASKED.items() if name not in options}
-    text = begun(Beginning.written(found))
+        asked = ((name, key) for name, key in Beginning.model_fields.items() if name not in options)
+        own = {name: Prompt.ask(str(key.description), default=str(key.default)) for name, key in asked}
+        found = checked(Beginning, options | own, "options")
+    text = begun(found)
     sensor_from(tomllib.loads(text), str(output))
     write_text(output, text)
     warn(f"written to {output}; next: sits-mech view {output} -o scene.png, sits-mech explain {output}")

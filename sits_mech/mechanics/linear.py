@@ -60,7 +60,6 @@ from sits_mech.units import checked_tolerance
 _LONG = (20.0, 3.0)  # thicknesses, widths of the target
 _THIN = 30.0  # thicknesses of a target's smaller side from which on thicker pads stand for a thin one,
 _THICKER = (24.0, 16.0)  # those with so many
-_ROOMS = "mechanics", "geometry", "scene", "silicone"  # that the factors depend on
 
 
 @dataclass(frozen=True)
@@ -193,7 +192,7 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
         return _finite_length(sensor)
     asked = "finite length", target, elastomer, repr(elastomer.silicone)
     pack, unpack = (lambda found: {"each": astuple(found)}), (lambda made: FiniteLength(*made["each"].tolist()))
-    found: FiniteLength = kept(asked, partial(_finite_length, sensor), pack, unpack, _ROOMS)
+    found: FiniteLength = kept(asked, partial(_finite_length, sensor), pack, unpack, __name__)
     return found
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from sits_mech.analysis.bench import readings
+from sits_mech.inputs import unknown
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import several
 from sits_mech.report.folder import check_table
@@ -26,7 +27,6 @@ from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.style import figure_bytes
 from sits_mech.scene.files import write_text
-from sits_mech.scene.materials import unknown
 from sits_mech.scene.plausible import slips
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
 from sits_mech.units import shown

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import Annotated
 
-from sits_mech.units import SceneError, quantity, shown
+from pydantic import BaseModel, BeforeValidator, Field
+
+from sits_mech.inputs import FORM, whole
+from sits_mech.units import quantity
 
 CLEAR = 2e-4
 """Between the windings of neighbours [m]: what a board maker keeps between tracks, with some to spare."""
@@ -20,54 +22,38 @@ _READ = {1: "F_z", 2: "F_z and F_x", 3: "F_z, F_x and F_y", 4: "F_z, F_x and F_y
 _RADII = {1: 0.0, 2: 0.5, 3: 1.0 / math.sqrt(3.0), 4: 1.0 / math.sqrt(2.0)}  # of the pitch of the coils
 
 
-ASKED = {
-    "name": "Name of the sensor", "coils": "Coils, one to four", "layers": "Layers of each",
-    "turns": "Turns in a layer", "inner": "Diameter within the innermost turn", "track": "Width of a track",
-    "gap": "Gap between tracks", "target": "Metal of the target", "size": "Its diameter", "thickness": "Its thickness",
-    "silicone": "Silicone, of sits-mech catalog", "layer": "Thickness of its layer", "pad": "Diameter of its layer",
-    "frequency": "Frequency", "converter": 'Converter, or "none"',
-}
-"""What a user is asked for, by the fields of `Beginning`."""
+
+def _number(text: object) -> object:
+    """Return a written whole number; anything else as it is."""
+    return int(text) if isinstance(text, str) and text.isdecimal() else text
 
 
-@dataclass(frozen=True)
-class Beginning:
-    """What a first scene is made of, lengths as they are written."""
-
-    name: str = "A first sensor"
-    coils: int = 3
-    layers: int = 2
-    turns: int = 12
-    inner: str = "2.2 mm"
-    track: str = "0.1 mm"
-    gap: str = "0.1 mm"
-    target: str = "copper"
-    size: str = "12 mm"
-    thickness: str = "0.2 mm"
-    silicone: str = "ecoflex-00-30"
-    layer: str = "2 mm"
-    pad: str = "20 mm"
-    frequency: str = "5 MHz"
-    converter: str = "LDC1614"
-
-    @classmethod
-    def written(cls, texts: Mapping[str, str]) -> Beginning:
-        """Read what was written of each; SceneError for a count that is none."""
-        counts = {name: _count(name, texts[name]) for name in ("coils", "layers", "turns")}
-        return cls(**{**texts, **counts})  # type: ignore[arg-type]
+_Count = Annotated[int, whole(1), BeforeValidator(_number)]
 
 
-def _count(name: str, text: str) -> int:
-    """Return a written count."""
-    if not text.isdecimal() or int(text) < 1:
-        raise SceneError(f"{name}: must be a whole number above 0; got {shown(text)}")
-    return int(text)
+class Beginning(BaseModel):
+    """What a first scene is made of, lengths as they are written; the words are what a user is asked for."""
+
+    model_config = FORM
+    name: str = Field("A first sensor", description="Name of the sensor")
+    coils: Annotated[int, whole(1, 4), BeforeValidator(_number)] = Field(3, description="Coils, one to four")
+    layers: _Count = Field(2, description="Layers of each")
+    turns: _Count = Field(12, description="Turns in a layer")
+    inner: str = Field("2.2 mm", description="Diameter within the innermost turn")
+    track: str = Field("0.1 mm", description="Width of a track")
+    gap: str = Field("0.1 mm", description="Gap between tracks")
+    target: str = Field("copper", description="Metal of the target")
+    size: str = Field("12 mm", description="Its diameter")
+    thickness: str = Field("0.2 mm", description="Its thickness")
+    silicone: str = Field("ecoflex-00-30", description="Silicone, of sits-mech catalog")
+    layer: str = Field("2 mm", description="Thickness of its layer")
+    pad: str = Field("20 mm", description="Diameter of its layer")
+    frequency: str = Field("5 MHz", description="Frequency")
+    converter: str = Field("LDC1614", description='Converter, or "none"')
 
 
 def begun(asked: Beginning) -> str:
-    """Return the text of a scene, with comments; SceneError for a number of coils, or a length, that is none."""
-    if asked.coils not in _ANGLES:
-        raise SceneError(f"coils: must be 1, 2, 3 or 4; got {asked.coils}")
+    """Return the text of a scene, with comments; SceneError for a length that is none."""
     inner, track, gap = (quantity(getattr(asked, name), "m", name) for name in ("inner", "track", "gap"))
     radius = _RADII[asked.coils] * (inner + 2.0 * (asked.turns * (track + gap) - gap) + CLEAR)
     angles = [math.radians(angle) for angle in _ANGLES[asked.coils]]

@@ -7,54 +7,15 @@ the sizes that its shape needs, and no others.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BaseModel, BeforeValidator, GetCoreSchemaHandler, InstanceOf, WithJsonSchema
-from pydantic_core import CoreSchema, core_schema
+from pydantic import BaseModel, InstanceOf
 
-from sits_mech.scene.materials import metals, silicones, unknown
+from sits_mech.inputs import ReadBy, unknown, whole, within
+from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.plausible import FREQUENCY, LENGTH, PLACE
 from sits_mech.silicone.material import Silicone, silicone_from
-from sits_mech.units import QUANTITY_PATTERN, SceneError, shown, si_value
-
-
-def quantity_schema(unit: str, **limits: float) -> dict[str, Any]:
-    """Return the JSON Schema of a written quantity: a number in SI, within limits, or a text with a unit."""
-    texts = {"type": "string", "pattern": QUANTITY_PATTERN}
-    return {"anyOf": [{"type": "number", **limits}, texts], "x-unit": unit or "1"}
-
-
-@dataclass(frozen=True)
-class Within:
-    """A check that a quantity lies between `low` and `high`, with its words for errors and schema."""
-
-    unit: str
-    low: float
-    high: float
-    words: str
-
-    def check(self, value: object) -> float:
-        """Return the quantity in SI; refuse it outside the bounds."""
-        number = si_value(value, self.unit)
-        if not self.low <= number <= self.high:
-            raise SceneError(f"must be {self.words}; got {shown(value)}")
-        return number
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Return a schema that checks before pydantic's own."""
-        return core_schema.no_info_before_validator_function(self.check, handler(source))
-
-    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """Return the JSON Schema of the quantity."""
-        return quantity_schema(self.unit, minimum=self.low, maximum=self.high)
-
-
-def _count(value: object) -> int:
-    """Check a number of turns or layers."""
-    if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= 1000:
-        return value
-    raise SceneError(f"must be a whole number from 1 to 1000; got {shown(value)}")
+from sits_mech.units import SceneError, shown
 
 
 def _direction(value: object) -> int:
@@ -87,34 +48,32 @@ def _silicone(value: object) -> str | Silicone:
     raise SceneError(unknown(value, silicones()))
 
 
-Length = Annotated[float, Within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"'), LENGTH]
-Offset = Annotated[float, Within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"'), LENGTH]
-Coordinate = Annotated[float, Within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"'), PLACE]
-Frequency = Annotated[float, Within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"'), FREQUENCY]
-Conductivity = Annotated[float, Within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
-LossTangent = Annotated[float, Within("", 0.0, 10.0, "a loss tangent from 0 to 10")]
-Permeability = Annotated[float, Within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
-Permittivity = Annotated[float, Within("", 1.0, 1e5, "a relative permittivity from 1 to 1e5")]
-Capacitance = Annotated[float, Within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
-Inductance = Annotated[float, Within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
-Resistance = Annotated[float, Within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
-Temperature = Annotated[float, Within("K", 1.0, 3e3, 'a temperature from 1 K to 3000 K, such as "20 degC"')]
-Coefficient = Annotated[float, Within("1/K", -0.1, 0.1, 'a coefficient within 0.1 per kelvin, such as "300 ppm/K"')]
-Stretch = Annotated[float, Within("", 0.8, 1.25, "a stretch from 0.8 to 1.25, 1 for none")]
-Share = Annotated[float, Within("", 0.0, 2.0, 'a share from 0 to 2, such as "5 %"')]
-Turn = Annotated[float, Within("rad", 0.0, 0.5, 'zero or an angle up to 0.5 rad, such as "1 deg"')]
-Angle = Annotated[float, Within("rad", -3.15, 3.15, 'an angle up to half a turn either way, such as "30 deg"')]
-Farads = Annotated[float, Within("F", 0.0, 1.0, 'zero or a capacitance up to 1 F, such as "3 pF"')]
-Friction = Annotated[float, Within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
-Count = Annotated[int, BeforeValidator(_count), WithJsonSchema({"type": "integer", "minimum": 1, "maximum": 1000})]
-Name = Annotated[str, BeforeValidator(_name), WithJsonSchema({"type": "string", "minLength": 1, "maxLength": 200})]
-MetalName = Annotated[str, BeforeValidator(_metal_name)]
-Direction = Annotated[int, BeforeValidator(_direction), WithJsonSchema({"enum": [1, -1]})]
+Length = Annotated[float, within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"'), LENGTH]
+Offset = Annotated[float, within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"'), LENGTH]
+Coordinate = Annotated[float, within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"'), PLACE]
+Frequency = Annotated[float, within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"'), FREQUENCY]
+Conductivity = Annotated[float, within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
+LossTangent = Annotated[float, within("", 0.0, 10.0, "a loss tangent from 0 to 10")]
+Permeability = Annotated[float, within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
+Permittivity = Annotated[float, within("", 1.0, 1e5, "a relative permittivity from 1 to 1e5")]
+Capacitance = Annotated[float, within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
+Inductance = Annotated[float, within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
+Resistance = Annotated[float, within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
+Temperature = Annotated[float, within("K", 1.0, 3e3, 'a temperature from 1 K to 3000 K, such as "20 degC"')]
+Coefficient = Annotated[float, within("1/K", -0.1, 0.1, 'a coefficient within 0.1 per kelvin, such as "300 ppm/K"')]
+Stretch = Annotated[float, within("", 0.8, 1.25, "a stretch from 0.8 to 1.25, 1 for none")]
+Share = Annotated[float, within("", 0.0, 2.0, 'a share from 0 to 2, such as "5 %"')]
+Turn = Annotated[float, within("rad", 0.0, 0.5, 'zero or an angle up to 0.5 rad, such as "1 deg"')]
+Angle = Annotated[float, within("rad", -3.15, 3.15, 'an angle up to half a turn either way, such as "30 deg"')]
+Farads = Annotated[float, within("F", 0.0, 1.0, 'zero or a capacitance up to 1 F, such as "3 pF"')]
+Friction = Annotated[float, within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
+Count = Annotated[int, whole(1, 1000)]
+Name = Annotated[str, ReadBy(_name, {"type": "string", "minLength": 1, "maxLength": 200})]
+MetalName = Annotated[str, ReadBy(_metal_name, {"type": "string"})]
+Direction = Annotated[int, ReadBy(_direction, {"enum": [1, -1]})]
 Point = tuple[Coordinate, Coordinate]
 Place = tuple[Coordinate, Coordinate, Coordinate]
-SiliconeOrName = Annotated[
-    InstanceOf[str] | InstanceOf[Silicone], BeforeValidator(_silicone), WithJsonSchema({"type": ["string", "object"]})
-]
+SiliconeOrName = Annotated[InstanceOf[str] | InstanceOf[Silicone], ReadBy(_silicone, {"type": ["string", "object"]})]
 _SIZES = ("width", "length", "diameter", "inner_diameter", "pitch", "points")
 
 

@@ -15,7 +15,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import (
     BaseModel,
-    ConfigDict,
     SerializerFunctionWrapHandler,
     ValidationInfo,
     field_validator,
@@ -23,6 +22,7 @@ from pydantic import (
     model_validator,
 )
 
+from sits_mech.inputs import FORM
 from sits_mech.scene.bounds import (
     Angle,
     Coefficient,
@@ -124,7 +124,7 @@ class Coil(BaseModel):
         of FR-4, which has 14 to 17 ppm/K, and some 40 to 70 below its glass transition.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = FORM
     name: Name
     shape: Literal["circle", "rectangle", "hexagon", "octagon", "D", "path"] = "circle"
     centre: Point

@@ -13,8 +13,9 @@ from __future__ import annotations
 import math
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, field_serializer, model_validator
+from pydantic import BaseModel, field_serializer, model_validator
 
+from sits_mech.inputs import FORM
 from sits_mech.scene.bounds import Friction, Length, Offset, SiliconeOrName, Stretch, check_sizes, extent_of
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone, table_of
@@ -65,7 +66,7 @@ class Elastomer(BaseModel):
         its duplicated nodes are merged, not refused.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = FORM
     material: SiliconeOrName
     shape: Shape | None = None
     width: Length | None = None

@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from sits_mech.memory import input_text
-from sits_mech.scene.materials import unknown
 from sits_mech.units import SceneError, shown
 
 Table = dict[str, Any]
@@ -71,16 +70,6 @@ def read_as(path: Path, meaning: Callable[[Table, Path], Meant]) -> Meant:
         return meaning(table, path.parent)
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
-
-
-def check_keys(table: Mapping[str, Any], known: Sequence[str], needed: Sequence[str] = ()) -> None:
-    """Raise SceneError where a table has a key that is not known, or lacks one that is needed."""
-    for key in table:
-        if key not in known:
-            raise SceneError(f"key {unknown(key, known)}")
-    for key in needed:
-        if key not in table:
-            raise SceneError(f"{key}: must be given; it is missing")
 
 
 def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:

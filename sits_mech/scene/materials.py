@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Any
 
+from sits_mech.inputs import unknown
 from sits_mech.silicone.material import Silicone, silicone_from
-from sits_mech.units import SceneError, shown, si_value
+from sits_mech.units import SceneError, si_value
 
 
 @dataclass(frozen=True)
@@ -68,15 +68,3 @@ def check_model(kind: str, asked: str, known: Sequence[str]) -> None:
     """Refuse a model of a kind that is not among `known`."""
     if asked not in known:
         raise SceneError(f"model ({kind}) {unknown(asked, known)}")
-
-
-def unknown(name: object, known: Iterable[str]) -> str:
-    """Return the words for a name that is not among `known`: the list, and what was probably meant."""
-    known = list(known)
-    return f"must be one of {', '.join(known)}; got {meant(name, known)}"
-
-
-def meant(name: object, known: Sequence[str]) -> str:
-    """Return a name that is not among `known` as it is shown, and what was probably meant."""
-    near = difflib.get_close_matches(str(name).lower(), known, n=1) if isinstance(name, str) else []
-    return shown(name) + (f' (did you mean "{near[0]}"?)' if near else "")

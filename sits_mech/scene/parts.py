@@ -11,8 +11,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, model_validator
 
+from sits_mech.inputs import FORM
 from sits_mech.quantities import Array
 from sits_mech.readout.converter import CONVERTERS
 from sits_mech.rotations import rotation_matrix
@@ -49,7 +50,6 @@ PLATE_SIZES = {
     "outline": ("points",),
 }
 """Sizes that plates of a shape need, beside the thickness."""
-_FROZEN = ConfigDict(frozen=True, extra="forbid")
 if TYPE_CHECKING:
     ConverterName = str
 else:
@@ -59,7 +59,7 @@ else:
 class Plate(BaseModel):
     """What targets and conductors have in common; `Target` says what each is."""
 
-    model_config = _FROZEN
+    model_config = FORM
     material: MetalName | None = None
     conductivity: Conductivity | None = None
     relative_permeability: Permeability | None = None
@@ -278,7 +278,7 @@ class Readout(BaseModel):
         By which the capacitance and the frequency of the reference clock grow with temperature, from 20 degC [1/K].
     """
 
-    model_config = _FROZEN
+    model_config = FORM
     converter: ConverterName = "LDC1614"
     parallel_capacitance: Capacitance = 330e-12
     idle_coil: Literal["shorted", "open", "live"] = "shorted"
@@ -312,7 +312,7 @@ class Tolerances(BaseModel):
         Scale of the load cell, and its turn about y, x, z [-, rad].
     """
 
-    model_config = _FROZEN
+    model_config = FORM
     modulus: Share | None = None
     stiffening: Share | None = None
     thickness: Offset | None = None

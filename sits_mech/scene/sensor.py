@@ -16,16 +16,16 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, model_validator
 
+from sits_mech.inputs import FORM, checked, unknown
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Frequency, Length, Name, Temperature
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
-from sits_mech.scene.materials import Metal, unknown
+from sits_mech.scene.materials import Metal
 from sits_mech.scene.parts import Conductor, Readout, Target, Tolerances
-from sits_mech.scene.refusals import refusal
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, quantity, shown
 from sits_mech.version import __version__
@@ -84,7 +84,7 @@ class Sensor(BaseModel):
     (0.008, 0.002, ['C1', 'C2'])
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = FORM
     name: Name
     frequency: Frequency
     coils: tuple[Coil, ...]
@@ -146,10 +146,7 @@ def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
 
     Raises SceneError in one line: `where`, the key, what it must be, what came.
     """
-    try:
-        return Sensor.model_validate(scene)
-    except ValidationError as error:
-        raise SceneError(f"{where}: {refusal(error, scene, Sensor, 'scene')}") from None
+    return checked(Sensor, scene, "scene", where)
 
 
 @cache

@@ -12,18 +12,18 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from sits_mech.scene.bounds import quantity_schema
+from sits_mech.inputs import quantity_schema
 from sits_mech.scene.coils import SHAPES, Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.parts import PLATE_SIZES, Conductor, Readout, Target
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.laws import LAWS
+from sits_mech.silicone.material import material_table
 
 Schema = dict[str, Any]
 _BULK = ("bulk_modulus", "K", "D1")  # keys of which a law has one
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _HEAD = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$")
 _PLATE = {shape: sizes for shape, sizes in PLATE_SIZES.items() if shape != "outline"}
 _LAYER = {"box": ("width", "length"), "cylinder": ("diameter",), "pillars": ("pitch", "diameter")}
@@ -52,7 +52,7 @@ def scene_schema() -> Schema:
     found["Conductor"]["properties"]["centre"] = listed(centre, minItems=2, maxItems=3) | said
     found["Elastomer"]["properties"]["material"] = {"$ref": "#/$defs/Silicone"}
     found["Elastomer"]["allOf"] = _shapes(_LAYER)
-    found["Silicone"] = _silicone()
+    found |= {"Silicone": _silicone(), **material_table("neo-hookean").model_json_schema()["$defs"]}
     whole = with_descriptions(schema, Sensor) | {"title": "Scene of sits-mech", "$schema": DIALECT, "$defs": found}
     whole["properties"]["readout"] = {"$ref": "#/$defs/Readout"}
     return whole
@@ -105,28 +105,10 @@ def _by_words() -> Schema:
 
 def _law(name: str) -> Schema:
     """Return the schema of a table with the constants of one law."""
-    law = LAWS[name]
-    one = {key: quantity_schema(unit) for key, unit in law.units.items()}
-    constants = {key: {"anyOf": [item, listed(item)]} if law.lists else item for key, item in one.items()}
-    branch = {
-        "type": "object", "additionalProperties": False, "required": ["weight", "time"],
-        "properties": {"weight": quantity_schema(""), "time": quantity_schema("s")},
-    }
-    properties = {
-        "law": {"const": name}, **constants, **{key: quantity_schema("1/Pa" if key == "D1" else "Pa") for key in _BULK},
-        "prony": listed(branch, description="Shares of the first stiffness that relax."),
-        "mullins": {
-            "type": "object", "additionalProperties": False, "required": ["r"],
-            "properties": {"r": quantity_schema(""), "m": quantity_schema("Pa"), "beta": quantity_schema("")},
-            "description": "Softening after the largest load: 1/r is its depth, r > 1; m + beta W_max its energy.",
-        },
-        "expansion": quantity_schema("1/K"),
-        "temperature_range": listed(quantity_schema("K"), minItems=2, maxItems=2),
-        "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
-        "spread": {"type": "number"}, "mode_spread": {"type": "number", "minimum": 0},
-    }
-    own = {"type": "object", "title": name, "additionalProperties": False, "required": ["law", *law.units]}
-    return own | {"properties": properties, "anyOf": [{"required": [key]} for key in _BULK]}
+    own = material_table(name).model_json_schema()
+    own["properties"] |= {"K": quantity_schema("Pa"), "D1": quantity_schema("1/Pa")}
+    needed = [key for key in own["required"] if key != "bulk_modulus"]
+    return own | {"$defs": {}, "required": needed, "anyOf": [{"required": [key]} for key in _BULK]}
 
 
 def attributes(kind: type) -> dict[str, str]:

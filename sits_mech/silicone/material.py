@@ -15,24 +15,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import cache
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import AfterValidator, BaseModel, Field, create_model, model_validator
 
+from sits_mech.inputs import FORM, ReadBy, checked, choice, positive, quantity_of, quantity_schema, unknown, within
 from sits_mech.quantities import SURE, Array
-from sits_mech.silicone.laws import LAWS, Constants, Law
+from sits_mech.silicone.laws import LAWS, Constants
 from sits_mech.silicone.words import in_constants
-from sits_mech.units import SceneError, quantity, shown
+from sits_mech.units import SceneError, shown, si_value
 
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
 _LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
 _RANGE_OF_THREE = 1.693  # mean range of three normal numbers, in deviations
-_NUMBERS = {"rms": "Pa", "spread": "", "mode_spread": "", "expansion": "1/K"}  # what is known of the constants
-_RANGES = {
-    "fitted_range": ("", "smallest and largest strain"),
-    "temperature_range": ("K", "lowest and the highest temperature"),
-}
+_NOT_NEGATIVE = "zero or positive"
 
 
 @dataclass(frozen=True)
@@ -153,6 +152,93 @@ class Silicone:
         return replace(self, law=law, constants=constants)
 
 
+class BranchTable(BaseModel):
+    """A branch of a Prony series."""
+
+    model_config = FORM
+    weight: Annotated[float, positive("")]
+    time: Annotated[float, positive("s")]
+
+
+class SofteningTable(BaseModel):
+    """Constants of `Softening`."""
+
+    model_config = FORM
+    r: Annotated[float, within("", math.nextafter(1.0, 2.0), 1e30, "greater than 1")]
+    m: Annotated[float, within("Pa", 0.0, 1e30, _NOT_NEGATIVE)] = 0.0
+    beta: Annotated[float, within("", 0.0, 1e30, _NOT_NEGATIVE)] = 1.0
+
+    @model_validator(mode="after")
+    def _fades(self) -> SofteningTable:
+        """Refuse a softening that does not fade."""
+        if self.m + self.beta == 0.0:
+            raise SceneError("m and beta must not be both zero; got 0 Pa and 0")
+        return self
+
+
+def _shares(branches: list[BranchTable]) -> tuple[tuple[float, float], ...]:
+    """Return weights and times [s] of a Prony series, or refuse them."""
+    total = sum(each.weight for each in branches)
+    if not total < 1.0:
+        raise SceneError(f"must have weights that sum to less than 1; got {total:g}")
+    return tuple((each.weight, each.time) for each in branches)
+
+
+def _range(unit: str, words: str) -> ReadBy:
+    """Return what reads the two ends of a range, of words."""
+
+    def check(ends: Any) -> tuple[float, ...]:
+        found = tuple(si_value(end, unit) for end in ends) if isinstance(ends, list | tuple) else ()
+        if len(found) != 2 or not found[0] < found[1]:
+            raise SceneError(f"must be the {words}; got {shown(ends)}")
+        return found
+
+    return ReadBy(check, {"type": "array", "items": quantity_schema(unit), "minItems": 2, "maxItems": 2})
+
+
+def _printable(value: object) -> str:
+    """Return a text that can be printed."""
+    if not isinstance(value, str) or not value.isprintable():
+        raise SceneError(f"must be a printable text; got {shown(value)}")
+    return value
+
+
+class _Known(BaseModel):
+    """Keys of a material table of any law, beside its constants."""
+
+    model_config = FORM
+    bulk_modulus: Annotated[float, positive("Pa", "a positive pressure")]
+    prony: Annotated[list[BranchTable], AfterValidator(_shares)] = Field(
+        default_factory=list, validate_default=True, description="Shares of the first stiffness that relax.")
+    mullins: Annotated[SofteningTable, AfterValidator(lambda found: Softening(**dict(found)))] | None = Field(
+        None, description="Softening after the largest load: 1/r is its depth, r > 1; m + beta W_max its energy.")
+    source: Annotated[str, ReadBy(_printable, {"type": "string"})] = "the scene"
+    fitted_range: Annotated[Any, _range("", "smallest and largest strain")] = None
+    temperature_range: Annotated[Any, _range("K", "lowest and the highest temperature")] = None
+    rms: Annotated[float, within("Pa", 0.0, 1e30, _NOT_NEGATIVE)] | None = None
+    spread: Annotated[float, quantity_of("")] | None = None
+    mode_spread: Annotated[float, within("", 0.0, 1e30, _NOT_NEGATIVE)] | None = None
+    expansion: Annotated[float, quantity_of("1/K")] | None = None
+
+
+def _terms(unit: str) -> ReadBy:
+    """Return what reads a constant of a law of several terms: one, or a list."""
+    one = quantity_of(unit)
+
+    def check(value: Any) -> tuple[float, ...]:
+        return tuple(map(one.check, value if isinstance(value, list | tuple) else [value]))
+
+    return ReadBy(check, {"anyOf": [one.schema, {"type": "array", "items": one.schema}]})
+
+
+@cache
+def material_table(law: str) -> type[BaseModel]:
+    """Return the model of a material table of a law, by constants alone."""
+    kind, units = _terms if LAWS[law].lists else quantity_of, LAWS[law].units
+    fields: Any = {key: (Annotated[Any, kind(unit)], ...) for key, unit in units.items()}
+    return create_model(law, __base__=_Known, law=(Annotated[str, choice(law)], ...), **fields)
+
+
 def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     """Return the silicone of a material table (with or without units), constants in SI.
 
@@ -160,110 +246,27 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     weights that leave none to slow load.
     """
     table = in_constants(table)
-    name_of_law = table.get("law")
-    if not isinstance(name_of_law, str) or name_of_law not in LAWS:
-        raise SceneError(f"law must be one of {', '.join(LAWS)}; got {shown(name_of_law)}")
-    law = LAWS[name_of_law]
-    allowed = ("law", *law.units, "bulk_modulus", "prony", "mullins", "source", *_RANGES, *_NUMBERS)
-    for key in table:
-        if key not in allowed:
-            raise SceneError(f"{key} is no key of a {law.name} material; it has {', '.join(allowed)}")
-    for key in (*law.units, "bulk_modulus"):
-        if key not in table:
-            raise SceneError(f"{key} must be given for a {law.name} material; it is missing")
-    constants = _constants(law, table)
-    bulk_modulus = quantity(table["bulk_modulus"], "Pa", "bulk_modulus")
-    if not bulk_modulus > 0.0:
-        raise SceneError(f"bulk_modulus must be a positive pressure; got {shown(table['bulk_modulus'])}")
-    prony, mullins = _branches(table.get("prony", ())), _softening(table.get("mullins"))
-    return Silicone(name, law.name, constants, bulk_modulus, prony=prony, mullins=mullins, **_provenance(table))
-
-
-def _branches(entries: Any) -> tuple[tuple[float, float], ...]:
-    """Return weights and times [s] of a Prony series, or refuse them."""
-    if not isinstance(entries, list | tuple) or not all(isinstance(entry, Mapping) for entry in entries):
-        raise SceneError(f'prony must be a list of tables {{weight = 0.1, time = "0.5 s"}}; got {shown(entries)}')
-    found = []
-    for number, entry in enumerate(entries):
-        if set(entry) != {"weight", "time"}:
-            raise SceneError(f"prony.{number} must have the keys weight and time; got {', '.join(map(str, entry))}")
-        weight = quantity(entry["weight"], "", f"prony.{number}.weight")
-        time = quantity(entry["time"], "s", f"prony.{number}.time")
-        if not (weight > 0.0 and time > 0.0):
-            raise SceneError(f"prony.{number} must have a positive weight and time; got {weight:g} and {time:g} s")
-        found.append((weight, time))
-    total = sum(weight for weight, _ in found)
-    if not total < 1.0:
-        raise SceneError(f"prony: the weights must sum to less than 1; got {total:g}")
-    return tuple(found)
-
-
-def _softening(table: Any) -> Softening | None:
-    """Return the softening of a table, or refuse it."""
-    if table is None:
-        return None
-    if not isinstance(table, Mapping) or "r" not in table or not set(table) <= {"r", "m", "beta"}:
-        raise SceneError(f'mullins must be a table such as {{r = 2.5, m = "0 Pa", beta = 1.0}}; got {shown(table)}')
-    r, m, beta = (
-        quantity(table.get(key, default), unit, f"mullins.{key}")
-        for key, default, unit in (("r", 0.0, ""), ("m", 0.0, "Pa"), ("beta", 1.0, ""))
-    )
-    if not r > 1.0:
-        raise SceneError(f"mullins.r must be greater than 1; got {r:g}")
-    if not (m >= 0.0 and beta >= 0.0 and m + beta > 0.0):
-        raise SceneError(f"mullins: m and beta must not be negative, and not both zero; got {m:g} Pa and {beta:g}")
-    return Softening(r, m, beta)
-
-
-def _constants(law: Law, table: Mapping[str, Any]) -> Constants:
-    """Return a law's constants in SI, or refuse them without a positive initial stiffness."""
-    found: dict[str, float | tuple[float, ...]] = {}
-    for key, unit in law.units.items():
-        if law.lists:
-            entries = table[key] if isinstance(table[key], list | tuple) else [table[key]]
-            found[key] = tuple(quantity(entry, unit, key) for entry in entries)
-        else:
-            found[key] = quantity(table[key], unit, key)
-    refusal = law.refusal(found)
-    if refusal:
+    if not isinstance(law := table.get("law"), str) or law not in LAWS:
+        raise SceneError(f"law: {unknown(law, LAWS)}")
+    own, found = LAWS[law], dict(checked(material_table(law), table, "silicone"))
+    constants: Constants = {key: found.pop(key) for key in own.units}
+    if refusal := own.refusal(constants):
         raise SceneError(refusal)
-    if not 0.0 < law.shear_modulus(found) < float("inf"):
-        raise SceneError(f"{', '.join(law.units)} must give a positive shear modulus; got {found}")
-    return found
-
-
-def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return source, fitted range, residual and spread, if a table has them."""
-    found: dict[str, Any] = {key: quantity(table[key], unit, key) for key, unit in _NUMBERS.items() if key in table}
-    source = table.get("source", Silicone.source)
-    if not isinstance(source, str) or not source.isprintable():
-        raise SceneError(f"source must be a printable text; got {shown(source)}")
-    for key in ("rms", "mode_spread"):
-        if found.get(key, 0.0) < 0.0:
-            raise SceneError(f"{key} must not be negative; got {shown(table[key])}")
-    ranges = {key: _rising(key, table[key], *_RANGES[key]) for key in _RANGES if key in table}
-    return found | ranges | {"source": source}
-
-
-def _rising(key: str, ends: Any, unit: str, words: str) -> tuple[float, ...]:
-    """Return the two ends of a range in SI, or refuse them."""
-    found = tuple(quantity(end, unit, key) for end in ends) if isinstance(ends, list | tuple) else ()
-    if len(found) != 2 or not found[0] < found[1]:
-        raise SceneError(f"{key} must be the {words}; got {shown(ends)}")
-    return found
+    if not 0.0 < own.shear_modulus(constants) < math.inf:
+        raise SceneError(f"{', '.join(own.units)} must give a positive shear modulus; got {constants}")
+    return Silicone(name, found.pop("law"), constants, **found)
 
 
 def table_of(silicone: Silicone) -> dict[str, Any]:
     """Return the material table of `silicone` in SI; `silicone_from` gives the same silicone back."""
-    table: dict[str, Any] = {"law": silicone.law, **silicone.constants, "bulk_modulus": silicone.bulk_modulus}
+    known = {key: getattr(silicone, key) for key in _Known.model_fields}
+    usual = {key: getattr(Silicone, key, None) for key in known}
+    table: dict[str, Any] = {"law": silicone.law, **silicone.constants}
+    table |= {key: item for key, item in known.items() if item != usual[key]}
     if silicone.prony:
         table["prony"] = [{"weight": weight, "time": time} for weight, time in silicone.prony]
     if silicone.mullins is not None:
         table["mullins"] = vars(silicone.mullins).copy()
-    if silicone.source != Silicone.source:
-        table["source"] = silicone.source
-    extras = {key: getattr(silicone, key) for key in (*_RANGES, *_NUMBERS)}
-    table |= {key: item for key, item in extras.items() if item is not None}
     return {key: list(item) if isinstance(item, tuple) else item for key, item in table.items()}
 
 

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from sits_mech.synthesis.requirements import Requirements
 
 _ACROSS = 5  # loads along each force of the studio's table
-_ROOMS = ("chain", "geometry", "magnetics", "maps", "mechanics", "readout", "scene", "silicone")
 Told = Callable[..., None]
 """Called with how far an answer is: done, of how many, and where there are some, words."""
 
@@ -180,4 +179,4 @@ def _kept(question: Question, make: Callable[[], xr.Dataset]) -> xr.Dataset:
             arrays["table"].tofile(Path(folder) / "table.nc")
             return read_table(Path(folder) / "table.nc")
 
-    return kept(("studio", question.key), make, pack, unpack, _ROOMS)
+    return kept(("studio", question.key), make, pack, unpack, __name__)

@@ -12,13 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
+from sits_mech.inputs import checked, unknown
 from sits_mech.quantities import WRENCH
 from sits_mech.scene.files import read_as
-from sits_mech.scene.materials import unknown
 from sits_mech.scene.parameters import parameter, value_of
-from sits_mech.scene.refusals import refusal
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicone_of
 from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.kinds import KINDS, figure_names, kind_of
@@ -62,10 +60,7 @@ def requirements_of(table: Mapping[str, Any], folder: Path = Path(), sensor: Sen
 
     Errors as `read_requirements`.
     """
-    try:
-        given = Written.model_validate(dict(table) if sensor is None else {"scene": "", **table})
-    except ValidationError as error:
-        raise SceneError(refusal(error, table, Written, "requirements")) from None
+    given = checked(Written, table if sensor is None else {"scene": "", **table}, "requirements")
     parts = given.model_dump(exclude_unset=True)
     sensor = load_beside(folder, parts["scene"]) if sensor is None else sensor
     if sensor.target is None or sensor.elastomer is None:

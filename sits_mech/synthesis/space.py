@@ -22,14 +22,13 @@ from sits_mech.geometry.collision import fixed_solids
 from sits_mech.scene.files import literal
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed
-from sits_mech.units import shown, split_quantity
+from sits_mech.units import shown
 
 _MOST = 1000  # choices
 _CORNERS = 256  # of bounds and lists, whose sizes are looked at
 _SILICONE = "elastomer.material"  # has no size
 _ROUND = 0.02  # of the bounds' distance, at most, from a round number to the next
 _STEPS = (5.0, 2.0, 1.0)  # round numbers of a decade, coarse first
-_BOUNDS = '{ from = "1 mm", to = "6 mm" } with ends that rise, in one unit'
 
 
 def size_of(sensor: Sensor) -> dict[str, float]:
@@ -157,36 +156,17 @@ class Space:
 
 
 def space_of(sensor: Sensor, table: Mapping[str, Any]) -> Space:
-    """Return the designs that a table of bounds and lists allows.
+    """Return the designs that bounds, (low, high, unit), and lists of keys allow.
 
-    Raises SceneError when there is none, bounds are reversed, a value leaves no possible scene, or choices are too
-    many.
+    Raises SceneError when a value leaves no possible scene, or choices are too many.
     """
-    variables, lists = [], {}
-    for key, item in table.items():
-        if isinstance(item, list):
-            if not item or len({json.dumps(value, default=str) for value in item}) != len(item):
-                raise SceneError(f"vary.{key}: must be a list of different values; got {shown(item)}")
-            lists[key] = tuple(item)
-        else:
-            variables.append(_variable(key, item))
-    if not table:
-        raise SceneError("vary: must be a table of keys and their bounds or lists; got none")
+    lists = {key: tuple(item) for key, item in table.items() if isinstance(item, list)}
+    variables = [Variable(key, *item) for key, item in table.items() if key not in lists]
     found = Space(sensor, tuple(variables), lists)
     if math.prod(len(values) for values in lists.values()) > _MOST:
         raise SceneError(f"vary: must leave at most {_MOST} choices of its lists; got more")
     _check_values(found)
     return found
-
-
-def _variable(key: str, item: Any) -> Variable:
-    """Return the variable of a pair of bounds."""
-    if not isinstance(item, dict) or set(item) != {"from", "to"}:
-        raise SceneError(f"vary.{key}: must be a list, or bounds {_BOUNDS}; got {shown(item)}")
-    (low, unit), (high, other) = (split_quantity(item[end], f"vary.{key}.{end}") for end in ("from", "to"))
-    if unit != other or not low < high:
-        raise SceneError(f"vary.{key}: must be bounds {_BOUNDS}; got {shown(item)}")
-    return Variable(key, low, high, unit)
 
 
 def _check_values(space: Space) -> None:

@@ -25,15 +25,23 @@ What the numbers mean together, and for the scene, is `requirements.requirements
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, create_model
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
+from sits_mech.inputs import (
+    FORM,
+    NUMBER_OR_TEXT,
+    ReadBy,
+    list_or_span,
+    list_or_span_schema,
+    positive,
+    quantity_schema,
+    unknown,
+    within,
+)
 from sits_mech.quantities import UNITS, WRENCH
-from sits_mech.scene.bounds import Within, quantity_schema
-from sits_mech.scene.materials import unknown
 from sits_mech.synthesis.kinds import ASKED, KINDS, Kind, figure_names, unit_of
 from sits_mech.units import SceneError, shown, si_value
 
@@ -41,31 +49,14 @@ FIGURES = (*figure_names(WRENCH), "footprint")
 """What may be minimised."""
 LEAST_YIELD = 0.95
 """Of the sensors made, by default."""
-_LEAST, _MOST = 1e-30, 1e30  # of what is positive
 _DEVIATION = "a positive standard deviation"
-_FORM = ConfigDict(frozen=True, extra="forbid")
-NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
-_BOUNDS = {
-    "type": "object", "additionalProperties": False, "properties": dict.fromkeys(("from", "to"), NUMBER_OR_TEXT),
-    "required": ["from", "to"],
-}
-_VARIED = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, _BOUNDS]}
+_BOUNDS = 'bounds { from = "1 mm", to = "6 mm" } with ends that rise, in one unit'
 _MINIMISED = {
     "anyOf": [
         {"enum": [*FIGURES, "feasible"]},
         {"type": "object", "minProperties": 1, "propertyNames": {"enum": [*FIGURES]}, "additionalProperties": {}},
     ]
 }
-
-
-def _read(check: Callable[[Any], Any], schema: dict[str, Any]) -> Any:
-    """Return the type of what a check reads."""
-    return Annotated[Any, BeforeValidator(check), WithJsonSchema(schema)]
-
-
-def _positive(unit: str, words: str = "positive") -> Any:
-    """Return the type of a positive quantity."""
-    return Annotated[float, Within(unit, _LEAST, _MOST, words)]
 
 
 def _two(unit: str) -> dict[str, Any]:
@@ -93,6 +84,14 @@ def _sides(unit: str, value: Any) -> dict[str, float]:
     found = dict(zip(("x", "y"), _pair(unit, 'two lengths, such as ["25 mm", "25 mm"]', value), strict=True))
     if not min(found.values()) > 0.0:
         raise SceneError(f"must be positive; got {shown(value)}")
+    return found
+
+
+def _varied(value: Any) -> Any:
+    """Return a list of values, or least, greatest and unit of bounds."""
+    found = list_or_span(value, _BOUNDS)
+    if isinstance(found, tuple) and not found[0] < found[1]:
+        raise SceneError(f"must be {_BOUNDS}; got {shown(value)}")
     return found
 
 
@@ -129,57 +128,61 @@ def _limit(key: str, kind: Kind) -> tuple[Any, Any]:
     """Return the limit of a kind of figure."""
     words = f"{kind.meaning}; at {'least' if kind.least else 'most'}."
     if kind.of == "axes":
-        return _said(_read(partial(_sides, kind.unit), _two(kind.unit)), None, words)
+        return _said(Annotated[Any, ReadBy(partial(_sides, kind.unit), _two(kind.unit))], None, words)
     if not kind.of:
-        return _said(_positive(kind.unit), None, words)
-    each: Any = {name: (_positive(unit_of(f"{key}.{name}")), None) for name in WRENCH}
-    return _said(create_model(key, __config__=_FORM, **each), None, words)
+        return _said(Annotated[float, positive(kind.unit)], None, words)
+    each: Any = {name: (Annotated[float, positive(unit_of(f"{key}.{name}"))], None) for name in WRENCH}
+    return _said(create_model(key, __config__=FORM, **each), None, words)
 
 
 _RANGES: Any = {
-    name: _said(_read(partial(_ends, UNITS[name]), _two(UNITS[name])), None, f"Least and greatest [{UNITS[name]}].")
+    name: _said(
+        Annotated[Any, ReadBy(partial(_ends, UNITS[name]), _two(UNITS[name]))], None,
+        f"Least and greatest [{UNITS[name]}].",
+    )
     for name in WRENCH
 }
 _LIMITS: Any = {key: _limit(key, KINDS[key]) for key in ASKED}
 _SPECIAL: Any = {
-    "modulus": _said(_positive("", _DEVIATION), None, "All stiffnesses of the silicone together."),
-    "coil_offset": _said(_positive("m", _DEVIATION), None, "Of the coils beside the pad, along x and along y [m]."),
+    "modulus": _said(Annotated[float, positive("", _DEVIATION)], None, "All stiffnesses of the silicone together."),
+    "coil_offset": _said(
+        Annotated[float, positive("m", _DEVIATION)], None, "Of the coils beside the pad, along x and along y [m]."),
     "repeatability": _said(
-        _positive("", _DEVIATION), None,
+        Annotated[float, positive("", _DEVIATION)], None,
         "Of one reading of an inductance, over the inductance, beside the converter's noise.",
     ),
 }
-_OVERLOAD = Annotated[float, Within("", 1.0, _MOST, "1 or more")]
-_YIELD = Annotated[float, Within("", 0.5, 1.0 - 1e-9, "a share from 50 % to below 100 %")]
+_OVERLOAD = Annotated[float, within("", 1.0, 1e30, "1 or more")]
+_YIELD = Annotated[float, within("", 0.5, 1.0 - 1e-9, "a share from 50 % to below 100 %")]
 
 
 class _Deviations(BaseModel):
     """Standard deviations of any keys of a scene."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, Annotated[Any, BeforeValidator(_deviation), WithJsonSchema(NUMBER_OR_TEXT)]]
+    __pydantic_extra__: dict[str, Annotated[Any, ReadBy(_deviation, NUMBER_OR_TEXT)]]
 
 
 _PARTS: Any = {
     "scene": _said(str, ..., "A scene file in the same folder, or a name of the catalogue."),
     "loads": _said(
-        create_model("loads", __config__=_FORM, **_RANGES, overload=_said(
+        create_model("loads", __config__=FORM, **_RANGES, overload=_said(
             _OVERLOAD, 1.0, "Times the loads, carried within the data of the silicone.")),
         ..., "Components of the load that vary, one at least.",
     ),
     "vary": _said(
-        dict[str, Annotated[Any, WithJsonSchema(_VARIED)]], ...,
-        "Keys of the scene in quotes, a star for every coil: bounds or lists.", json_schema_extra={"minProperties": 1},
+        dict[str, Annotated[Any, ReadBy(_varied, list_or_span_schema())]], ...,
+        "Keys of the scene in quotes, a star for every coil: bounds or lists.", min_length=1,
     ),
-    "require": _said(create_model("require", __config__=_FORM, **_LIMITS), {}, "Limits of figures, all optional."),
+    "require": _said(create_model("require", __config__=FORM, **_LIMITS), {}, "Limits of figures, all optional."),
     "tolerance": _said(
         create_model("tolerance", __base__=_Deviations, **_SPECIAL), {},
         "One standard deviation of what is made: of keys of the scene in quotes, and of these.",
     ),
     "goal": _said(
         create_model(
-            "goal", __config__=_FORM,
-            minimise=_said(_read(_weights, _MINIMISED), {}, (
+            "goal", __config__=FORM,
+            minimise=_said(Annotated[Any, ReadBy(_weights, _MINIMISED)], {}, (
                 'A figure, {figure = weight}, or "feasible": the first design within the limits.')),
             least_yield=_said(
                 _YIELD, LEAST_YIELD, "Share of the sensors made that must hold every limit.", alias="yield"
@@ -187,7 +190,7 @@ _PARTS: Any = {
         ), {}, "What is best.",
     ),
 }
-Written = create_model("Requirements", __config__=_FORM, __doc__="A requirement file.", **_PARTS)
+Written = create_model("Requirements", __config__=FORM, __doc__="A requirement file.", **_PARTS)
 """A requirement file."""
 SPECIAL = {"modulus": "", "coil_offset": "m", "repeatability": ""}
 """Tolerances that are no key of the scene, and their units."""

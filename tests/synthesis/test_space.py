@@ -7,8 +7,7 @@ from sits_mech.synthesis.space import Design, Variable, size_of, space_of
 
 SENSOR = load_sensor("biorob2018")
 SPACE = space_of(SENSOR, {
-    "elastomer.thickness": {"from": "1 mm", "to": "6 mm"}, "coils.*.turns": [8, 10],
-    "target.width": {"from": 0.006, "to": 0.01},
+    "elastomer.thickness": (1.0, 6.0, "mm"), "coils.*.turns": [8, 10], "target.width": (0.006, 0.01, ""),
 })
 
 
@@ -50,6 +49,6 @@ def test_the_least_sizes_are_those_of_the_smallest_scene() -> None:
 def test_what_leaves_no_scene_by_itself_is_named() -> None:
     """Not a list beside it, all of whose values are as impossible with it."""
     with pytest.raises(SceneError, match="vary.elastomer.thicknes: .*must leave a possible scene"):
-        space_of(SENSOR, {"coils.*.turns": [8, 10], "elastomer.thicknes": {"from": "1 mm", "to": "2 mm"}})
+        space_of(SENSOR, {"coils.*.turns": [8, 10], "elastomer.thicknes": (1.0, 2.0, "mm")})
     with pytest.raises(SceneError, match="vary.coils.*turns: 99 must leave a possible scene"):
-        space_of(SENSOR, {"elastomer.thickness": {"from": "1 mm", "to": "2 mm"}, "coils.*.turns": [8, 99]})
+        space_of(SENSOR, {"elastomer.thickness": (1.0, 2.0, "mm"), "coils.*.turns": [8, 99]})

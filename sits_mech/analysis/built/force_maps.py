@@ -25,7 +25,6 @@ from sits_mech.readout.loads import answered, ends_of, fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.units import SLACK
 
-_ROOMS = "scene", "silicone", "geometry", "mechanics", "chain"  # that make slopes of the layer
 _MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
 _MODULI = (0.02, 10.0)  # least and greatest factor
 _BEYOND = 0.8  # of the least factor that a table holds: where one below it is looked for next
@@ -144,7 +143,7 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
 
     loads, slopes = kept(
         ("layer slopes", sensor, asked[0], same, mechanics, tolerance), made,
-        lambda own: {"loads": own[0], "slopes": own[1]}, lambda arrays: (arrays["loads"], arrays["slopes"]), _ROOMS,
+        lambda own: {"loads": own[0], "slopes": own[1]}, lambda arrays: (arrays["loads"], arrays["slopes"]), __name__,
     )
     return fit_map(names, loads[:, [WRENCH.index(name) for name in names]], slopes.reshape(len(loads), -1))
 

@@ -10,29 +10,17 @@ from typing import Any, NamedTuple
 
 from sits_mech.batch.requests import REQUESTS, Request, Variant
 from sits_mech.batch.studies.samples import Expression
+from sits_mech.batch.studies.written import SCENE, Adaptive
 from sits_mech.cases import Combine
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
 from sits_mech.scene.files import literal
 from sits_mech.store import Row
 
-COMPONENTS = {name: argument for argument, name in (LOAD_ARGUMENTS | POSE_ARGUMENTS).items()}
-"""Arguments by the names that their components have in Python, which study files may use as well."""
-SCENE = "scene"
-"""What varies with a list of scenes."""
 TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
 Item = tuple[str, str]
 _SILICONE = "elastomer.material"
 _NOT_OF_COILS = ("elastomer", "readout", "tolerances", "mechanics")
 _NOT_OF_PAD = ("coils", "conductors", "frequency", "substrate_radius", "readout", "tolerances", "magnetics")
-
-
-@dataclass(frozen=True)
-class Adaptive:
-    """Up to what the cases of a grid are known, of which as few as predict the others are solved."""
-
-    of: tuple[str, ...]  # variables of the table
-    within: float  # of the range of each of their parts
-    limit: float | None = None  # of the one variable, in SI: as far as it may be on either side
 
 
 class Shared(NamedTuple):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Mapping
 from typing import Any
 
 from sits_mech.batch.requests import REQUESTS
-from sits_mech.batch.studies.asked import COMPONENTS, SCENE, Study, arguments_of, of_scene
+from sits_mech.batch.studies.asked import Study, arguments_of, of_scene
+from sits_mech.batch.studies.written import SCENE
 from sits_mech.cases import grid_points
-from sits_mech.scene.materials import unknown
+from sits_mech.inputs import unknown
 from sits_mech.scene.sensor import SceneError
 from sits_mech.store import Row
 from sits_mech.units import shown
@@ -21,9 +21,9 @@ _LOOKS = 3_000  # scenes that are looked at before a run whether a value is poss
 def check_cases(study: Study) -> None:
     """Refuse a study whose arguments are none, or with values that no possible scene has."""
     study.request.in_si(study.fixed)
-    for name, values in study.vary.items():
-        for value in values:
-            study.request.in_si(arguments_of({name: value}, study.request))
+    for name in arguments_of(study.vary, study.request):
+        for value in study.vary[name]:
+            study.request.in_si({name: value})
     if study.combine == "zip":
         _check_side_by_side(study)
         return
@@ -90,17 +90,6 @@ def _refusal_of_all(study: Study, name: str, value: Any) -> SceneError | None:
             return None
         first = first or refusal
     return first
-
-
-def named(table: Mapping[str, Any], name: str) -> Row:
-    """Return a table of the file, loads and poses by the names of arguments; [vary] must have keys."""
-    part: Row = table.get(name, {})
-    if not isinstance(part, dict) or (name == "vary" and not part):
-        raise SceneError(f"{name}: must be a table of keys and their values; got {shown(part)}")
-    for key in part:
-        if key in COMPONENTS and COMPONENTS[key] in part and COMPONENTS[key] != key:
-            raise SceneError(f"{name}.{COMPONENTS[key]}: must be given once; got {key} beside it")
-    return {COMPONENTS.get(key, key): item for key, item in part.items()}
 
 
 def check_names(name: str, varied: Row, fixed: Row) -> None:

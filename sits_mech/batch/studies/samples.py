@@ -22,13 +22,13 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
+from sits_mech.inputs import meant
 from sits_mech.quantities import Array
-from sits_mech.scene.materials import meant
-from sits_mech.units import SceneError, shown, si_label, split_quantity
+from sits_mech.units import SceneError, shown, si_label
 
 _SIGNED: Mapping[type, Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 _JOINED: Mapping[type, Callable[[Any, Any], Any]] = {
@@ -158,7 +158,6 @@ def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
 SAMPLED = ("sobol", "latin", "saltelli")
 """Ways to combine ranges to samples."""
 MOST = 1_000_000  # cases of a study
-_FORM = 'a list of different values, or a range { from = "1 mm", to = "5 mm" } with different ends in one unit'
 
 
 def cube(combine: str, count: int, seed: int, keys: int) -> Array:
@@ -176,50 +175,21 @@ def cube(combine: str, count: int, seed: int, keys: int) -> Array:
 
 
 def sampled(varied: Mapping[str, Any], points: Array) -> dict[str, list[Any]]:
-    """Return the values of each key at points of the unit cube: within a range, or evenly of a list."""
-    return {name: _along(name, item, points[:, k]) for k, (name, item) in enumerate(varied.items())}
-
-
-def checked_count(combine: str, count: object, seed: object, keys: int) -> tuple[int, int]:
-    """Return number and seed of samples; raise SceneError for what can be none."""
-    if not is_whole(count, 1, MOST):
-        raise SceneError(f"samples: must be given, a whole number from 1 to {MOST}, for {combine}; got {shown(count)}")
-    if combine == "saltelli" and (count < 2 or count & (count - 1)):
-        raise SceneError(f"samples: must be a power of two for saltelli; got {count}")
-    whole = count * (keys + 2 if combine == "saltelli" else 1)
-    if whole > MOST:
-        raise SceneError(f"samples: must give at most {MOST} cases; got {whole}")
-    if not is_whole(seed, 0):
-        raise SceneError(f"seed: must be a whole number, zero or more; got {shown(seed)}")
-    return count, seed
-
-
-def is_whole(value: object, least: int, most: float = math.inf) -> TypeGuard[int]:
-    """Tell whether a value is a whole number between two others."""
-    return isinstance(value, int) and not isinstance(value, bool) and least <= value <= most
-
-
-def ends(name: str, item: Mapping[str, Any]) -> tuple[float, float, str] | None:
-    """Return the ends of a range and their unit; None where they are the same or have two units."""
-    (first, unit), (last, other) = (split_quantity(item[end], f"{name}.{end}") for end in ("from", "to"))
-    return (first, last, unit) if unit == other and first != last else None
+    """Return the values of each key at points of the unit cube: within the ends of a range, or evenly of a list."""
+    found = {}
+    for (name, item), shares in zip(varied.items(), points.T, strict=True):
+        if isinstance(item, list):
+            found[name] = [item[int(share * len(item))] for share in shares]
+        else:
+            first, last, unit = item
+            found[name] = written(first + (last - first) * shares, unit)
+    return found
 
 
 def written(numbers: Array, unit: str) -> list[Any]:
     """Return numbers of fifteen digits as a study file has them, with their unit."""
     rounded = [float(f"{number:.15g}") for number in numbers]
     return [f"{number!r} {unit}" for number in rounded] if unit else rounded
-
-
-def _along(name: str, item: Any, shares: Array) -> list[Any]:
-    """Return the values of a range, or of a list, at shares of it from 0 to 1."""
-    if isinstance(item, list):
-        return [item[int(share * len(item))] for share in shares]
-    span = ends(name, item) if isinstance(item, dict) and set(item) == {"from", "to"} else None
-    if span is None:
-        raise SceneError(f"{name}: must be {_FORM}; got {shown(item)}")
-    first, last, unit = span
-    return written(first + (last - first) * shares, unit)
 
 
 def derived(

@@ -7,40 +7,37 @@ not know is left out.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.studies.asked import Stage, Study, arguments_of, of_scene, overrides_of
-from sits_mech.batch.studies.possible import check_names, named
-from sits_mech.batch.studies.samples import Expression, expression, is_whole
+from sits_mech.batch.studies.possible import check_names
+from sits_mech.batch.studies.samples import Expression, expression
+from sits_mech.batch.studies.written import StageTable, StudyTable
 from sits_mech.batch.tables import SWEPT
-from sits_mech.scene.files import check_keys
-from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, scene_text
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown
 
 EXPORT = "export"
 """What the last stage may be, in place of a request."""
-_ENDS = ("least", "largest")
-STAGE_KEYS = ("where", "least", "largest", "count", "request", "fixed", "export")
 
 
-def stages_of(tables: Any, request: str, names: tuple[Row, Row], scenes: Mapping[str, Sensor]) -> tuple[Stage, ...]:
-    """Return the stages of a file after its first, of which request, names (varied, fixed) and scenes are given."""
-    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
-        raise SceneError(f"then: must be tables under [[then]]; got {shown(tables)}")
-    found, (varied, fixed) = [], names
-    for number, table in enumerate(tables, 1):
-        place = f"then.{number}"
+def stages_of(table: StudyTable, scenes: Mapping[str, Sensor]) -> tuple[Stage, ...]:
+    """Return the stages of a file after its first, of the scenes that it names."""
+    found, request, fixed = list[Stage](), table.request, table.fixed
+    for number, stage in enumerate(table.then, 1):
+        place, study = f"then.{number}", None
         try:
-            _check_kind(table, request)
-            own = named(table, "fixed")
-            study = _study(table["request"], varied, (fixed, own), scenes) if "request" in table else None
+            if request == EXPORT:
+                raise SceneError("must not follow an export, which is the last stage")
+            if stage.request is not None:
+                study = _study(stage.request, table.vary | table.derive, (fixed, stage.fixed), scenes)
+            elif request not in SWEPT:
+                raise SceneError(f"export: must follow {' or '.join(SWEPT)}; it follows {request}")
         except SceneError as error:
             raise SceneError(f"{place}: {error}") from None
-        found.append(_stage(place, table, study))
-        request, fixed = found[-1].name, fixed | own
+        found.append(_stage(place, stage, study))
+        request, fixed = found[-1].name, fixed | stage.fixed
     return tuple(found)
 
 
@@ -49,28 +46,6 @@ def texts_of(scenes: Mapping[str, Sensor], request: Request, varied: Iterable[st
     layer = request.layer or any(key.startswith("elastomer.") for key in varied)
     changes = {} if layer else {"elastomer": None}
     return {name: scene_text(scene.model_copy(update=changes)) for name, scene in scenes.items()}
-
-
-def _check_kind(table: Mapping[str, Any], request: str) -> None:
-    """Refuse a stage that has no request of those known, and is no export that may follow the request before."""
-    check_keys(table, STAGE_KEYS)
-    if request == EXPORT:
-        raise SceneError("must not follow an export, which is the last stage")
-    kinds = [key for key in ("request", EXPORT) if key in table]
-    if len(kinds) != 1:
-        raise SceneError(f"must have a request or an export; got {', '.join(table) or 'nothing'}")
-    if kinds == [EXPORT]:
-        _check_export(table, request)
-    elif table["request"] not in REQUESTS:
-        raise SceneError(f"request {unknown(str(table['request']), tuple(REQUESTS))}")
-
-
-def _check_export(table: Mapping[str, Any], request: str) -> None:
-    """Refuse an export that fixes something, or of no calibrations."""
-    if "fixed" in table:
-        raise SceneError("fixed: must stand beside a request; got an export")
-    if request not in SWEPT:
-        raise SceneError(f"export: must follow {' or '.join(SWEPT)}; it follows {request}")
 
 
 def _study(name: str, varied: Row, fixed: tuple[Row, Row], scenes: Mapping[str, Sensor]) -> Study:
@@ -87,17 +62,12 @@ def _study(name: str, varied: Row, fixed: tuple[Row, Row], scenes: Mapping[str, 
     return Study(texts_of(own_scenes, request, varied), name, {}, arguments)
 
 
-def _stage(place: str, table: Mapping[str, Any], study: Study | None) -> Stage:
+def _stage(place: str, table: StageTable, study: Study | None) -> Stage:
     """Return a stage that asks for a study, or exports, from its table."""
-    where, kinds = (_texts(place, key, table) for key in ("where", EXPORT))
-    ends, count = [key for key in _ENDS if key in table], table.get("count")
-    if len(ends) > 1 or (count is not None and not ends):
-        raise SceneError(f"{place}: must have least or largest, beside a count; got {', '.join(table)}")
-    if count is not None and not is_whole(count, 1):
-        raise SceneError(f"{place}.count: must be a whole number, one or more; got {shown(count)}")
-    tests = tuple(_of_columns(f"{place}.where", text, condition=True) for text in where)
-    order = _of_columns(f"{place}.{ends[0]}", table[ends[0]]) if ends else None
-    return Stage(tests, order, ends == ["largest"], count, study, tuple(kinds))
+    tests = tuple(_of_columns(f"{place}.where", text, condition=True) for text in table.where)
+    end = next((end for end in ("least", "largest") if end in table.model_fields_set), None)
+    order = None if end is None else _of_columns(f"{place}.{end}", getattr(table, end))
+    return Stage(tests, order, end == "largest", table.count, study, tuple(table.export))
 
 
 def _of_columns(where: str, text: object, *, condition: bool = False) -> Expression:
@@ -106,11 +76,3 @@ def _of_columns(where: str, text: object, *, condition: bool = False) -> Express
     if not found.names:
         raise SceneError(f"{where}: must name a column of the table; got {shown(text)}")
     return found
-
-
-def _texts(place: str, key: str, table: Mapping[str, Any]) -> list[str]:
-    """Return a list of texts of a stage's table; refuse what is none."""
-    texts = table.get(key, [])
-    if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts) or (key in table and not texts):
-        raise SceneError(f"{place}.{key}: must be a list of texts; got {shown(texts)}")
-    return texts

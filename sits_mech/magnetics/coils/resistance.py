@@ -159,7 +159,7 @@ def _filaments(coil: Coil, highest: float) -> tuple[tuple[Modes, ...], bool]:
         kept(
             ("tracks in fields", rings, (n * cells[0], n * cells[1])),
             partial(_modes, rings, (n * cells[0], n * cells[1])),
-            lambda own: {"tau": own.tau, "coupling": own.coupling}, lambda arrays: Modes(**arrays),
+            lambda own: {"tau": own.tau, "coupling": own.coupling}, lambda arrays: Modes(**arrays), __name__,
         )
         for n in (1, 2)
     )

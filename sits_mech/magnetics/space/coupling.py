@@ -31,7 +31,7 @@ from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, biot
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, side_by_side
 from sits_mech.magnetics.space.rungs import Limit
 from sits_mech.magnetics.space.sources import Posed
-from sits_mech.memory import kept_by_first
+from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex
 
 _SHOWN = 1e-4  # of the strongest answer: weaker directions do not show in differences of levels
@@ -137,7 +137,7 @@ def _fields(
         yield biot_savart(places[k : k + step], each[k : k + step], points)
 
 
-@kept_by_first(4)
+@latest(4, owned=True)
 def _moments(plate: Sheeted, omega: float) -> tuple[Array, Array]:
     """Return points of a plate (q, 3) whose moments make its field below, and these by drives, (r, 6 q), complex."""
     few, carried = few_points(plate, plate.box.clearance, _POINT)
@@ -146,7 +146,7 @@ def _moments(plate: Sheeted, omega: float) -> tuple[Array, Array]:
     return plate.box.points()[few], np.ascontiguousarray(moments).view(float)
 
 
-@kept_by_first(4)
+@latest(4, owned=True)
 def _forms(plate: Sheeted, others: tuple[Sheeted, ...], omega: float, limit: Limit | None) -> _Forms:
     """Return class by class the first ones of a limit's forms of Y, or Y of each division; U; and other forms on U.
 

@@ -99,7 +99,7 @@ def prepared(
     """
     family, metal = _fitting_family(target, outline, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
     asked = family.divisions, metal, family.box, family.resolved, family.depth
-    return kept(asked, lambda: prepare_sheets(*asked), packed, partial(unpacked, family.box, family.resolved))
+    return kept(asked, lambda: prepare_sheets(*asked), packed, partial(unpacked, family.box, family.resolved), __name__)
 
 
 @latest(64)

@@ -30,7 +30,7 @@ from scipy.spatial.distance import cdist
 from sits_mech.magnetics.space.fields import Basis, Blocks, Box, chebyshev_points, side_by_side, to_coefficients
 from sits_mech.magnetics.space.rungs import Limit
 from sits_mech.magnetics.space.sources import Posed
-from sits_mech.memory import kept_by_first
+from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex, Integers
 
 Answered = tuple[Complex, Complex, Complex]
@@ -103,7 +103,7 @@ class Far:
     fields: Array  # (r, k) U
 
 
-@kept_by_first(32)
+@latest(32, owned=True)
 def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: int = 0) -> Far:
     """Return what a plate is to all that is further away than a clearance [m]; omega [rad/s].
 
@@ -131,7 +131,7 @@ def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: 
     return Far(points[few], moments.reshape(len(few), 3, -1), _weighted(weak_of, Q))
 
 
-@kept_by_first(64)
+@latest(64, owned=True)
 def answers_to(plate: Plate, far: Far, omega: float) -> tuple[Complex, Complex]:
     """Return what a plate answers to its far combinations, Y U (r, k) and U^T Y U."""
     return responses(plate, far.fields, omega)

@@ -27,7 +27,7 @@ from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, side_by_s
 from sits_mech.magnetics.space.modes import check_free, matrices_of
 from sits_mech.magnetics.space.rungs import Limit
 from sits_mech.magnetics.space.sources import Cells, Posed, Sources
-from sits_mech.memory import kept_by_first
+from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex, Integers
 
 _CLOSE = 0.45  # distance over the largest cell's size from which on the middles show
@@ -90,7 +90,7 @@ class Near:
         """Size of the discrete problem."""
         return sum(part.problem.loops.unknowns * int(part.problem.weight) for part in self.classes)
 
-    @kept_by_first(2)
+    @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
         """Return Y of combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
         parts = tuple((part.columns, part.reduced.reaction(part.seen, omega)) for part in self.classes)
@@ -228,7 +228,7 @@ def _field(plate: Near, seen: Posed, moments: Complex, asked: Asked) -> list[Com
     ]
 
 
-@kept_by_first(2)
+@latest(2, owned=True)
 def _resting(plate: Near, omega: float, points: bytes) -> Complex:
     """Return B by the coils that a plate at rest sees, (k, 3, n) [T/A], in its own axes."""
     moments = _moments(plate, omega, [part.seen[-plate.sources :] for part in plate.classes])

@@ -35,7 +35,7 @@ from scipy.spatial.distance import cdist
 from sits_mech.magnetics.space.far import Far, Moving, Plate, responses, seen_from
 from sits_mech.magnetics.space.fields import side_by_side
 from sits_mech.magnetics.space.sources import Posed
-from sits_mech.memory import kept_by_first
+from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex
 
 _MOVING, _FIXED = 1e-3, 5e-3  # directions that are left out, to the strongest: tests/magnetics/space/test_far.py
@@ -109,7 +109,7 @@ def coupled_reactions(
     return results
 
 
-@kept_by_first(16)
+@latest(16, owned=True)
 def _fixed(
     first: Plate, plates: tuple[tuple[Plate, ...], ...], where: tuple[tuple[float, ...], ...], omega: float, n: int
 ) -> _Fixed:

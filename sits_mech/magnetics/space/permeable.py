@@ -36,7 +36,7 @@ from sits_mech.magnetics.space.shell_plans import divided_surfaces
 from sits_mech.magnetics.space.shells import ShellClass, Surface, shell_classes
 from sits_mech.magnetics.space.skin import Metal
 from sits_mech.magnetics.space.sources import Posed, Sources
-from sits_mech.memory import kept_by_first, latest
+from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Target
 
@@ -68,7 +68,7 @@ class _Prepared:
     clearance: float  # from the coils [m]
     left: float  # error of what is extrapolated, over it
 
-    @kept_by_first(2)
+    @latest(2, owned=True)
     def matrices(self, omega: float) -> list[list[Complex]]:
         """Return X of all parts by levels and classes, each (`PARTS`, f, f); their sums over levels are the parts."""
         found = []
@@ -106,7 +106,7 @@ class Permeable:
         """Nodes of the whole surface, on the finer division."""
         return int(sum(len(p.S) * np.real(p.weight) / p.character.size for p in self.whole.levels[0].classes))
 
-    @kept_by_first(2)
+    @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
         """Return Y of the combinations, and of coils at rest after them; omega [rad/s]."""
         *each, last = side_by_side([*(basis.size for basis in self.bases), self.coils])

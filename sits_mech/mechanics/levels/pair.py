@@ -29,7 +29,7 @@ from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd, carried
 from sits_mech.mechanics.equilibrium.path import follow, iteration_seconds
 from sits_mech.mechanics.levels.answer import aim, answer, largest_stretch, law_notes, starts
 from sits_mech.mechanics.levels.family import Levels, Line, prolonged
-from sits_mech.memory import check_seconds, kept_by_first
+from sits_mech.memory import check_seconds, latest
 from sits_mech.notes import Note
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 
@@ -146,7 +146,7 @@ def _stands(levels: Levels, first: Outcome, control: Control) -> bool:
     return first.hidden >= _UPRIGHT * smallest_eigenvalue(_hidden_at_rest(levels), control.held[3:])
 
 
-@kept_by_first(1)
+@latest(1, owned=True)
 def _hidden_at_rest(levels: Levels) -> Array:
     """Return the stiffness of the undeformed first level on motions that symmetry hides, (3, 3); zero for none."""
     found = target_stiffness(levels.coarse, rest(levels.coarse))[1]

@@ -18,7 +18,7 @@ import xarray as xr
 
 from sits_mech.batch.requests import REQUESTS
 from sits_mech.batch.run import TABLE
-from sits_mech.batch.studies.asked import SCENE
+from sits_mech.batch.studies.written import SCENE
 from sits_mech.batch.tables import SWEPT
 from sits_mech.labels import unit_of
 from sits_mech.quantities import Array

@@ -46,7 +46,7 @@ def test_saltelli_has_a_column_of_b_for_each_key() -> None:
 
 
 def test_ranges_keep_their_unit_and_lists_are_drawn_evenly() -> None:
-    found = sampled({"a": {"from": "1 mm", "to": "3 mm"}, "b": ["x", "y"]}, np.array([[0.0, 0.0], [0.25, 0.99]]))
+    found = sampled({"a": (1.0, 3.0, "mm"), "b": ["x", "y"]}, np.array([[0.0, 0.0], [0.25, 0.99]]))
     assert found == {"a": ["1.0 mm", "1.5 mm"], "b": ["x", "y"]}
 
 
@@ -96,18 +96,18 @@ def test_scenes_are_a_dimension(tmp_path: Path) -> None:
 
 
 REFUSED = {
-    SOBOL.replace("= 8", "= 0") + VARY: "samples: must be given, a whole number",
-    HEAD + 'combine = "sobol"\n' + VARY: "samples: must be given",
-    HEAD + 'combine = "sobbol"\n' + VARY: 'combine must be one of .*did you mean "sobol"',
+    SOBOL.replace("= 8", "= 0") + VARY: "samples: must be a whole number from 1 .* got 0",
+    HEAD + 'combine = "sobol"\n' + VARY: "samples: must be given, from 1 to 1000000, for sobol; it is missing",
+    HEAD + 'combine = "sobbol"\n' + VARY: 'combine: must be one of .*did you mean "sobol"',
     HEAD + "samples = 8\n[vary]\nfz = [1]\n": "samples: must stand beside combine",
     SOBOL + "seed = -1\n" + VARY: "seed: must be a whole number",
-    SOBOL + VARY.replace("to", "count = 3, to"): "fz: must be a list of different values, or a range",
-    SOBOL + '[vary]\nfz = { from = "1 N", to = "1 mm" }\n': "fz: must be a list of different values, or a range",
+    SOBOL + VARY.replace("to", "count = 3, to"): "fz: must be a list of values .*, or a range",
+    SOBOL + '[vary]\nfz = { from = "1 N", to = "1 mm" }\n': "fz: must be a list of values .*, or a range",
     SOBOL + VARY.replace("mm", "N"): "vary: some case must leave a possible scene.*a length",
     SOBOL + VARY + '"target.material" = ["copper", "coper"]\n': '= "coper" must .*mean "copper"',
     SOBOL.replace("sobol", "saltelli").replace("= 8", "= 6") + VARY: "power of two",
     SOBOL.replace("sobol", "saltelli") + 'where = ["fz < 1"]\n' + VARY: "where: must not stand beside saltelli",
-    SOBOL + "where = 1\n" + VARY: "where: must be a list of conditions",
+    SOBOL + "where = 1\n" + VARY: "where: must be a list; got 1",
     SOBOL + 'where = ["fz < 0 N"]\n' + VARY: "where: must leave a case at least; all 8",
     SOBOL + 'where = ["elastomer.widht < 1"]\n' + VARY: 'did you mean "elastomer.width"',
     SOBOL + VARY + '[derive]\nfz = "1"\n': "it stands under both",

@@ -102,19 +102,19 @@ def test_a_stage_may_change_what_is_fixed(tmp_path: Path, capsys: pytest.Capture
 
 
 REFUSED = {
-    STAGES.replace("[[then]]\nwhere", "[[then]]\nwehre"): 'then.1: key must be one of where, .*did you mean "where"',
+    STAGES.replace("[[then]]\nwhere", "[[then]]\nwehre"): 'then.1.wehre: the key must be .*did you mean "where"',
     STAGES.replace("< 1", "<"): "then.1.where: must be a comparison",
     STAGES.replace("failed_loads", "2"): "then.1.where: must name a column",
     STAGES.replace("count = 1", 'count = "1"'): "then.2.count: must be a whole number",
     STAGES.replace('least = "resolution.F_z"', ""): "then.2: must have least or largest, beside a count",
-    STAGES.replace('"quality"', '"qualty"'): 'then.1: request must be one of .*did you mean "quality"',
+    STAGES.replace('"quality"', '"qualty"'): 'then.1.request: must be one of .*did you mean "quality"',
     STAGES.replace('"quality"', '"inductance"'): "then.1: dv: must be given under vary or fixed for inductance",
     STAGES.replace('"quality"', '"pose"\nfixed = { fx = 0, fz = 1 }'): "then.2: export: must follow .* it follows pose",
-    STAGES.replace('"quality"', '"quality"\nfixed.tolerance = 2'): "then.1: tolerance must lie between 0 and 1",
+    STAGES.replace('"quality"', '"quality"\nfixed.tolerance = 2'): "then.1: tolerance: must be .* 1; got 2",
     STAGES.replace('"quality"', '"quality"\nfixed.tolerence = 2'): 'then.1: argument of quality .*did you mean "tol',
     STAGES.replace('"quality"', '"quality"\nfixed."elastomer.thickness" = 2'): "then.1: fixed.elastomer.thi",
     STAGES + "[[then]]\nrequest = 'quality'\n": "then.3: must not follow an export",
-    "[then]\nrequest = 'quality'\n": "then: must be tables",
+    "[then]\nrequest = 'quality'\n": r"then: must be a list of tables, as under \[\[then",
 }
 
 
