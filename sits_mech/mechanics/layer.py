@@ -40,8 +40,7 @@ from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.load_path import arrived
-from sits_mech.mechanics.levels.settle import ended
+from sits_mech.mechanics.levels.settle import ended, settled
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.notes import Note, NoteKind
@@ -87,7 +86,7 @@ class PlanarLayer(Controlled):
         began, controls = time.process_time(), (*via, control)
         for each in controls:
             self._check(each)
-        solved = arrived(self.line, start, controls)
+        solved = settled(self.line, start, controls)
         report = replace(solved.found.report, model=self.name, seconds=time.process_time() - began)
         if self.axial:
             solved = solved._replace(found=replace(solved.found, error=Pose(0.0, solved.found.error.d_v, 0.0)))

@@ -27,7 +27,7 @@ from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.element.patch import Patch, at_rims, patch_of
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.faces.contact import Contact
-from sits_mech.mechanics.faces.face_contact import Faces
+from sits_mech.mechanics.faces.face_contact import FaceContact, Faces, face_contact, faces_press
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Integers, Mask
@@ -115,6 +115,14 @@ class Bonded:
         hidden = self.hidden
         odd = None if hidden is None else cache(lambda: found._made(np.sort(hidden().free)))
         return replace(found, shared=cache(lambda: found._made(self.free)), hidden=odd)
+
+    def touching(self, state: State) -> FaceContact:
+        """Return what its free faces touch in a state."""
+        return face_contact(self.faces, self.mesh, self.parts, state.u, state.q)
+
+    def pressed(self, state: State) -> bool:
+        """Whether its free faces press something in a state, so that its meshes show no order."""
+        return faces_press(self.mesh, self.parts, state.u, state.q)
 
     @cached_property
     def freed(self) -> Array:

@@ -8,6 +8,7 @@ the target's end; likewise for forces that hold the target. States of the first 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import Outcome
-from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
+from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Bounded, Equilibrium, Pose, SolveReport
@@ -42,10 +43,10 @@ def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
 
 
 def starts(levels: Levels, scales: Scales, start: Equilibrium) -> list[State]:
-    """Return the states of the second and the first level of an equilibrium."""
+    """Return the states of the second and the first level of an equilibrium, whose family has these levels."""
     bodies = (levels.fine, levels.coarse)
     load = scales.load(start.wrench)[: levels.fine.components]
-    halves = np.split(start.state, [levels.fine.size])
+    halves = np.split(start.state[1:], [levels.fine.size])
     return [unpacked(body, half, load) for body, half in zip(bodies, halves, strict=True)]
 
 
@@ -59,6 +60,19 @@ def relative(error: Array, moved: Array, lever: Array) -> float:
     """Return the largest error over the displacement; an angle counts at the target's end."""
     size = float(np.max(np.abs(moved) * lever))
     return float(np.max(error * lever)) / size if size > 0.0 else 0.0
+
+
+def whole_error(body: Bonded, scales: Scales, moved: Array) -> Pose:
+    """Return an error as large as a displacement, (k,) or (6,) [m, rad], in every component that a body frees."""
+    lever = body.reach(scales.thickness)
+    size = float(np.max(np.abs(moved) * lever[: len(moved)]))
+    return Pose.of(np.where(np.arange(6) < body.components, size / lever, 0.0))
+
+
+def enlarged(found: Equilibrium, error: Pose, share: float, *notes: Note) -> Equilibrium:
+    """Return an equilibrium with another error, as such and over the displacement, and further notes."""
+    report = replace(found.report, estimated_error=share, notes=(*found.report.notes, *notes))
+    return replace(found, error=error, report=report)
 
 
 def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
@@ -75,13 +89,13 @@ def law_notes(sensor: Sensor, stretch: float) -> tuple[Note, ...]:
 
 
 def answer(
-    line: Line, levels: Levels, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
+    line: Line, number: int, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
 ) -> Equilibrium:
-    """Extrapolate the equilibrium and its errors from two levels at rest and as many finer ones as needed.
+    """Extrapolate the equilibrium and its errors from two levels of a family at rest and as many finer ones as needed.
 
-    `walk` yields the finer levels (default `finer`).
+    `walk` yields the finer levels (default `finer`); its `state` begins with the family's `number`.
     """
-    (coarse, fine), sensor, scales, goal = states, line.sensor, line.scales, line.goal
+    (coarse, fine), sensor, scales, goal, levels = states, line.sensor, line.scales, line.goal, line[number]
     body, t = levels.fine, scales.thickness
     k, (held, end) = body.components, aim(body, scales, control)
     given = bool(np.any(control.held[:k]))
@@ -106,7 +120,7 @@ def answer(
         return float(np.max(own.mapped(goal[:, :k]).error, initial=0.0))
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
-    pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
+    pressed = body.pressed(fine)
     best = levels.early(values, held | (np.arange(k) == 1), pressed=pressed)
     spent, sink = fine.iterations + coarse.iterations, -float(fine.q[1])
     large: Note | None = None
@@ -145,7 +159,7 @@ def answer(
         "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
         stretch=stretches[-1], error_stretch=abs(stretches[-1] - stretches[-2]),
     )
-    state_kept = np.concatenate([packed(fine), packed(coarse)])
+    state_kept = np.concatenate([[number], packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
     finest = tuple(beyond[:kept])
     return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report, shared, finest)

@@ -21,7 +21,6 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
 from sits_mech.mechanics.equilibrium.path import iteration_seconds
-from sits_mech.mechanics.faces.face_contact import face_contact
 from sits_mech.mechanics.levels.answer import largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.pair import VERDICT, Solved, first_look, largest_load, last_rest, own_start
@@ -39,7 +38,7 @@ def refused(line: Line, start: Equilibrium | None, control: Control) -> Solved |
     """Return the refusal of a load far beyond, with the largest load that holds; None for any other load."""
     looks = list[tuple[int, Outcome]]()
     for first in (0, line.last[0])[: 1 + line.auto]:
-        if first and not any(_touches(line, *each) for each in looks):
+        if first and not any(line[number].coarse.touching(look.state).touch for number, look in looks):
             break
         for number in range(first, first + PAIR):
             look = _looked(line, number, start, control)
@@ -60,9 +59,9 @@ def refused(line: Line, start: Equilibrium | None, control: Control) -> Solved |
 
 def _looked(line: Line, number: int, start: Equilibrium | None, control: Control) -> Outcome | None:
     """Return the look of a first level, from rest, that refuses a load; None where it or that from a start does not."""
-    own = own_start(line[number], number, start)
+    own = own_start(line, number, start)
     for begin in (own, None)[own is None :]:
-        look = first_look(line, line[number], begin, control)
+        look = first_look(line, number, begin, control)
         slow = VERDICT * iteration_seconds(line[number].fine) > _MOMENT
         if not (_far(line, number, look) or (slow and look.reached < 1.0 and _share(look) < _HALF)):
             return None
@@ -84,12 +83,6 @@ def _strain(line: Line, number: int, look: Outcome) -> float:
     return largest_stretch(line[number].coarse, look.state.u) - 1.0
 
 
-def _touches(line: Line, number: int, look: Outcome) -> bool:
-    """Whether a free face of a family's first level touches something."""
-    body = line[number].coarse
-    return face_contact(body.faces, body.mesh, body.parts, look.state.u, look.state.q).touch
-
-
 def _within(line: Line, number: int, control: Control, look: Outcome) -> Solved:
     """Return the refusal of a load far beyond the data, with the largest load within them."""
     known, body = known_stretch(line.sensor) - 1.0, line[number].coarse
@@ -98,7 +91,7 @@ def _within(line: Line, number: int, control: Control, look: Outcome) -> Solved:
     for _ in range(_TRIES):
         before, last = share, strain
         share *= (asked / strain) ** (1.0 / power)
-        found = first_look(line, line[number], None, control, share)
+        found = first_look(line, number, None, control, share)
         share, strain = share * found.reached, _strain(line, number, found)
         power = float(np.clip(math.log(strain / last) / math.log(share / before), *_POWERS))
         if abs(strain - asked) <= _CLOSE * asked:

@@ -32,7 +32,7 @@ from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rough
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
-from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
+from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
@@ -197,8 +197,8 @@ class _Walk:
         self.far = max(self.far, state, key=lambda each: body.length(each.q))
         self.min_J = min(self.min_J, state.min_J)
         self.stretch.append(largest_stretch(body, state.u))
-        self.touches |= face_contact(body.faces, body.mesh, body.parts, state.u, state.q).touch
-        self.pressed |= faces_press(body.mesh, body.parts, state.u, state.q)
+        self.touches |= body.touching(state).touch
+        self.pressed |= body.pressed(state)
 
 
 def _walked(body: Bonded, held: Held, times: _Times, tell: Callable[[float], None]) -> _Walk:

@@ -1,4 +1,4 @@
-"""Decide whether the path to a load matters; with friction, follow it on each level by itself.
+"""Follow a path of loads with friction, on each level by itself.
 
 Friction depends on the path (faces/contact.py): from rest, through the loads passed, to the last one, straight from
 each to the next. No state is taken from another load or a coarser mesh, and no chord closes a gap: every level of a
@@ -7,8 +7,7 @@ family follows the whole path (equilibrium/increments.py), and the pose is extra
 it is doubled until that moves the target by less than a share of the tolerance. As the method is of first order, the
 change by the last doubling is about the remaining error, and is added to the errors.
 
-Where no free face touches anything under any of the loads, without contact, friction plays no part: the answer is that
-without friction, to all digits. Source: family.py, equilibrium/increments.py.
+Where no free face touches anything under any of the loads, without contact, friction plays no part (settle.py).
 """
 
 from __future__ import annotations
@@ -25,13 +24,11 @@ from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.increments import followed
 from sits_mech.mechanics.equilibrium.newton import unloaded
 from sits_mech.mechanics.equilibrium.outcome import Outcome
-from sits_mech.mechanics.levels.answer import aim, answer
-from sits_mech.mechanics.levels.beyond import refused
+from sits_mech.mechanics.levels.answer import aim, answer, enlarged
 from sits_mech.mechanics.levels.family import WALKED, Levels, Line
 from sits_mech.mechanics.levels.pair import Solved, last_rest
-from sits_mech.mechanics.levels.settle import settled, untouched
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose
+from sits_mech.quantities import WRENCH, Array, Pose
 from sits_mech.scene.sensor import Sensor
 
 _FIRST, _MOST = 4, 64  # increments of each leg
@@ -53,43 +50,33 @@ def depends_on_path(sensor: Sensor) -> bool:
     return sensor.elastomer is not None and sensor.elastomer.friction > 0.0
 
 
-def arrived(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
-    """Return the last equilibrium on a path of loads; the path matters only with friction.
-
-    `controls` go from rest to the end and must all hold the same components, or raise ValueError. `start` is used
-    without friction, as in `settled`.
-    """
-    if not depends_on_path(line.sensor):
-        return settled(line, start, controls[-1])
-    if any(np.any(each.held != controls[-1].held) for each in controls):
-        raise ValueError("via: must give the same forces and places as the end of the path")
-    alone = refused(line, None, controls[-1]) or untouched(line, controls)
-    if alone is not None:
-        return alone
-    free, guarded = line.last
-    found = _along(line, free, controls)
-    if found.part == 1.0:
-        return found
-    return max(_along(line, guarded, controls), found, key=lambda each: each.part)
+def along(line: Line, controls: Sequence[Control]) -> Solved:
+    """Return the last equilibrium on a path of loads with friction, from rest to the end, on the family it gets to."""
+    found = list[Solved]()
+    for number in line.last:
+        found.insert(0, _along(line, number, controls))
+        if found[0].part == 1.0:
+            break
+    return max(found, key=lambda each: each.part)
 
 
 def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     """Return the last equilibrium on the path, on one family of meshes."""
-    levels = line[number]
+    levels, legs = line[number], len(controls)
     for level in (0, 1):
         levels.check_memory(level)
     steps = _in_steps(line, levels, controls)
-    if steps.track.reason:
-        return _ended(line, number, steps.track, len(controls))
-    second = _followed(line, levels.fine, controls, steps.parts)
-    if second.reason:
-        return _ended(line, number, second, len(controls))
-    states = (steps.track.state, second.state)
-    walked = _finer(line, levels, controls, steps.parts)
-    found = answer(replace(line, deepest=99, goal=None), levels, controls[-1], states, walked)
+    tracks = [steps.track] if steps.track.reason else [steps.track, _followed(line, levels.fine, controls, steps.parts)]
+    if (last := tracks[-1]).reason:
+        return Solved(last_rest(line, number, last.state, last.iterations), last.reached / legs, last.reason)
+    states, walked = (tracks[0].state, last.state), _finer(line, levels, controls, steps.parts)
+    found = answer(replace(line, deepest=99, goal=None), number, controls[-1], states, walked)
     given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
-    found = replace(found, wrench=replace(found.wrench, **given))
-    return Solved(_with_steps(line, number, found, steps, len(controls)), 1.0)
+    error = found.error.components
+    error[: len(steps.off)] += steps.off * line.scales.lengths[: len(steps.off)]
+    note = Note.of(NoteKind.FRICTION_PATH, legs=legs, parts=steps.parts, change=steps.share)
+    found = enlarged(found, Pose.of(error), found.report.estimated_error + steps.share, note)
+    return Solved(replace(found, wrench=replace(found.wrench, **given)), 1.0)
 
 
 def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps:
@@ -127,18 +114,3 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
         if track.reason:
             return
         yield replace(track, state=replace(track.state, iterations=track.iterations), off=np.zeros(body.components))
-
-
-def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, legs: int) -> Equilibrium:
-    """Add the error of the increments to an equilibrium, with its notes and family number."""
-    k, error = len(steps.off), found.error.components
-    error[:k] += steps.off * line.scales.lengths[:k]
-    said = Note.of(NoteKind.FRICTION_PATH, legs=legs, parts=steps.parts, change=steps.share)
-    report = found.report
-    report = replace(report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said))
-    return replace(found, error=Pose.of(error), report=report, state=np.concatenate([[number], found.state]))
-
-
-def _ended(line: Line, number: int, track: Outcome, legs: int) -> Solved:
-    """Describe a path that ended early."""
-    return Solved(last_rest(line, number, track.state, track.iterations), track.reached / legs, track.reason)
