@@ -43,15 +43,14 @@ from sits_mech.mechanics.levels.family import EARLY, Levels, Line, contact_depth
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import depends_on_path
-from sits_mech.mechanics.levels.settle import ended, settled
+from sits_mech.mechanics.levels.settle import finished, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
-from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
-from sits_mech.threads import one_thread
+from sits_mech.threads import one_thread, single_thread
 from sits_mech.units import checked_tolerance
 
 _GUARDS = (0.0, 5.0)  # on J, in the order they are tried
@@ -103,7 +102,6 @@ class BlockPad(Controlled):
         """Return the model on the same meshes, refined to a goal; see `RefinedModel`."""
         return replace(self, finer=self, goal=goal, tolerance=tolerance, deepest=deepest)
 
-    @one_thread
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
     ) -> Equilibrium:
@@ -114,22 +112,17 @@ class BlockPad(Controlled):
         """
         began, controls = time.process_time(), (*via, control)
         out_of_plane = any(each.out_of_plane for each in controls)
-        if out_of_plane and not depends_on_path(self.sensor) and not self._is_whole(start):
-            solved = settled(self.half, start, [control.in_plane])
-            if solved.part == 1.0:
-                solved = settled(self.whole, of_both_halves(self, solved.found), controls)
-        else:
-            solved = settled(self.whole if out_of_plane else self.half, start, controls)
-        found = solved.found
-        report = replace(found.report, model="block", seconds=time.process_time() - began)
-        report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
-        if solved.part == 1.0:
-            missed = self.goal is None and report.estimated_error > self.tolerance
-            if missed:
-                off = {"error": report.estimated_error, "tolerance": self.tolerance}
-                report = replace(report, notes=(*report.notes, Note.of(NoteKind.TOLERANCE_MISSED, **off)))
-            return replace(found, report=report)
-        raise ended(control, solved._replace(found=replace(found, report=report)), "pad")
+        with single_thread():
+            if out_of_plane and not depends_on_path(self.sensor) and not self._is_whole(start):
+                solved = settled(self.half, start, [control.in_plane])
+                if solved.part == 1.0:
+                    solved = settled(self.whole, of_both_halves(self, solved.found), controls)
+            else:
+                solved = settled(self.whole if out_of_plane else self.half, start, controls)
+        notes = (*solved.found.report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor))
+        report = replace(solved.found.report, model="block", seconds=time.process_time() - began, notes=notes)
+        solved = solved._replace(found=replace(solved.found, report=report))
+        return finished(control, solved, "pad", self.tolerance if self.goal is None else None)
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:

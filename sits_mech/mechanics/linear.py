@@ -155,18 +155,16 @@ def _compliant(
     sensor: Sensor, levels: Levels, scales: Scales, tolerance: float, edges: Edges | None = None
 ) -> SmallStrain:
     """Return the model with as many levels as the tolerance asks for."""
-    asked, found, unloaded = checked_tolerance(tolerance), list[Array](), list[Array]()
-    own = np.inf
-    for level in range(len(levels)):
-        if own <= asked or levels.check_memory(level):
-            break
-        body = levels.maker(level)
-        C, q = undeformed(body)
-        found, unloaded = [*found, C[:3, :3]], [*unloaded, q[:3]]
-        if level > 0:
-            limit = levels.limit([C.ravel() for C in found])
-            own = float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))))
-    return SmallStrain(sensor, levels, scales, tuple(found), tuple(unloaded), edges)
+    asked = checked_tolerance(tolerance)
+
+    def enough(found: list[tuple[Array, Array]]) -> bool:
+        """Whether the error of the compliance is as asked."""
+        limit = levels.limit([C[:3, :3].ravel() for C, _ in found])
+        return float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3)))) <= asked
+
+    found, _ = levels.refined((undeformed(levels.maker(level)) for level in range(len(levels))), enough, len(levels))
+    compliances, unloaded = (tuple(part) for part in zip(*((C[:3, :3], q[:3]) for C, q in found), strict=True))
+    return SmallStrain(sensor, levels, scales, compliances, unloaded, edges)
 
 
 @dataclass(frozen=True)

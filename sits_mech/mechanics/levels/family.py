@@ -62,7 +62,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial, wraps
-from typing import Concatenate, NamedTuple, ParamSpec
+from typing import Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -73,9 +73,9 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import approached, unloaded
-from sits_mech.mechanics.equilibrium.outcome import Outcome
-from sits_mech.mechanics.equilibrium.path import affordable, follow
+from sits_mech.mechanics.equilibrium.newton import affordable, nearly_at_rest
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
+from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Mask
@@ -86,6 +86,7 @@ PAIR = 2
 WALKED = 3  # levels of a path at most
 EARLY = 2.0  # times what extrapolation adds, by two levels: the powers may be off, or parts cancel
 
+_Measured = TypeVar("_Measured")
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _UNSURE = 0.5  # of what extrapolation adds, by more levels than two: the powers may be off
@@ -156,6 +157,24 @@ class Levels:
             return Note.of(NoteKind.MESH_TOO_LARGE, needed=needed, limit=MEMORY.get() * GIB)
         takes = f"memory: a mesh of {' x '.join(map(str, self.cells(level)))} cells takes {beyond}"
         raise ValueError(f"{takes}: a thicker or smaller pad, or a mesh of your own with fewer cells, would fit")
+
+    def refined(
+        self, walk: Iterator[_Measured], wanted: Callable[[list[_Measured]], bool], most: int
+    ) -> tuple[list[_Measured], Note | None]:
+        """Return what a walk measures on the levels until it is as `wanted`, on two at least and `most` at most.
+
+        It ends where the walk does, or memory, with a note. Raise ValueError where that does not hold the first two.
+        """
+        for level in (0, 1):
+            self.check_memory(level)
+        found, large = list[_Measured](), None
+        while len(found) < 2 or not (wanted(found) or len(found) >= most):
+            large = self.check_memory(len(found))
+            there = None if large else next(walk, None)
+            if there is None:
+                break
+            found.append(there)
+        return found, large
 
     def limit(
         self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False, sink: float = 0.0
@@ -338,30 +357,24 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     """Yield the target's rest on the third level and beyond, as far as they are reached.
 
     `states` are those of the first two levels; `given`: components are held that no symmetry holds, so that forces
-    depend on every corner and must come to rest.
+    depend on every corner and must come to rest. Else the target comes nearly to rest from the level before; where that
+    fails, from rest, unless cells at rims are eliminated.
     """
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
-        body = levels.maker(level)
-        enough = 0.0 if given else _ENOUGH * body.length(state.q - before.q)
-        found = None if given else _nearly(levels, level, state, aim, enough)
-        if found is None and (given or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
-            there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
-            found = replace(there, off=0.0 * goal) if there.reached == 1.0 else None
-        if found is None:
+        body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
+        start, found = None if given else prolonged(levels, level, state), None
+        if start is not None:
+            found = nearly_at_rest(body, start, goal, held, enough, eliminating=True)
+        if not given and (found is None or found.reason) and not body.patch:
+            found = nearly_at_rest(body, unloaded(body), goal, held, enough)
+        if (found is None or found.reason) and (given or len(body.mesh.axes) == 2):  # in space too long, and in vain
+            path = Path((0.0 * goal, goal), held)
+            there = advance(body, unloaded(body), path, most=affordable(body, _FURTHER))
+            found = replace(there, off=0.0 * goal)
+        if found is None or found.reason:
             return
-        yield found
+        state, before = replace(found.state, known=None), state
+        yield replace(found, state=state)
         if body.length(found.off) > enough:  # finer cells settle later still
             return
-        before, state = state, found.state
-
-
-def _nearly(levels: Levels, level: int, state: State, aim: tuple[Held, Array], enough: float) -> Outcome | None:
-    """Return the target nearly at rest on a level, from the level before.
-
-    Where that fails it is from rest, unless cells at rims are eliminated.
-    """
-    (held, goal), body, found = aim, levels.maker(level), None
-    if (start := prolonged(levels, level, state)) is not None:
-        found = approached(body, start, goal, held, enough, eliminating=True)
-    return found if found or body.patch else approached(body, unloaded(body), goal, held, enough)

@@ -15,34 +15,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import prod
-from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.increments import followed
-from sits_mech.mechanics.equilibrium.newton import unloaded
-from sits_mech.mechanics.equilibrium.outcome import Outcome
+from sits_mech.mechanics.equilibrium.increments import Friction
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
+from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.answer import aim, answer, enlarged
 from sits_mech.mechanics.levels.family import WALKED, Levels, Line
 from sits_mech.mechanics.levels.pair import Solved, last_rest
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import WRENCH, Array, Pose
+from sits_mech.quantities import Array, Pose
 from sits_mech.scene.sensor import Sensor
 
 _FIRST, _MOST = 4, 64  # increments of each leg
 _SHARE = 0.3  # of the tolerance that the increments may be worth
 _CHEAP = 1500  # cells of a level beyond the second
-
-
-class _Steps(NamedTuple):
-    """The path on the first level."""
-
-    track: Outcome
-    parts: int  # increments of each leg
-    off: Array  # change of the motion with half as many increments, (k,) [thicknesses, rad]
-    share: float  # that change over the displacement
 
 
 def depends_on_path(sensor: Sensor) -> bool:
@@ -62,46 +52,46 @@ def along(line: Line, controls: Sequence[Control]) -> Solved:
 
 def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     """Return the last equilibrium on the path, on one family of meshes."""
-    levels, legs = line[number], len(controls)
+    levels, legs, control = line[number], len(controls), controls[-1]
     for level in (0, 1):
         levels.check_memory(level)
-    steps = _in_steps(line, levels, controls)
-    tracks = [steps.track] if steps.track.reason else [steps.track, _followed(line, levels.fine, controls, steps.parts)]
-    if (last := tracks[-1]).reason:
-        return Solved(last_rest(line, number, last.state, last.iterations), last.reached / legs, last.reason)
-    states, walked = (tracks[0].state, last.state), _finer(line, levels, controls, steps.parts)
-    found = answer(replace(line, deepest=99, goal=None), number, controls[-1], states, walked)
-    given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
-    error = found.error.components
-    error[: len(steps.off)] += steps.off * line.scales.lengths[: len(steps.off)]
-    note = Note.of(NoteKind.FRICTION_PATH, legs=legs, parts=steps.parts, change=steps.share)
-    found = enlarged(found, Pose.of(error), found.report.estimated_error + steps.share, note)
-    return Solved(replace(found, wrench=replace(found.wrench, **given)), 1.0)
+    first, parts, off = _in_increments(line, levels, controls)
+    last = first if first.reason else _followed(line, levels.fine, controls, parts)
+    if last.reason:
+        return Solved(last_rest(line, number, last.state), last.reached / legs, last.reason)
+    states, walked = (first.state, last.state), _finer(line, levels, controls, parts)
+    found = answer(replace(line, deepest=99, goal=None), number, control, states, walked)
+    found = replace(found, wrench=replace(found.wrench, **control.forces))
+    error, share = found.error.components, float(np.max(off[1]))
+    error[: len(off[0])] += off[0] * line.scales.lengths[: len(off[0])]
+    note = Note.of(NoteKind.FRICTION_PATH, legs=legs, parts=parts, change=share)
+    return Solved(enlarged(found, Pose.of(error), found.report.estimated_error + share, note), 1.0)
 
 
-def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps:
-    """Refine the increments of the first level until the tolerance is met."""
-    k, parts = levels.coarse.components, _FIRST
-    weight, held = levels.coarse.levers, controls[-1].held[:k]
-    track, before = _followed(line, levels.coarse, controls, parts), unloaded(levels.coarse)
-    while not track.reason and parts < _MOST:
+def _in_increments(line: Line, levels: Levels, controls: Sequence[Control]) -> tuple[Outcome, int, Array]:
+    """Follow the path on the first level in more and more increments until the tolerance is met.
+
+    Return also their number on each leg, and what the last doubling changed, (2, k): of the motion [thicknesses, rad],
+    and over its size.
+    """
+    body, parts = levels.coarse, _FIRST
+    weight, held = body.levers, controls[-1].held[: body.components]
+    track, off = _followed(line, body, controls, parts), np.ones((2, body.components))
+    while not track.reason and parts < _MOST and not np.max(off[1]) <= _SHARE * line.asked:
         before, parts = track.state, 2 * parts
-        track = _followed(line, levels.coarse, controls, parts)
+        track = _followed(line, body, controls, parts)
         found, old = (np.where(held, each.load / weight, each.q * weight) for each in (track.state, before))
         size = np.where(held, *(np.max(np.abs(found[own]), initial=1e-300) for own in (held, ~held)))
-        share = float(np.max(np.abs(found - old) / size))
-        if share <= _SHARE * line.asked or parts >= _MOST:
-            return _Steps(track, parts, np.where(held, 0.0, np.abs(found - old) / weight), share)
-    return _Steps(track, parts, np.zeros(k), 1.0)
+        off = np.stack([np.where(held, 0.0, np.abs(found - old) / weight), np.abs(found - old) / size])
+    return track, parts, off
 
 
 def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Outcome:
     """Follow a path of loads from rest on one mesh; whole pads may leave the plane where any load does."""
     farthest = next((control for control in controls if control.out_of_plane), controls[-1])
     held, _ = aim(body, line.scales, farthest)
-    k = body.components
-    goals = [np.zeros(k), *(aim(body, line.scales, control)[1] for control in controls)]
-    return followed(body, unloaded(body), goals, parts, held=held, out_of_plane=controls[-1].held[3:])
+    goals = (np.zeros(body.components), *(aim(body, line.scales, control)[1] for control in controls))
+    return advance(body, unloaded(body), Path(goals, held, controls[-1].held[3:]), Friction, parts=parts)
 
 
 def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Outcome]:
@@ -113,4 +103,4 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
         track = _followed(line, body, controls, parts)
         if track.reason:
             return
-        yield replace(track, state=replace(track.state, iterations=track.iterations), off=np.zeros(body.components))
+        yield replace(track, off=np.zeros(body.components))

@@ -17,21 +17,20 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.newton import (
     MOST,
-    Way,
-    approached,
+    iteration_seconds,
+    judged,
+    nearly_at_rest,
     newton,
     smallest_eigenvalue,
     target_stiffness,
-    unloaded,
-    verdict,
 )
-from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd, carried
-from sits_mech.mechanics.equilibrium.path import follow, iteration_seconds
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd, carried
+from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.answer import aim, answer, largest_stretch, law_notes, starts, whole_error
 from sits_mech.mechanics.levels.family import Levels, Line, prolonged
 from sits_mech.memory import check_seconds, kept_by_first
 from sits_mech.notes import Note
-from sits_mech.quantities import WRENCH, Array, Equilibrium, SolveReport, Wrench
+from sits_mech.quantities import Array, Equilibrium, SolveReport, Wrench
 
 VERDICT = 60
 """Iterations that the finer mesh is given to locate a limit that the coarse one has found."""
@@ -77,7 +76,7 @@ def first_look(
     state, (held, end) = _begun(line, number, start, 0), aim(levels.coarse, line.scales, control)
     begin = np.where(held, state.q, state.load)
     end = (1.0 - share) * begin + share * end
-    return follow(levels.coarse, state, (begin, end), smallest=_LOOK, held=held, out_of_plane=control.held[3:])
+    return advance(levels.coarse, state, Path((begin, end), held, control.held[3:]), smallest=_LOOK)
 
 
 def second_look(
@@ -92,19 +91,18 @@ def second_look(
     levels, coarse_start = line[number], _begun(line, number, start, 0)
     held, end = aim(levels.fine, line.scales, control)
     begin = np.where(held, coarse_start.q, coarse_start.load)
-    followed = partial(follow, held=held, out_of_plane=control.held[3:])
-    midway = begin + first.reached * (end - begin)
+    path, midway = partial(Path, held=held, out_of_plane=control.held[3:]), begin + first.reached * (end - begin)
     spend = np.inf if first.reached == 1.0 else _LAST if first.limit is None else VERDICT
     body = levels.fine.plain if _stands(levels, first, control) else levels.fine
-    fine = followed(body, _begun(line, number, start, 1), (begin, midway), smallest=smallest, most=spend)
+    fine = advance(body, _begun(line, number, start, 1), path((begin, midway)), smallest=smallest, most=spend)
     fine = fine.over(0.0, first.reached)
     there, rest_below = fine, first.state
     if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
-        left = followed(levels.fine, fine.state, (midway, end), smallest=_LOOK, most=VERDICT)
+        left = advance(levels.fine, fine.state, path((midway, end)), smallest=_LOOK, most=VERDICT)
         there = left.over(first.reached, 1.0)
     elif fine.reached < first.reached:  # both must rest under one goal for the error to mean something
         goal = begin + fine.reached * (end - begin)
-        rest_below = followed(levels.coarse, coarse_start, (begin, goal), smallest=smallest).state
+        rest_below = advance(levels.coarse, coarse_start, path((begin, goal)), smallest=smallest).state
     why = (there if there.limit is not None or first.reached == 1.0 else first).reason
     return Pair(number, (rest_below, fine.state), first, fine.reached, why, carried(first, there), begin)
 
@@ -114,14 +112,12 @@ def from_first(line: Line, number: int, control: Control, first: Outcome) -> Pai
     levels, (held, goal) = line[number], aim(line[number].fine, line.scales, control)
     body, enough = levels.fine, _SETTLES * levels.fine.length(first.state.q)
     start = None if body.patch is None else prolonged(levels, 1, first.state)
-    near = None if start is None else approached(body, start, goal, held, enough, eliminating=True)
-    if near is None:
+    if start is None or (near := nearly_at_rest(body, start, goal, held, enough, eliminating=True)).reason:
         return None
-    found = newton(body, replace(near.state, iterations=0), goal, held)
-    said = verdict(body, Way(0.0 * goal, goal, held, control.held[3:]), found)
-    spent = near.state.iterations + found.state.iterations
-    state = replace(found.state, min_J=said.min_J, iterations=spent)
-    return None if said.reason else Pair(number, (first.state, state), first)
+    path = Path((0.0 * goal, goal), held, control.held[3:])
+    found = judged(body, path, newton(body, replace(near.state, iterations=0), goal, held))
+    state = replace(found.state, iterations=near.state.iterations + found.state.iterations)
+    return None if found.reason else Pair(number, (first.state, state), first)
 
 
 def answered(line: Line, pair: Pair, control: Control) -> Solved:
@@ -129,8 +125,7 @@ def answered(line: Line, pair: Pair, control: Control) -> Solved:
     whole, levels = pair.part == 1.0, line[pair.number]
     found = answer(line if whole else replace(line, deepest=2), pair.number, control, pair.states)
     if whole:
-        given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
-        found = replace(found, wrench=replace(found.wrench, **given))
+        found = replace(found, wrench=replace(found.wrench, **control.forces))
     load = None if pair.limit is None else largest_load(line, levels.fine, control, found, pair.limit, pair.begin)
     laws = () if whole else law_notes(line.sensor, largest_stretch(levels.coarse, pair.first.state.u, apart=0.0))
     return Solved(found, pair.part, pair.reason, load, pair.limit, laws, pair.first.reached)
@@ -148,12 +143,12 @@ def _begun(line: Line, number: int, start: Equilibrium | None, level: int) -> St
     return unloaded(levels.maker(level)) if own is None else starts(levels, line.scales, own)[1 - level]
 
 
-def last_rest(line: Line, number: int, state: State, iterations: int) -> Equilibrium:
+def last_rest(line: Line, number: int, state: State) -> Equilibrium:
     """Return the last rest on one mesh of a path that ended, its error as large as the displacement."""
     scales, body = line.scales, line[number].maker(int(state.u.size != line[number].coarse.mesh.nodes.size))
     error = whole_error(body, scales, state.q * scales.lengths[: len(state.q)])
-    stretch = largest_stretch(body, state.u)
-    report = SolveReport("", state.u.size, iterations, state.residual, 1.0, 0.0, min_J=state.min_J, stretch=stretch)
+    spent, stretch = state.iterations, largest_stretch(body, state.u)
+    report = SolveReport("", state.u.size, spent, state.residual, 1.0, 0.0, min_J=state.min_J, stretch=stretch)
     return Equilibrium(scales.wrench(state.load), scales.pose(state.q), error, np.array([float(number)]), report)
 
 

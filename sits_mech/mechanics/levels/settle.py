@@ -22,8 +22,8 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import packed
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, softened
 from sits_mech.mechanics.levels.answer import aim, enlarged, starts, whole_error
 from sits_mech.mechanics.levels.beyond import refused
@@ -60,17 +60,18 @@ def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
 
 
 def _tries(start: Equilibrium | None, control: Control) -> list[tuple[Equilibrium | None, range]]:
-    """Return starts, and the families to be tried from each: the neighbour's, those without contact, these from rest.
+    """Return the starts, and the families tried from each: the neighbour's in contact, those without, these from rest.
 
-    In the plane those before the neighbour's own are left out only where the load goes on from its own.
+    Families before the neighbour's own are left out where the load goes on from its own, or out of the plane.
     """
-    number, tries = -1 if start is None or not start.state.size else int(start.state[0]), [(None, range(PAIR))]
     if start is None:
-        return list(tries)
+        return [(None, range(PAIR))]
+    number = int(start.state[0]) if start.state.size else -1
+    in_contact = [(start, range(number, number + 1))] if number >= PAIR else []
     onwards = control.given.items() <= vars(start.wrench).items() or control.out_of_plane != ()
     first = number if 0 <= number < PAIR and onwards else 0
-    in_contact = [(start, range(number, number + 1))] if number >= PAIR else []
-    return [*in_contact, (start, range(first, PAIR)), *(tries if not control.out_of_plane else ())]
+    from_rest = [] if control.out_of_plane else [(None, range(PAIR))]
+    return [*in_contact, (start, range(first, PAIR)), *from_rest]
 
 
 def _with_friction(line: Line, controls: Sequence[Control]) -> Solved:
@@ -136,8 +137,8 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
     for body, here in zip((family.fine, family.coarse), starts(family, line.scales, found), strict=True):
         for factor in _SOFTLY:
             soft = replace(body, parts=softened(body.parts, factor))
-            begin = np.where(held, here.q, here.load)
-            here = follow(soft, here, (begin, goal), smallest=1.0, held=held, out_of_plane=control.held[3:]).state
+            path = Path((np.where(held, here.q, here.load), goal), held, control.held[3:])
+            here = advance(soft, here, path, smallest=1.0).state
         states.append(packed(here))
     return replace(found, state=np.concatenate([[twin], *states]))
 
@@ -163,6 +164,17 @@ def _without_contact(line: Line, free: Solved) -> Solved:
     away = found.pose.components - line.scales.pose(np.zeros(line[0].fine.components)).components
     whole = whole_error(line[int(found.state[0])].fine, line.scales, away)
     return free._replace(found=enlarged(found, whole, 1.0, Note(NoteKind.CONTACT_LOST)))
+
+
+def finished(control: Control, solved: Solved, body: str, tolerance: float | None = None) -> Equilibrium:
+    """Return the equilibrium that was asked for, with a note on an error above a tolerance; or raise SolveFailed."""
+    if solved.part < 1.0:
+        raise ended(control, solved, body)
+    error = solved.found.report.estimated_error
+    if tolerance is None or error <= tolerance:
+        return solved.found
+    note = Note.of(NoteKind.TOLERANCE_MISSED, error=error, tolerance=tolerance)
+    return enlarged(solved.found, solved.found.error, error, note)
 
 
 def ended(control: Control, solved: Solved, body: str) -> SolveFailed:

@@ -11,7 +11,8 @@ from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.newton import newton
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.levels.family import extrapolated, finer, prolonged
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
@@ -219,7 +220,7 @@ def test_constant_pressures_are_carried_exactly(name):
 def test_a_state_goes_on_where_the_cells_at_edges_stay_as_they_are():
     """Its target stays, and Newton's method is near: a few iterations."""
     levels, load = family("box"), np.array([0.5, 3.0, 0.1])
-    state = follow(levels.maker(2), rest(levels.maker(2)), (0.0 * load, load)).state
+    state = advance(levels.maker(2), rest(levels.maker(2)), Path((0.0 * load, load))).state
     start = prolonged(levels, 3, state)
     fine = levels.maker(3)
     np.testing.assert_array_equal(start.q, state.q)
@@ -232,7 +233,7 @@ def test_a_state_goes_on_where_the_cells_at_edges_stay_as_they_are():
 def test_a_state_goes_on_where_the_cells_at_edges_are_cut():
     """All but their parts keep its displacements and pressures; these are at rest between them."""
     levels, load = family("box"), np.array([0.5, 3.0, 0.1])
-    state = follow(levels.fine, rest(levels.fine), (0.0 * load, load)).state
+    state = advance(levels.fine, rest(levels.fine), Path((0.0 * load, load))).state
     start, third, way = prolonged(levels, 2, state), levels.maker(2), levels.carrier(2)
     patch = third.patch
     np.testing.assert_array_equal(start.q, state.q)
@@ -248,9 +249,9 @@ def test_a_state_goes_on_where_the_cells_at_edges_are_cut():
 def test_levels_beyond_the_second_give_the_places_that_rest_gives():
     """Steps end when the target stays, well before the corners do."""
     levels, load, held = family("box"), np.array([0.5, 3.0, 0.1]), np.zeros(3, dtype=bool)
-    states = tuple(follow(levels.maker(k), rest(levels.maker(k)), (0.0 * load, load)).state for k in (0, 1))
+    states = tuple(advance(levels.maker(k), rest(levels.maker(k)), Path((0.0 * load, load))).state for k in (0, 1))
     there = next(finer(levels, states, (held, load), False))
-    true = follow(levels.maker(2), rest(levels.maker(2)), (0.0 * load, load)).state
+    true = advance(levels.maker(2), rest(levels.maker(2)), Path((0.0 * load, load))).state
     assert np.max(np.abs(there.state.q - true.q)) < 0.1 * np.max(np.abs(true.q - states[1].q))
     assert there.state.iterations <= true.iterations
 

@@ -1,5 +1,7 @@
 """The second level: by its own path, and from the first level's rest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,6 @@ def test_a_share_of_a_path_is_that_of_its_load(line):
 
 def test_a_last_rest_has_an_error_as_large_as_its_displacement(line):
     look = first_look(line, 0, None, Control(sink=1e-4))
-    found = last_rest(line, 0, look.state, 3)
+    found = last_rest(line, 0, replace(look.state, iterations=3))
     assert found.error.d_v == pytest.approx(1e-4) and found.report.iterations == 3 and found.report.stretch > 1.0
     assert own_start(line, 0, found) is None

@@ -4,8 +4,7 @@ import pytest
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import under
-from sits_mech.mechanics.equilibrium.newton import MOST
-from sits_mech.mechanics.equilibrium.path import affordable
+from sits_mech.mechanics.equilibrium.newton import MOST, affordable
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.levels.pair import first_look
 from sits_mech.memory import SECONDS
