@@ -39,6 +39,7 @@ from sits_mech.mechanics.equilibrium.newton import small_strain as undeformed
 from sits_mech.mechanics.levels.answer import errors_of, relative
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
+from sits_mech.mechanics.levels.refine import refine
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_parts, pad_scales
@@ -162,7 +163,7 @@ def _compliant(
         limit = levels.limit([C[:3, :3].ravel() for C, _ in found])
         return float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3)))) <= asked
 
-    found, _ = levels.refined((undeformed(levels.maker(level)) for level in range(len(levels))), enough, len(levels))
+    found, _ = refine(levels, (undeformed(levels.maker(level)) for level in range(len(levels))), enough, len(levels))
     compliances, unloaded = (tuple(part) for part in zip(*((C[:3, :3], q[:3]) for C, q in found), strict=True))
     return SmallStrain(sensor, levels, scales, compliances, unloaded, edges)
 

@@ -42,7 +42,6 @@ from sits_mech.silicone.points import Memory, remembered, stepped, virgin
 _SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change
 _PASSES = 12  # solutions of an increment with other points that stick or slip, at most
-_SMALLEST = 1.0 / 16.0  # of an increment, below which a path is given up
 _SHORTEST = 2e-2  # step of the path to a new load, over the path so far
 _PARTS = 4  # increments of a step with friction
 
@@ -54,8 +53,7 @@ class Friction(Walk):
     """
 
     def __init__(self, body: Bonded, start: State, path: Path, *, parts: int) -> None:
-        most = affordable(body, 0.5 * path.legs)
-        super().__init__(body, start, path, step=1.0 / parts, least=_SMALLEST / parts, most=most)
+        super().__init__(body, start, path, step=1.0 / parts, most=affordable(body, 0.5 * path.legs))
         self.slip = _SLIP / parts
 
     def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:

@@ -28,14 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import (
-    ROUNDING,
-    Bonded,
-    State,
-    deformed_state,
-    rest,
-    smallest_volume,
-)
+from sits_mech.mechanics.equilibrium.body import ROUNDING, Bonded, State, deformed_state, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,

@@ -21,29 +21,20 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import replace
+from math import isclose
 
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
 from sits_mech.mechanics.equilibrium.limit import pursued
-from sits_mech.mechanics.equilibrium.newton import (
-    DESCENT,
-    EASY,
-    LONGEST,
-    STANDS,
-    affordable,
-    goes_on,
-    judged,
-    newton,
-)
+from sits_mech.mechanics.equilibrium.newton import DESCENT, EASY, LONGEST, STANDS, affordable, goes_on, judged, newton
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.quantities import Array
 
 _LOG = logging.getLogger(__name__)
 _CUT = 0.25  # of an increment that fails, where the path goes on by its length
 _LOOKS = 3  # how often a step is solved with more and more faces that meet
-_LEAST = 0.05  # of a leg, below which no increment is tried
-_ROUNDING = 1e-9  # of a leg
+_LEAST = 1.0 / 16.0  # of the first increment, below which none is tried
 
 
 class Walk:
@@ -51,11 +42,9 @@ class Walk:
 
     judges = True  # whether a rest must be stable to count
 
-    def __init__(
-        self, body: Bonded, start: State, path: Path, *, step: float = 1.0, least: float = _LEAST, most: float = np.inf
-    ) -> None:
+    def __init__(self, body: Bonded, start: State, path: Path, *, step: float = 1.0, most: float = np.inf) -> None:
         self.body, self.here, self.path = body, start, path  # `here`: last state at rest, with all iterations so far
-        self.step, self.first, self.least = step, step, least
+        self.step = self.first = step
         self.begun, self.most = start.iterations, start.iterations + most
         self.at, self.end, self.hidden = 0.0, 0.0, np.nan  # of the path: where it is, and where its increment ends
 
@@ -89,7 +78,7 @@ class Walk:
     def shorten(self, found: Outcome) -> bool:
         """Choose a shorter increment after one that failed; whether it is tried."""
         self.step *= 0.5
-        return self.step >= self.least
+        return self.step >= _LEAST * self.first
 
     def outcome(self, reason: PathEnd) -> Outcome:
         """Return how the path ended."""
@@ -161,7 +150,7 @@ def advance(body: Bonded, start: State, path: Path, rule: Callable[..., Walk] = 
             reason = PathEnd.LONG
             break
         there, leg = walk.at + walk.step, int(walk.at) + 1.0
-        walk.end = there if there < leg - _ROUNDING else leg
+        walk.end = leg if there > leg or isclose(there, leg) else there
         found = walk.rest(path.goal(walk.end))
         found = judged(walk.body, path, found) if walk.judges else found
         spent = walk.here.iterations + found.state.iterations

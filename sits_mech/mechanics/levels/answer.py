@@ -19,7 +19,8 @@ from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import Outcome
 from sits_mech.mechanics.faces.face_contact import face_notes
-from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
+from sits_mech.mechanics.levels.family import Levels, Limit, Line
+from sits_mech.mechanics.levels.refine import finer, refine
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Bounded, Equilibrium, Pose, SolveReport
 from sits_mech.scene.sensor import Sensor
@@ -148,7 +149,7 @@ def answer(
         paid = max(line.asked, _PAYS * left(best))
         return level >= most or left(levels.foreseen(best, level, last)) > paid or levels.creased(states)
 
-    found, large = levels.refined(chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
+    found, large = refine(levels, chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
     last, spent = len(found) - 1, sum(each.state.iterations for each in found)
     before, stretch = (largest_stretch(levels.maker(level), found[level].state.u) for level in (last - 1, last))
     error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]

@@ -34,6 +34,7 @@ from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes, touch_notes
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
+from sits_mech.mechanics.levels.refine import refine
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, WRENCH, Array, Ended, Pose, SolveFailed, SolveReport, Wrench
 
@@ -107,7 +108,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
                     raise
                 return
 
-    walks, large = levels.refined(walked(), lambda walks: _limits(levels, first, walks).relative <= asked, count)
+    walks, large = refine(levels, walked(), lambda walks: _limits(levels, first, walks).relative <= asked, count)
     return _motion(line, levels, first, walks, large), any(walk.touches for walk in walks)
 
 

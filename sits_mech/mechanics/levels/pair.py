@@ -27,7 +27,8 @@ from sits_mech.mechanics.equilibrium.newton import (
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd, carried
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.answer import aim, answer, largest_stretch, law_notes, starts, whole_error
-from sits_mech.mechanics.levels.family import Levels, Line, prolonged
+from sits_mech.mechanics.levels.family import Levels, Line
+from sits_mech.mechanics.levels.refine import prolonged
 from sits_mech.memory import check_seconds, kept_by_first
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Equilibrium, SolveReport, Wrench

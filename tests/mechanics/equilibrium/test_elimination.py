@@ -16,7 +16,7 @@ from sits_mech.mechanics.equilibrium.newton import SETTLED, nearly_at_rest, newt
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.levels.answer import aim
-from sits_mech.mechanics.levels.family import prolonged
+from sits_mech.mechanics.levels.refine import prolonged
 from sits_mech.scene.sensor import load_sensor
 
 HELD = np.zeros(3, dtype=bool)
