@@ -92,9 +92,7 @@ class Load(Walk):
     of iterations, besides that of time (`affordable`).
     """
 
-    def __init__(
-        self, body: Bonded, start: State, path: Path, *, smallest: float = 1e-3, most: float = np.inf
-    ) -> None:
+    def __init__(self, body: Bonded, start: State, path: Path, *, smallest: float = 1e-3, most: float = np.inf) -> None:
         super().__init__(body, start, path, most=min(most, affordable(body)))
         self.smallest, self.before, self.length = smallest, (0.0, np.nan), 0.0  # before: place, and stiffness there
 

@@ -66,9 +66,7 @@ class Solved(NamedTuple):
     seen: float = 1.0  # fraction of the path the coarse mesh got to
 
 
-def first_look(
-    line: Line, number: int, start: Equilibrium | None, control: Control, share: float = 1.0
-) -> Outcome:
+def first_look(line: Line, number: int, start: Equilibrium | None, control: Control, share: float = 1.0) -> Outcome:
     """Follow the path, or a share of it, on a family's coarse mesh alone."""
     levels = line[number]
     for level in (0, 1):
