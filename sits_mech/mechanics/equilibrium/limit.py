@@ -1,8 +1,7 @@
 """Follow a path by its length, to its goal or to what ends it: a largest load, or one at which stability is lost.
 
-A point of the path is the motion q of the target and the part t of the load.
-From a stable state the next one is looked for in a plane across the path, a length s ahead, with t found (newton.py,
-`Arc`),
+A point of the path is the motion q of the target and the part t of the load. From a stable state the next one is looked
+for in a plane across the path, a length s ahead, with t found (linearisation.py, `Arc`),
 
     n . (q - q_0) = s,        n = W^2 q'/|W q'|,        q' = dq/dt,
 
