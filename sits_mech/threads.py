@@ -44,8 +44,8 @@ def _set(numbers: tuple[int, ...]) -> None:
 
 
 @contextmanager
-def _single() -> Iterator[None]:
-    """Keep BLAS to one thread until the last of all calls is done."""
+def single_thread() -> Iterator[None]:
+    """Keep BLAS to one thread in a block, until the last of all such blocks is done."""
     with _LOCK:
         if _Running.calls == 0:
             _Running.before = tuple(library.get_num_threads() for library in _libraries())
@@ -68,7 +68,7 @@ def one_thread(call: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(call)
     def limited(*args: P.args, **kwargs: P.kwargs) -> T:
-        with _single():
+        with single_thread():
             return call(*args, **kwargs)
 
     return limited

@@ -25,8 +25,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 63_160, "core lines": 35_020, "tokens": 544_800, "named numbers": 642, "branching functions": 65,
-    "long signatures": 41, "skipped formats": 0, "large files": 3, "entered in space": 104, "entered in the plane": 107,
+    "lines": 63_160, "core lines": 35_150, "tokens": 544_800, "named numbers": 642, "branching functions": 65,
+    "long signatures": 41, "skipped formats": 0, "large files": 3, "entered in space": 105, "entered in the plane": 109,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

@@ -42,17 +42,15 @@ from sits_mech.mechanics.levels.answer import starts
 from sits_mech.mechanics.levels.family import EARLY, Levels, Line, contact_depth, kept, of_one_pad
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.load_path import arrived, depends_on_path
-from sits_mech.mechanics.levels.pair import Solved
-from sits_mech.mechanics.levels.settle import ended, settled
+from sits_mech.mechanics.levels.load_path import depends_on_path
+from sits_mech.mechanics.levels.settle import finished, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
-from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
-from sits_mech.threads import one_thread
+from sits_mech.threads import one_thread, single_thread
 from sits_mech.units import checked_tolerance
 
 _GUARDS = (0.0, 5.0)  # on J, in the order they are tried
@@ -104,26 +102,27 @@ class BlockPad(Controlled):
         """Return the model on the same meshes, refined to a goal; see `RefinedModel`."""
         return replace(self, finer=self, goal=goal, tolerance=tolerance, deepest=deepest)
 
-    @one_thread
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
     ) -> Equilibrium:
         """Return the equilibrium with forces or places given, reached from `start` or rest, via `via`.
 
-        Its `wrench` holds the forces, given or found; raises as `equilibrium`.
+        Its `wrench` holds the forces, given or found; raises as `equilibrium`. An out-of-plane load starts from that of
+        its in-plane components, which half the pad reaches first.
         """
-        began = time.process_time()
-        line, solved = self._settled((*via, control), start)
-        found = solved.found
-        report = replace(found.report, model="block", seconds=time.process_time() - began)
-        report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
-        if solved.part == 1.0:
-            missed = self.goal is None and report.estimated_error > self.tolerance
-            if missed:
-                off = {"error": report.estimated_error, "tolerance": self.tolerance}
-                report = replace(report, notes=(*report.notes, Note.of(NoteKind.TOLERANCE_MISSED, **off)))
-            return replace(found, report=report)
-        raise ended(control, solved._replace(found=replace(found, report=report)), "pad")
+        began, controls = time.process_time(), (*via, control)
+        out_of_plane = any(each.out_of_plane for each in controls)
+        with single_thread():
+            if out_of_plane and not depends_on_path(self.sensor) and not self._is_whole(start):
+                solved = settled(self.half, start, [control.in_plane])
+                if solved.part == 1.0:
+                    solved = settled(self.whole, of_both_halves(self, solved.found), controls)
+            else:
+                solved = settled(self.whole if out_of_plane else self.half, start, controls)
+        notes = (*solved.found.report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor))
+        report = replace(solved.found.report, model="block", seconds=time.process_time() - began, notes=notes)
+        solved = solved._replace(found=replace(solved.found, report=report))
+        return finished(control, solved, "pad", self.tolerance if self.goal is None else None)
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
@@ -145,20 +144,11 @@ class BlockPad(Controlled):
         scales = partial(pad_scales, share=line.scales.share)
         return pose_slopes(solved_family(line, found, scales, sideways), found, parameters)
 
-    def _settled(self, controls: Sequence[Control], start: Equilibrium | None) -> tuple[Line, Solved]:
-        """Return the last equilibrium on the path, and its line of meshes.
-
-        An out-of-plane load starts from that of its in-plane components, which half the pad reaches first.
-        """
-        control, out_of_plane = controls[-1], any(each.out_of_plane for each in controls)
-        if not out_of_plane or depends_on_path(self.sensor):
-            return (line := self.whole if out_of_plane else self.half), arrived(line, start, controls)
-        if start is None or not start.state.size or start.state.size - 1 != self.whole[int(start.state[0])].size:
-            plane = settled(self.half, start, control.in_plane)
-            if plane.part < 1.0:
-                return self.half, plane
-            start = of_both_halves(self, plane.found)
-        return self.whole, settled(self.whole, start, control)
+    def _is_whole(self, start: Equilibrium | None) -> bool:
+        """Whether a start is a state of the whole pad."""
+        if start is None or not start.state.size:
+            return False
+        return self.whole[int(start.state[0])].size == start.state.size - 1
 
 
 @one_thread
@@ -258,7 +248,7 @@ def of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
     half, whole = pad.half[number], pad.whole[number]
     if half.size == whole.size:  # on a whole mesh of the user's
         return found
-    states = starts(half, pad.half.scales, replace(found, state=found.state[1:]))
+    states = starts(half, pad.half.scales, found)
     bodies = ((half.fine, whole.fine), (half.coarse, whole.coarse))
     both = [packed(mirrored(*pair, state)) for pair, state in zip(bodies, states, strict=True)]
     return replace(found, state=np.concatenate([[number], *both]))

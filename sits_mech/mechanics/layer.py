@@ -40,15 +40,13 @@ from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.load_path import arrived
-from sits_mech.mechanics.levels.settle import ended
+from sits_mech.mechanics.levels.settle import finished, settled
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
-from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Pose, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.threads import one_thread
+from sits_mech.threads import one_thread, single_thread
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,6 @@ class PlanarLayer(Controlled):
         """Return the model refined to a goal: in the plane all meshes cost little."""
         return replace(self, tolerance=tolerance, line=replace(self.line, asked=tolerance, goal=goal))
 
-    @one_thread
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
     ) -> Equilibrium:
@@ -87,19 +84,16 @@ class PlanarLayer(Controlled):
         began, controls = time.process_time(), (*via, control)
         for each in controls:
             self._check(each)
-        solved = arrived(self.line, start, controls)
-        report = replace(solved.found.report, model=self.name, seconds=time.process_time() - began)
-        if self.axial:
-            solved = solved._replace(found=replace(solved.found, error=Pose(0.0, solved.found.error.d_v, 0.0)))
-        if solved.part < 1.0:
-            raise ended(control, solved._replace(found=replace(solved.found, report=report)), "layer")
-        notes, load = report.notes, self.line.scales.load(solved.found.wrench)[:3]
-        if self.edges is not None:
-            notes += edge_notes(self.edges, load, self.line.scales.thickness)
-        if self.line.goal is None and report.estimated_error > self.tolerance:
-            off = {"error": report.estimated_error, "tolerance": self.tolerance}
-            notes = (*notes, Note.of(NoteKind.TOLERANCE_MISSED, **off))
-        return replace(solved.found, report=replace(report, notes=notes))
+        with single_thread():
+            solved = settled(self.line, start, controls)
+            found, notes = solved.found, solved.found.report.notes
+            if self.axial:
+                found = replace(found, error=Pose(0.0, found.error.d_v, 0.0))
+            if self.edges is not None and solved.part == 1.0:
+                notes += edge_notes(self.edges, self.line.scales.load(found.wrench)[:3], self.line.scales.thickness)
+            report = replace(found.report, model=self.name, seconds=time.process_time() - began, notes=notes)
+            solved = solved._replace(found=replace(found, report=report))
+            return finished(control, solved, "layer", self.tolerance if self.line.goal is None else None)
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:

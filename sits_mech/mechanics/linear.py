@@ -39,6 +39,7 @@ from sits_mech.mechanics.equilibrium.newton import small_strain as undeformed
 from sits_mech.mechanics.levels.answer import errors_of, relative
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
+from sits_mech.mechanics.levels.refine import refine
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_parts, pad_scales
@@ -154,18 +155,16 @@ def _compliant(
     sensor: Sensor, levels: Levels, scales: Scales, tolerance: float, edges: Edges | None = None
 ) -> SmallStrain:
     """Return the model with as many levels as the tolerance asks for."""
-    asked, found, unloaded = checked_tolerance(tolerance), list[Array](), list[Array]()
-    own = np.inf
-    for level in range(len(levels)):
-        if own <= asked or levels.check_memory(level):
-            break
-        body = levels.maker(level)
-        C, q = undeformed(body)
-        found, unloaded = [*found, C[:3, :3]], [*unloaded, q[:3]]
-        if level > 0:
-            limit = levels.limit([C.ravel() for C in found])
-            own = float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))))
-    return SmallStrain(sensor, levels, scales, tuple(found), tuple(unloaded), edges)
+    asked = checked_tolerance(tolerance)
+
+    def enough(found: list[tuple[Array, Array]]) -> bool:
+        """Whether the error of the compliance is as asked."""
+        limit = levels.limit([C[:3, :3].ravel() for C, _ in found])
+        return float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3)))) <= asked
+
+    found, _ = refine(levels, (undeformed(levels.maker(level)) for level in range(len(levels))), enough, len(levels))
+    compliances, unloaded = (tuple(part) for part in zip(*((C[:3, :3], q[:3]) for C, q in found), strict=True))
+    return SmallStrain(sensor, levels, scales, compliances, unloaded, edges)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.newton import small_strain
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.levels.answer import largest_stretch
 from sits_mech.mechanics.pad.solid import bonded_block, pad_parts
 from sits_mech.notes import Note, NoteKind
@@ -98,9 +99,9 @@ def test_work_is_the_energy_stored():
     factor, weight = np.polynomial.legendre.leggauss(8)
     state, before, work = rest(body), 0.0, 0.0
     for s, w in zip((factor + 1) / 2, weight / 2, strict=True):
-        state, before = follow(body, state, (before * load, s * load)).state, s
+        state, before = advance(body, state, Path((before * load, s * load))).state, s
         work -= w * (load @ (state.q * [1, -1, 1]))  # int F du = F u - int u dF
-    end = follow(body, state, (before * load, load)).state
+    end = advance(body, state, Path((before * load, load))).state
     work += load @ (end.q * [1, -1, 1])
     found = element_forces(body.mesh, body.law, body.K, end.u)
     assert found.energy == pytest.approx(work, rel=1e-6)
@@ -158,7 +159,7 @@ def test_a_rest_beyond_the_locking_stretch_is_none():
     gent = box('elastomer.material={law="gent", shear_modulus=3e4, j_m=2.0, bulk_modulus=3e7}', size=8)
     body = bonded_block(gent, 1, 2.0, 0.0).body
     for load in (8.0, 30.0):  # the second in one step: beyond
-        found = follow(body, rest(body), (np.zeros(3), np.array([load, 0.0, 0.0])), smallest=1e-2)
+        found = advance(body, rest(body), Path((np.zeros(3), np.array([load, 0.0, 0.0]))), smallest=1e-2)
         assert np.isfinite(element_forces(body.mesh, body.law, body.K, found.state.u).energy)
         F, J = deformation(body.mesh, found.state.u)
         assert float(np.max(J ** (-2 / 3) * (F**2).sum(axis=-1))) < 5.0

@@ -12,7 +12,8 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.newton import smallest_eigenvalue, target_stiffness
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -45,7 +46,7 @@ def both(request):
     for whole, share in ((False, 0.5), (True, 1.0)):
         body = bonded_block(sensor, 2 if touching else 1, 2.0, 0.0, 1e-2 if touching else 0.0, whole=whole).body
         load = share * np.append(LOADS[touching], np.zeros(3 * whole))
-        end = follow(body, rest(body), (0.0 * load, load))
+        end = advance(body, rest(body), Path((0.0 * load, load)))
         assert end.reached == 1.0
         found.append((body, end.state))
     half, state = found[0]
@@ -144,7 +145,7 @@ def test_it_is_only_what_the_symmetry_hides_that_gives_way(fallen):
     scale = sensor.elastomer.silicone.shear_modulus * sensor.elastomer.thickness**2
     for F_z in (0.6, 1.2):
         load = np.array([0.0, 0.5 * F_z / scale, 0.0])
-        found = follow(replace(body, hidden=None), state, (state.load, load))
+        found = advance(replace(body, hidden=None), state, Path((state.load, load)))
         assert found.reached == 1.0
         state = found.state
         own, hidden = target_stiffness(body, state)

@@ -1,1 +1,1 @@
-"""Newton, load control and paths to an equilibrium."""
+"""One mesh: along a path (path.py), by increments brought to rest (newton.py), to an Outcome (outcome.py)."""

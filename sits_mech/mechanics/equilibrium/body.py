@@ -16,8 +16,8 @@ import hashlib
 import pickle
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, update_wrapper
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from functools import cache, cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.element.patch import Patch, at_rims, patch_of
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.faces.contact import Contact
-from sits_mech.mechanics.faces.face_contact import Faces
+from sits_mech.mechanics.faces.face_contact import FaceContact, Faces, face_contact, faces_press
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Integers, Mask
@@ -36,8 +36,7 @@ ROOM = 2**25
 """Bytes of the states that a body remembers: 25 on the finest mesh of a pad, 800 on its second one."""
 ROUNDING = 1e-5
 """Of K: the least force that a residual is taken over."""
-_Asked = ParamSpec("_Asked")
-_Rest = TypeVar("_Rest")
+_Found = TypeVar("_Found", bound=Any)
 
 
 @dataclass(frozen=True)
@@ -88,8 +87,19 @@ class Bonded:
 
     @cached_property
     def rests(self) -> dict[bytes, Any]:
-        """What was found from what was asked, the last of it; see `remembered`."""
+        """What was found from what was asked, the last of it: it depends on that and the limit of time alone."""
         return {}
+
+    def name_of(self, start: State, *asked: object) -> bytes:
+        """Return the name of a question from a state among `rests`."""
+        return hashlib.sha256(pickle.dumps((SECONDS.get(), replace(start, known=None), asked))).digest()
+
+    def keep(self, name: bytes, found: _Found) -> _Found:
+        """Keep and return what was found, but for the deformation of its state, which is large and made again."""
+        self.rests[name] = replace(found, state=replace(found.state, known=None))
+        while 8 * self.size * len(self.rests) > ROOM:
+            del self.rests[next(iter(self.rests))]
+        return found
 
     def _made(self, free: Integers) -> Pattern:
         """Make the pattern with some displacements free."""
@@ -115,6 +125,14 @@ class Bonded:
         hidden = self.hidden
         odd = None if hidden is None else cache(lambda: found._made(np.sort(hidden().free)))
         return replace(found, shared=cache(lambda: found._made(self.free)), hidden=odd)
+
+    def touching(self, state: State) -> FaceContact:
+        """Return what its free faces touch in a state."""
+        return face_contact(self.faces, self.mesh, self.parts, state.u, state.q)
+
+    def pressed(self, state: State) -> bool:
+        """Whether its free faces press something in a state, so that its meshes show no order."""
+        return faces_press(self.mesh, self.parts, state.u, state.q)
 
     @cached_property
     def freed(self) -> Array:
@@ -197,29 +215,3 @@ def smallest_volume(body: Bonded, u: Array, *, everywhere: bool, known: Deformed
     if body.mesh.nodal is None or not (everywhere or body.guarded):
         return least
     return min(least, float(deformation(body.mesh, u, body.mesh.nodal)[1].min()))
-
-
-def remembered(solve: Callable[Concatenate[Bonded, State, _Asked], _Rest]) -> Callable[
-    Concatenate[Bonded, State, _Asked], _Rest
-]:
-    """Return a solution from a state, a dataclass with a `state` or None, that a body finds once for the same numbers.
-
-    It depends on these and the limit of time alone, to the last digit, not on what was asked before. The deformation of
-    its state, much larger, is made again where it is asked for.
-    """
-
-    def found(body: Bonded, start: State, /, *asked: _Asked.args, **more: _Asked.kwargs) -> _Rest:
-        numbers = pickle.dumps((solve.__name__, SECONDS.get(), replace(start, known=None), asked, more))
-        name = hashlib.sha256(numbers).digest()
-        if name in body.rests:
-            rest: _Rest = body.rests[name]
-            return rest
-        own: Any = solve(body, start, *asked, **more)
-        body.rests[name] = None if own is None else replace(own, state=replace(own.state, known=None))
-        while 8 * body.size * len(body.rests) > ROOM:
-            del body.rests[next(iter(body.rests))]
-        rest = own
-        return rest
-
-    update_wrapper(found, solve)
-    return found

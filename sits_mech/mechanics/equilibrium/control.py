@@ -15,7 +15,7 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, Wrench, refuse_infinite
-from sits_mech.threads import one_thread
+from sits_mech.threads import single_thread
 
 PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
 _PAIRS = tuple(zip(WRENCH, PLACES, strict=True))
@@ -72,6 +72,11 @@ class Control:
             name: value for k, pair in enumerate(_PAIRS) for name in pair
             if (value := getattr(self, name)) is not None and (k < 3 or value != 0.0)
         }
+
+    @property
+    def forces(self) -> dict[str, float]:
+        """Given forces by name."""
+        return {name: value for name in WRENCH if (value := getattr(self, name)) is not None}
 
     def goal(self, lengths: Array, loads: Array) -> Array:
         """Return the scaled goal: a force, or d_h, d_z = -sink, ... where held; shape (6,).
@@ -131,13 +136,13 @@ class Controlled(Protocol):
         """Return the equilibrium with forces or places given, reached from `start` or rest, via `via`."""
         ...
 
-    @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
 
         Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        return self.controlled(under(wrench), start=start)
+        with single_thread():
+            return self.controlled(under(wrench), start=start)
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
         """Return the equilibrium at the end of a path of loads from rest; see `PathModel`, raises as `equilibrium`."""

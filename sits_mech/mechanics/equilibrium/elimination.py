@@ -68,9 +68,7 @@ class Relaxed(NamedTuple):
     part: float  # of the boundary's way that was gone
 
 
-def relaxed(
-    body: Bonded, patch: Patch, start: tuple[Array, Array], end: Array, small: tuple[float, float]
-) -> Relaxed:
+def relaxed(body: Bonded, patch: Patch, start: tuple[Array, Array], end: Array, small: tuple[float, float]) -> Relaxed:
     """Move a patch's boundary from where it is to its end, and bring I to rest.
 
     `start`: displacements of the layer, and the patch's pressures; `end`: displacements; `small`: norms of f_I at which

@@ -24,17 +24,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import kinematics
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import SETTLED, Way, unloaded, verdict
-from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
-from sits_mech.mechanics.equilibrium.path import affordable, among_faces, follow
+from sits_mech.mechanics.equilibrium.newton import affordable
+from sits_mech.mechanics.equilibrium.outcome import FREE, Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.path import Walk, advance, unloaded
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.quantities import Array
 from sits_mech.silicone.points import Memory, remembered, stepped, virgin
@@ -42,72 +42,47 @@ from sits_mech.silicone.points import Memory, remembered, stepped, virgin
 _SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change
 _PASSES = 12  # solutions of an increment with other points that stick or slip, at most
-_SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
 _SHORTEST = 2e-2  # step of the path to a new load, over the path so far
 _PARTS = 4  # increments of a step with friction
 
 
-def followed(
-    body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
-    out_of_plane: Held | None = None,
-) -> Outcome:
-    """Follow a path of loads with friction from a state at rest under the first goal, with its tractions.
+class Friction(Walk):
+    """Legs in equal increments with friction, each from the end of the last; the start has its tractions.
 
-    `goals` (k,) are forces at the start, at each load passed, at the end, or places where `held`; `parts` increments a
-    leg; `held` and `out_of_plane` as in `follow`.
+    `parts`: increments of a leg. Half the limit of time is for each leg.
     """
-    held = np.zeros(body.components, dtype=bool) if held is None else held
-    way = Way(goals[0], goals[-1], held, out_of_plane)
-    states, at, step = [start], Fraction(0), Fraction(1, parts)
-    left = affordable(body, 0.5 * (len(goals) - 1))  # half the limit for each leg
-    while at < len(goals) - 1:
-        if left <= 0:
-            return Outcome(states[-1], float(at), PathEnd.LONG, states=tuple(states))
-        leg = int(at)
-        end = min(at + step, Fraction(leg + 1))
-        share = float(end - leg)
-        goal = (1.0 - share) * goals[leg] + share * goals[leg + 1]
-        body, found = _increment(body, states[-1], way, goal, _SLIP / parts)
-        left -= found.iterations
-        if found.reason:
-            step /= 2
-            if step < _SMALLEST / parts:
-                return Outcome(states[-1], float(at), found.reason, states=tuple(states))
-            continue
-        states, at = [*states, found.state], end
-        step = min(2 * step, Fraction(1, parts))
-    return Outcome(states[-1], float(at), states=tuple(states))
 
+    def __init__(self, body: Bonded, start: State, path: Path, *, parts: int) -> None:
+        super().__init__(body, start, path, step=1.0 / parts, most=affordable(body, 0.5 * path.legs))
+        self.slip = _SLIP / parts
 
-def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> tuple[Bonded, Outcome]:
-    """Find the rest at the end of an increment; return also the body with the faces that met."""
-    before = _looked_at(body, here)
-    tractions = here.grip or tuple(np.zeros_like(place) for place, _, _ in before)
-    starts = [(place, traction) for (place, _, _), traction in zip(before, tractions, strict=True)]
-    seen, pressures, spent, guess = before, [p for _, p, _ in before], 0, here
-    for _ in range(_PASSES):
-        grips = [
-            gripped(part.friction * p, start, normal, slip)
-            for part, p, start, (_, _, normal) in zip(rough(body), pressures, starts, seen, strict=True)
-        ]
-        for begin in (guess, here):  # from its beginning points come out of sticking, which is the surer way
-            body, found = among_faces(_with(body, grips), replace(begin, iterations=0), goal, way.held)
-            spent += found.state.iterations
-            if found.state.residual <= SETTLED:
-                break
-        if not found.state.residual <= SETTLED:
-            return body, Outcome(replace(here, iterations=spent), 0.0, PathEnd.LOST)
-        guess, seen = found.state, _looked_at(body, found.state)
-        new = [p for _, p, _ in seen]
-        weights = [part.surface.weight.ravel() for part in rough(body)]
-        each = zip(weights, pressures, new, strict=True)
-        if all(float(w @ np.abs(own - p)) <= _SAME * float(w @ own) for w, p, own in each):
-            said = verdict(body, way, found)
-            grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
-            state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
-            return body, Outcome(state, 1.0, said.reason)
-        pressures = new
-    return body, Outcome(replace(here, iterations=spent), 0.0, PathEnd.SLIPPING)
+    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+        """Return the rest at the end of an increment, whose pressures are those that its slip was limited by."""
+        here, before = self.here, _looked_at(self.body, self.here)
+        tractions = here.grip or tuple(np.zeros_like(place) for place, _, _ in before)
+        starts = [(place, traction) for (place, _, _), traction in zip(before, tractions, strict=True)]
+        seen, pressures, spent, guess = before, [p for _, p, _ in before], 0, here
+        for _ in range(_PASSES):
+            grips = [
+                gripped(part.friction * p, begin, normal, self.slip)
+                for part, p, begin, (_, _, normal) in zip(rough(self.body), pressures, starts, seen, strict=True)
+            ]
+            for first in (guess, here):  # from its beginning points come out of sticking, which is the surer way
+                found = super().rest(goal, replace(first, iterations=0), _with(self.body, grips))
+                spent += found.state.iterations
+                if not found.reason:
+                    break
+            if found.reason:
+                return Outcome(replace(here, iterations=spent), 0.0, PathEnd.LOST)
+            guess, seen = found.state, _looked_at(self.body, found.state)
+            new = [p for _, p, _ in seen]
+            weights = [part.surface.weight.ravel() for part in rough(self.body)]
+            each = zip(weights, pressures, new, strict=True)
+            if all(float(w @ np.abs(own - p)) <= _SAME * float(w @ own) for w, p, own in each):
+                grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
+                return replace(found, state=replace(guess, grip=grip, iterations=spent))
+            pressures = new
+        return Outcome(replace(here, iterations=spent), 0.0, PathEnd.SLIPPING)
 
 
 def rough(body: Bonded) -> list[Contact]:
@@ -143,29 +118,22 @@ def begun(body: Bonded) -> Moment:
     """Return a virgin layer, or one long at its present temperature."""
     shape, components = body.mesh.inside.weights.shape, 9 if len(body.mesh.axes) == 3 or body.mesh.hoop else 5
     memory, state = virgin(body.law.silicone, shape, components), unloaded(body)
-    if body.swelling == 1.0:
-        return Moment(state, memory)
-    known = deformed_state(body, state)
-    return Moment(replace(state, known=known), remembered(body.law.silicone, memory, np.inf, kinematics(known.F)))
+    return Moment(state, memory) if body.swelling == 1.0 else _moment(body, memory, state, np.inf)
 
 
-def later(
-    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None
-) -> tuple[Moment | None, PathEnd]:
+def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Held = FREE) -> Moment | PathEnd:
     """Return the layer a step `dt` [s] later, under a load that changes linearly, or why there is none.
 
-    ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held`.
+    ``dt = 0`` is a sudden load; `goal` (k,) as of a `Path`, scaled, like `held`.
     """
-    silicone = body.law.silicone
-    law = body.law.after(stepped(silicone, now.memory, dt))
-    aged = replace(body, law=law, shared=cache(lambda: body.pattern))
-    goals = (now.state.load, goal)
-    if rough(body):
-        found = followed(aged, now.state, goals, _PARTS, held=held)
-    else:
-        found = follow(aged, replace(now.state, iterations=0), goals, smallest=_SHORTEST, held=held)
-    if found.reason:
-        return None, found.reason
-    state = found.state
+    law = body.law.after(stepped(body.law.silicone, now.memory, dt))
+    aged, path = replace(body, law=law, shared=cache(lambda: body.pattern)), Path((now.state.load, goal), held)
+    rule: dict[str, Any] = {"rule": Friction, "parts": _PARTS} if rough(body) else {"smallest": _SHORTEST}
+    found = advance(aged, replace(now.state, iterations=0), path, **rule)
+    return found.reason or _moment(body, now.memory, found.state, dt)
+
+
+def _moment(body: Bonded, memory: Memory, state: State, dt: float) -> Moment:
+    """Return a state with what its points remember, a step of time after a memory."""
     known = deformed_state(body, state)
-    return Moment(replace(state, known=known), remembered(silicone, now.memory, dt, kinematics(known.F))), PathEnd.NONE
+    return Moment(replace(state, known=known), remembered(body.law.silicone, memory, dt, kinematics(known.F)))

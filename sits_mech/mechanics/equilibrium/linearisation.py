@@ -42,14 +42,7 @@ from sits_mech.mechanics.element.kernel import (
     volumes,
 )
 from sits_mech.mechanics.element.sideways import harmonic_pattern, harmonic_stiffness, sideways_stiffness
-from sits_mech.mechanics.element.target import (
-    between,
-    bonded_tangent,
-    moved,
-    turning,
-    work_between,
-    work_of_load,
-)
+from sits_mech.mechanics.element.target import between, bonded_tangent, moved, turning, work_between, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, smallest_volume
 from sits_mech.quantities import Array, Integers, Mask
 

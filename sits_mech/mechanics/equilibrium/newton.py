@@ -22,21 +22,13 @@ Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (19
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import (
-    ROUNDING,
-    Bonded,
-    State,
-    deformed_state,
-    remembered,
-    rest,
-    smallest_volume,
-)
+from sits_mech.mechanics.equilibrium.body import ROUNDING, Bonded, State, deformed_state, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
@@ -52,7 +44,8 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     stepped,
     way_of,
 )
-from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array
 
 SETTLED = 1e-9
@@ -62,107 +55,87 @@ MOST = 16
 LONGEST = 1.5
 """Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 
+EASY = 5
+"""Iterations up to which the next increment grows."""
+STANDS = "%d unknowns: at rest under %.0f %% of the load after %d iterations"
+
 _LOG = logging.getLogger(__name__)
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
+_PACE = (1e-5, 3.3e-5)  # s that an iteration takes for an unknown, of sections and solids: 0.6 to 1.5, 1.1 to 3.2 seen
+_GIVEN = 1.0 / 3.0  # of the limit of time, what a path is given before its pace is looked at
 _LEAST_CLEAR = 0.1  # of the target's way, by which a place that is no better tells nothing
-_LEAST_SWELLING = 0.05  # part of it
 
 
-_NONE = np.zeros((0, 0))
+class Steps(NamedTuple):
+    """How Newton's method steps, and when it ends."""
+
+    falling: bool = False  # the potential is descended, surer at singular edges and slower elsewhere
+    eliminating: bool = False  # the cells at rims are brought to rest by themselves after each step
+    enough: float | None = None  # step of the target's edge that ends it [thicknesses]; None: small forces do
 
 
-class Iterated(NamedTuple):
-    """The end of Newton's method, with the target's stiffness there or nearby."""
-
-    state: State
-    stiffness: Array | None  # S; None if unknown
-    hidden: Array | None = None  # S on motions hidden by symmetry; None if nothing is hidden
-    length: float = 0.0  # displacement of the target's edge in the first step [thicknesses]
-    part: float = 0.0  # distance along the path, if it was to be found
+PLAIN, DESCENT = Steps(), Steps(falling=True)
 
 
 def newton(
-    body: Bonded, start: State, goal: Array, held: Held | None = None, *, arc: Arc | None = None, falling: bool = False
-) -> Iterated:
-    """Iterate to rest under one goal; the result's residual says whether it settled.
+    body: Bonded, start: State, goal: Array, held: Held | None = None, *, arc: Arc | None = None, steps: Steps = PLAIN
+) -> Outcome:
+    """Iterate to rest under one goal; the result's reason says whether it settled.
 
-    Goal and `held` as in `follow`. With an `arc` the part of the path is found, too. `falling`: descend the potential,
-    surer at singular edges and slower elsewhere.
+    Goal and `held` as of a `Path`. With an `arc` the part of the path is found, too. With `steps.enough` the target
+    comes nearly to rest, long before the last corner: its last move is its error, `off`, and a step that no other can
+    follow is the last.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
+    take = eliminated if steps.eliminating else partial(stepped, held=held, falling=steps.falling)
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
-    near, left = np.inf, list[float]()
+    found, off, near, left = gradient(body, here), np.full(body.components, np.inf), np.inf, list[float]()
     factor: Factor | None = None
-    length = part = 0.0
-    found = gradient(body, here)
-    most = 2 * MOST if falling else MOST
+    length = part = taken = 0.0
+    nearly = steps.enough is not None
+    most = 2 * MOST if steps.falling and not nearly else MOST
     for count in range(most + 1):
         aim = aim_of(here, goal if arc is None else goal + part * arc.slope, held, arc)
         left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
         _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
-        if left[-1] <= SETTLED or count == most or _hopeless(left, body.slips):
+        if count == most or _done(body, steps, left, (off, taken)):
             break
-        if factor is None or near > _NEAR or left[-1] > _AGAIN * left[-2]:
+        if factor is None or nearly or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one
             factor, near = factored(body, here, found), left[-1]
         way = None if factor is None else way_of(body, here, found, factor, aim)
         length = body.length(way.q) if way is not None and not count else length
-        gone = None if factor is None or way is None or length > LONGEST else stepped(
-            body, here, found, factor, way, held, falling=falling
-        )
+        far = length > LONGEST and not nearly
+        gone = None if factor is None or way is None or far else take(body, here, found, factor, way)
         if gone is None or way is None:
-            here = replace(here, residual=np.inf, iterations=count + 1)
+            here = here if nearly else replace(here, residual=np.inf, iterations=count + 1)
             break
-        here, part, found = gone[0], part + gone[1] * way.part, gone[2]
-    if factor is None or near > _NEAR:
-        return Iterated(here, None, None, length, part)
+        here, taken, found = gone
+        part, off = part + taken * way.part, np.abs(way.q)
+    clear = body.length(off) <= _LEAST_CLEAR * body.length(here.q) if nearly else here.residual <= SETTLED
+    ended = Outcome(here, 1.0 if arc is None else part, PathEnd.NONE if clear else PathEnd.LOST, length=length, off=off)
+    if factor is None or near > _NEAR or nearly or not clear:
+        return ended
     stiffness, made, factor = factor.stiffness, factor.made, None
-    return Iterated(here, stiffness, hidden_stiffness(body, made), length, part)
+    return replace(ended, S=stiffness, odd=hidden_stiffness(body, made))
 
 
-@remembered
-def approached(
+def nearly_at_rest(
     body: Bonded, start: State, goal: Array, held: Held, enough: float, *, eliminating: bool = False
-) -> Outcome | None:
-    """Return the target nearly at rest, or None where that does not show.
+) -> Outcome:
+    """Return a target nearly at rest, its last step at most `enough`, by `newton`; a body finds it once.
 
-    Steps end where one moves the target's edge by at most `enough` [thicknesses], long before the last corner is at
-    rest; that last move is the error. `eliminating`: with the cells at rims at rest by themselves after each step, and
-    forces small at the end; without, the potential is descended.
+    `eliminating`: with the cells at rims at rest after each step; without, the potential is descended.
     """
-    here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
-    found, off = gradient(body, here), np.full(body.components, np.inf)
-    take = eliminated if eliminating else partial(stepped, held=held, falling=True)
-    for count in range(1, MOST + 1):
-        factor = None  # its memory is needed for the next one
-        factor, aim = factored(body, here, found), aim_of(here, goal, held, None)
-        way = None if factor is None else way_of(body, here, found, factor, aim)
-        gone = None if factor is None or way is None else take(body, here, found, factor, way)
-        if way is None or gone is None:
-            break
-        here, off, found = replace(gone[0], iterations=count), np.abs(way.q), gone[2]
-        stays = gone[1] == 1.0 and body.length(off) <= enough
-        if stays and (not eliminating or _residual(body, here, found, aim) <= _NEAR):
-            break
-    if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
-        return None
-    return Outcome(here, off=off)
-
-
-def unloaded(body: Bonded) -> State:
-    """Return the state without load: undeformed, or swollen at once or by parts; undeformed where a part fails."""
-    state, at, part, none = rest(body), 0.0, 1.0, np.zeros(body.components)
-    while at < 1.0 and body.swelling != 1.0:
-        some = replace(body, swelling=1.0 + min(at + part, 1.0) * (body.swelling - 1.0))
-        found = newton(some, replace(state, iterations=0), none)
-        if found.state.residual <= SETTLED and found.state.min_J > 0.0:
-            state, at = found.state, at + part
-        elif (part := 0.5 * part) < _LEAST_SWELLING:
-            return rest(body)
-    return replace(state, iterations=0)
+    steps = Steps(falling=not eliminating, eliminating=eliminating, enough=enough)
+    name = body.name_of(start, goal, held, steps)
+    known: Outcome | None = body.rests.get(name)
+    if known is not None:
+        return known
+    return body.keep(name, newton(body, start, goal, held, steps=steps))
 
 
 def small_strain(body: Bonded) -> tuple[Array, Array]:
@@ -227,61 +200,39 @@ def _residual(body: Bonded, here: State, found: Gradient, aim: Aim) -> float:
     return left if left > SETTLED or np.isfinite(found.energy) else np.inf
 
 
+def _done(body: Bonded, steps: Steps, left: list[float], last: tuple[Array, float]) -> bool:
+    """Whether iterations with some residuals end: at rest, or without hope; or after a last step, taken whole, of q."""
+    if steps.enough is None:
+        return left[-1] <= SETTLED or _hopeless(left, body.slips)
+    small = last[1] == 1.0 and body.length(last[0]) <= steps.enough
+    return small and (not steps.eliminating or left[-1] <= _NEAR)
+
+
 def _hopeless(left: list[float], slips: bool) -> bool:
     """Whether residuals do not converge: not finite or, unless points slip, no smaller after some steps."""
     return not np.isfinite(left[-1]) or (not slips and len(left) > _PATIENCE and left[-1] > left[0])
 
 
-@dataclass(frozen=True)
-class Way:
-    """The straight path from one goal to another, each (k,), scaled."""
-
-    begin: Array  # forces F_x, F_z, M, ...; d_h, d_z, alpha, ... where held
-    end: Array
-    held: Held  # (k,), components whose places are given
-    out_of_plane: Held | None = None  # (3,), out-of-plane components that are given; None: none
-
-    @property
-    def slope(self) -> Array:
-        """Derivative of the goal by the part of the path."""
-        return self.end - self.begin
-
-    def goal(self, part: float) -> Array:
-        """Return the goal at a part of the path."""
-        return (1.0 - part) * self.begin + part * self.end
-
-
-class Verdict(NamedTuple):
-    """Stability of a state; stiffness is the smallest eigenvalue of S, inf if all places are held, nan if unknown."""
-
-    min_J: float
-    stiffness: float
-    reason: PathEnd  # against the state
-    S: Array
-    hidden: float = np.nan  # smallest eigenvalue on motions hidden by symmetry; inf if none are
-
-
-def verdict(body: Bonded, way: Way, found: Iterated) -> Verdict:
-    """Judge a state that Newton's method ended at."""
-    trial, stiffness, hidden = found[:3]
-    if not trial.residual <= SETTLED:
-        return Verdict(trial.min_J, np.nan, PathEnd.LOST, _NONE)
-    least = smallest_volume(body, trial.u, everywhere=True)
+def judged(body: Bonded, path: Path, found: Outcome) -> Outcome:
+    """Return a state that Newton's method ended at with its stability, and whether it counts."""
+    if found.reason:
+        return found
+    least = smallest_volume(body, found.state.u, everywhere=True)
+    found = replace(found, state=replace(found.state, min_J=least))
     if not least > 0.0:
-        return Verdict(least, np.nan, PathEnd.INVERTED, _NONE)
-    if stiffness is None:
-        stiffness, hidden = target_stiffness(body, trial)
-    beside = np.inf if hidden is None else smallest_eigenvalue(hidden, way.out_of_plane)
-    value, reason = smallest_stiffness(way, stiffness, beside)
-    return Verdict(least, value, reason, stiffness, beside)
+        return replace(found, reason=PathEnd.INVERTED)
+    S, odd = (found.S, found.odd) if found.S.size else target_stiffness(body, found.state)
+    hidden = np.inf if odd is None else smallest_eigenvalue(odd, path.out_of_plane)
+    value, reason = smallest_stiffness(path, S, hidden)
+    return replace(found, S=S, stiffness=value, hidden=hidden, reason=reason)
 
 
-def smallest_stiffness(way: Way, stiffness: Array, hidden: float) -> tuple[float, PathEnd]:
+def smallest_stiffness(path: Path, stiffness: Array, hidden: float) -> tuple[float, PathEnd]:
     """Return the smallest eigenvalue of the stiffness, of hidden motions, too, and the reason it stands for."""
-    held = way.held
-    if held.any() and way.out_of_plane is not None:
-        held = np.concatenate([held[:3], way.out_of_plane])[: len(held)]
-    own = np.inf if way.held.all() else smallest_eigenvalue(stiffness, held)
+    held = path.held
+    if held.any() and path.out_of_plane is not None:
+        held = np.concatenate([held[:3], path.out_of_plane])[: len(held)]
+    own = np.inf if path.held.all() else smallest_eigenvalue(stiffness, held)
     if own > 0.0 and hidden > 0.0:
         return min(own, hidden), PathEnd.NONE
     return (hidden, PathEnd.SIDEWAYS) if own > 0.0 else (own, PathEnd.BUCKLED)
@@ -297,3 +248,25 @@ def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:
     if not np.all(np.isfinite(S)):
         return np.nan
     return float(np.linalg.eigvalsh(0.5 * (S + S.T)).min(initial=np.inf))
+
+
+def affordable(body: Bonded, share: float = 0.25) -> float:
+    """Return how many iterations of a path on a mesh take a share of the limit of time (memory.py).
+
+    A quarter, as four paths may be in vain: those of the free and of the guarded family, without and with contact.
+    """
+    return share * SECONDS.get() / iteration_seconds(body)
+
+
+def goes_on(body: Bonded, work: tuple[float, float], at: float) -> bool:
+    """Whether a path at a part of its way has iterations left, and its pace will do if it spent a third of its limit.
+
+    `work`: iterations spent, and most.
+    """
+    (spent, most), limit = work, affordable(body)
+    return spent < most and (spent < _GIVEN * limit or at >= spent / limit)
+
+
+def iteration_seconds(body: Bonded) -> float:
+    """Return the processor time of an iteration on a mesh [s], some."""
+    return _PACE[len(body.mesh.axes) - 2] * len(body.free)

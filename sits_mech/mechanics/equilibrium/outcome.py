@@ -1,4 +1,4 @@
-"""How a way to a load ended: the last state, how far it is, and why not farther."""
+"""A path of loads and places, and how a way along it ended: the last state, how far it is, and why not farther."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import State
+from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.quantities import Array
 
 
@@ -37,27 +38,62 @@ REASONS = {
     ),
     PathEnd.SLIPPING: "beyond this load the contact pressures under friction do not converge",
     PathEnd.LONG: "the path to this load takes longer than the limit of time (--seconds)",
-    PathEnd.BEYOND: "beyond this load the silicone is stretched further than its data, and no law of them is known",
+    PathEnd.BEYOND: "beyond this load the silicone is stretched further than it was tested, and no law is known there",
 }
 """Messages by the reason of an `Outcome`."""
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """The end of a way to a load."""
+FREE = np.zeros(0, dtype=bool)
+"""No component's place is given."""
 
-    state: State  # last state at rest
-    reached: float = 1.0  # fraction of the path, or its legs that were gone; 1, or all of them, is the goal
-    reason: PathEnd = PathEnd.NONE
-    limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
-    hidden: float = np.nan  # at the goal, smallest stiffness on motions hidden by symmetry; inf if none are
-    off: Array = field(default_factory=lambda: np.zeros(0))  # error of q (k,) of a target that is only nearly at rest
-    states: tuple[State, ...] = ()  # with friction: the start, then the end of each increment
+
+@dataclass(frozen=True)
+class Path:
+    """The way through goals, straight from each to the next."""
+
+    goals: tuple[Array, ...]  # (k,) each, scaled: forces F_x, F_z, M, ...; d_h, d_z, alpha, ... where held
+    held: Held = field(default_factory=lambda: FREE)  # (k,), components whose places are given
+    out_of_plane: Held | None = None  # (3,), out-of-plane components that are given; None: none
+
+    def __post_init__(self) -> None:
+        """Give every component a word."""
+        if not len(self.held):
+            object.__setattr__(self, "held", np.zeros(len(self.goals[0]), dtype=bool))
 
     @property
-    def iterations(self) -> int:
-        """Linear solves spent, in all increments."""
-        return sum(state.iterations for state in self.states or (self.state,))
+    def legs(self) -> int:
+        """Number of ways from goal to goal."""
+        return len(self.goals) - 1
+
+    @property
+    def slope(self) -> Array:
+        """Derivative of the goal by the part of the last leg."""
+        return self.goals[-1] - self.goals[-2]
+
+    def goal(self, part: float) -> Array:
+        """Return the goal after so many legs and a part of one."""
+        leg = min(int(part), self.legs - 1)
+        share = part - leg
+        return (1.0 - share) * self.goals[leg] + share * self.goals[leg + 1]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The end of a way: of Newton's method under one goal, or of a path.
+
+    At rest S (k, k) is the stiffness of the target, empty if unknown; `odd` that on motions hidden by symmetry, if any.
+    """
+
+    state: State  # of a path, the last one at rest
+    reached: float = 1.0  # part of the path, or its legs that were gone; 1, or all of them, is the goal
+    reason: PathEnd = PathEnd.NONE  # why not farther; against the state, if it does not count
+    limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
+    stiffness: float = np.nan  # smallest eigenvalue of S and `odd`; inf if all places are held, nan if unknown
+    hidden: float = np.nan  # that of `odd`; inf if nothing is hidden
+    S: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
+    odd: Array | None = field(default=None, repr=False)
+    length: float = 0.0  # displacement of the target's edge in the first step [thicknesses]
+    off: Array = field(default_factory=lambda: np.zeros(0))  # error of q (k,) of a target that is only nearly at rest
 
     def over(self, begin: float, end: float) -> Outcome:
         """Map the outcome to a longer path, of which this one was from a part to another."""

@@ -1,300 +1,170 @@
-"""Follow a layer to its load: Newton's method (newton.py) along an adaptive path.
+"""Advance a layer along a path, from rest to rest, by a rule that chooses increments.
 
-The whole load is tried at once, as far as linear theory says that the target moves a thickness or so; increments grow
-where it is easy, and end where the stiffness would vanish if it went on as it does. From an increment that does not
-come to rest, or to a state that does not count (newton.py), the path goes on by its length, which finds the largest
-load, or the one at which stability is lost, as a number.
+    path --(rule: an increment)--> goal --(newton.py)--> state --(does it count?)--> next increment, or Outcome
 
-What is given may be any mix of forces and places of the target: with a place given, the path goes past the largest
-load that the layer carries. Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
+What is given may be any mix of forces and places of the target (control.py): with a place given, a path goes past the
+largest load that the layer carries. Increments at whose end no rest is found are shortened, as far as the rule allows,
+and lengthened again after.
 
-The part of a load that a layer carries. A point of the path is the motion q of the target and the part t of the load.
-From a stable state the next one is looked for in a plane across the path, a length s ahead, with t found (newton.py,
-`Arc`),
+`Load`: an elastic layer. The whole load is tried at once, as far as linear theory says that the target moves a
+thickness or so; increments grow where it is easy, and end where the stiffness would vanish if it went on as it does.
+From an increment that does not come to rest, or to a state that does not count (newton.py), the path goes on by its
+length (limit.py), which finds the largest load, or the one at which stability is lost, as a number.
 
-    n . (q - q_0) = s,        n = W^2 q'/|W q'|,        q' = dq/dt,
+`Swelling`: what swells without load, by parts. With friction: increments.py.
 
-W the levers that turn the components of q into ways of the target's edge. The smallest eigenvalue e of the target's
-stiffness is positive at the one end of a bracket and not at the other, or the load falls there; the secant of e(s) and
-the parabola t(s), by its slope at the stable end, shrink the bracket:
-
-    t = t_0 + m s + c s^2,        t_limit = t(min(s_e, s_t)),        e(s_e) = 0,    t'(s_t) = 0,
-
-so that a load at which stability is lost (e = 0) and a largest load (t' = 0) are one search. Where e does not go to
-zero the other end was another branch, and the path is lost there, not limited.
-
-Source: E. Riks, Int. J. Solids Struct. 15 (1979) 529; W. C. Rheinboldt, SIAM J. Numer. Anal. 18 (1981) 925.
+Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
 """
 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
+from math import isclose
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import Bonded, State, remembered
-from sits_mech.mechanics.equilibrium.linearisation import Arc, Held
-from sits_mech.mechanics.equilibrium.newton import (
-    LONGEST,
-    SETTLED,
-    Iterated,
-    Verdict,
-    Way,
-    newton,
-    rate,
-    verdict,
-)
-from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
-from sits_mech.memory import SECONDS
+from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
+from sits_mech.mechanics.equilibrium.limit import pursued
+from sits_mech.mechanics.equilibrium.newton import DESCENT, EASY, LONGEST, STANDS, affordable, goes_on, judged, newton
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.quantities import Array
 
-_LOG, _STANDS = logging.getLogger(__name__), "%d unknowns: at rest under %.0f %% of the load after %d iterations"
-_EASY = 5  # iterations up to which the next increment grows
-_PACE = (1e-5, 3.3e-5)  # s that an iteration takes for an unknown, of sections and solids: 0.6 to 1.5, 1.1 to 3.2 seen
-_GIVEN = 1.0 / 3.0  # of the limit of time, what a path is given before its pace is looked at
+_LOG = logging.getLogger(__name__)
 _CUT = 0.25  # of an increment that fails, where the path goes on by its length
 _LOOKS = 3  # how often a step is solved with more and more faces that meet
-PRECISE = 2e-3
-"""Relative width of the bracket around a limit."""
-
-_GONE = 1e-3  # of it: what is left of the stiffness where a slightly crooked layer buckles into a bent one
-_STRAIGHT, _CORNER = 0.5, 1e-4  # cosine up to which a path may turn in a step, and length that is not resolved
-_LITTLE = 0.03  # of it: a path that is lost there was about to lose its stability
-_SMALL = 0.3  # of the stiffness at the beginning: a stiffness above it has not gone to zero
-_BEYOND = 1.1  # times the length at which the stiffness seems to vanish that is gone at once
+_LEAST = 1.0 / 16.0  # of the first increment, below which none is tried
 
 
-@remembered
-def follow(
-    body: Bonded, start: State, goals: tuple[Array, Array], *, smallest: float = 1e-3, held: Held | None = None,
-    out_of_plane: Held | None = None, most: float = np.inf,
-) -> Outcome:
-    """Follow the straight path between two goals from a state at rest under the first; ``reached == 1`` at the end.
+class Walk:
+    """A path that is followed: an increment is halved where nothing comes to rest, and doubled up to the first."""
 
-    Goals (k,) are forces F_x, F_z, M, ..., or places d_h, d_z, alpha, ... where `held`, scaled. `out_of_plane` (3,):
-    which components out of the plane are given, none by default; the target must withstand a push on the others.
-    `smallest`: least step over the path so far; above a quarter the first failed increment ends the path. `most`:
-    limit of iterations, besides that of time (`affordable`).
+    judges = True  # whether a rest must be stable to count
+
+    def __init__(self, body: Bonded, start: State, path: Path, *, step: float = 1.0, most: float = np.inf) -> None:
+        self.body, self.here, self.path = body, start, path  # `here`: last state at rest, with all iterations so far
+        self.step = self.first = step
+        self.begun, self.most = start.iterations, start.iterations + most
+        self.at, self.end, self.hidden = 0.0, 0.0, np.nan  # of the path: where it is, and where its increment ends
+
+    def left(self) -> bool:
+        """Whether there are iterations left for an increment."""
+        return self.here.iterations < self.most
+
+    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+        """Return the rest under a goal, found again where free faces it did not hold apart have met.
+
+        Full Newton steps are tried first; where singular edges make them wander, the potential is descended.
+        """
+        start = start or replace(self.here, iterations=0)
+        self.body = (body or self.body).near(start.u)
+        for _ in range(_LOOKS):
+            found = newton(self.body, start, goal, self.path.held)
+            spent, wanders = found.state.iterations, found.reason and not found.length > LONGEST
+            if wanders and not self.body.slips and self.here.iterations + spent < self.most:
+                found = newton(self.body, start, goal, self.path.held, steps=DESCENT)
+                found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
+            wider = self.body if found.reason else self.body.near(found.state.u)
+            if wider is self.body:
+                break
+            self.body = wider
+        return found
+
+    def lengthen(self, found: Outcome) -> None:
+        """Choose the next increment after one that came to rest."""
+        self.step = min(2.0 * self.step, self.first)
+
+    def shorten(self, found: Outcome) -> bool:
+        """Choose a shorter increment after one that failed; whether it is tried."""
+        self.step *= 0.5
+        return self.step >= _LEAST * self.first
+
+    def outcome(self, reason: PathEnd) -> Outcome:
+        """Return how the path ended."""
+        return Outcome(self.here, self.at, reason, hidden=np.nan if reason else self.hidden)
+
+
+class Load(Walk):
+    """One leg, followed by increments of the load, then by its length.
+
+    `smallest`: least step over the path so far; above a quarter the first failed increment ends the path. `most`: limit
+    of iterations, besides that of time (`affordable`).
     """
-    most = start.iterations + min(most, affordable(body))
-    way = Way(*goals, np.zeros(body.components, dtype=bool) if held is None else held, out_of_plane)
-    here, at, increment, before = start, 0.0, 1.0, (0.0, np.nan)
-    length = 0.0
-    while _goes_on(body, (here.iterations - start.iterations, most - start.iterations), at):
-        target = min(1.0, at + increment)
-        body, found = among_faces(body, replace(here, iterations=0), way.goal(target), held, most - here.iterations)
-        spent = here.iterations + found.state.iterations
-        if found.length > LONGEST:
-            increment, here = 0.9 * (target - at) * LONGEST / found.length, replace(here, iterations=spent)
-            continue
-        said = verdict(body, way, found)
-        if said.reason:
-            here, length = replace(here, iterations=spent), _CUT * found.length
-            break
-        here, fallen = replace(found.state, iterations=spent, min_J=said.min_J), before[1] - said.stiffness
-        gone, before, at = target - before[0], (target, said.stiffness), target
-        increment *= 2.0 if found.state.iterations <= _EASY else 1.0
-        increment = min(increment, 1.1 * gone * said.stiffness / max(fallen, 1e-300))  # nan, at first, limits nothing
-        if at == 1.0:
-            return Outcome(here, at, hidden=said.hidden)
-        _LOG.info(_STANDS, len(body.free), 100.0 * at, here.iterations)
-    else:
-        return Outcome(here, at, PathEnd.LONG)
-    if _CUT < smallest:
-        return Outcome(here, at, said.reason if here.iterations < most else PathEnd.LONG)
-    return pursued(body, way, (here, at), length, smallest=smallest, most=most)
+
+    def __init__(self, body: Bonded, start: State, path: Path, *, smallest: float = 1e-3, most: float = np.inf) -> None:
+        super().__init__(body, start, path, most=min(most, affordable(body)))
+        self.smallest, self.before, self.length = smallest, (0.0, np.nan), 0.0  # before: place, and stiffness there
+
+    def left(self) -> bool:
+        """Whether there are iterations left, and the pace will do."""
+        return goes_on(self.body, (self.here.iterations - self.begun, self.most - self.begun), self.at)
+
+    def lengthen(self, found: Outcome) -> None:
+        """Choose an increment that the stiffness allows."""
+        (place, stiffness), self.before = self.before, (self.end, found.stiffness)
+        allowed = 1.1 * (self.end - place) * found.stiffness / max(stiffness - found.stiffness, 1e-300)
+        self.step = min(self.step * (2.0 if found.state.iterations <= EASY else 1.0), allowed)  # nan at first
+        _LOG.info(STANDS, len(self.body.free), 100.0 * self.end, self.here.iterations)
+
+    def shorten(self, found: Outcome) -> bool:
+        """Shorten an increment that is beyond linear theory; after any other the path goes on by its length."""
+        self.step, self.length = 0.9 * (self.end - self.at) * LONGEST / max(found.length, LONGEST), _CUT * found.length
+        return found.length > LONGEST
+
+    def outcome(self, reason: PathEnd) -> Outcome:
+        """Return how the path ended, by its length from an increment that failed."""
+        if not reason or reason is PathEnd.LONG:
+            return super().outcome(reason)
+        if _CUT < self.smallest:
+            return super().outcome(reason if self.here.iterations < self.most else PathEnd.LONG)
+        here = self.here, self.at
+        return pursued(self.body, self.path, here, self.length, smallest=self.smallest, most=self.most)
 
 
-def affordable(body: Bonded, share: float = 0.25) -> float:
-    """Return how many iterations of a path on a mesh take a share of the limit of time (memory.py).
+class Swelling(Walk):
+    """Swelling without load, by parts."""
 
-    A quarter, as four paths may be in vain: those of the free and of the guarded family, without and with contact.
+    judges = False
+
+    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+        """Return the rest of a body that has swollen by a part."""
+        some = replace(self.body, swelling=1.0 + self.end * (self.body.swelling - 1.0))
+        return newton(some, replace(self.here, iterations=0), goal)
+
+
+def advance(body: Bonded, start: State, path: Path, rule: Callable[..., Walk] = Load, **options: float) -> Outcome:
+    """Follow a path from a state at rest under its first goal by a rule; ``reached == path.legs`` at the end.
+
+    `options` are the rule's. A body finds it once for the same numbers.
     """
-    return share * SECONDS.get() / iteration_seconds(body)
-
-
-def _goes_on(body: Bonded, work: tuple[float, float], at: float) -> bool:
-    """Whether a path at a part of its way has iterations left, and its pace will do if it spent a third of its limit.
-
-    `work`: iterations spent, and most.
-    """
-    (spent, most), limit = work, affordable(body)
-    return spent < most and (spent < _GIVEN * limit or at >= spent / limit)
-
-
-def iteration_seconds(body: Bonded) -> float:
-    """Return the processor time of an iteration on a mesh [s], some."""
-    return _PACE[len(body.mesh.axes) - 2] * len(body.free)
-
-
-def among_faces(
-    body: Bonded, start: State, goal: Array, held: Held | None, most: float = np.inf
-) -> tuple[Bonded, Iterated]:
-    """Return a body and its rest under a goal, solved again where free faces it did not hold apart have met.
-
-    Full Newton steps are tried first; where singular edges make them wander, the potential is descended, unless they
-    were as many as `most`.
-    """
-    body = body.near(start.u)
-    for _ in range(_LOOKS):
-        found = newton(body, start, goal, held)
-        wanders = not found.state.residual <= SETTLED and not found.length > LONGEST
-        if wanders and not body.slips and found.state.iterations < most:
-            spent, found = found.state.iterations, newton(body, start, goal, held, falling=True)
-            found = found._replace(state=replace(found.state, iterations=spent + found.state.iterations))
-        wider = body.near(found.state.u) if found.state.residual <= SETTLED else body
-        if wider is body:
-            break
-        body = wider
-    return body, found
-
-
-@dataclass(frozen=True)
-class _Place:
-    """A stable state on the path."""
-
-    state: State
-    part: float  # of the load
-    stiffness: float  # smallest eigenvalue
-    rate: float  # displacement of the edge by the part
-    normal: Array  # of the path
-
-
-@dataclass(frozen=True)
-class _End:
-    """A point beyond the stable path: distance, part of the load, smallest stiffness, reason."""
-
-    ahead: float
-    part: float
-    stiffness: float
-    reason: PathEnd
-
-
-def pursued(
-    body: Bonded, way: Way, start: tuple[State, float], length: float, *, smallest: float, most: float
-) -> Outcome:
-    """Follow a path by its length from a stable state to its goal or to what ends it.
-
-    `start`: state and its part of the path; `length`: first step [thicknesses]; `smallest`: least step over the path so
-    far; `most`: limit of all iterations, those before included.
-    """
-    here = _place(body, way, *start, verdict(body, way, Iterated(start[0], None)))
-    end, reason, before = None, PathEnd.LOST, here
-    gone = _GONE * here.stiffness if np.isfinite(here.stiffness) else 0.0  # it is infinite where every place is held
-    begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
-    while True:
-        if end is not None and _located(here, end, first):
-            return _limited(here, end, spent, first)
-        if length <= smallest * (1.0 if end is None else PRECISE) * max(begun, body.length(here.state.q)):
-            break
-        if not _goes_on(body, (spent, most), here.part if end is None else 1.0):
+    name = body.name_of(start, path, rule, options)
+    known: Outcome | None = body.rests.get(name)
+    if known is not None:
+        return known
+    walk, reason = rule(body, start, path, **options), PathEnd.NONE
+    while walk.at < path.legs and not reason:
+        if not walk.left():
             reason = PathEnd.LONG
             break
-        step, to, said = _ahead(body, way, here, length)
-        spent += step.iterations
-        if not said.reason and to >= 1.0:
-            step, to, said = _ahead(body, way, here, None)
-            spent += step.iterations
-            if not said.reason:
-                return Outcome(replace(step, iterations=spent), 1.0, hidden=said.hidden)
-        astray = not said.reason and to <= here.part  # stable, on another branch
-        if astray or said.reason in (PathEnd.LOST, PathEnd.INVERTED):
-            reason, length = said.reason or PathEnd.LOST, 0.25 * length
-        elif said.reason or said.stiffness <= gone:
-            end = _End(length, to, said.stiffness - gone, said.reason or PathEnd.BUCKLED)
-            length = _next(here, end, beyond=False)
-        else:
-            there = _place(body, way, step, to, said)
-            if _angle(body, here, there) < _STRAIGHT and length > _CORNER * begun:
-                length *= 0.25
-                continue
-            before, here = here, there
-            _LOG.info(_STANDS, len(body.free), 100.0 * to, spent)
-            end = None if end is None or length >= end.ahead else replace(end, ahead=end.ahead - length)
-            length *= 2.0 if step.iterations <= _EASY else 1.0
-            length = min(length, LONGEST, _vanishing(before, here)) if end is None else _next(here, end, beyond=True)
-    return _left(before, here, replace(here.state, iterations=spent), first, reason)
+        there, leg = walk.at + walk.step, int(walk.at) + 1.0
+        walk.end = leg if there > leg or isclose(there, leg) else there
+        found = walk.rest(path.goal(walk.end))
+        found = judged(walk.body, path, found) if walk.judges else found
+        spent = walk.here.iterations + found.state.iterations
+        walk.here = replace(walk.here if found.reason else found.state, iterations=spent)
+        if not found.reason:
+            walk.lengthen(found)
+            walk.at, walk.hidden = walk.end, found.hidden
+        elif not walk.shorten(found):
+            reason = found.reason
+    return body.keep(name, walk.outcome(reason))
 
 
-def _left(before: _Place, here: _Place, state: State, first: float, reason: PathEnd) -> Outcome:
-    """End a lost path; with little stiffness left, extrapolate the limit to where it vanishes."""
-    fall, ahead = before.stiffness - here.stiffness, here.part - before.part
-    if not (here.stiffness <= _LITTLE * first and fall > 0.0 and ahead > 0.0):
-        return Outcome(state, here.part, reason)
-    further = ahead * here.stiffness / fall
-    return Outcome(state, here.part, PathEnd.BUCKLED, (here.part + further, further))
-
-
-def _place(body: Bonded, way: Way, state: State, part: float, said: Verdict) -> _Place:
-    """Describe a stable state on the path."""
-    ahead = rate(body, state, said.S, way.held, way.slope)
-    size = body.length(ahead)
-    normal = body.levers**2 * ahead / size if 0.0 < size < np.inf else np.zeros_like(ahead)
-    return _Place(state, part, said.stiffness, size, normal)
-
-
-def _angle(body: Bonded, before: _Place, here: _Place) -> float:
-    """Return the cosine of the angle between the path's directions at two places."""
-    one, other = before.normal / body.levers, here.normal / body.levers
-    size = float(np.linalg.norm(one)) * float(np.linalg.norm(other))
-    return float(one @ other) / max(size, 1e-300)
-
-
-def _ahead(body: Bonded, way: Way, here: _Place, length: float | None) -> tuple[State, float, Verdict]:
-    """Solve for the state a length ahead, or at the goal; return it, its part of the load, and its verdict."""
-    arc = None if length is None else Arc(here.state.q, here.normal, length, way.slope)
-    goal = way.goal(1.0 if arc is None else here.part)
-    found = newton(body, replace(here.state, iterations=0), goal, way.held, arc=arc)
-    said = verdict(body, way, found)
-    return replace(found.state, min_J=said.min_J), 1.0 if arc is None else here.part + found.part, said
-
-
-def _vanishing(before: _Place, here: _Place) -> float:
-    """Extrapolate the length at which the stiffness vanishes from two places, and add a little."""
-    fall, gone = before.stiffness - here.stiffness, float(np.abs(here.normal @ (here.state.q - before.state.q)))
-    return _BEYOND * here.stiffness / fall * gone if fall > 0.0 else np.inf
-
-
-def _root(here: _Place, end: _End) -> float:
-    """Return the length at which the stiffness vanishes or the load is largest, whichever is first."""
-    fall = here.stiffness - end.stiffness
-    zero = end.ahead * here.stiffness / fall if fall > 0.0 and end.stiffness <= 0.0 else end.ahead
-    m, c = _parabola(here, end)
-    return min(zero, -0.5 * m / c) if c < 0.0 else zero
-
-
-def _parabola(here: _Place, end: _End) -> tuple[float, float]:
-    """Return slope and curvature of the load by length."""
-    m = 1.0 / here.rate
-    return m, (end.part - here.part - m * end.ahead) / end.ahead**2
-
-
-def _next(here: _Place, end: _End, *, beyond: bool) -> float:
-    """Return the length to a point a little beyond or before the limit, so that both ends of the bracket move."""
-    off = 0.02 * end.ahead
-    return float(np.clip(_root(here, end) + (off if beyond else -off), 0.02 * end.ahead, 0.98 * end.ahead))
-
-
-def _value(here: _Place, end: _End) -> float:
-    """Return the part of the load at the limit."""
-    (m, c), s = _parabola(here, end), _root(here, end)
-    return here.part + m * s + c * s**2
-
-
-def _located(here: _Place, end: _End, first: float) -> bool:
-    """Whether the bracket is narrow enough."""
-    value = _value(here, end)
-    near = here.stiffness <= _SMALL * first or end.ahead <= _CORNER
-    return near and max(abs(end.part - here.part), abs(value - here.part)) <= PRECISE * abs(value)
-
-
-def _limited(here: _Place, end: _End, spent: int, first: float) -> Outcome:
-    """Return the end of the path: at a limit, or lost where the stiffness jumps."""
-    value, state = _value(here, end), replace(here.state, iterations=spent)
-    if here.stiffness > _SMALL * first:
-        return Outcome(state, here.part, PathEnd.LOST)
-    m, c = _parabola(here, end)
-    turned = end.reason is PathEnd.BUCKLED and c < 0.0 and -0.5 * m / c < end.ahead
-    error = max(abs(end.part - here.part), abs(value - here.part))
-    return Outcome(state, here.part, PathEnd.TURNED if turned else end.reason, (value, error))
+def unloaded(body: Bonded) -> State:
+    """Return the state without load: undeformed, or swollen at once or by parts; undeformed where a part fails."""
+    if body.swelling == 1.0:
+        return rest(body)
+    none = np.zeros(body.components)
+    found = advance(body, rest(body), Path((none, none)), Swelling)
+    return rest(body) if found.reason else replace(found.state, iterations=0)

@@ -1,1 +1,1 @@
-"""Nested meshes, the extrapolated pose and its error, histories on them."""
+"""Nested meshes: levels of a family (family.py) are refined (refine.py) to an answer with errors (answer.py)."""

@@ -1,13 +1,14 @@
 """Turn a layer solved on a family of meshes (family.py) into a pose with estimated errors.
 
 The first two levels are at rest (pair.py), finer ones correct the target's place until the estimated error is small
-enough. No component's error is less than a share of the worst, an angle counted at
-the target's end; likewise for forces that hold the target. States of the first two levels are kept.
+enough. States of the first two levels are kept.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -17,8 +18,9 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import Outcome
-from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
-from sits_mech.mechanics.levels.family import Levels, Limit, Line, finer
+from sits_mech.mechanics.faces.face_contact import face_notes
+from sits_mech.mechanics.levels.family import Levels, Limit, Line
+from sits_mech.mechanics.levels.refine import finer, refine
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Bounded, Equilibrium, Pose, SolveReport
 from sits_mech.scene.sensor import Sensor
@@ -42,10 +44,10 @@ def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
 
 
 def starts(levels: Levels, scales: Scales, start: Equilibrium) -> list[State]:
-    """Return the states of the second and the first level of an equilibrium."""
+    """Return the states of the second and the first level of an equilibrium, whose family has these levels."""
     bodies = (levels.fine, levels.coarse)
     load = scales.load(start.wrench)[: levels.fine.components]
-    halves = np.split(start.state, [levels.fine.size])
+    halves = np.split(start.state[1:], [levels.fine.size])
     return [unpacked(body, half, load) for body, half in zip(bodies, halves, strict=True)]
 
 
@@ -61,6 +63,19 @@ def relative(error: Array, moved: Array, lever: Array) -> float:
     return float(np.max(error * lever)) / size if size > 0.0 else 0.0
 
 
+def whole_error(body: Bonded, scales: Scales, moved: Array) -> Pose:
+    """Return an error as large as a displacement, (k,) or (6,) [m, rad], in every component that a body frees."""
+    lever = body.reach(scales.thickness)
+    size = float(np.max(np.abs(moved) * lever[: len(moved)]))
+    return Pose.of(np.where(np.arange(6) < body.components, size / lever, 0.0))
+
+
+def enlarged(found: Equilibrium, error: Pose, share: float, *notes: Note) -> Equilibrium:
+    """Return an equilibrium with another error, as such and over the displacement, and further notes."""
+    report = replace(found.report, estimated_error=share, notes=(*found.report.notes, *notes))
+    return replace(found, error=error, report=report)
+
+
 def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
     """Return the stretch, or reciprocal, that all but a share `apart` of the silicone stays below."""
     stretch = most_stretched(body.mesh, u).ravel()
@@ -69,23 +84,30 @@ def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> flo
     return max(1.0, float(stretch[order][np.searchsorted(below, min((1.0 - apart) * below[-1], below[-1]))]))
 
 
+def touch_notes(line: Line, body: Bonded, state: State) -> tuple[Note, ...]:
+    """Return notes on what free faces touch in a state."""
+    target = line.sensor.target
+    plate = target.thickness / line.scales.thickness if target is not None else 0.0
+    return face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate)
+
+
 def law_notes(sensor: Sensor, stretch: float) -> tuple[Note, ...]:
     """Return notes on the silicone's law at a largest stretch: stability, range of its data."""
     return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, stretch)
 
 
 def answer(
-    line: Line, levels: Levels, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
+    line: Line, number: int, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
 ) -> Equilibrium:
-    """Extrapolate the equilibrium and its errors from two levels at rest and as many finer ones as needed.
+    """Extrapolate the equilibrium and its errors from two levels of a family at rest and as many finer ones as needed.
 
-    `walk` yields the finer levels (default `finer`).
+    `walk` yields the finer levels (default `finer`). The state of the answer begins with the family's `number`.
     """
-    (coarse, fine), sensor, scales, goal = states, line.sensor, line.scales, line.goal
-    body, t = levels.fine, scales.thickness
+    (coarse, fine), sensor, scales, goal, levels = states, line.sensor, line.scales, line.goal, line[number]
+    body = levels.fine
     k, (held, end) = body.components, aim(body, scales, control)
     given = bool(np.any(control.held[:k]))
-    lever = body.reach(t)[:k]
+    lever = body.reach(scales.thickness)[:k]
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
     size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
@@ -93,9 +115,9 @@ def answer(
     size[1] = max(size[1], (_ROUNDING if given else 1.0) * largest)  # what holds out of the plane is of uneven cells
     unit = np.where(held, size[1] * weight, size[0] / weight)
 
-    def shown(q: Array, load: Array) -> Array:
+    def shown(found: Outcome) -> Array:
         """Return the motion, or the load where held, over the largest of its kind."""
-        return np.where(held, load, q) / unit
+        return np.where(held, found.state.load, found.state.q) / unit
 
     def left(limit: Limit) -> float:
         """Return the error of what is asked."""
@@ -105,31 +127,31 @@ def answer(
         own = Bounded.of(limit.value * size, errors_of(limit.error, levels.share) * size, limit.parts * size)
         return float(np.max(own.mapped(goal[:, :k]).error, initial=0.0))
 
-    values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
-    pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
-    best = levels.early(values, held | (np.arange(k) == 1), pressed=pressed)
-    spent, sink = fine.iterations + coarse.iterations, -float(fine.q[1])
-    large: Note | None = None
-    beyond, kept = list[Array](), 0
-    stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
+    begun, pressed, sink = [Outcome(state) for state in states], body.pressed(fine), -float(fine.q[1])
+    best = levels.early([shown(each) for each in begun], held | (np.arange(k) == 1), pressed=pressed)
+    kept = 2  # levels that `best` is the limit of
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
-    for level in range(2, min(most, len(levels), line.deepest)):
+    most = min(most, len(levels), line.deepest)
+
+    def enough(found: list[Outcome]) -> bool:
+        """Take the limit of the levels found; whether it will do, or no further level pays."""
+        nonlocal best, kept
+        level = len(found)
+        if level > 2:
+            off = np.where(held, 0.0, found[-1].off / unit)
+            limit = levels.limit([shown(each) for each in found], off, pressed=pressed, sink=sink)
+            if np.max(off, initial=0.0) > np.max(best.error):  # it does not settle there
+                return True
+            best, kept = limit, level
         if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
-            break
-        last = level if len(body.mesh.axes) == 3 else min(most, len(levels), line.deepest) - 1  # sections are cheap
-        if left(levels.foreseen(best, level, last)) > max(line.asked, _PAYS * left(best)) or levels.creased(states):
-            break
-        large = levels.check_memory(level)
-        there = None if large else next(walk, None)
-        if there is None:
-            break
-        values, spent = [*values, shown(there.state.q, there.state.load)], spent + there.state.iterations
-        limit = levels.limit(values, np.where(held, 0.0, there.off / unit), pressed=pressed, sink=sink)
-        beyond.append(packed(there.state))
-        stretches.append(largest_stretch(levels.maker(level), there.state.u))
-        if np.max(there.off[~held] / unit[~held], initial=0.0) > np.max(best.error):  # it does not settle there
-            break
-        best, kept = limit, len(beyond)
+            return True
+        last = level if len(body.mesh.axes) == 3 else most - 1  # sections are cheap
+        paid = max(line.asked, _PAYS * left(best))
+        return level >= most or left(levels.foreseen(best, level, last)) > paid or levels.creased(states)
+
+    found, large = refine(levels, chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
+    last, spent = len(found) - 1, sum(each.state.iterations for each in found)
+    before, stretch = (largest_stretch(levels.maker(level), found[level].state.u) for level in (last - 1, last))
     error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
@@ -137,15 +159,12 @@ def answer(
     if beneath:  # the true target is held there: the error is the whole displacement
         whole = np.max(np.abs(q * scales.lengths[:k]) * lever) / lever
         error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
-    plate = sensor.target.thickness / t if sensor.target is not None else 0.0
-    notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    laws = law_notes(sensor, stretches[-1])
-    notes = (*notes, *beneath, *laws, *([large] if large else []))
+    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, stretch), *([large] if large else []))
     report = SolveReport(
-        "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
-        stretch=stretches[-1], error_stretch=abs(stretches[-1] - stretches[-2]),
+        "", len(levels.maker(last).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
+        stretch=stretch, error_stretch=abs(stretch - before),
     )
-    state_kept = np.concatenate([packed(fine), packed(coarse)])
+    state_kept = np.concatenate([[number], packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
-    finest = tuple(beyond[:kept])
+    finest = tuple(packed(each.state) for each in found[2:kept])
     return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report, shared, finest)

@@ -19,9 +19,8 @@ import math
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.control import Control
+from sits_mech.mechanics.equilibrium.newton import iteration_seconds
 from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
-from sits_mech.mechanics.equilibrium.path import iteration_seconds
-from sits_mech.mechanics.faces.face_contact import face_contact
 from sits_mech.mechanics.levels.answer import largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.pair import VERDICT, Solved, first_look, largest_load, last_rest, own_start
@@ -36,37 +35,31 @@ _POWERS = 0.5, 2.0  # of the strain by the load: 0.85 to 1.3 seen
 
 
 def refused(line: Line, start: Equilibrium | None, control: Control) -> Solved | None:
-    """Return the refusal of a load far beyond, with the largest load that holds; None for any other load."""
+    """Return the refusal of a load far beyond, with the largest load that holds; None for any other load.
+
+    A first level must refuse it from rest, and from the `start` if that is its own.
+    """
     looks = list[tuple[int, Outcome]]()
     for first in (0, line.last[0])[: 1 + line.auto]:
-        if first and not any(_touches(line, *each) for each in looks):
+        if first and not any(line[number].coarse.touching(look.state).touch for number, look in looks):
             break
         for number in range(first, first + PAIR):
-            look = _looked(line, number, start, control)
-            if look is None:
-                return None
+            slow, there = VERDICT * iteration_seconds(line[number].fine) > _MOMENT, own_start(line, number, start)
+            for begin in (there, None)[there is None :]:
+                look = first_look(line, number, begin, control)
+                if not (_far(line, number, look) or (slow and look.reached < 1.0 and _share(look) < _HALF)):
+                    return None
             looks.append((number, look))
             if _far(line, number, look):
                 break
     number, look = max(looks, key=lambda each: (_far(line, *each), _share(each[1])))
     if _far(line, number, look):
         return _within(line, number, control, look)
-    found, body, limit = last_rest(line, number, look.state, look.state.iterations), line[number].coarse, look.limit
+    found, body, limit = last_rest(line, number, look.state), line[number].coarse, look.limit
     own = None if limit is None else (limit[0], math.nan)
     load = None if own is None else largest_load(line, body, control, found, own)
     laws = law_notes(line.sensor, largest_stretch(body, look.state.u, apart=0.0))
     return Solved(found, look.reached, look.reason, load, own, laws, look.reached)
-
-
-def _looked(line: Line, number: int, start: Equilibrium | None, control: Control) -> Outcome | None:
-    """Return the look of a first level, from rest, that refuses a load; None where it or that from a start does not."""
-    own = own_start(line[number], number, start)
-    for begin in (own, None)[own is None :]:
-        look = first_look(line, line[number], begin, control)
-        slow = VERDICT * iteration_seconds(line[number].fine) > _MOMENT
-        if not (_far(line, number, look) or (slow and look.reached < 1.0 and _share(look) < _HALF)):
-            return None
-    return look
 
 
 def _share(look: Outcome) -> float:
@@ -84,12 +77,6 @@ def _strain(line: Line, number: int, look: Outcome) -> float:
     return largest_stretch(line[number].coarse, look.state.u) - 1.0
 
 
-def _touches(line: Line, number: int, look: Outcome) -> bool:
-    """Whether a free face of a family's first level touches something."""
-    body = line[number].coarse
-    return face_contact(body.faces, body.mesh, body.parts, look.state.u, look.state.q).touch
-
-
 def _within(line: Line, number: int, control: Control, look: Outcome) -> Solved:
     """Return the refusal of a load far beyond the data, with the largest load within them."""
     known, body = known_stretch(line.sensor) - 1.0, line[number].coarse
@@ -98,13 +85,13 @@ def _within(line: Line, number: int, control: Control, look: Outcome) -> Solved:
     for _ in range(_TRIES):
         before, last = share, strain
         share *= (asked / strain) ** (1.0 / power)
-        found = first_look(line, line[number], None, control, share)
+        found = first_look(line, number, None, control, share)
         share, strain = share * found.reached, _strain(line, number, found)
         power = float(np.clip(math.log(strain / last) / math.log(share / before), *_POWERS))
         if abs(strain - asked) <= _CLOSE * asked:
             break
     low, high = (share * (ends / strain) ** (1.0 / power)).tolist()
-    rest, limit = last_rest(line, number, found.state, found.state.iterations), (0.5 * (low + high), 0.5 * (high - low))
+    rest, limit = last_rest(line, number, found.state), (0.5 * (low + high), 0.5 * (high - low))
     load = largest_load(line, body, control, rest, limit)
     laws = law_notes(line.sensor, 1.0 + _strain(line, number, look))
     return Solved(rest, share, PathEnd.BEYOND, load, limit, laws, look.reached)

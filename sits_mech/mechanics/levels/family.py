@@ -43,39 +43,23 @@ The 2.2 is measured, in the plane alone (in space contact is taken to show its o
 20/20/2 mm, of three laws, at loads where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12
 and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of them in the median, 1.5 at most.
 
-The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps from the state of the level
-before, cells at rims eliminated (equilibrium/elimination.py), end when the target stays; where cells at rims cannot
-follow the level is left out. (The potential, descended from rest there, was not at rest after 16 steps in any of the
-cases seen, 19 s on 28,566 unknowns.) With contact or a guard steps go down the potential, from rest where a cell of
-that state would be turned inside out. Corners need not come to rest for that, and a step that no other can follow, as
-one would turn a corner inside out, is the last: what it may be off by is in the error.
-
-A level is solved where its terms promise the error asked or half the present one: divided everywhere but at the edge,
-it is not where the edge's term is the error; nor in space where rims crease.
-
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1,
-dual weighted residuals; J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse solutions.
+dual weighted residuals.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial, wraps
 from typing import Concatenate, NamedTuple, ParamSpec
 
 import numpy as np
 
-from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
-from sits_mech.mechanics.equilibrium.elimination import relaxed
-from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import approached, unloaded
-from sits_mech.mechanics.equilibrium.outcome import Outcome
-from sits_mech.mechanics.equilibrium.path import affordable, follow
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Mask
@@ -89,11 +73,8 @@ EARLY = 2.0  # times what extrapolation adds, by two levels: the powers may be o
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _UNSURE = 0.5  # of what extrapolation adds, by more levels than two: the powers may be off
-_FURTHER = 0.04  # of the limit of time: what a path beyond the second level may take
 _CREASED = 0.2  # J foreseen on a third level, from which on it pays: at 0.24 it rested, not at 0.17, late at 0.16
 _PARTS = 3  # of an error: two terms, and how far the limit moved
-_NEAR, _AT_END = 0.05, 0.01  # of the size of the load: forces in a patch at which its boundary moves on, and at its end
-_ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,57 +292,3 @@ def _limit(value: Array, parts: Array, off: Array | float = 0.0) -> Limit:
     every = np.zeros((_PARTS, *np.shape(value)))
     every[: len(parts)] = parts
     return Limit(value, np.abs(parts).sum(axis=0) + off, every)
-
-
-def prolonged(levels: Levels, level: int, state: State) -> State | None:
-    """Carry a state from the level before; None without a carrier, or where a cell would be turned inside out.
-
-    Where cells at rims are cut, volume is kept in the coarse cell, not in its parts: those are brought to rest between
-    the others (equilibrium/elimination.py).
-    """
-    way, body = levels.carrier(level), levels.maker(level)
-    if way is None:
-        return None
-    u, p = np.asarray(way.displacements(state.u)), way.pressures(state.p)
-    u[body.bonded] = body.with_target(state.q)
-    if body.cut is not None and (patch := body.patch) is not None:
-        size, begun = float(np.linalg.norm(state.load)), unloaded(body)
-        found = relaxed(body, patch, (begun.u, begun.p[patch.cells]), u, (_NEAR * size, _AT_END * size))
-        if found.part < 1.0:
-            return None
-        u[patch.inner], p[patch.cells] = found.u[patch.inner], found.p
-    least = float(deformation(body.mesh, u)[1].min())
-    return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
-
-
-def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
-    """Yield the target's rest on the third level and beyond, as far as they are reached.
-
-    `states` are those of the first two levels; `given`: components are held that no symmetry holds, so that forces
-    depend on every corner and must come to rest.
-    """
-    (before, state), (held, goal) = states, aim
-    for level in range(2, min(levels.rested, len(levels))):
-        body = levels.maker(level)
-        enough = 0.0 if given else _ENOUGH * body.length(state.q - before.q)
-        found = None if given else _nearly(levels, level, state, aim, enough)
-        if found is None and (given or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
-            there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=affordable(body, _FURTHER))
-            found = replace(there, off=0.0 * goal) if there.reached == 1.0 else None
-        if found is None:
-            return
-        yield found
-        if body.length(found.off) > enough:  # finer cells settle later still
-            return
-        before, state = state, found.state
-
-
-def _nearly(levels: Levels, level: int, state: State, aim: tuple[Held, Array], enough: float) -> Outcome | None:
-    """Return the target nearly at rest on a level, from the level before.
-
-    Where that fails it is from rest, unless cells at rims are eliminated.
-    """
-    (held, goal), body, found = aim, levels.maker(level), None
-    if (start := prolonged(levels, level, state)) is not None:
-        found = approached(body, start, goal, held, enough, eliminating=True)
-    return found if found or body.patch else approached(body, unloaded(body), goal, held, enough)

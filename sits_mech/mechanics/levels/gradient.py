@@ -48,7 +48,6 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     on_motions,
     way_of,
 )
-from sits_mech.mechanics.faces.face_contact import faces_press
 from sits_mech.mechanics.levels.answer import errors_of
 from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.quantities import Array, Equilibrium, SolveFailed
@@ -197,7 +196,7 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     if found_there is None:
         return None
     here, B, S = found_there
-    asked = not faces_press(body.mesh, body.parts, here.u, here.q) if body.mesh.hoop else family.sideways
+    asked = not body.pressed(here) if body.mesh.hoop else family.sideways
     hidden = hidden_stiffness(body, factor.made) if asked else None
     if not np.all(np.isfinite(S)) or not np.linalg.cond(S) < 1.0 / np.finfo(float).eps:
         return None

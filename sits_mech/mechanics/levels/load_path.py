@@ -1,4 +1,4 @@
-"""Decide whether the path to a load matters; with friction, follow it on each level by itself.
+"""Follow a path of loads with friction, on each level by itself.
 
 Friction depends on the path (faces/contact.py): from rest, through the loads passed, to the last one, straight from
 each to the next. No state is taken from another load or a coarser mesh, and no chord closes a gap: every level of a
@@ -7,8 +7,7 @@ family follows the whole path (equilibrium/increments.py), and the pose is extra
 it is doubled until that moves the target by less than a share of the tolerance. As the method is of first order, the
 change by the last doubling is about the remaining error, and is added to the errors.
 
-Where no free face touches anything under any of the loads, without contact, friction plays no part: the answer is that
-without friction, to all digits. Source: family.py, equilibrium/increments.py.
+Where no free face touches anything under any of the loads, without contact, friction plays no part (settle.py).
 """
 
 from __future__ import annotations
@@ -16,22 +15,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import prod
-from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.increments import followed
-from sits_mech.mechanics.equilibrium.newton import unloaded
-from sits_mech.mechanics.equilibrium.outcome import Outcome
-from sits_mech.mechanics.levels.answer import aim, answer
-from sits_mech.mechanics.levels.beyond import refused
+from sits_mech.mechanics.equilibrium.increments import Friction
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
+from sits_mech.mechanics.equilibrium.path import advance, unloaded
+from sits_mech.mechanics.levels.answer import aim, answer, enlarged
 from sits_mech.mechanics.levels.family import WALKED, Levels, Line
 from sits_mech.mechanics.levels.pair import Solved, last_rest
-from sits_mech.mechanics.levels.settle import settled, untouched
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose
+from sits_mech.quantities import Array, Pose
 from sits_mech.scene.sensor import Sensor
 
 _FIRST, _MOST = 4, 64  # increments of each leg
@@ -39,82 +35,63 @@ _SHARE = 0.3  # of the tolerance that the increments may be worth
 _CHEAP = 1500  # cells of a level beyond the second
 
 
-class _Steps(NamedTuple):
-    """The path on the first level."""
-
-    track: Outcome
-    parts: int  # increments of each leg
-    off: Array  # change of the motion with half as many increments, (k,) [thicknesses, rad]
-    share: float  # that change over the displacement
-
-
 def depends_on_path(sensor: Sensor) -> bool:
     """Whether the equilibrium depends on the load path."""
     return sensor.elastomer is not None and sensor.elastomer.friction > 0.0
 
 
-def arrived(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
-    """Return the last equilibrium on a path of loads; the path matters only with friction.
-
-    `controls` go from rest to the end and must all hold the same components, or raise ValueError. `start` is used
-    without friction, as in `settled`.
-    """
-    if not depends_on_path(line.sensor):
-        return settled(line, start, controls[-1])
-    if any(np.any(each.held != controls[-1].held) for each in controls):
-        raise ValueError("via: must give the same forces and places as the end of the path")
-    alone = refused(line, None, controls[-1]) or untouched(line, controls)
-    if alone is not None:
-        return alone
-    free, guarded = line.last
-    found = _along(line, free, controls)
-    if found.part == 1.0:
-        return found
-    return max(_along(line, guarded, controls), found, key=lambda each: each.part)
+def along(line: Line, controls: Sequence[Control]) -> Solved:
+    """Return the last equilibrium on a path of loads with friction, from rest to the end, on the family it gets to."""
+    found = list[Solved]()
+    for number in line.last:
+        found.insert(0, _along(line, number, controls))
+        if found[0].part == 1.0:
+            break
+    return max(found, key=lambda each: each.part)
 
 
 def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     """Return the last equilibrium on the path, on one family of meshes."""
-    levels = line[number]
+    levels, legs, control = line[number], len(controls), controls[-1]
     for level in (0, 1):
         levels.check_memory(level)
-    steps = _in_steps(line, levels, controls)
-    if steps.track.reason:
-        return _ended(line, number, steps.track, len(controls))
-    second = _followed(line, levels.fine, controls, steps.parts)
-    if second.reason:
-        return _ended(line, number, second, len(controls))
-    states = (steps.track.state, second.state)
-    walked = _finer(line, levels, controls, steps.parts)
-    found = answer(replace(line, deepest=99, goal=None), levels, controls[-1], states, walked)
-    given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
-    found = replace(found, wrench=replace(found.wrench, **given))
-    return Solved(_with_steps(line, number, found, steps, len(controls)), 1.0)
+    first, parts, off = _in_increments(line, levels, controls)
+    last = first if first.reason else _followed(line, levels.fine, controls, parts)
+    if last.reason:
+        return Solved(last_rest(line, number, last.state), last.reached / legs, last.reason)
+    states, walked = (first.state, last.state), _finer(line, levels, controls, parts)
+    found = answer(replace(line, deepest=99, goal=None), number, control, states, walked)
+    found = replace(found, wrench=replace(found.wrench, **control.forces))
+    error, share = found.error.components, float(np.max(off[1]))
+    error[: len(off[0])] += off[0] * line.scales.lengths[: len(off[0])]
+    note = Note.of(NoteKind.FRICTION_PATH, legs=legs, parts=parts, change=share)
+    return Solved(enlarged(found, Pose.of(error), found.report.estimated_error + share, note), 1.0)
 
 
-def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps:
-    """Refine the increments of the first level until the tolerance is met."""
-    k, parts = levels.coarse.components, _FIRST
-    weight, held = levels.coarse.levers, controls[-1].held[:k]
-    track, before = _followed(line, levels.coarse, controls, parts), unloaded(levels.coarse)
-    while not track.reason and parts < _MOST:
+def _in_increments(line: Line, levels: Levels, controls: Sequence[Control]) -> tuple[Outcome, int, Array]:
+    """Follow the path on the first level in more and more increments until the tolerance is met.
+
+    Return also their number on each leg, and what the last doubling changed, (2, k): of the motion [thicknesses, rad],
+    and over its size.
+    """
+    body, parts = levels.coarse, _FIRST
+    weight, held = body.levers, controls[-1].held[: body.components]
+    track, off = _followed(line, body, controls, parts), np.ones((2, body.components))
+    while not track.reason and parts < _MOST and not np.max(off[1]) <= _SHARE * line.asked:
         before, parts = track.state, 2 * parts
-        track = _followed(line, levels.coarse, controls, parts)
+        track = _followed(line, body, controls, parts)
         found, old = (np.where(held, each.load / weight, each.q * weight) for each in (track.state, before))
         size = np.where(held, *(np.max(np.abs(found[own]), initial=1e-300) for own in (held, ~held)))
-        share = float(np.max(np.abs(found - old) / size))
-        if share <= _SHARE * line.asked or parts >= _MOST:
-            return _Steps(track, parts, np.where(held, 0.0, np.abs(found - old) / weight), share)
-    return _Steps(track, parts, np.zeros(k), 1.0)
+        off = np.stack([np.where(held, 0.0, np.abs(found - old) / weight), np.abs(found - old) / size])
+    return track, parts, off
 
 
 def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Outcome:
     """Follow a path of loads from rest on one mesh; whole pads may leave the plane where any load does."""
     farthest = next((control for control in controls if control.out_of_plane), controls[-1])
     held, _ = aim(body, line.scales, farthest)
-    k = body.components
-    goals = [np.zeros(k), *(aim(body, line.scales, control)[1] for control in controls)]
-    return followed(body, unloaded(body), goals, parts, held=held, out_of_plane=controls[-1].held[3:])
+    goals = (np.zeros(body.components), *(aim(body, line.scales, control)[1] for control in controls))
+    return advance(body, unloaded(body), Path(goals, held, controls[-1].held[3:]), Friction, parts=parts)
 
 
 def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Outcome]:
@@ -126,19 +103,4 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
         track = _followed(line, body, controls, parts)
         if track.reason:
             return
-        yield replace(track, state=replace(track.state, iterations=track.iterations), off=np.zeros(body.components))
-
-
-def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, legs: int) -> Equilibrium:
-    """Add the error of the increments to an equilibrium, with its notes and family number."""
-    k, error = len(steps.off), found.error.components
-    error[:k] += steps.off * line.scales.lengths[:k]
-    said = Note.of(NoteKind.FRICTION_PATH, legs=legs, parts=steps.parts, change=steps.share)
-    report = found.report
-    report = replace(report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said))
-    return replace(found, error=Pose.of(error), report=report, state=np.concatenate([[number], found.state]))
-
-
-def _ended(line: Line, number: int, track: Outcome, legs: int) -> Solved:
-    """Describe a path that ended early."""
-    return Solved(last_rest(line, number, track.state, track.iterations), track.reached / legs, track.reason)
+        yield replace(track, off=np.zeros(body.components))

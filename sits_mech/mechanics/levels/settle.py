@@ -2,7 +2,7 @@
 
 Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
 inside out at a corner. The first that reaches the load gives the answer; the coarse mesh of each is tried first, and
-where neither does, the farther one gives the largest load (equilibrium/path.py).
+where neither does, the farther one gives the largest load (equilibrium/limit.py).
 
 Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
 the rest without it: introduced gradually, as faces may stand deep behind planes. Where the load cannot be reached with
@@ -22,13 +22,14 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import packed
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
-from sits_mech.mechanics.equilibrium.path import follow
-from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, face_contact, softened
-from sits_mech.mechanics.levels.answer import aim, starts
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.path import advance
+from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, softened
+from sits_mech.mechanics.levels.answer import aim, enlarged, starts, whole_error
 from sits_mech.mechanics.levels.beyond import refused
 from sits_mech.mechanics.levels.family import PAIR, Line
-from sits_mech.mechanics.levels.pair import Solved, first_look, from_first, own_start, solve_levels
+from sits_mech.mechanics.levels.load_path import along, depends_on_path
+from sits_mech.mechanics.levels.pair import Pair, Solved, answered, first_look, from_first, second_look
 from sits_mech.mechanics.levels.words import WORDS, carried_note, carried_words, given_words, wrench_words
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Ended, Equilibrium, Pose, SolveFailed
@@ -38,92 +39,94 @@ _SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one n
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
 
 
-def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
-    """Return the last equilibrium on the path to a load, with contact where it counts.
+def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
+    """Return the last equilibrium on a path of loads, with contact where it counts; the path matters with friction.
 
-    A path from a neighbour's equilibrium that fails is tried again from rest, so that answer and limit do not depend on
-    `start`; the first entry of `start.state` is its family number.
+    Answer and limit do not depend on a `start`, which is not used with friction: a path from a neighbour's equilibrium
+    that fails is tried again from rest. The first entry of `start.state` is its family number.
     """
+    control = controls[-1]
+    if depends_on_path(line.sensor):
+        return _with_friction(line, controls)
     if (beyond := refused(line, start, control)) is not None:
         return beyond
-    found = _settled(line, start, control)
-    if found.part < 1.0 and start is not None and not control.out_of_plane:
-        return _settled(line, None, control)
-    return found
+    for begin, numbers in _tries(start, control):
+        pair = _on(line, numbers, begin, control)
+        touches = line.auto and pair.number < PAIR and _faces(line, pair).touch
+        solved = _in_contact(line, pair, begin, control) if touches else answered(line, pair, control)
+        if solved.part == 1.0:
+            break
+    return solved
 
 
-def untouched(line: Line, controls: Sequence[Control]) -> Solved | None:
-    """Return the answer to the last load if free faces touch nothing under any of them, else None."""
-    found: Solved | None = None
+def _tries(start: Equilibrium | None, control: Control) -> list[tuple[Equilibrium | None, range]]:
+    """Return the starts, and the families tried from each: the neighbour's in contact, those without, these from rest.
+
+    Families before the neighbour's own are left out where the load goes on from its own, or out of the plane.
+    """
+    if start is None:
+        return [(None, range(PAIR))]
+    number = int(start.state[0]) if start.state.size else -1
+    in_contact = [(start, range(number, number + 1))] if number >= PAIR else []
+    onwards = control.given.items() <= vars(start.wrench).items() or control.out_of_plane != ()
+    first = number if 0 <= number < PAIR and onwards else 0
+    from_rest = [] if control.out_of_plane else [(None, range(PAIR))]
+    return [*in_contact, (start, range(first, PAIR)), *from_rest]
+
+
+def _with_friction(line: Line, controls: Sequence[Control]) -> Solved:
+    """Return the last equilibrium on a path of loads with friction, which is none where free faces touch nothing.
+
+    Raise ValueError for loads that do not all hold the same components.
+    """
+    if any(np.any(each.held != controls[-1].held) for each in controls):
+        raise ValueError("via: must give the same forces and places as the end of the path")
+    if (beyond := refused(line, None, controls[-1])) is not None:
+        return beyond
     for control in controls if line.auto else ():
-        found = _on(line, range(PAIR), None, control)
-        if found.part < 1.0 or _touches(line, found.found):
-            return None
-    return found
+        pair = _on(line, range(PAIR), None, control)
+        if pair.part < 1.0 or _faces(line, pair).touch:
+            break
+        if control is controls[-1]:
+            return answered(line, pair, control)
+    return along(line, controls)
 
 
-def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
-    """Return the last equilibrium on the path from a start."""
-    number = -1 if start is None or not start.state.size else int(start.state[0])
-    if number >= PAIR:  # a neighbour in contact
-        there = _on(line, range(number, number + 1), start, control)
-        if there.part == 1.0:
-            return there
-    here = start is not None and control.given.items() <= vars(start.wrench).items()
-    onwards = start is not None and 0 <= number < PAIR and (here or control.out_of_plane != ())
-    numbers = range(number if onwards else 0, PAIR)
-    free = _on(replace(line, deepest=min(line.deepest, 2)) if line.auto else line, numbers, start, control)
-    if not line.auto:
-        return free
-    if not _touches(line, free.found):  # its first levels are remembered
-        return free if line.deepest <= 2 else _on(line, numbers, start, control)
-    begin = _softly(line, free.found, control) if free.part == 1.0 else start
-    held = _on(line, line.last, begin, control)
-    if held.part < free.part:
-        return _without_contact(line, free)
-    return held if free.part < 1.0 else _with_depth(line, free.found, held)
-
-
-def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Solved:
+def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Pair:
     """Return the rest on the first family that gets there, or else what the farthest one carries."""
     looks: dict[int, Outcome] = {}
-    tried: list[Solved] = []
+    tried: list[Pair] = []
     for number in numbers:
-        own = own_start(line[number], number, start)
-        looks[number] = first_look(line, line[number], own, control)
+        looks[number] = first_look(line, number, start, control)
         if looks[number].reached == 1.0:
-            tried.append(_tried(line, number, own, control, looks[number], _SMALLEST[number == numbers[-1]]))
+            smallest = _SMALLEST[number == numbers[-1]]
+            tried.append(second_look(line, number, start, control, looks[number], smallest))
             if tried[-1].part == 1.0:
                 return tried[-1]
     for number in (each for each in numbers if looks[each].reached == 1.0):
-        there = from_first(line, line[number], control, looks[number])
+        there = from_first(line, number, control, looks[number])
         if there is not None:
-            return _tried(line, number, None, control, looks[number], there)
+            return there
     if looks[numbers[-1]].reached == 1.0:
         return max(tried, key=lambda each: each.part)
     number = max(looks, key=lambda each: looks[each].reached)
-    return _tried(line, number, own_start(line[number], number, start), control, looks[number], _SMALLEST[1])
+    return second_look(line, number, start, control, looks[number], _SMALLEST[1])
 
 
-def _tried(
-    line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, second: Outcome | float
-) -> Solved:
-    """Return the last equilibrium on one family, as `solve_levels`, with its number."""
-    solved = solve_levels(line, line[number], own, control, look, second)
-    return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
+def _faces(line: Line, pair: Pair) -> FaceContact:
+    """Return what the free faces of a rest on the second level touch."""
+    return line[pair.number].fine.touching(pair.states[1])
 
 
-def _touches(line: Line, found: Equilibrium) -> bool:
-    """Whether a free face lies on or behind ground, target or another face."""
-    return _contact(line, found).touch
-
-
-def _contact(line: Line, found: Equilibrium) -> FaceContact:
-    """Return what the free faces of an equilibrium touch."""
-    body = line[int(found.state[0])].fine
-    n, k = body.mesh.nodes.size, body.components
-    u, q = found.state[1 : 1 + n], found.state[1 + n : 1 + n + k]
-    return face_contact(body.faces, body.mesh, body.parts, u, q)
+def _in_contact(line: Line, free: Pair, start: Equilibrium | None, control: Control) -> Solved:
+    """Return the last equilibrium with contact; of a load not reached with it that without, with its whole error."""
+    without = answered(replace(line, deepest=min(line.deepest, 2)), free, control)
+    begin = _softly(line, without.found, control) if free.part == 1.0 else start
+    pair = _on(line, line.last, begin, control)
+    if pair.part < free.part:
+        return _without_contact(line, without)
+    solved = answered(line, pair, control)
+    return _with_depth(line, without.found, solved) if free.part == 1.0 and _faces(line, pair).held else solved
 
 
 def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
@@ -131,22 +134,18 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
     twin = int(found.state[0]) + PAIR
     family = line[twin]
     states, (held, goal) = [], aim(family.fine, line.scales, control)
-    bodies = (family.fine, family.coarse)
-    for body, state in zip(bodies, starts(family, line.scales, replace(found, state=found.state[1:])), strict=True):
-        here = state
+    for body, here in zip((family.fine, family.coarse), starts(family, line.scales, found), strict=True):
         for factor in _SOFTLY:
             soft = replace(body, parts=softened(body.parts, factor))
-            begin = np.where(held, here.q, here.load)
-            here = follow(soft, here, (begin, goal), smallest=1.0, held=held, out_of_plane=control.held[3:]).state
+            path = Path((np.where(held, here.q, here.load), goal), held, control.held[3:])
+            here = advance(soft, here, path, smallest=1.0).state
         states.append(packed(here))
     return replace(found, state=np.concatenate([[twin], *states]))
 
 
 def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
-    """Add the error of the contact depth, where faces lie on each other."""
+    """Add the error of the contact depth to faces that lie on each other, by what contact changes."""
     found = held.found
-    if not _contact(line, found).held:
-        return held
     k, lever = line[0].fine.components, line[0].fine.reach(line.scales.thickness)
     moved = np.abs(found.pose.components - free.pose.components)[:k]
     forces = np.abs(found.wrench.components - free.wrench.components)[:k]
@@ -156,19 +155,26 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     effect = max(float(np.max(part)) / max(float(np.max(whole)), 1e-300) for part, whole in shares)
     error = found.error.components
     error[:k] += LEFT_SHARE * moved
-    report = replace(found.report, estimated_error=found.report.estimated_error + LEFT_SHARE * effect)
-    return held._replace(found=replace(found, error=Pose.of(error), report=report))
+    return held._replace(found=enlarged(found, Pose.of(error), found.report.estimated_error + LEFT_SHARE * effect))
 
 
 def _without_contact(line: Line, free: Solved) -> Solved:
     """Set the error to the whole displacement where contact is needed but missing."""
     found = free.found
-    body = line[int(found.state[0])].fine
-    k, lever = body.components, body.reach(line.scales.thickness)
-    away = (found.pose.components - line.scales.pose(np.zeros(k)).components) * lever
-    size = np.where(np.arange(6) < k, float(np.max(np.abs(away))), 0.0)
-    report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, Note(NoteKind.CONTACT_LOST)))
-    return free._replace(found=replace(found, error=Pose.of(size / lever), report=report))
+    away = found.pose.components - line.scales.pose(np.zeros(line[0].fine.components)).components
+    whole = whole_error(line[int(found.state[0])].fine, line.scales, away)
+    return free._replace(found=enlarged(found, whole, 1.0, Note(NoteKind.CONTACT_LOST)))
+
+
+def finished(control: Control, solved: Solved, body: str, tolerance: float | None = None) -> Equilibrium:
+    """Return the equilibrium that was asked for, with a note on an error above a tolerance; or raise SolveFailed."""
+    if solved.part < 1.0:
+        raise ended(control, solved, body)
+    error = solved.found.report.estimated_error
+    if tolerance is None or error <= tolerance:
+        return solved.found
+    note = Note.of(NoteKind.TOLERANCE_MISSED, error=error, tolerance=tolerance)
+    return enlarged(solved.found, solved.found.error, error, note)
 
 
 def ended(control: Control, solved: Solved, body: str) -> SolveFailed:

@@ -12,7 +12,8 @@ from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.equilibrium.body import deformed_state, rest
 from sits_mech.mechanics.equilibrium.linearisation import factored, gradient
 from sits_mech.mechanics.equilibrium.newton import target_stiffness
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.scene.sensor import load_sensor
 
@@ -21,7 +22,7 @@ from sits_mech.scene.sensor import load_sensor
 def state():
     """A sheared, pressed layer with guard and contact."""
     body = bonded_body(load_sensor("biorob2018"), Fineness(2, 1.5, fan=True, guard=0.5, depth=1e-3))
-    return body, follow(body, rest(body), (np.zeros(3), np.array([0.3, 5.0, 0.1]))).state
+    return body, advance(body, rest(body), Path((np.zeros(3), np.array([0.3, 5.0, 0.1])))).state
 
 
 def whole_matrix(numbers, values, n):
@@ -59,7 +60,7 @@ def test_target_stiffness_is_the_change_of_the_forces_that_hold_the_target(state
 
     def forces(q):
         """What acts on d_h, d_z and alpha, by the load that holds the target there."""
-        load = follow(body, state, (state.q, q), held=held).state.load
+        load = advance(body, state, Path((state.q, q), held)).state.load
         return work_of_load(load, body.height, q)[:3]
 
     def fixed(q):

@@ -10,8 +10,8 @@ from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.mechanics.block import BlockPad, block_pad
 from sits_mech.mechanics.element.assembly import Pattern
 from sits_mech.mechanics.equilibrium import body as bodies
-from sits_mech.mechanics.equilibrium.newton import unloaded
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -95,11 +95,11 @@ def test_the_oldest_rests_go(factors: list[int], monkeypatch: pytest.MonkeyPatch
     body = pad.half[0].coarse
     monkeypatch.setattr(bodies, "ROOM", 2 * 8 * body.size)
     goals = [np.array([0.0, -force, 0.0]) for force in (0.1, 0.2, 0.3)]
-    ends = [follow(body, unloaded(body), (0.0 * goal, goal)) for goal in goals]
+    ends = [advance(body, unloaded(body), Path((0.0 * goal, goal))) for goal in goals]
     assert len(body.rests) == 2 and all(end.reached == 1.0 for end in ends)
     factors.clear()
-    again = follow(body, unloaded(body), (0.0 * goals[2], goals[2]))
+    again = advance(body, unloaded(body), Path((0.0 * goals[2], goals[2])))
     np.testing.assert_array_equal(again.state.u, ends[2].state.u)
     assert not factors and again.state.known is None
-    follow(body, unloaded(body), (0.0 * goals[0], goals[0]))
+    advance(body, unloaded(body), Path((0.0 * goals[0], goals[0])))
     assert factors

@@ -12,10 +12,11 @@ from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.elimination import eliminated, relaxed
 from sits_mech.mechanics.equilibrium.linearisation import aim_of, factored, gradient, way_of
-from sits_mech.mechanics.equilibrium.newton import SETTLED, approached, newton
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.newton import SETTLED, nearly_at_rest, newton
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.levels.answer import aim
-from sits_mech.mechanics.levels.family import prolonged
+from sits_mech.mechanics.levels.refine import prolonged
 from sits_mech.scene.sensor import load_sensor
 
 HELD = np.zeros(3, dtype=bool)
@@ -35,7 +36,7 @@ def goal(F_x, F_z):
 def rested(level, F_x, F_z):
     """A level at rest under a load [N]."""
     body, load = line()[0].maker(level), goal(F_x, F_z)
-    found = follow(body, rest(body), (0.0 * load, load))
+    found = advance(body, rest(body), Path((0.0 * load, load)))
     assert found.reached == 1.0
     return found.state
 
@@ -106,10 +107,10 @@ def test_a_level_that_is_cut_at_rims_takes_two_steps_from_the_level_before(load)
     levels, states = line()[0], [rested(level, *load) for level in (0, 1)]
     body, enough = levels.maker(2), 0.05 * line()[0].fine.length(states[1].q - states[0].q)
     start = prolonged(levels, 2, states[1])
-    found = approached(body, start, goal(*load), HELD, enough, eliminating=True)
+    found = nearly_at_rest(body, start, goal(*load), HELD, enough, eliminating=True)
     assert found.state.iterations == 2 and body.length(found.off) <= enough
     true = newton(body, found.state, goal(*load)).state
     assert true.residual <= SETTLED
     assert body.length(found.state.q - true.q) < 0.1 * body.length(true.q - states[1].q)
-    again = approached(body, rest(body), goal(*load), HELD, enough)
+    again = nearly_at_rest(body, rest(body), goal(*load), HELD, enough)
     assert again.state.iterations >= 4

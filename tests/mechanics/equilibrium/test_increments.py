@@ -7,8 +7,9 @@ import pytest
 
 from sits_mech.mechanics.equilibrium import increments
 from sits_mech.mechanics.equilibrium.body import rest
-from sits_mech.mechanics.equilibrium.increments import followed, rough
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.increments import Friction, rough
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.surface import edges
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
@@ -37,7 +38,7 @@ def standing(friction=F):
 
 
 def went(body, places, parts):
-    found = followed(body, rest(body), [REST, *map(np.array, places)], parts, held=HELD)
+    found = advance(body, rest(body), Path((REST, *map(np.array, places)), HELD), Friction, parts=parts)
     assert found.reached == len(places) and not found.reason
     return found
 
@@ -62,7 +63,7 @@ def test_a_block_that_sticks_is_sheared():
     presses, are real: with more friction they go away.
     """
     place, bonded = np.array([0.01, -0.05, 0.0]), bonded_body(layer(), Fineness(4, 1.5))
-    stuck = follow(bonded, rest(bonded), (REST, place), held=HELD).state.load[0]
+    stuck = advance(bonded, rest(bonded), Path((REST, place), HELD)).state.load[0]
     forces = []
     for friction in (F, 0.6):
         F_x, F_z, _ = went(standing(friction), [PRESSED, place], 4).state.load
@@ -74,30 +75,31 @@ def test_a_block_that_sticks_is_sheared():
 @pytest.mark.slow
 def test_there_and_back_again_loses_the_area_of_the_loop(monkeypatch):
     """First order in the increments: 1.2 % at 8, half of that at 16; no increment gains anything."""
-    there, gaps, works, increment = [PRESSED, (0.3, -0.05, 0.0)], [], [], increments._increment
+    there, gaps, works, states, increment = [PRESSED, (0.3, -0.05, 0.0)], [], [], [], Friction.rest
 
-    def noted(*words):
+    def noted(walk, goal):
         """Note the work that an increment loses: its largest traction times how far points slide."""
-        body, end = increment(*words)
+        end, body = increment(walk, goal), walk.body
         if not end.reason:
+            states.append(end.state)
             each = zip(increments.rough(body), increments._looked_at(body, end.state), strict=True)
             slides = (part.grip.limit * np.maximum(part.grip._slipped(place)[1] - part.grip.slip, 0.0)
                       for part, (place, *_) in each)
             works.append(sum(part.surface.weight.ravel() @ own
                              for part, own in zip(increments.rough(body), slides, strict=True)))
-        return body, end
+        return end
 
-    monkeypatch.setattr(increments, "_increment", noted)
+    monkeypatch.setattr(Friction, "rest", noted)
     for parts in (8, 16):
-        first = went(standing(), there, parts)
+        states.clear()
         works.clear()
-        whole = went(standing(), [*there, (-0.3, -0.05, 0.0), there[1]], parts)
-        assert len(works) == len(whole.states) - 1
-        begin = len(first.states) - 1
-        x, force = (np.array([getattr(state, name)[0] for state in whole.states[begin:]]) for name in ("q", "load"))
-        area, lost = np.trapezoid(force, x), sum(works[begin:])
+        went(standing(), there, parts)
+        begin = len(works)
+        went(standing(), [*there, (-0.3, -0.05, 0.0), there[1]], parts)
+        x, force = (np.array([getattr(state, name)[0] for state in states[2 * begin - 1 :]]) for name in ("q", "load"))
+        area, lost = np.trapezoid(force, x), sum(works[2 * begin :])
         assert lost > 0.0 and force[0] == pytest.approx(force[-1], rel=1e-4)
-        assert area < 1.2 * F * max(state.load[1] for state in whole.states)  # it slides 1.2 at the most
+        assert area < 1.2 * F * max(state.load[1] for state in states)  # it slides 1.2 at the most
         gaps.append(abs(area / lost - 1.0))
     assert gaps[0] < 0.02 and gaps[1] < 0.6 * gaps[0]
 
@@ -129,7 +131,7 @@ def test_without_a_coefficient_there_is_none_and_the_way_is_the_one_without_fric
     assert not rough(body) and rough(standing())
     straight, bent = (went(body, way, 2).state.q for way in ([PRESSED], [(0.0, -0.02, 0.0), PRESSED]))
     np.testing.assert_allclose(straight, bent)
-    other = follow(body, rest(body), (REST, PRESSED), held=HELD).state
+    other = advance(body, rest(body), Path((REST, PRESSED), HELD)).state
     np.testing.assert_allclose(went(body, [PRESSED], 1).state.load, other.load, rtol=1e-8, atol=1e-9)
     assert abs(went(body, [PRESSED, (0.4, -0.05, 0.0)], 2).state.load[0]) < 1e-6
 
@@ -137,6 +139,6 @@ def test_without_a_coefficient_there_is_none_and_the_way_is_the_one_without_fric
 @pytest.mark.slow
 def test_a_way_that_ends_says_where_and_why():
     """More than the layer's height: no rest is found there, and the last one is still one."""
-    found = followed(standing(), rest(standing()), [REST, np.array([0.0, -1.2, 0.0])], 2, held=HELD)
+    found = advance(standing(), rest(standing()), Path((REST, np.array([0.0, -1.2, 0.0])), HELD), Friction, parts=2)
     assert 0.0 <= found.reached < 1.0 and found.reason in ("lost", "inverted", "slipping")
     assert found.state.min_J > 0.0

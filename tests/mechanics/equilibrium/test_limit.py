@@ -9,19 +9,19 @@ from scipy.optimize import minimize_scalar
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
+from sits_mech.mechanics.equilibrium.limit import PRECISE, pursued
 from sits_mech.mechanics.equilibrium.newton import (
+    DESCENT,
     MOST,
     SETTLED,
     Arc,
-    Way,
     newton,
     rate,
     smallest_eigenvalue,
     target_stiffness,
-    unloaded,
 )
-from sits_mech.mechanics.equilibrium.outcome import PathEnd
-from sits_mech.mechanics.equilibrium.path import PRECISE, follow, pursued
+from sits_mech.mechanics.equilibrium.outcome import Path, PathEnd
+from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.words import WORDS, carried_note
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
@@ -55,7 +55,7 @@ def refused(model, control, start=None):
 def pushed(sensor, cells, force):
     """Where a normal force [N/m] ends on a mesh with so many cells through the thickness."""
     body, load = bonded_body(sensor, Fineness(cells, 1.5)), layer_scales(sensor).load(Wrench(F_z=force))[:3]
-    return follow(body, rest(body), (0.0 * load, load), smallest=1e-2)
+    return advance(body, rest(body), Path((0.0 * load, load)), smallest=1e-2)
 
 
 @pytest.fixture(scope="module")
@@ -140,10 +140,10 @@ def test_arc_lies_in_its_plane_and_on_the_path(column):
     body, load = column.line[0].coarse, np.array([0.02, 0.05, 0.0])
     normal = np.array([1.0, -0.5, 0.3])
     found = newton(body, rest(body), np.zeros(3), arc=Arc(np.zeros(3), normal, 0.01, load))
-    assert found.state.residual < 1e-9 and 0.0 < found.part < 1.0
+    assert found.state.residual < 1e-9 and 0.0 < found.reached < 1.0
     assert normal @ found.state.q == pytest.approx(0.01, rel=1e-8)
-    np.testing.assert_allclose(found.state.load, found.part * load, atol=1e-15)
-    direct = newton(body, rest(body), found.part * load).state
+    np.testing.assert_allclose(found.state.load, found.reached * load, atol=1e-15)
+    direct = newton(body, rest(body), found.reached * load).state
     np.testing.assert_allclose(direct.q, found.state.q, rtol=1e-6, atol=1e-10)
 
 
@@ -151,7 +151,7 @@ def test_rate_is_the_derivative_along_the_path(column):
     body, load, h = column.line[0].coarse, np.array([0.01, 0.05, 0.0]), 1e-4
     held = np.array([False, True, False])
     slope = np.where(held, -0.01, load)
-    here = follow(body, rest(body), (np.zeros(3), 0.5 * slope), held=held).state
+    here = advance(body, rest(body), Path((np.zeros(3), 0.5 * slope), held)).state
     there = [newton(body, here, (0.5 + s) * slope, held).state.q for s in (h, -h)]
     S, _ = target_stiffness(body, here)
     np.testing.assert_allclose(rate(body, here, S, held, slope), (there[0] - there[1]) / (2 * h), rtol=2e-3, atol=1e-6)
@@ -173,7 +173,7 @@ def test_a_path_of_no_length_is_lost():
     """Not followed in steps of nothing, whose square divides."""
     body, held = bonded_body(scene(15, 3), Fineness(2, 1.5)), np.zeros(3, dtype=bool)
     load = layer_scales(scene(15, 3)).load(Wrench(F_z=100.0))[:3]
-    found = pursued(body, Way(0.0 * load, load, held), (rest(body), 0.0), 0.0, smallest=1e-2, most=np.inf)
+    found = pursued(body, Path((0.0 * load, load), held), (rest(body), 0.0), 0.0, smallest=1e-2, most=np.inf)
     assert (found.reason, found.reached, found.state.iterations) == (PathEnd.LOST, 0.0, rest(body).iterations)
 
 
@@ -190,6 +190,6 @@ def test_a_descent_rests_at_edges_where_steps_wander(F_x: float, least: float) -
     body = pad[0].fine
     goal = pad.scales.load(Wrench(F_x=F_x))[:3]
     wandering = newton(body, unloaded(body), goal).state
-    descent = newton(body, unloaded(body), goal, falling=True).state
+    descent = newton(body, unloaded(body), goal, steps=DESCENT).state
     assert wandering.residual > SETTLED and (wandering.iterations == MOST or F_x in (1.4, 2.0))  # these grow, and end
     assert descent.iterations < 2 * MOST and descent.residual <= SETTLED and descent.min_J > least

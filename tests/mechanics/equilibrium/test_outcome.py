@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.equilibrium.body import State
-from sits_mech.mechanics.equilibrium.outcome import REASONS, Outcome, PathEnd, carried
+from sits_mech.mechanics.equilibrium.outcome import REASONS, Outcome, Path, PathEnd, carried
 
 
 def test_what_two_meshes_say_of_a_limit():
@@ -21,10 +20,14 @@ def test_what_two_meshes_say_of_a_limit():
     assert replace(coarse, limit=(0.5, 0.1)).over(0.5, 1.0).limit == pytest.approx((0.75, 0.05))
 
 
-def test_iterations_are_those_of_all_increments():
-    state = State(np.zeros(0), np.zeros(3), np.zeros(0), np.zeros(3), iterations=4)
-    assert Outcome(state).iterations == 4
-    assert Outcome(state, states=(replace(state, iterations=0), replace(state, iterations=3), state)).iterations == 7
+def test_a_path_goes_straight_from_goal_to_goal():
+    """Its legs are counted; the last one has the slope of a path by its length; no place is held by default."""
+    goals = np.zeros(3), np.array([0.0, 2.0, 0.0]), np.array([1.0, 2.0, 0.0])
+    path = Path(goals)
+    assert path.legs == 2 and not path.held.any() and len(path.held) == 3
+    for part, goal in enumerate((goals[0], 0.5 * goals[1], goals[1], [0.5, 2.0, 0.0], goals[2])):
+        np.testing.assert_array_equal(path.goal(0.5 * part), goal)
+    np.testing.assert_array_equal(path.slope, [1.0, 0.0, 0.0])
 
 
 def test_every_end_has_its_words():

@@ -9,7 +9,8 @@ from sits_mech.mechanics.element.mesh import fanned, section_mesh
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.newton import small_strain
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import crosses_itself, face_contact
 from sits_mech.mechanics.faces.surface import edges
@@ -93,9 +94,9 @@ def test_corners_are_looked_at_pointwise():
     """A layer pressed until the face at its corner lies flat: squares turn inside out there, split ones do not."""
     goal = np.array([0.0, 709.0, 0.0]) / (3e4 * 3e-3)
     plain, split = (bonded_body(pad(15, 15, 3), Fineness(6, 1.5, fan=fan)) for fan in (False, True))
-    ended = follow(plain, rest(plain), (np.zeros(3), goal), smallest=0.1)
+    ended = advance(plain, rest(plain), Path((np.zeros(3), goal)), smallest=0.1)
     assert ended.reached < 1.0 and ended.reason == "inverted" and ended.state.min_J > 0.0
-    whole = follow(split, rest(split), (np.zeros(3), goal))
+    whole = advance(split, rest(split), Path((np.zeros(3), goal)))
     assert whole.reached == 1.0 and whole.state.min_J > 0.8
 
 
@@ -125,7 +126,7 @@ def test_contact_answer_does_not_hang_on_its_depth(flat):
     held, forces = np.ones(3, dtype=bool), []
     for depth in (5e-6, 1e-5, 2e-5):
         body = bonded_body(layer.sensor, Fineness(6, 1.5, fan=True, depth=depth))
-        start = follow(body, rest(body), (np.zeros(3), np.array([0.0, -0.3, 0.0])), held=held)
+        start = advance(body, rest(body), Path((np.zeros(3), np.array([0.0, -0.3, 0.0])), held))
         assert start.reached == 1.0
         forces.append(start.state.load[1])
     assert max(abs(force / forces[1] - 1.0) for force in forces) < found.report.estimated_error / 2
@@ -140,7 +141,7 @@ def test_work_is_the_energy_stored_with_contact(flat):
     state, before, work, held = rest(body), np.zeros(3), 0.0, np.ones(3, dtype=bool)
     for s, weight in zip((nodes + 1) / 2, weights / 2, strict=True):
         place = np.array([0.0, -0.3 * s, 0.0])
-        found = follow(body, state, (before, place), held=held)
+        found = advance(body, state, Path((before, place), held))
         assert found.reached == 1.0
         state, before = found.state, place
         work += weight * state.load[1] * scales.force * 0.9 * MM
@@ -178,7 +179,7 @@ def test_far_states_are_reached_and_one_refinement_stays_within_the_tolerance(si
     assert found.report.status == "converged" and found.report.min_J > 0.0
     body = bonded_body(layer.sensor, Fineness(finer[0], 1.5, fan=True, guard=finer[1], depth=1e-5))
     goal, held = np.array([shear, -sink, 0.0]), np.ones(3, dtype=bool)
-    better = follow(body, rest(body), (np.zeros(3), goal), held=held)
+    better = advance(body, rest(body), Path((np.zeros(3), goal), held))
     assert better.reached == 1.0
     forces = better.state.load * 3e4 * t * MM * [1.0, 1.0, t * MM]
     size = np.max(np.abs(forces) * [1.0, 1.0, 2.0 / (sizes[1] * MM)])
@@ -204,7 +205,7 @@ def test_contact_that_is_asked_for_is_in_the_answer():
     found = planar_layer(pad(15, 15, 3, 'elastomer.contact="always"'), 1e-3).equilibrium(Wrench(0.0, 709.0))
     assert any(note.known.get("friction") == 0.0 for note in found.report.notes)
     body = bonded_body(pad(15, 15, 3), Fineness(16, 1.5, fan=True, depth=1e-5))
-    better = follow(body, rest(body), (np.zeros(3), np.array([0.0, 709.0, 0.0]) / (3e4 * 3 * MM)))
+    better = advance(body, rest(body), Path((np.zeros(3), np.array([0.0, 709.0, 0.0]) / (3e4 * 3 * MM))))
     sink = 3.0 * MM - found.pose.d_v
     assert better.reached == 1.0 and abs(sink / (3.0 * MM) + better.state.q[1]) < found.error.d_v / (3.0 * MM)
     assert found.report.estimated_error < 2e-3

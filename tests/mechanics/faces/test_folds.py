@@ -13,7 +13,8 @@ from sits_mech.geometry.meshing.store import read_solid
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, section_mesh, solid_mesh
 from sits_mech.mechanics.equilibrium.body import rest
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Path as LoadPath
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.face_contact import contacts, face_contact, face_notes
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.mechanics.faces.skin import section_skin, solid_skin
@@ -137,7 +138,7 @@ def held_at(body, *places):
     state, before = rest(body), np.zeros(k)
     for place in places:
         goal = np.array(place + (0.0,) * (k - 3))
-        found = follow(body, state, (before, goal), held=np.ones(k, dtype=bool))
+        found = advance(body, state, LoadPath((before, goal), np.ones(k, dtype=bool)))
         assert found.reached == 1.0 and found.state.min_J > 0.0
         state, before = found.state, goal
     return state
@@ -269,7 +270,7 @@ def test_work_is_the_energy_stored_between_two_blocks():
     energies = []
     for s in (1, -1):
         goals = (middle.q, np.concatenate([place + s * h * way, np.zeros(3)]))
-        state = follow(body, middle, goals, held=np.ones(6, dtype=bool)).state
+        state = advance(body, middle, LoadPath(goals, np.ones(6, dtype=bool))).state
         parts = sum(part(state.u, state.q).energy for part in body.parts)
         energies.append(element_forces(body.mesh, body.law, body.K, state.u).energy + parts)
     forces = middle.load[:3] * [1.0, -1.0, 1.0]

@@ -10,7 +10,8 @@ from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.target import moved
 from sits_mech.mechanics.equilibrium.body import rest
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
@@ -103,7 +104,7 @@ def pressed(body, *places):
     """The state at the last of some places of the target, all held, on the way from rest."""
     state, before = rest(body), np.zeros(3)
     for place in map(np.array, places):
-        found = follow(body, state, (before, place), held=HELD)
+        found = advance(body, state, Path((before, place), HELD))
         assert found.reached == 1.0 and found.state.min_J > 0.0
         state, before = found.state, place
     return state
@@ -165,7 +166,7 @@ def test_forces_are_the_slope_of_the_energy_with_contact(pad, target, place):
     assert any(part(middle.u, middle.q).energy > 1e-8 for part in body.parts)
     way = np.array([0.5, -1.0, 0.3])
     up, down = (
-        stored(body, follow(body, middle, (np.array(place), np.array(place) + s * h * way), held=HELD).state)
+        stored(body, advance(body, middle, Path((np.array(place), np.array(place) + s * h * way), HELD)).state)
         for s in (1, -1)
     )
     forces = middle.load * [1.0, -1.0, 1.0]  # on d_h, d_z, alpha; the force acts at the bonded face

@@ -5,8 +5,9 @@ import pytest
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import Control, Scales, under
-from sits_mech.mechanics.equilibrium.newton import smallest_eigenvalue, target_stiffness, unloaded
-from sits_mech.mechanics.equilibrium.path import follow
+from sits_mech.mechanics.equilibrium.newton import smallest_eigenvalue, target_stiffness
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.answer import aim, errors_of, relative
 from sits_mech.mechanics.levels.words import wrench_words
@@ -131,7 +132,7 @@ def test_two_levels_agree_on_what_symmetry_hides(sizes, load):
     control, shares = under(Wrench(*load)), []
     for body in (line[0].coarse, line[0].fine):
         held, goal = aim(body, line.scales, control)
-        found = follow(body, unloaded(body), (0.0 * goal, goal), held=held, out_of_plane=control.held[3:])
+        found = advance(body, unloaded(body), Path((0.0 * goal, goal), held, control.held[3:]))
         shares.append(found.hidden / smallest_eigenvalue(target_stiffness(body, unloaded(body))[1]))
     assert abs(shares[1] - shares[0]) < 0.03 and min(shares) > 0.5
     plain = line[0].fine.plain

@@ -7,12 +7,8 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import pad_family
-from sits_mech.mechanics.element.kernel import deformation, element_forces
-from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import rest
-from sits_mech.mechanics.equilibrium.newton import newton
-from sits_mech.mechanics.equilibrium.path import follow
-from sits_mech.mechanics.levels.family import extrapolated, finer, prolonged
+from sits_mech.mechanics.levels.family import extrapolated
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 
@@ -213,46 +209,6 @@ def test_constant_pressures_are_carried_exactly(name):
     found = levels.carrier(2).pressures(first)
     np.testing.assert_allclose(found[:, 0], np.sqrt(fine.inside.weights.sum(axis=1)), rtol=1e-9)
     np.testing.assert_allclose(found[:, 1:], 0.0, atol=1e-9)
-
-
-@pytest.mark.slow
-def test_a_state_goes_on_where_the_cells_at_edges_stay_as_they_are():
-    """Its target stays, and Newton's method is near: a few iterations."""
-    levels, load = family("box"), np.array([0.5, 3.0, 0.1])
-    state = follow(levels.maker(2), rest(levels.maker(2)), (0.0 * load, load)).state
-    start = prolonged(levels, 3, state)
-    fine = levels.maker(3)
-    np.testing.assert_array_equal(start.q, state.q)
-    np.testing.assert_allclose(start.u[fine.bonded], bonded_displacement(fine.X, state.q), atol=1e-12)
-    assert deformation(fine.mesh, start.u)[1].min() == pytest.approx(start.min_J)
-    found = newton(fine, start, load).state
-    assert found.residual < 1e-9 and found.iterations <= 6
-
-
-def test_a_state_goes_on_where_the_cells_at_edges_are_cut():
-    """All but their parts keep its displacements and pressures; these are at rest between them."""
-    levels, load = family("box"), np.array([0.5, 3.0, 0.1])
-    state = follow(levels.fine, rest(levels.fine), (0.0 * load, load)).state
-    start, third, way = prolonged(levels, 2, state), levels.maker(2), levels.carrier(2)
-    patch = third.patch
-    np.testing.assert_array_equal(start.q, state.q)
-    others = np.setdiff1d(np.arange(len(start.u)), [*patch.inner, *third.bonded.ravel()])
-    np.testing.assert_array_equal(start.u[others], way.displacements(state.u)[others])
-    np.testing.assert_array_equal(start.p[~patch.cells], way.pressures(state.p)[~patch.cells])
-    assert deformation(third.mesh, start.u)[1].min() == pytest.approx(start.min_J) and start.min_J > 0.1
-    inner = element_forces(third.mesh, third.law, third.K, start.u).forces[patch.inner]
-    assert np.linalg.norm(inner) <= 0.01 * np.linalg.norm(load)
-
-
-@pytest.mark.slow
-def test_levels_beyond_the_second_give_the_places_that_rest_gives():
-    """Steps end when the target stays, well before the corners do."""
-    levels, load, held = family("box"), np.array([0.5, 3.0, 0.1]), np.zeros(3, dtype=bool)
-    states = tuple(follow(levels.maker(k), rest(levels.maker(k)), (0.0 * load, load)).state for k in (0, 1))
-    there = next(finer(levels, states, (held, load), False))
-    true = follow(levels.maker(2), rest(levels.maker(2)), (0.0 * load, load)).state
-    assert np.max(np.abs(there.state.q - true.q)) < 0.1 * np.max(np.abs(true.q - states[1].q))
-    assert there.state.iterations <= true.iterations
 
 
 # d_h, sink, alpha of a pad of 20 x 20 x 2 mm under 15 x 15 mm, K/mu = 1000: NGSolve 6.2 and FElupe 11.3, to 0.1 %.

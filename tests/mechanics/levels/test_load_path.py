@@ -8,7 +8,9 @@ import pytest
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.increments import followed
+from sits_mech.mechanics.equilibrium.increments import Friction
+from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
@@ -78,7 +80,8 @@ def test_more_increments_stay_within_the_error():
     layer = planar_layer(pad(9, 9, 3, ROUGH)).rough
     body = layer.line[layer.line.last[0]].coarse
     load = layer.line.scales.load(Wrench(40.0, 900.0))[:3]
-    places = [followed(body, rest(body), [np.zeros(3), load], parts).state.q for parts in (4, 8, 32)]
+    path = Path((np.zeros(3), load))
+    places = [advance(body, rest(body), path, Friction, parts=parts).state.q for parts in (4, 8, 32)]
     said, left = (np.abs(places[k] - places[1]).max() for k in (0, 2))
     assert left < 2.0 * said + 1e-4 * np.abs(places[1]).max()
 
@@ -98,7 +101,7 @@ def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain():
         solid = bonded_block(scene, 3, 1.5, 0.0, 1e-4).body
         flat = replace(solid, free=solid.free[solid.free % 3 != 1], shared=None, hidden=None)
         section = bonded_body(pad(15, 15, 3, friction), Fineness(8, 1.5, fan=True, depth=1e-5))
-        tracks = [followed(body, rest(body), way, 4, held=held) for body in (flat, section)]
+        tracks = [advance(body, rest(body), Path(way, held), Friction, parts=4) for body in (flat, section)]
         assert all(track.reached == 2.0 for track in tracks)
         found[friction] = [track.state.load[:2] / depth for track, depth in zip(tracks, (2.5, 1.0), strict=True)]
         np.testing.assert_allclose(*found[friction], rtol=0.02)

@@ -1,12 +1,14 @@
 """The second level: by its own path, and from the first level's rest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import Control, under
 from sits_mech.mechanics.equilibrium.newton import SETTLED
-from sits_mech.mechanics.levels.pair import first_look, from_first, last_rest, own_start, solve_levels
+from sits_mech.mechanics.levels.pair import answered, first_look, from_first, last_rest, own_start, second_look
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -18,23 +20,24 @@ def line():
 
 def test_the_second_level_rests_where_its_own_path_leads(line):
     """From the first level's rest, under a load that its path reaches."""
-    control, levels = under(Wrench(F_x=0.2, F_z=1.0)), line[0]
-    look = first_look(line, levels, None, control)
-    found = from_first(line, levels, control, look)
-    assert found.reached == 1.0 and found.state.residual <= SETTLED
-    solved = solve_levels(line, levels, None, control, look, 1e-2)
-    n = levels.fine.mesh.nodes.size
-    np.testing.assert_allclose(found.state.q, solved.found.state[n : n + 3], rtol=1e-3, atol=1e-5)
+    control, n = under(Wrench(F_x=0.2, F_z=1.0)), line[0].fine.mesh.nodes.size
+    look = first_look(line, 0, None, control)
+    found = from_first(line, 0, control, look)
+    assert found.part == 1.0 and found.states[1].residual <= SETTLED
+    pair = second_look(line, 0, None, control, look, 1e-2)
+    np.testing.assert_allclose(found.states[1].q, pair.states[1].q, rtol=1e-3, atol=1e-5)
+    solved = answered(line, pair, control)
+    assert solved.found.state[0] == 0 and np.array_equal(solved.found.state[1 + n : 4 + n], pair.states[1].q)
 
 
 def test_a_share_of_a_path_is_that_of_its_load(line):
     control = under(Wrench(F_z=2.0))
-    half, whole = (first_look(line, line[0], None, control, share) for share in (0.5, 1.0))
+    half, whole = (first_look(line, 0, None, control, share) for share in (0.5, 1.0))
     assert half.state.load[1] == pytest.approx(0.5 * whole.state.load[1]) and half.reached == 1.0
 
 
 def test_a_last_rest_has_an_error_as_large_as_its_displacement(line):
-    look = first_look(line, line[0], None, Control(sink=1e-4))
-    found = last_rest(line, 0, look.state, 3)
+    look = first_look(line, 0, None, Control(sink=1e-4))
+    found = last_rest(line, 0, replace(look.state, iterations=3))
     assert found.error.d_v == pytest.approx(1e-4) and found.report.iterations == 3 and found.report.stretch > 1.0
-    assert own_start(line[0], 0, found) is None
+    assert own_start(line, 0, found) is None

@@ -1,0 +1,109 @@
+"""Refine what is asked of a layer on the levels of a family (family.py), one after the other, until it is as wanted.
+
+    levels --(measured on one after the other)--> values --(as wanted?)--> answer, or the next level
+
+So a pose is refined (answer.py), a history of poses (in_time.py) and a compliance (linear.py).
+
+The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps from the state of the level
+before, cells at rims eliminated (equilibrium/elimination.py), end when the target stays; where cells at rims cannot
+follow the level is left out. (The potential, descended from rest there, was not at rest after 16 steps in any of the
+cases seen, 19 s on 28,566 unknowns.) With contact or a guard steps go down the potential, from rest where a cell of
+that state would be turned inside out. Corners need not come to rest for that, and a step that no other can follow, as
+one would turn a corner inside out, is the last: what it may be off by is in the error.
+
+A level is solved where its terms promise the error asked or half the present one: divided everywhere but at the edge,
+it is not where the edge's term is the error; nor in space where rims crease.
+
+Source: J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse solutions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from sits_mech.mechanics.element.kernel import deformation
+from sits_mech.mechanics.equilibrium.body import State
+from sits_mech.mechanics.equilibrium.elimination import relaxed
+from sits_mech.mechanics.equilibrium.linearisation import Held
+from sits_mech.mechanics.equilibrium.newton import affordable, nearly_at_rest
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
+from sits_mech.mechanics.equilibrium.path import advance, unloaded
+from sits_mech.mechanics.levels.family import Levels
+from sits_mech.notes import Note
+from sits_mech.quantities import Array
+
+_Measured = TypeVar("_Measured")
+_FURTHER = 0.04  # of the limit of time: what a path beyond the second level may take
+_NEAR, _AT_END = 0.05, 0.01  # of the size of the load: forces in a patch at which its boundary moves on, and at its end
+_ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
+
+
+def refine(
+    levels: Levels, measure: Iterator[_Measured], wanted: Callable[[list[_Measured]], bool], most: int
+) -> tuple[list[_Measured], Note | None]:
+    """Return what is measured on the levels until it is as `wanted`, on two at least and `most` at most.
+
+    It ends where `measure` does, or memory, with a note. Raise ValueError where that does not hold the first two.
+    """
+    for level in (0, 1):
+        levels.check_memory(level)
+    found, large = list[_Measured](), None
+    while len(found) < 2 or not (wanted(found) or len(found) >= most):
+        large = levels.check_memory(len(found))
+        there = None if large else next(measure, None)
+        if there is None:
+            break
+        found.append(there)
+    return found, large
+
+
+def prolonged(levels: Levels, level: int, state: State) -> State | None:
+    """Carry a state from the level before; None without a carrier, or where a cell would be turned inside out.
+
+    Where cells at rims are cut, volume is kept in the coarse cell, not in its parts: those are brought to rest between
+    the others (equilibrium/elimination.py).
+    """
+    way, body = levels.carrier(level), levels.maker(level)
+    if way is None:
+        return None
+    u, p = np.asarray(way.displacements(state.u)), way.pressures(state.p)
+    u[body.bonded] = body.with_target(state.q)
+    if body.cut is not None and (patch := body.patch) is not None:
+        size, begun = float(np.linalg.norm(state.load)), unloaded(body)
+        found = relaxed(body, patch, (begun.u, begun.p[patch.cells]), u, (_NEAR * size, _AT_END * size))
+        if found.part < 1.0:
+            return None
+        u[patch.inner], p[patch.cells] = found.u[patch.inner], found.p
+    least = float(deformation(body.mesh, u)[1].min())
+    return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
+
+
+def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
+    """Yield the target's rest on the third level and beyond, as far as they are reached.
+
+    `states` are those of the first two levels; `given`: components are held that no symmetry holds, so that forces
+    depend on every corner and must come to rest. Else the target comes nearly to rest from the level before; where that
+    fails, from rest, unless cells at rims are eliminated.
+    """
+    (before, state), (held, goal) = states, aim
+    for level in range(2, min(levels.rested, len(levels))):
+        body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
+        start, found = None if given else prolonged(levels, level, state), None
+        if start is not None:
+            found = nearly_at_rest(body, start, goal, held, enough, eliminating=True)
+        if not given and (found is None or found.reason) and not body.patch:
+            found = nearly_at_rest(body, unloaded(body), goal, held, enough)
+        if (found is None or found.reason) and (given or len(body.mesh.axes) == 2):  # in space too long, and in vain
+            path = Path((0.0 * goal, goal), held)
+            there = advance(body, unloaded(body), path, most=affordable(body, _FURTHER))
+            found = replace(there, off=0.0 * goal)
+        if found is None or found.reason:
+            return
+        state, before = replace(found.state, known=None), state
+        yield replace(found, state=state)
+        if body.length(found.off) > enough:  # finer cells settle later still
+            return
