@@ -171,14 +171,13 @@ def slopes(
             raise ValueError(f"components: must be of {', '.join(POSE)}, got {name!r}")
     rows = pose.components.reshape(-1, len(POSE))
     _, *by_pose = pose_slopes(sensor, model, Pose.of(rows), frequency, components)
-    asked = _Asked(solver_of(model) if lengths else model, rows, frequency)
-    found = (*by_pose, *_by_frequency(model, rows, frequency), *_by_lengths(sensor, asked, lengths))
+    found = (*by_pose, *by_frequency(model, rows, frequency), *by_lengths(sensor, model, rows, frequency, lengths))
     each = (part.reshape(*pose.components.shape[:-1], *part.shape[1:]) for part in found)
     return Slopes(tuple(components), tuple(lengths), *each)
 
 
-def _by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Array]:
-    """Return derivatives of L and R by the frequency, shape (p, n, n)."""
+def by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Array]:
+    """Return derivatives of L and R by the frequency at poses (p, 6), shape (p, n, n) [H/Hz, ohm/Hz]."""
     ways = [place for place in CENTRAL.places if place]
     found = {place: model.impedance(Pose.of(rows), frequency * np.exp(STEP * place)) for place in ways}
     slopes = []
@@ -188,8 +187,11 @@ def _by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[A
     return slopes
 
 
-def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Array]:
-    """Return derivatives of L and R by lengths, and their errors, shapes (p, n, n, m)."""
+def by_lengths(
+    sensor: Sensor, model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str]
+) -> list[Array]:
+    """Return derivatives of L and R by lengths at poses (p, 6), and their errors, shapes (p, n, n, m) [H/m, ohm/m]."""
+    asked = _Asked(solver_of(model) if keys else model, rows, frequency)
     n, solved = len(sensor.coils), getattr(asked.model, "sensor", sensor)
     found = np.zeros((4, len(asked.rows), n, n, len(keys)))
     coils, plates = dict[int, _Length](), dict[int, _Length]()

@@ -21,7 +21,7 @@ import numpy as np
 from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.magnetics.pose_slopes import STEP
-from sits_mech.magnetics.slopes import slopes
+from sits_mech.magnetics.slopes import by_frequency, by_lengths
 from sits_mech.maps.differences import CENTRAL
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
@@ -57,20 +57,20 @@ def at_fixed_poses(
     if not any(causes):
         return found
     lengths = {k: numbers[k].name for k, cause in enumerate(causes) if cause == "length"}
-    each = slopes(sensor, field, pose, sensor.frequency, components=(), lengths=tuple(lengths.values()))
-    for k, own in enumerate(lengths):
-        found.L[..., own], found.R[..., own] = each.L_lengths[..., k], each.R_lengths[..., k]
-        found.error_L[..., own] = each.error_L_lengths[..., k]
-        found.error_R[..., own] = each.error_R_lengths[..., k]
+    f, rows = sensor.frequency, pose.components
+    for whole, part in zip(found[:4], by_lengths(sensor, field, rows, f, tuple(lengths.values())), strict=True):
+        whole[..., list(lengths)] = part
+    for own in lengths:
         if place_of(numbers[own]).coils != numbers[own].scene.coils:
             found.L0[:, own] = _free(numbers[own], name, tolerance)
+    own_f = by_frequency(field, rows, f) if {"frequency", "metal"} & {*causes} else []
     for own, cause in enumerate(causes):
         if cause == "frequency":
-            found.L[..., own], found.R[..., own] = each.L_frequency, each.R_frequency
-            found.L0[:, own] = free_by_frequency(field, sensor.frequency)
+            found.L[..., own], found.R[..., own] = own_f
+            found.L0[:, own] = free_by_frequency(field, f)
         elif cause == "metal":
-            f, grown, R = sensor.frequency, _growth(numbers[own]), field.impedance(pose, sensor.frequency).R
-            found.L[..., own], found.R[..., own] = grown * f * each.L_frequency, grown * (f * each.R_frequency - R)
+            grown, R = _growth(numbers[own]), field.impedance(pose, f).R
+            found.L[..., own], found.R[..., own] = grown * f * own_f[0], grown * (f * own_f[1] - R)
             found.L0[:, own] = grown * f * free_by_frequency(field, f)
     return found
 
