@@ -231,7 +231,7 @@ def tied_with(search: Search, others: Sequence[Answered], best: Answered, space:
     for each in others if task.goal else ():
         own = each.design.choice == best.design.choice
         far = min(float(np.max(np.abs(each.point - one.point), initial=0.0)) for one in (best, *found)) > _APART
-        if search.as_good(search.merit(each), best) and far if own else search.may_beat(each, best):
+        if search.as_good(search.merit(each), search.merit(best)) and far if own else search.may_beat(each, best):
             found.append(each)
     every, words = [best, *found], list[str]()
     titles = _titles(task, every, space)

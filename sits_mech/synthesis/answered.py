@@ -59,6 +59,7 @@ class Task:
     sizes: dict[str, float] = field(default_factory=dict)  # figures of any design, scales of those without a limit
     weighed: dict[str, float] = field(default_factory=dict)  # limits that scale the others; those above by default
     floors: dict[str, float] = field(default_factory=dict)  # of minimised figures: errors, below which none ranks
+    tolerance: float = 0.0  # relative, of the figures that are searched by
 
     def figures(self, table: Table | None, plain: dict[str, float]) -> dict[str, float]:
         """Return all figures of a design, known or predicted."""

@@ -7,7 +7,9 @@ With a(x) what is minimised and c_j(x) <= 0 the limits, over themselves, of one 
 on predictions (prediction.py) by sequential quadratic programming from the best of many points; W s leads back where
 limits do not hold. The point is solved, becomes part of the predictions, and the radius r follows how well it was
 predicted. Every choice is solved once; after that the one whose prediction promises most is next, so that choices which
-cannot win are left as they are. A choice rests when its next point is one that was solved, or promises no gain.
+cannot win are left as they are. A choice rests when its next point is one that was solved, or promises less than what
+answers are known to: their tolerance, the error of what is minimised. That last point is not lost: of it the finer
+answer is made.
 
 Source: N. M. Alexandrov, J. E. Dennis, R. M. Lewis, V. Torczon, Struct. Optim. 15 (1998) 16, trust regions for
 predictions; D. Kraft, DFVLR-FB 88-28 (1988), the programming.
@@ -36,7 +38,7 @@ HOPELESS = 0.5
 _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
 _CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
-_GAIN = 1e-2  # of what is minimised: less is not worth a solve, as no answer is known better
+_GAIN = 1e-2  # of what is minimised: less is not worth a solve, however well answers are known
 _LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
 _THINNER = 0.02  # of a height: what is less is no simpler design
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
@@ -148,24 +150,35 @@ class Search:
         worst = max(self.task.excess(figures, table).values(), default=0.0)
         return self.task.aim(figures) + _exceeded(worst, slack)
 
-    def as_good(self, merit: float, best: Answered) -> bool:
-        """Return whether a merit is that of a design of its own choice, within what answers are known."""
-        return merit <= self.merit(best) + _GAIN * abs(self.task.aim(self.task.own_figures(best)))
+    def as_good(self, merit: float, least: float) -> bool:
+        """Return whether a merit is the least one of its own choice, within what is worth a solve."""
+        return merit <= least + _GAIN * abs(least)
+
+    def worth(self, best: Answered) -> float:
+        """Return the gain over a design that is worth a solve: what answers are known to, and what is minimised."""
+        return max(max(_GAIN, self.task.tolerance) * abs(self.merit(best)), self.task.doubt(best), 1e-12)
 
     def simplest(self, branch: Branch, best: Answered) -> Array:
-        """Return the thinnest point of a choice that is predicted to be as good as its best one; that of no goal."""
-        prediction, x = branch.prediction, best.point
+        """Return the thinnest point of a choice that is predicted to be as good as its best one, solved or promised.
+
+        Without a goal the solved one.
+        """
+        prediction, x, least = branch.prediction, best.point, self.merit(best)
         if not self.task.goal or not self.count:
             return x
+        promise = branch.promise or self.propose(branch)
+        if promise.merit < least:
+            x, least = promise.x, promise.merit
+        height = prediction.plain(x)["height"]
         unit = qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(_LOOKED_AT)
         toward = [solved.point + share * (x - solved.point) for solved in prediction.solved for share in _SHARES]
         thin = {tuple(each): prediction.plain(each)["height"] for each in (*unit, *toward)}
         for each in sorted(thin, key=lambda each: thin[each]):
-            if thin[each] > (1.0 - _THINNER) * best.plain["height"]:
+            if thin[each] > (1.0 - _THINNER) * height:
                 break
             there = np.array(each)
             near = prediction.distance(there) < _RADIUS
-            if near and self.as_good(self.predicted(prediction, there, slack=0.0), best):
+            if near and self.as_good(self.predicted(prediction, there, slack=0.0), least):
                 return there
         return x
 
@@ -210,7 +223,8 @@ class Search:
         known = len(branch.prediction.solved) > 1 or self.task.out_of_reach(self.known)
         if branch.promise.excess > HOPELESS and known:
             return True
-        return self.best_merit - self._hope(branch) < _GAIN * max(abs(self.best_merit), 1e-12)
+        best = min(self.known, key=self.merit)
+        return self.merit(best) - self._hope(branch) < self.worth(best)
 
     def _step(self, branch: Branch) -> None:
         """Solve the proposal of a choice, and adapt its trust radius."""

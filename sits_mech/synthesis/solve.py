@@ -43,7 +43,7 @@ from sits_mech.store import case_path, finish, read_case
 from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task
 from sits_mech.synthesis.figures import Judge, Table
 from sits_mech.synthesis.kinds import INVERSE, STRAIN
-from sits_mech.synthesis.loads import Operator, loads_between
+from sits_mech.synthesis.loads import FEW, Loads, Operator, loads_between
 from sits_mech.synthesis.overload import Overload, linear_strain, overload_of
 from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.space import Design, size_of
@@ -68,8 +68,13 @@ class Solver:
 
     @cached_property
     def operator(self) -> Operator:
-        """The interpolation of tables between their loads."""
+        """The interpolation of tables between their loads, the same for every tolerance."""
         return Operator(loads_between(self.requirements.loads))
+
+    @cached_property
+    def solved(self) -> Loads:
+        """The loads that are solved for a table: those that it has, or in a search fewer."""
+        return loads_between(self.requirements.loads, FEW) if self.tolerance >= COARSE else self.operator.loads
 
     @cached_property
     def scattering(self) -> dict[str, float]:
@@ -92,7 +97,7 @@ class Solver:
         judge = Judge(
             self.operator, np.array(list(self.scattering.values())), asked.limits | {STRAIN: 1.0}, asked.least_yield
         )
-        return Task(judge, limits, asked.goal)
+        return Task(judge, limits, asked.goal, tolerance=self.tolerance)
 
     @property
     def needs_table(self) -> bool:
@@ -186,7 +191,8 @@ class Solver:
 
     def _with_table(self, found: Answered, sensor: Sensor, scattered: Mapping[str, Array]) -> Answered:
         """Return a design that carries the overload with its table over the loads."""
-        space, loads = self.requirements.space, self.operator.loads
+        space, loads = self.requirements.space, self.solved
+        between = Operator(loads).values(self.operator.loads.points)  # from the solved loads to those of the table
         axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
         names = (*space.names, *self.scattering, *self._by_temperature)
         mechanics = self._mechanics(found.design.choice, sensor)
@@ -196,8 +202,8 @@ class Solver:
         if not bool(answered(data).all()):
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = table_inductances(sensor, data)
-        L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
-        each = _slopes_of(sensor, data, own["L0"].to_numpy())
+        L = between @ own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
+        each = {name: between @ by for name, by in _slopes_of(sensor, data, own["L0"].to_numpy()).items()}
         width = [space.width(variable, sensor) for variable in space.variables]
         own_noise, repeated, rate = self.converter(sensor, data)
         noise = np.hypot(own_noise, repeated)

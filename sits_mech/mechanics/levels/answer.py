@@ -63,10 +63,26 @@ def relative(error: Array, moved: Array, lever: Array) -> float:
 
 def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
     """Return the stretch, or reciprocal, that all but a share `apart` of the silicone stays below."""
-    stretch = most_stretched(body.mesh, u).ravel()
-    order = np.argsort(stretch)
-    below = np.cumsum(body.mesh.inside.weights.ravel()[order])
-    return max(1.0, float(stretch[order][np.searchsorted(below, min((1.0 - apart) * below[-1], below[-1]))]))
+    return _stretch_and_doubt(body, u, apart)[0]
+
+
+def _stretch_and_doubt(body: Bonded, u: Array, apart: float = _STRETCHED) -> tuple[float, float]:
+    """Return `largest_stretch`, and by how much it falls where the share grows by half the cell that has it.
+
+    A coarse cell holds more silicone than that share, and its points are of one polynomial.
+    """
+    stretch, weights = most_stretched(body.mesh, u), body.mesh.inside.weights
+    order, cells = np.argsort(stretch, axis=None), weights.reshape(len(stretch), -1).sum(axis=1)
+    below, last = np.cumsum(weights.ravel()[order]), len(order) - 1
+
+    def at(share: float) -> int:
+        """Return the point that all but a share stays below."""
+        return int(order[min(np.searchsorted(below, (1.0 - share) * below[-1]), last)])
+
+    own = at(apart)
+    near = at(apart + 0.5 * cells[own // stretch.shape[1]] / below[-1])
+    value, less = (max(1.0, float(stretch.ravel()[each])) for each in (own, near))
+    return value, value - less
 
 
 def law_notes(sensor: Sensor, stretch: float) -> tuple[Note, ...]:
@@ -111,7 +127,7 @@ def answer(
     spent, sink = fine.iterations + coarse.iterations, -float(fine.q[1])
     large: Note | None = None
     beyond, kept = list[Array](), 0
-    stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
+    stretches = [_stretch_and_doubt(own, state.u) for own, state in ((levels.coarse, coarse), (body, fine))]
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
     for level in range(2, min(most, len(levels), line.deepest)):
         if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
@@ -126,7 +142,7 @@ def answer(
         values, spent = [*values, shown(there.state.q, there.state.load)], spent + there.state.iterations
         limit = levels.limit(values, np.where(held, 0.0, there.off / unit), pressed=pressed, sink=sink)
         beyond.append(packed(there.state))
-        stretches.append(largest_stretch(levels.maker(level), there.state.u))
+        stretches.append(_stretch_and_doubt(levels.maker(level), there.state.u))
         if np.max(there.off[~held] / unit[~held], initial=0.0) > np.max(best.error):  # it does not settle there
             break
         best, kept = limit, len(beyond)
@@ -139,11 +155,12 @@ def answer(
         error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    laws = law_notes(sensor, stretches[-1])
+    (before, _), (stretch, doubt) = stretches[-2:]
+    laws = law_notes(sensor, stretch)
     notes = (*notes, *beneath, *laws, *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
-        stretch=stretches[-1], error_stretch=abs(stretches[-1] - stretches[-2]),
+        stretch=stretch, error_stretch=max(abs(stretch - before), doubt),
     )
     state_kept = np.concatenate([packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
