@@ -37,7 +37,7 @@ from sits_mech.synthesis.answer import (
 )
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import landscape_of, prices, sensitivities
-from sits_mech.synthesis.bounds import begin_at, bounds_of, expected_designs, refused, strained_least
+from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, expected_designs, refused
 from sits_mech.synthesis.preview import Preview, preview_of
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
 from sits_mech.synthesis.search import HOPELESS, MOST, Search
@@ -162,6 +162,7 @@ class _Run:
     told: Told | None
     count: int = 0
     ahead: dict[Design, Future[Answered]] = field(default_factory=dict)
+    last: Answered | None = None  # that was solved
 
     @cached_property
     def coarse(self) -> Solver:
@@ -181,7 +182,7 @@ class _Run:
         """Solve a design, and report progress."""
         begun = self.ahead.pop(wanted, None) if tolerance == COARSE else None
         found = replace(self.coarse, tolerance=tolerance)(wanted) if begun is None else begun.result()
-        self.count += 1
+        self.count, self.last = self.count + 1, found
         if self.told is not None:
             words = f"{self.asked.space.words(wanted)}: {said_of(self.coarse.task, found)}"
             self.told(self.count, max(self.count, min(self.most, expected_designs(self.asked))), words)
@@ -190,11 +191,13 @@ class _Run:
     def start(self, choice: tuple[int, ...], attempt: int) -> Array | Answered | None:
         """Return where a choice begins, or why none of its designs can hold, by sizes and linear theory alone.
 
-        First the possible point nearest to the middle that holds both, or is nearest to it; then that of least strain.
+        First the possible point nearest to the middle that holds both, or is nearest to it; then the same with strains
+        as the last one's.
         """
         if attempt > 1 or attempt and not self.asked.space.variables:
             return None
-        return (begin_at if attempt == 0 else strained_least)(bounds_of(self.coarse, choice))
+        known = bounds_of(self.coarse, choice)
+        return begin_again(known, self.last) if attempt and self.last else begin_at(known)
 
     def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
         """Return the best designs of the choices that may win, rounded and solved finer, the best one first."""

@@ -87,7 +87,7 @@ class Search:
     seed: int = 0  # of the starts
     branches: list[Branch] = field(default_factory=list)
     solved: int = 0
-    missed: list[float] = field(default_factory=list)
+    missed: list[float] = field(default_factory=list)  # by what first promises were off, limits aside
 
     def run(self) -> list[Answered]:
         """Search, and return all solved designs, and why choices have none."""
@@ -230,11 +230,13 @@ class Search:
         """Solve the proposal of a choice, and adapt its trust radius."""
         if branch.promise is None:
             return
-        before, promise, single = min(self.merit(each) for each in branch.known), branch.promise, len(branch.known) == 1
+        before, promise = min(self.merit(each) for each in branch.known), branch.promise
+        single = len(branch.prediction.solved) == 1
         found = self._add(branch, promise.x)
         promised, came = before - promise.merit, before - self.merit(found)
-        if single and np.isfinite(came):
-            self.missed.append(abs(came - promised))
+        if single and found.carried:
+            aim = self.task.aim(self.task.own_figures(found))
+            self.missed.append(abs(aim - promise.merit + _exceeded(promise.excess)))
         if came >= _GOOD * promised:
             branch.radius = min(_WIDER * branch.radius, 1.0)
         elif came < _BAD * promised:
