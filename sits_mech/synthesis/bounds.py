@@ -17,13 +17,13 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.stats import qmc
+from scipy.stats import norm, qmc
 
 from sits_mech.chain.interpolate import loads_of, solved_likely
 from sits_mech.chain.prices import forecast
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import WRENCH, Array
-from sits_mech.scene.sensor import SceneError
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.answered import Answered, over
 from sits_mech.synthesis.kinds import STRAIN, figure_words
 from sits_mech.synthesis.overload import HOPELESS
@@ -46,10 +46,12 @@ class Bound:
     design: Design
     sizes: dict[str, float]
     strain: float  # by linear theory, over what is known of the silicone; zero where no theory holds
+    guard: dict[str, float]  # of sizes, what the tolerances are to leave
 
     def excess(self, limits: dict[str, float], likely: float) -> float:
         """Return by how much sizes and strain exceed their limits at most, over these."""
-        found = [over(name, size, limits[name]) for name, size in self.sizes.items() if name in limits]
+        held = {name: size + self.guard.get(name, 0.0) for name, size in self.sizes.items()}
+        found = [over(name, size, limits[name]) for name, size in held.items() if name in limits]
         return max([*found, self.strain - likely])
 
 
@@ -62,13 +64,21 @@ def bounds_of(solver: Solver, choice: tuple[int, ...]) -> tuple[Requirements, li
         points += [np.array(ends) for ends in product((0.0, 1.0), repeat=v)] if v <= _CORNERS else []
         points += list(qmc.Sobol(v, rng=np.random.default_rng(0)).random(_BETWEEN))
     for x in points:
-        design = Design(choice, tuple(x.tolist()))
+        design = space.rounded(Design(choice, tuple(x.tolist())))[0]
         try:
             sensor = space.sensor(design)
         except SceneError:
             continue
-        found.append(Bound(design, size_of(sensor), float(np.nan_to_num(solver.expected(sensor), posinf=0.0))))
+        guard = found[0].guard if found else _guard(solver, sensor)
+        found.append(Bound(design, size_of(sensor), float(np.nan_to_num(solver.expected(sensor), posinf=0.0)), guard))
     return solver.requirements, found
+
+
+def _guard(solver: Solver, sensor: Sensor) -> dict[str, float]:
+    """Return how far sizes are to stay from their limits, so that the asked share of the sensors made hold them."""
+    here, share = size_of(sensor), float(norm.ppf(solver.requirements.least_yield))
+    moved = [size_of(each) for each in solver.scattered(sensor)]
+    return {name: share * float(np.linalg.norm([own[name] - size for own in moved])) for name, size in here.items()}
 
 
 def begin_at(known: tuple[Requirements, Sequence[Bound]]) -> Array | Answered:

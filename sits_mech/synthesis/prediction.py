@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.kinds import kind_of
+from sits_mech.synthesis.space import Design
 
 _LENGTH = 1.0  # l, of the box
 _JITTER = 1e-9  # of the kernel at no distance: rounding of what is nearly the same
@@ -38,6 +40,17 @@ class Kriging:
 
     def weights(self, x: Array) -> tuple[Array, Array]:
         """Return the weights of values (k,) and of slopes (k, v) in the prediction at a point (v,)."""
+        if not np.array_equal(x, self._last[0]):
+            self._last[:] = x.copy(), self._weights(x)
+        return self._last[1]
+
+    @cached_property
+    def _last(self) -> list[Any]:
+        """The last point, with its weights: figures are asked for one after the other."""
+        return [None, None]
+
+    def _weights(self, x: Array) -> tuple[Array, Array]:
+        """Return `weights`."""
         k, v = self.points.shape
         covariance = _covariance(self.points, x[None], self.slopes, False)[:, 0]
         side = np.concatenate([covariance, [1.0], x[: self._linear]])
@@ -118,9 +131,9 @@ class Prediction:
     @cached_property
     def _figures(self) -> dict[str, _Figure]:
         """Each figure without a table, with slopes where all designs have them."""
-        every = [*self.solved, *self.failed]
+        every, shared = [*self.solved, *self.failed], dict[tuple[tuple[Design, ...], bool], Kriging]()
         names = (self.solved[0] if self.solved else self.failed[0]).plain
-        return {name: _Figure.of(name, [each for each in every if name in each.plain]) for name in names}
+        return {name: _Figure.of(name, [each for each in every if name in each.plain], shared) for name in names}
 
 
 @dataclass(frozen=True)
@@ -133,8 +146,10 @@ class _Figure:
     logs: bool
 
     @classmethod
-    def of(cls, name: str, known: Sequence[Answered]) -> _Figure:
-        """Return a figure from the designs that have it."""
+    def of(
+        cls, name: str, known: Sequence[Answered], shared: dict[tuple[tuple[Design, ...], bool], Kriging]
+    ) -> _Figure:
+        """Return a figure from the designs that have it; figures of the same designs share their weights."""
         values = np.array([each.plain[name] for each in known])
         logs = bool(np.all(values > 0.0)) and not kind_of(name).exact
         own = [each.plain_by_x.get(name) for each in known]
@@ -142,7 +157,8 @@ class _Figure:
         slopes = np.array([np.zeros(points.shape[1]) if each is None else each for each in own])
         whole = all(each is not None for each in own)
         scale = values[:, None] if logs else 1.0
-        return cls(Kriging(points, whole), np.log(values) if logs else values, slopes / scale, logs)
+        kriging = shared.setdefault((tuple(each.design for each in known), whole), Kriging(points, whole))
+        return cls(kriging, np.log(values) if logs else values, slopes / scale, logs)
 
     def at(self, x: Array) -> float:
         """Return the figure at a point."""

@@ -31,11 +31,10 @@ from sits_mech.synthesis.answer import (
     held_shares,
     lost_values,
     made_share,
-    rounded,
     said_of,
     tied_with,
 )
-from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.around import landscape_of, prices, sensitivities
 from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, expected_designs, refused
 from sits_mech.synthesis.preview import Preview, preview_of
@@ -200,8 +199,13 @@ class _Run:
         return begin_again(known, self.last) if attempt and self.last else begin_at(known)
 
     def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
-        """Return the best designs of the choices that may win, rounded and solved finer, the best one first."""
+        """Return the best designs of the choices that may win, rounded and solved finer, the best one first.
+
+        Where nothing is minimised, and a round one is decided, no finer one tells more.
+        """
         first = min(known, key=search.merit)
+        if not search.task.goal and self.decided(search.task, first):
+            return [first]
         found = [self.refined(search, first)]
         for other in firsts(known, search.at_best):
             new = other.design.choice != first.design.choice and len(found) < _FINALS
@@ -213,12 +217,18 @@ class _Run:
             search.task = search.task.learned(each) if each.carried else search.task
         return sorted(found, key=lambda each: (not search.task.holds(each), search.merit(each)))
 
+    def decided(self, task: Task, found: Answered) -> bool:
+        """Return whether a round design holds every limit, or is far from one, whatever its errors are."""
+        share, round_ = made_share(task, found), found.design in self.asked.space.rounded(found.design)
+        holds = task.holds(found) and not share.low < self.asked.least_yield
+        return round_ and not task.undecided(found) and (holds or task.worst(found) > HOPELESS)
+
     def refined(self, search: Search, best: Answered) -> Answered:
         """Return the best design of a choice, rounded and solved finer; itself where no rounded one is carried."""
         branch = next(each for each in search.branches if each.choice == best.design.choice)
         wanted = Design(best.design.choice, tuple(search.simplest(branch, best).tolist()))
         tries = sorted(
-            rounded(self.asked, wanted),
+            self.asked.space.rounded(wanted),
             key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float), slack=0.0),
         )
         found = []

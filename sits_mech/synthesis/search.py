@@ -39,7 +39,8 @@ _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
 _CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
 _GAIN = 1e-2  # of what is minimised: less is not worth a solve, however well answers are known
-_LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
+_LOOKED_AT, _STARTS = 8, 2  # points of a box and starts of programming among them, for one number; doubled by each more
+_AT_MOST = 64, 4
 _THINNER = 0.02  # of a height: what is less is no simpler design
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
@@ -170,9 +171,8 @@ class Search:
         if promise.merit < least:
             x, least = promise.x, promise.merit
         height = prediction.plain(x)["height"]
-        unit = qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(_LOOKED_AT)
         toward = [solved.point + share * (x - solved.point) for solved in prediction.solved for share in _SHARES]
-        thin = {tuple(each): prediction.plain(each)["height"] for each in (*unit, *toward)}
+        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *toward)}
         for each in sorted(thin, key=lambda each: thin[each]):
             if thin[each] > (1.0 - _THINNER) * height:
                 break
@@ -243,15 +243,22 @@ class Search:
             branch.radius *= _NARROWER
         branch.done = branch.radius < _LEAST_RADIUS
 
+    @property
+    def _unit(self) -> Array:
+        """Points of the unit box that are looked at, shape (m, v)."""
+        count = min(_LOOKED_AT * 2**self.count, _AT_MOST[0])
+        return np.asarray(qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(count))
+
     def propose(self, branch: Branch) -> Proposal:
         """Return the best predicted point of a choice within its trust radius."""
         prediction = branch.prediction
         best = min(prediction.solved, key=self.merit)
         bounds = [(max(0.0, x - branch.radius), min(1.0, x + branch.radius)) for x in best.point]
         low, high = np.array(bounds).T
-        unit = qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(_LOOKED_AT)
-        seen = [Proposal(x, self.predicted(prediction, x)) for x in (best.point, *(low + (high - low) * unit))]
-        starts = [seen[0], *sorted(seen[1:], key=lambda each: each.merit)[: _STARTS - 1]]
+        points = (best.point, *(low + (high - low) * self._unit))
+        seen = [Proposal(x, self.predicted(prediction, x)) for x in points]
+        count = min(_STARTS * 2 ** (self.count - 1), _AT_MOST[1])
+        starts = [seen[0], *sorted(seen[1:], key=lambda each: each.merit)[: count - 1]]
         found = [self._minimised(prediction, start.x, bounds) for start in starts]
         return min([*seen, *found], key=lambda each: each.merit)
 

@@ -16,7 +16,7 @@ the last refinement of the mesh changed.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -164,6 +164,13 @@ class Solver:
     def expected(self, sensor: Sensor) -> float:
         """Return the largest strain under the overload by linear theory, over what is known of the silicone."""
         return max(linear_strain(sensor, load) for load in corners(sensor, self._overloads))
+
+    def scattered(self, sensor: Sensor) -> Iterator[Sensor]:
+        """Yield sensors that are one deviation of each tolerance away, but of their coils' places."""
+        for name, deviation in self.scattering.items():
+            if name not in _OFFSETS:
+                with suppress(SceneError):
+                    yield parameter(sensor, name).changed(deviation)
 
     def _strain_slopes(self, design: Design, sensor: Sensor, worst: Overload) -> Array | None:
         """Return derivatives of the strain by the variables: of its own size as linear theory has them."""
