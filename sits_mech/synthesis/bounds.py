@@ -1,7 +1,8 @@
 """Bound designs before one is solved: by their sizes, which are exact, and by the strain of linear theory.
 
 Looked at are the middle of a choice's box, its corners and points between. Where each of them exceeds a size, or is
-strained `HOPELESS` times the silicone's data under the overload, the choice is left out. The plan counts designs
+surely strained beyond the silicone's data under the overload (overload.py), the choice is left out. The plan counts
+designs
 
     N = choices + v + 1,      3 where the first design within the limits will do,
 
@@ -26,7 +27,6 @@ from sits_mech.quantities import WRENCH, Array
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.answered import Answered, over
 from sits_mech.synthesis.kinds import STRAIN, figure_words
-from sits_mech.synthesis.overload import HOPELESS
 from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.solve import COARSE, Solver
 from sits_mech.synthesis.space import Design, size_of
@@ -46,6 +46,7 @@ class Bound:
     design: Design
     sizes: dict[str, float]
     strain: float  # by linear theory, over what is known of the silicone; zero where no theory holds
+    end: float  # strain by linear theory from which on the silicone is surely beyond its data
     guard: dict[str, float]  # of sizes, what the tolerances are to leave
 
     def excess(self, limits: dict[str, float], likely: float) -> float:
@@ -70,7 +71,8 @@ def bounds_of(solver: Solver, choice: tuple[int, ...]) -> tuple[Requirements, li
         except SceneError:
             continue
         guard = found[0].guard if found else _guard(solver, sensor)
-        found.append(Bound(design, size_of(sensor), float(np.nan_to_num(solver.expected(sensor), posinf=0.0)), guard))
+        strain, end = np.nan_to_num(solver.expected(sensor), posinf=0.0).tolist()
+        found.append(Bound(design, size_of(sensor), strain, end, guard))
     return solver.requirements, found
 
 
@@ -89,7 +91,7 @@ def begin_at(known: tuple[Requirements, Sequence[Bound]]) -> Array | Answered:
 
 
 def begin_again(known: tuple[Requirements, Sequence[Bound]], failed: Answered) -> Array:
-    """Return `begin_at` with strains so many times those of linear theory as a failed design has; or of least strain."""
+    """Return `begin_at` with strains over those of linear theory as a failed design has them; or the least strained."""
     asked, bounds = known
     own = next((each.strain for each in bounds if each.design == failed.design), 0.0)
     found = _nearest(asked, bounds, _WITHIN * own / failed.plain.get(STRAIN, np.inf))
@@ -119,7 +121,7 @@ def _left_out(asked: Requirements, bounds: Sequence[Bound]) -> Answered | None:
     """Return why no point of a choice can hold; None where one may."""
     least = min(bounds, key=lambda each: each.strain)
     words = ""
-    if least.strain > HOPELESS:
+    if all(each.strain > each.end for each in bounds):
         words = f"left out: strained to {least.strain:.2g} times the silicone's data at least, by linear theory"
     for name in least.sizes:
         size = min(each.sizes[name] for each in bounds)

@@ -27,6 +27,7 @@ from scipy.stats import qmc
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Table
+from sits_mech.synthesis.kinds import STRAIN, figure_words
 from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.space import Design
 
@@ -45,6 +46,7 @@ _THINNER = 0.02  # of a height: what is less is no simpler design
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
+_SHARPER = 1.5  # power of a factor by tangents: half of its logarithm is taken to be missed
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
 
 
@@ -182,9 +184,40 @@ class Search:
                 return there
         return x
 
+    def out_of_reach(self) -> str:
+        """Return in words which resolution no design can bring within its limit, by what is solved; "" for none.
+
+        A softer silicone shows a load more, and is strained as much more: by linear theory resolution times strain
+        stays, so that it is the resolution at the end of the data. What other sizes do predictions tell over the whole
+        box: of a factor that they promise over a solved design, its power 3/2 is taken.
+        """
+        best = dict[str, float]()
+        for branch in self.branches:
+            own = branch.prediction
+            if not own.solved:
+                continue
+            here = self._at_end(own, own.solved[0].point)
+            for x in self._unit if self.count else ():
+                for name, value in self._at_end(own, x).items():
+                    there = here[name] * min(value / here[name], 1.0) ** _SHARPER
+                    best[name] = min(there, best.get(name, np.inf))
+            for name, value in here.items():
+                best[name] = min(value, best.get(name, np.inf))
+        for name, value in best.items():
+            if value > self.task.limits[name]:
+                least, limit = figure_words(name, value), figure_words(name, self.task.limits[name])
+                return f"{name} some {least} at the end of a silicone's data, against {limit}"
+        return ""
+
+    def _at_end(self, prediction: Prediction, x: Array) -> dict[str, float]:
+        """Return the limited resolutions of a point, times its strain within the data."""
+        own = self.task.figures(prediction.table(x), prediction.plain(x))
+        strain = min(max(own.get(STRAIN, 1.0), 0.0), 1.0)
+        return {name: own[name] * strain for name in self.task.limits if name.startswith("resolution.") and name in own}
+
     def _begin(self, branch: Branch) -> None:
         """Solve a choice at its start; where that fails, at the next one. What is out of reach of any is not begun."""
-        beyond = self.task.out_of_reach(self.known)
+        beyond = self.out_of_reach()
         if beyond:
             design, none = Design(branch.choice, (0.5,) * self.count), np.zeros((self.count, 0, 0))
             branch.known.append(Answered(design, f"left out: {beyond}", None, none, {}, {}))
@@ -220,7 +253,7 @@ class Search:
         """Return whether a choice promises no gain."""
         if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
             return True
-        known = len(branch.prediction.solved) > 1 or self.task.out_of_reach(self.known)
+        known = len(branch.prediction.solved) > 1 or self.out_of_reach()
         if branch.promise.excess > HOPELESS and known:
             return True
         best = min(self.known, key=self.merit)

@@ -44,7 +44,7 @@ from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task
 from sits_mech.synthesis.figures import Judge, Table
 from sits_mech.synthesis.kinds import INVERSE, STRAIN
 from sits_mech.synthesis.loads import FEW, Loads, Operator, loads_between
-from sits_mech.synthesis.overload import Overload, linear_strain, overload_of
+from sits_mech.synthesis.overload import Overload, linear_strain, overload_of, strain_at_end
 from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.space import Design, size_of
 from sits_mech.version import __version__
@@ -161,9 +161,14 @@ class Solver:
         asked = self.requirements
         return {name: (asked.overload * low, asked.overload * high) for name, (low, high) in asked.loads.items()}
 
-    def expected(self, sensor: Sensor) -> float:
-        """Return the largest strain under the overload by linear theory, over what is known of the silicone."""
-        return max(linear_strain(sensor, load) for load in corners(sensor, self._overloads))
+    def expected(self, sensor: Sensor) -> tuple[float, float]:
+        """Return the largest strain under the overload by linear theory, over what is known of the silicone.
+
+        With it the one from which on the silicone is surely beyond its data under that load.
+        """
+        each = {load: linear_strain(sensor, load) for load in corners(sensor, self._overloads)}
+        worst = max(each, key=lambda load: np.nan_to_num(each[load]))
+        return each[worst], strain_at_end(sensor, worst)
 
     def scattered(self, sensor: Sensor) -> Iterator[Sensor]:
         """Yield sensors that are one deviation of each tolerance away, but of their coils' places."""
