@@ -134,9 +134,12 @@ class Judge:
         return np.moveaxis(self.operator.at_points[1] @ L, 0, 2)
 
     def _resolutions(self, table: Table, samples: Array) -> Array:
-        """Return standard deviations at the worst load of each sensor, shape (s, d)."""
-        parts = np.array([self._slopes(each) for each in table.by_tolerance])
+        """Return standard deviations at the worst load of each sensor, shape (s, d); of a few at that of the design."""
         own = self._slopes(table.L)
+        parts = np.array([self._slopes(each) for each in table.by_tolerance]).reshape(-1, *own.shape)
+        if len(samples) <= _FEW:
+            worst = np.unique(_variances(own, table.noise).argmax(axis=0))
+            own, parts = own[worst], parts[:, worst]
         found = np.empty((len(samples), own.shape[2]))
         for k in range(0, len(samples), _FEW):
             some = own + np.tensordot(samples[k : k + _FEW], parts, 1) if len(parts) else own[None]
