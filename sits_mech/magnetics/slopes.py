@@ -36,7 +36,7 @@ from sits_mech.magnetics.pose_slopes import STEP, pose_slopes, solver_of
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.sheets import Sheets
 from sits_mech.maps.differences import BACKWARD, CENTRAL, FORWARD, SECOND_ORDER, WIDE, best_slopes
-from sits_mech.quantities import POSE, Array, Complex, MagneticModel, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import POSE, Array, Complex, Impedance, MagneticModel, Pose, SolveFailed, SolveReport
 from sits_mech.scene.parameters import Parameter, keys_of, parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
@@ -188,9 +188,13 @@ def by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Ar
 
 
 def by_lengths(
-    sensor: Sensor, model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str]
+    sensor: Sensor, model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str],
+    known: Impedance | None = None,
 ) -> list[Array]:
-    """Return derivatives of L and R by lengths at poses (p, 6), and their errors, shapes (p, n, n, m) [H/m, ohm/m]."""
+    """Return derivatives of L and R by lengths at poses (p, 6), and their errors, shapes (p, n, n, m) [H/m, ohm/m].
+
+    Where the impedance at the poses is `known`, all coils aside are quick slopes of the pose (pose_slopes.py).
+    """
     asked = _Asked(solver_of(model) if keys else model, rows, frequency)
     n, solved = len(sensor.coils), getattr(asked.model, "sensor", sensor)
     found = np.zeros((4, len(asked.rows), n, n, len(keys)))
@@ -199,7 +203,8 @@ def by_lengths(
         length = _length(sensor, solved, asked.rows, key)
         aside = _aside(asked.model, solved, length.number)
         if aside:
-            _, *slope = pose_slopes(solved, asked.model, Pose.of(asked.rows), asked.frequency, [aside])
+            at = Pose.of(rows)
+            _, *slope = pose_slopes(solved, asked.model, at, frequency, [aside], quick=known is not None, known=known)
             found[:2, ..., k] = -np.stack(slope)[..., 0]
         elif length.changes(solved, *_PLATES):
             plates[k] = length

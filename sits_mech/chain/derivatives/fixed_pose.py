@@ -23,7 +23,7 @@ from sits_mech.chain.models import MAGNETICS
 from sits_mech.magnetics.pose_slopes import STEP
 from sits_mech.magnetics.slopes import by_frequency, by_lengths
 from sits_mech.maps.differences import CENTRAL
-from sits_mech.quantities import POSE, Array, MagneticModel, Pose
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
 from sits_mech.scene.sensor import Sensor
 
@@ -43,11 +43,12 @@ class Direct(NamedTuple):
 
 
 def at_fixed_poses(
-    sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter]
+    sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter],
+    known: Impedance | None = None,
 ) -> Direct:
     """Return the derivatives of the coils' impedance by n numbers at p fixed poses.
 
-    `model` is the magnetic model with its name and tolerance.
+    `model` is the magnetic model with its name and tolerance; `known` as for `by_lengths`.
     """
     (field, name, tolerance), count = model, len(sensor.coils)
     shape = len(pose.components), count, count, len(numbers)
@@ -58,7 +59,8 @@ def at_fixed_poses(
         return found
     lengths = {k: numbers[k].name for k, cause in enumerate(causes) if cause == "length"}
     f, rows = sensor.frequency, pose.components
-    for whole, part in zip(found[:4], by_lengths(sensor, field, rows, f, tuple(lengths.values())), strict=True):
+    each = by_lengths(sensor, field, rows, f, tuple(lengths.values()), known)
+    for whole, part in zip(found[:4], each, strict=True):
         whole[..., list(lengths)] = part
     for own in lengths:
         if place_of(numbers[own]).coils != numbers[own].scene.coils:
