@@ -4,11 +4,11 @@ Looked at are the middle of a choice's box, its corners and points between. Wher
 surely strained beyond the silicone's data under the overload (overload.py), the choice is left out. The plan counts
 designs
 
-    N = choices + v + 1,      3 where the first design within the limits will do,
+    N = choices + v + 1,      2 where the first design within the limits will do,
 
-of v numbers between bounds, one of them solved finer, and takes for each what counting says of its loads
-(chain/prices.py): the overload, and those of its table that are solved; for the first design those of the choice that
-linear theory strains least.
+of v numbers between bounds, the last one solved finer where something is minimised. Each takes what the models' records
+have for its table (chain/plan.py): a load more for the overload, a factor more on each mesh of a load, and half of the
+magnetics again for derivatives; for the first design that will do those of the choice that linear theory strains least.
 """
 
 from __future__ import annotations
@@ -21,22 +21,21 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from sits_mech.chain.interpolate import loads_of, solved_likely
-from sits_mech.chain.prices import forecast
+from sits_mech.chain.plan import table_seconds
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import WRENCH, Array
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.answered import Answered, over
 from sits_mech.synthesis.kinds import STRAIN, figure_words
 from sits_mech.synthesis.requirements import Requirements
-from sits_mech.synthesis.solve import COARSE, Solver
+from sits_mech.synthesis.solve import COARSE, FINE, Solver
 from sits_mech.synthesis.space import Design, size_of
 
 _BETWEEN, _CORNERS = 16, 4  # points of a box that are looked at; the most variables whose corners are
 _LIKELY = 1.2  # strain by linear theory that a start may have: there finer meshes have 0.6 to 0.9 (a fingertip, skins)
 _WITHIN = 0.9  # of the data, where a start after a failed one is expected to be
-# A skin, two buttons, three coils took 22, 18, 35, 39 s of 14, 13, 23, 49 planned, both cores busy; a plan below 4 s
-_BEGUN, _COIL, _OF_MANY = 3.0, 0.25, 0.6  # seconds of a first design, of a load's coil; of many loads over each alone
-_FINER = 2.0  # seconds of the last design over those of others, where something is minimised
+_BEGUN = 4.0  # seconds of what a process imports and prepares once
+_FACTORS, _AGAIN = 1.25, 1.5  # with derivatives: seconds of a load, with two factors of some eight more; of magnetics
 
 
 @dataclass(frozen=True)
@@ -137,7 +136,7 @@ def _left_out(asked: Requirements, bounds: Sequence[Bound]) -> Answered | None:
 def expected_designs(asked: Requirements, choices: int | None = None) -> int:
     """Return how many designs a search solves, of all choices or of so many that may hold."""
     count = len(asked.space.choices) if choices is None else choices
-    return count + len(asked.space.variables) + 1 if asked.goal else 3
+    return count + len(asked.space.variables) + 1 if asked.goal else 2
 
 
 @dataclass(frozen=True)
@@ -164,12 +163,13 @@ def plan_of(asked: Requirements) -> DesignPlan:
         raise refused(asked, left)
     count = expected_designs(asked, len(good))
     points = sorted((own[0] for own in good.values() if own), key=lambda each: each.strain)
-    seconds = np.mean([_seconds(solver, each.design) for each in points[: None if asked.goal else 1]])
+    points = points[: None if asked.goal else 1]
+    each = float(np.mean([_seconds(solver, one.design) for one in points]))
+    finer = float(np.mean([_seconds(Solver(asked, FINE), one.design) for one in points])) if asked.goal else each
     rows = [each.sizes | {STRAIN: each.strain} for own in good.values() for each in own]
     least = {name: min(row[name] for row in rows) for name in (rows or [{}])[0]}
     words = {asked.space.words(each.design): each.reason for each in left}
-    whole = _BEGUN + seconds * (count - 1 + (_FINER if asked.goal else 1.0))
-    return DesignPlan(count, float(whole), least, words)
+    return DesignPlan(count, _BEGUN + (count - 1) * each + finer, least, words)
 
 
 def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:
@@ -183,10 +183,14 @@ def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:
 
 
 def _seconds(solver: Solver, design: Design) -> float:
-    """Return the processor seconds of a design by counts: of the load with the largest way, as often as loads."""
-    sensor, axes = solver.requirements.space.sensor(design), solver.operator.loads
+    """Return the processor seconds of a design by the records of its models."""
+    sensor, axes = solver.requirements.space.sensor(design), solver.solved
+    if not solver.needs_table:
+        axes = axes._replace(axes=tuple(axis[-1:] for axis in axes.axes))
     grid = dict(zip(axes.names, axes.axes, strict=True))
     every = loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH})
-    solved = symmetry_of(sensor).without_images(solved_likely(every)) if solver.needs_table else []
-    each = _COIL * len(sensor.coils) + _OF_MANY * forecast(sensor, [every[-1]]).seconds
-    return each * (1 + len(solved))
+    load, coils = table_seconds(sensor, every, solver.tolerance)
+    if not solver.needs_table:
+        return load
+    solved = symmetry_of(sensor).without_images(solved_likely(every))
+    return load * (1.0 + _FACTORS * len(solved)) + _AGAIN * coils
