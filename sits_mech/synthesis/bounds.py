@@ -35,6 +35,7 @@ _BETWEEN, _CORNERS = 16, 4  # points of a box that are looked at; the most varia
 _LIKELY = 1.2  # strain by linear theory that a start may have: there finer meshes have 0.6 to 0.9 (a fingertip, skins)
 _WITHIN = 0.9  # of the data, where a start after a failed one is expected to be
 _BEGUN = 4.0  # seconds of what a process imports and prepares once
+_ALL_MESHES = 8.0  # times a load's seconds, those of the overload on finer meshes (chain/prices.py)
 _FACTORS, _AGAIN = 1.25, 1.5  # with derivatives: seconds of a load, with two factors of some eight more; of magnetics
 
 
@@ -190,7 +191,8 @@ def _seconds(solver: Solver, design: Design) -> float:
     grid = dict(zip(axes.names, axes.axes, strict=True))
     every = loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH})
     load, coils = table_seconds(sensor, every, solver.tolerance)
+    overload = load * (_ALL_MESHES if solver.tolerance < COARSE else 1.0)
     if not solver.needs_table:
-        return load
+        return overload
     solved = symmetry_of(sensor).without_images(solved_likely(every))
-    return load * (1.0 + _FACTORS * len(solved)) + _AGAIN * coils
+    return overload + _FACTORS * load * len(solved) + _AGAIN * coils

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -40,14 +39,16 @@ class Kriging:
 
     def weights(self, x: Array) -> tuple[Array, Array]:
         """Return the weights of values (k,) and of slopes (k, v) in the prediction at a point (v,)."""
-        if not np.array_equal(x, self._last[0]):
-            self._last[:] = x.copy(), self._weights(x)
-        return self._last[1]
+        key = x.tobytes()
+        if key not in self._last:
+            self._last.clear()
+            self._last[key] = self._weights(x)
+        return self._last[key]
 
     @cached_property
-    def _last(self) -> list[Any]:
-        """The last point, with its weights: figures are asked for one after the other."""
-        return [None, None]
+    def _last(self) -> dict[bytes, tuple[Array, Array]]:
+        """The weights of the last point: figures are asked for one after the other."""
+        return {}
 
     def _weights(self, x: Array) -> tuple[Array, Array]:
         """Return `weights`."""

@@ -199,7 +199,7 @@ class Search:
             here = self._at_end(own, own.solved[0].point)
             for x in self._unit if self.count else ():
                 for name, value in self._at_end(own, x).items():
-                    there = here[name] * min(value / here[name], 1.0) ** _SHARPER
+                    there = here[name] * min(value / max(here[name], 1e-300), 1.0) ** _SHARPER
                     best[name] = min(there, best.get(name, np.inf))
             for name, value in here.items():
                 best[name] = min(value, best.get(name, np.inf))

@@ -55,7 +55,7 @@ _SLOPE = 1e-4  # of the unit box: differences of sizes and of linear theory by t
 _PART = 0.1  # of a deviation: the same by the tolerances
 _OFFSETS = ("coils.*.centre.0", "coils.*.centre.1")
 _OF_TABLE = ("resolution", "error", "drift", "crosstalk_before_inverse", "rate")
-_SLOWEST, _FASTEST = 0xFFFF, 5  # counts of a conversion
+_SLOWEST = 0xFFFF  # count of a conversion
 
 
 @dataclass(frozen=True)
@@ -255,7 +255,7 @@ class Solver:
         n = len(sensor.coils)
         if asked is not None and front.rate < asked:
             too_long = 1.0 / front.rate - 1.0 / asked
-            count = int(np.clip(_SLOWEST - too_long / n * front.reference / 16.0, _FASTEST, _SLOWEST))
+            count = int(np.clip(_SLOWEST - too_long / n * front.reference / 16.0, *front.part.rcount))
             front, _ = sensor_front_end(sensor, data, rcount=count)
         most = np.nanmax(table_inductances(sensor, data)["L"].to_numpy().reshape(-1, n), axis=0)
         own = self.requirements.tolerance.get("repeatability", 0.0) * most
