@@ -24,7 +24,6 @@ from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.kinds import kind_of
-from sits_mech.synthesis.space import Design
 
 _LENGTH = 1.0  # l, of the box
 _JITTER = 1e-9  # of the kernel at no distance: rounding of what is nearly the same
@@ -132,7 +131,7 @@ class Prediction:
     @cached_property
     def _figures(self) -> dict[str, _Figure]:
         """Each figure without a table, with slopes where all designs have them."""
-        every, shared = [*self.solved, *self.failed], dict[tuple[tuple[Design, ...], bool], Kriging]()
+        every, shared = [*self.solved, *self.failed], dict[tuple[bytes, bool], Kriging]()
         names = (self.solved[0] if self.solved else self.failed[0]).plain
         return {name: _Figure.of(name, [each for each in every if name in each.plain], shared) for name in names}
 
@@ -148,7 +147,7 @@ class _Figure:
 
     @classmethod
     def of(
-        cls, name: str, known: Sequence[Answered], shared: dict[tuple[tuple[Design, ...], bool], Kriging]
+        cls, name: str, known: Sequence[Answered], shared: dict[tuple[bytes, bool], Kriging]
     ) -> _Figure:
         """Return a figure from the designs that have it; figures of the same designs share their weights."""
         values = np.array([each.plain[name] for each in known])
@@ -158,7 +157,7 @@ class _Figure:
         slopes = np.array([np.zeros(points.shape[1]) if each is None else each for each in own])
         whole = all(each is not None for each in own)
         scale = values[:, None] if logs else 1.0
-        kriging = shared.setdefault((tuple(each.design for each in known), whole), Kriging(points, whole))
+        kriging = shared.setdefault((points.tobytes(), whole), Kriging(points, whole))
         return cls(kriging, np.log(values) if logs else values, slopes / scale, logs)
 
     def at(self, x: Array) -> float:

@@ -214,7 +214,7 @@ class _Run:
         if not any(map(search.task.holds, found)) and search.task.holds(first):
             found.append(self.solve(first.design, FINE))
         for each in found:
-            search.task = search.task.learned(each) if each.carried else search.task
+            search.learn(each)
         return sorted(found, key=lambda each: (not search.task.holds(each), search.merit(each)))
 
     def decided(self, task: Task, found: Answered) -> bool:

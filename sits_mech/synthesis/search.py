@@ -166,15 +166,12 @@ class Search:
 
         Without a goal the solved one.
         """
-        prediction, x, least = branch.prediction, best.point, self.merit(best)
         if not self.task.goal or not self.count:
-            return x
-        promise = branch.promise or self.propose(branch)
-        if promise.merit < least:
-            x, least = promise.x, promise.merit
+            return best.point
+        prediction, promise = branch.prediction, branch.promise or self.propose(branch)
+        x, least = min((promise.x, promise.merit), (best.point, self.merit(best)), key=lambda pair: pair[1])
         height = prediction.plain(x)["height"]
-        toward = [solved.point + share * (x - solved.point) for solved in prediction.solved for share in _SHARES]
-        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *toward)}
+        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *_toward(prediction, x))}
         for each in sorted(thin, key=lambda each: thin[each]):
             if thin[each] > (1.0 - _THINNER) * height:
                 break
@@ -239,9 +236,13 @@ class Search:
         found = self.solve(Design(branch.choice, tuple(float(each) for each in x)))
         branch.known.append(found)
         branch.promise, self.solved = None, self.solved + 1
+        self.learn(found)
+        return found
+
+    def learn(self, found: Answered) -> None:
+        """Take the sizes and errors of a solved design into the task."""
         if found.carried:
             self.task = self.task.learned(found)
-        return found
 
     def _hope(self, branch: Branch) -> float:
         """Return the merit a choice may reach: its promise, improved by the error of first promises."""
@@ -327,6 +328,11 @@ class Search:
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         aim, over = seen(x)
         return Proposal(x, aim + _exceeded(float(over.max())), float(over.max()))
+
+
+def _toward(prediction: Prediction, x: Array) -> list[Array]:
+    """Return points on the way from each solved design to a point."""
+    return [solved.point + share * (x - solved.point) for solved in prediction.solved for share in _SHARES]
 
 
 def _exceeded(worst: float, slack: float = _HELD) -> float:

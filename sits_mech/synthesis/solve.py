@@ -215,7 +215,7 @@ class Solver:
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = table_inductances(sensor, data)
         L = between @ own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
-        each = {name: between @ by for name, by in _slopes_of(sensor, data, own["L0"].to_numpy()).items()}
+        each = _slopes_of(sensor, data, own["L0"].to_numpy(), between)
         width = [space.width(variable, sensor) for variable in space.variables]
         own_noise, repeated, rate = self.converter(sensor, data)
         noise = np.hypot(own_noise, repeated)
@@ -284,13 +284,13 @@ def errors_of(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float
     return errors | {"crosstalk_before_inverse": float(np.max(found.crosstalk_error))}
 
 
-def _slopes_of(sensor: Sensor, data: xr.Dataset, L0: Array) -> dict[str, Array]:
-    """Return derivatives of each coil's inductance by each parameter, shape (g, n) [H]."""
+def _slopes_of(sensor: Sensor, data: xr.Dataset, L0: Array, between: Array) -> dict[str, Array]:
+    """Return derivatives of each coil's inductance by each parameter, shape (g, n) [H]; `between` from solved loads."""
     n = len(sensor.coils)
     scale = L0 / np.diagonal(data["L0"].to_numpy()) if data.attrs["unit_L"] != "H" else np.ones(n)
     own = np.diagonal(data["by_L"].transpose(..., "parameter", "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
     values = own.reshape(-1, data.sizes["parameter"], n) * scale
-    return {str(name): values[:, k] for k, name in enumerate(data["parameter"].to_numpy())}
+    return {str(name): between @ values[:, k] for k, name in enumerate(data["parameter"].to_numpy())}
 
 
 def _packed(found: Answered) -> dict[str, Any]:
