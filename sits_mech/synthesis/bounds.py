@@ -4,9 +4,10 @@ Looked at are the middle of a choice's box, its corners and points between. Wher
 surely strained beyond the silicone's data under the overload (overload.py), the choice is left out. The plan counts
 designs
 
-    N = choices + v + 1,      2 where the first design within the limits will do,
+    N = choices + v + 1,      3 where the first design within the limits will do,
 
-of v numbers between bounds, the last one solved finer where something is minimised. Each takes what the models' records
+of v numbers between bounds, the last one solved finer where something is minimised; of the three, which were one to
+four, the seconds are of two. Each takes what the models' records
 have for its table (chain/plan.py): a load more for the overload, a factor more on each mesh of a load, and half of the
 magnetics again for derivatives; for the first design that will do those of the choice that linear theory strains least.
 """
@@ -64,8 +65,8 @@ def bounds_of(solver: Solver, choice: tuple[int, ...]) -> tuple[Requirements, li
     if v:
         points += [np.array(ends) for ends in product((0.0, 1.0), repeat=v)] if v <= _CORNERS else []
         points += list(qmc.Sobol(v, rng=np.random.default_rng(0)).random(_BETWEEN))
-    for x in points:
-        design = space.rounded(Design(choice, tuple(x.tolist())))[0]
+    designs = [Design(choice, tuple(x.tolist())) for x in points]
+    for design in (designs[0], *(space.rounded(each)[0] for each in designs[1:])):
         try:
             sensor = space.sensor(design)
         except SceneError:
@@ -137,7 +138,7 @@ def _left_out(asked: Requirements, bounds: Sequence[Bound]) -> Answered | None:
 def expected_designs(asked: Requirements, choices: int | None = None) -> int:
     """Return how many designs a search solves, of all choices or of so many that may hold."""
     count = len(asked.space.choices) if choices is None else choices
-    return count + len(asked.space.variables) + 1 if asked.goal else 2
+    return count + len(asked.space.variables) + 1 if asked.goal else 3
 
 
 @dataclass(frozen=True)
@@ -170,7 +171,7 @@ def plan_of(asked: Requirements) -> DesignPlan:
     rows = [each.sizes | {STRAIN: each.strain} for own in good.values() for each in own]
     least = {name: min(row[name] for row in rows) for name in (rows or [{}])[0]}
     words = {asked.space.words(each.design): each.reason for each in left}
-    return DesignPlan(count, _BEGUN + (count - 1) * each + finer, least, words)
+    return DesignPlan(count, _BEGUN + (count - 1 if asked.goal else 1) * each + finer, least, words)
 
 
 def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:
