@@ -227,7 +227,8 @@ class SolveReport:
     min_J : float or None
         Smallest volume ratio in the deformed layer; None where no layer was solved.
     stretch, error_stretch : float or None
-        Largest principal stretch, or reciprocal, that all but 0.1 % of the layer stays below; the last mesh's change.
+        Largest principal stretch, or reciprocal, that all but 0.1 % of the layer stays below; the last mesh's change,
+        or what half a cell more than that share makes.
     """
 
     model: str

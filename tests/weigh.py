@@ -25,7 +25,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 63_160, "core lines": 35_150, "tokens": 544_800, "named numbers": 642, "branching functions": 65,
+    "lines": 63_390, "core lines": 35_200, "tokens": 546_400, "named numbers": 646, "branching functions": 65,
     "long signatures": 41, "skipped formats": 0, "large files": 3, "entered in space": 105, "entered in the plane": 109,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

@@ -164,6 +164,21 @@ def taken(
     return seconds | ({} if ahead is None else {layer.name: ahead.seconds}), ahead
 
 
+def table_seconds(sensor: Sensor, loads: Sequence[Wrench], tolerance: float) -> tuple[float, float]:
+    """Return the seconds that each half of a table of loads is to take: by its model's record, or by counts if more.
+
+    Mechanics for a load that is solved, magnetics for all of them; nothing is solved.
+    """
+    layer = choose_mechanics(sensor, "auto", loads, tolerance)
+    question = magnetic_question(sensor, tolerance, loads, loaded=True)
+    field = chosen("magnetics", MAGNETICS, sensor, question, loaded=True)
+    first = symmetry_of(sensor).without_images(_solved(loads))
+    step, _ = _rungs("mechanics", MECHANICS[layer.name], layer.tolerance, len(first))
+    ahead = counted(sensor, layer, loads[-1:])
+    own, _ = _rungs("magnetics", MAGNETICS[field.name], field.tolerance, len(loads))
+    return max(step.seconds / len(first), 0.0 if ahead is None else ahead.seconds), own.seconds
+
+
 def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
     """Return the loads of a request that are solved; the others lie between."""
     return solved_likely(loads) if loads else loads

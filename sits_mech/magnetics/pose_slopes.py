@@ -31,23 +31,28 @@ _QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 
 def pose_slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
-    quick: bool = False, stencil: Stencil = CENTRAL,
+    quick: bool = False, stencil: Stencil = CENTRAL, known: Impedance | None = None,
 ) -> tuple[Impedance, Array, Array]:
-    """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad]."""
+    """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad].
+
+    The impedance is solved for unless it is `known`.
+    """
     stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
     bare = coarse or _answering(model)
     near = bare.impedance(Pose.of(places), frequency)
-    found = near if bare is model else model.impedance(Pose.of(places[:1]), frequency)
+    if known is None:
+        found = near if bare is model else model.impedance(Pose.of(places[:1]), frequency)
+        shared = None if found.shared_L is None else found.shared_L[:, 0]
+        parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
+        known = replace(found, **parts, shared_L=shared)
     by_pose = []
-    for values, whole, free in ((near.L, found.L[0], found.L0), (near.R, found.R[0], 0.0)):
+    for values, whole, free in ((near.L, known.L, known.L0), (near.R, known.R, 0.0)):
         slope = _slopes(values, stencil, steps)
-        if coarse is not None and (free is found.L0 or not found.uneven):  # R of tracks is beside that of the plate
-            shares = _shares(whole - free, values[0] - (near.L0 if free is found.L0 else 0.0))
+        if coarse is not None and (free is known.L0 or not known.uneven):  # R of tracks is beside that of the plate
+            shares = _shares(whole - free, values[0] - (near.L0 if free is known.L0 else 0.0))
         by_pose.append(slope if coarse is None else slope * shares[..., None])
-    shared = None if found.shared_L is None else found.shared_L[:, 0]
-    parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
-    return replace(found, **parts, shared_L=shared), by_pose[0], by_pose[1]
+    return known, by_pose[0], by_pose[1]
 
 
 def _moved(

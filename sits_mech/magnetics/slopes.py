@@ -36,7 +36,7 @@ from sits_mech.magnetics.pose_slopes import STEP, pose_slopes, solver_of
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.sheets import Sheets
 from sits_mech.maps.differences import BACKWARD, CENTRAL, FORWARD, SECOND_ORDER, WIDE, best_slopes
-from sits_mech.quantities import POSE, Array, Complex, MagneticModel, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import POSE, Array, Complex, Impedance, MagneticModel, Pose, SolveFailed, SolveReport
 from sits_mech.scene.parameters import Parameter, keys_of, parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
@@ -171,14 +171,13 @@ def slopes(
             raise ValueError(f"components: must be of {', '.join(POSE)}, got {name!r}")
     rows = pose.components.reshape(-1, len(POSE))
     _, *by_pose = pose_slopes(sensor, model, Pose.of(rows), frequency, components)
-    asked = _Asked(solver_of(model) if lengths else model, rows, frequency)
-    found = (*by_pose, *_by_frequency(model, rows, frequency), *_by_lengths(sensor, asked, lengths))
+    found = (*by_pose, *by_frequency(model, rows, frequency), *by_lengths(sensor, model, rows, frequency, lengths))
     each = (part.reshape(*pose.components.shape[:-1], *part.shape[1:]) for part in found)
     return Slopes(tuple(components), tuple(lengths), *each)
 
 
-def _by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Array]:
-    """Return derivatives of L and R by the frequency, shape (p, n, n)."""
+def by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Array]:
+    """Return derivatives of L and R by the frequency at poses (p, 6), shape (p, n, n) [H/Hz, ohm/Hz]."""
     ways = [place for place in CENTRAL.places if place]
     found = {place: model.impedance(Pose.of(rows), frequency * np.exp(STEP * place)) for place in ways}
     slopes = []
@@ -188,8 +187,15 @@ def _by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[A
     return slopes
 
 
-def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Array]:
-    """Return derivatives of L and R by lengths, and their errors, shapes (p, n, n, m)."""
+def by_lengths(
+    sensor: Sensor, model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str],
+    known: Impedance | None = None,
+) -> list[Array]:
+    """Return derivatives of L and R by lengths at poses (p, 6), and their errors, shapes (p, n, n, m) [H/m, ohm/m].
+
+    Where the impedance at the poses is `known`, all coils aside are quick slopes of the pose (pose_slopes.py).
+    """
+    asked = _asked(model, rows, frequency, keys)
     n, solved = len(sensor.coils), getattr(asked.model, "sensor", sensor)
     found = np.zeros((4, len(asked.rows), n, n, len(keys)))
     coils, plates = dict[int, _Length](), dict[int, _Length]()
@@ -197,7 +203,8 @@ def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Arra
         length = _length(sensor, solved, asked.rows, key)
         aside = _aside(asked.model, solved, length.number)
         if aside:
-            _, *slope = pose_slopes(solved, asked.model, Pose.of(asked.rows), asked.frequency, [aside])
+            at = Pose.of(rows)
+            _, *slope = pose_slopes(solved, asked.model, at, frequency, [aside], quick=known is not None, known=known)
             found[:2, ..., k] = -np.stack(slope)[..., 0]
         elif length.changes(solved, *_PLATES):
             plates[k] = length
@@ -213,6 +220,11 @@ def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Arra
     for k, length in plates.items():
         found[..., k] = _of_plates(asked, keys[k], length, (centre, largest))
     return list(found)
+
+
+def _asked(model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str]) -> _Asked:
+    """Return what answers for lengths; the model itself without any."""
+    return _Asked(solver_of(model) if keys else model, rows, frequency)
 
 
 def _length(sensor: Sensor, solved: Sensor, rows: Array, key: str) -> _Length:

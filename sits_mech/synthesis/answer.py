@@ -20,7 +20,7 @@ from sits_mech.synthesis.around import Changes, Landscape, Price
 from sits_mech.synthesis.kinds import INVERSE, STRAIN, figure_words, kind_of, shown_as
 from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.search import Search
-from sits_mech.synthesis.space import Design, Space
+from sits_mech.synthesis.space import Space
 
 _MANY = 4096  # sensors made
 _APART = 0.1  # of the box: tied designs that are nearer are one
@@ -231,7 +231,7 @@ def tied_with(search: Search, others: Sequence[Answered], best: Answered, space:
     for each in others if task.goal else ():
         own = each.design.choice == best.design.choice
         far = min(float(np.max(np.abs(each.point - one.point), initial=0.0)) for one in (best, *found)) > _APART
-        if search.as_good(search.merit(each), best) and far if own else search.may_beat(each, best):
+        if search.as_good(search.merit(each), search.merit(best)) and far if own else search.may_beat(each, best):
             found.append(each)
     every, words = [best, *found], list[str]()
     titles = _titles(task, every, space)
@@ -329,11 +329,3 @@ def held_shares(task: Task, best: Answered) -> dict[str, float]:
     if best.table is None or not len(task.judge.deviations):
         return {}
     return {name: float(np.mean(own <= 0.0)) for name, own in task.judge.excesses(best.table, _MANY).items()}
-
-
-def rounded(asked: Requirements, design: Design) -> list[Design]:
-    """Return designs of round numbers beside one, the nearest first."""
-    found: list[tuple[float, ...]] = [()]
-    for variable, x in zip(asked.space.variables, design.x, strict=True):
-        found = [(*own, each) for own in found for each in variable.round_neighbours(x)][:64]
-    return [Design(design.choice, x) for x in found]

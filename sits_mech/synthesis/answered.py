@@ -15,10 +15,9 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.kinds import STRAIN, figure_words, kind_of
+from sits_mech.synthesis.kinds import figure_words, kind_of
 from sits_mech.synthesis.space import Design
 
-_REACH = 3.0  # of a limit of a resolution
 _ROUNDING = 1e-9  # of a limit: sizes are sums and differences of written numbers
 LEAST_INVERSE = 0.05
 """Of the figure `INVERSE`: what is below is one load for each reading by luck."""
@@ -59,6 +58,7 @@ class Task:
     sizes: dict[str, float] = field(default_factory=dict)  # figures of any design, scales of those without a limit
     weighed: dict[str, float] = field(default_factory=dict)  # limits that scale the others; those above by default
     floors: dict[str, float] = field(default_factory=dict)  # of minimised figures: errors, below which none ranks
+    tolerance: float = 0.0  # relative, of the figures that are searched by
 
     def figures(self, table: Table | None, plain: dict[str, float]) -> dict[str, float]:
         """Return all figures of a design, known or predicted."""
@@ -114,20 +114,6 @@ class Task:
         """
         known = {name: max(figures[name], self.floors.get(name, -np.inf)) for name in self.goal}
         return sum(w * kind_of(name).sign * known[name] / self.scale(name) for name, w in self.goal.items())
-
-    def out_of_reach(self, known: Sequence[Answered]) -> str:
-        """Return in words which resolution no silicone can bring within its limit, by what is solved; "" for none.
-
-        A softer one shows a load more, and is strained as much more: by linear theory resolution times strain stays, so
-        that it is the resolution at the end of the data. `_REACH` is for what other sizes may do.
-        """
-        figures = [self.own_figures(each) for each in known if each.carried]
-        for name, limit in self.limits.items() if figures else ():
-            best = min((own[name] * min(own.get(STRAIN, 1.0), 1.0) for own in figures if name in own), default=0.0)
-            if name.startswith("resolution.") and best > _REACH * limit:
-                least = figure_words(name, best)
-                return f"{name} some {least} at the end of a silicone's data, against {figure_words(name, limit)}"
-        return ""
 
     def contradicting(self, known: Sequence[Answered]) -> tuple[str, ...]:
         """Return in words the pairs of limits that some solved designs hold each, and none both."""

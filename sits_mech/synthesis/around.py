@@ -59,14 +59,15 @@ def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
     task = search.task
     figures, off = task.own_figures(best), task.errors(best)
     found = []
-    every = task.excess(figures, best.table)
+    every, aim = task.excess(figures, best.table), np.nan
     for name, excess in every.items():
         if excess < -max(_BINDS, off.get(name, 0.0)) or name == "yield" and len(every) > 1 and excess < 0.0:
             continue
         gain = np.nan
         if name in task.limits and task.goal and branch.prediction.solved and len(best.design.x):
-            other, aim = replace(search, task=_looser(task, name)), search.propose(branch).merit
-            gain = (other.propose(branch).merit - aim) / abs(aim) if aim else np.nan
+            aim = search.propose(branch).merit if np.isnan(aim) else aim
+            loose = replace(search, task=_looser(task, name)).propose(branch).merit
+            gain = (loose - aim) / abs(aim) if aim else np.nan
         found.append(Price(name, excess, float(gain)))
     return tuple(sorted(found, key=lambda price: -price.excess))
 

@@ -1,13 +1,15 @@
 """Bound designs before one is solved: by their sizes, which are exact, and by the strain of linear theory.
 
 Looked at are the middle of a choice's box, its corners and points between. Where each of them exceeds a size, or is
-strained `HOPELESS` times the silicone's data under the overload, the choice is left out. The plan counts designs
+surely strained beyond the silicone's data under the overload (overload.py), the choice is left out. The plan counts
+designs
 
     N = choices + v + 1,      3 where the first design within the limits will do,
 
-of v numbers between bounds, one of them solved finer, and takes for each what counting says of its loads
-(chain/prices.py): the overload, and those of its table that are solved; for the first design those of the choice that
-linear theory strains least.
+of v numbers between bounds, the last one solved finer where something is minimised; of the three, which were one to
+four, the seconds are of two. Each takes what the models' records
+have for its table (chain/plan.py): a load more for the overload, a factor more on each mesh of a load, and half of the
+magnetics again for derivatives; for the first design that will do those of the choice that linear theory strains least.
 """
 
 from __future__ import annotations
@@ -17,25 +19,25 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.stats import qmc
+from scipy.stats import norm, qmc
 
 from sits_mech.chain.interpolate import loads_of, solved_likely
-from sits_mech.chain.prices import forecast
+from sits_mech.chain.plan import table_seconds
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import WRENCH, Array
-from sits_mech.scene.sensor import SceneError
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.answered import Answered, over
 from sits_mech.synthesis.kinds import STRAIN, figure_words
-from sits_mech.synthesis.overload import HOPELESS
 from sits_mech.synthesis.requirements import Requirements
-from sits_mech.synthesis.solve import COARSE, Solver
+from sits_mech.synthesis.solve import COARSE, FINE, Solver
 from sits_mech.synthesis.space import Design, size_of
 
 _BETWEEN, _CORNERS = 16, 4  # points of a box that are looked at; the most variables whose corners are
-_LIKELY = 0.9  # strain by linear theory that a start may have
-# A skin, two buttons, three coils took 22, 18, 35, 39 s of 14, 13, 23, 49 planned, both cores busy; a plan below 4 s
-_BEGUN, _COIL, _OF_MANY = 3.0, 0.25, 0.6  # seconds of a first design, of a load's coil; of many loads over each alone
-_FINER = 2.0  # seconds of the last design over those of others, where something is minimised
+_LIKELY = 1.2  # strain by linear theory that a start may have: there finer meshes have 0.6 to 0.9 (a fingertip, skins)
+_WITHIN = 0.9  # of the data, where a start after a failed one is expected to be
+_BEGUN = 4.0  # seconds of what a process imports and prepares once
+_ALL_MESHES = 8.0  # times a load's seconds, those of the overload on finer meshes (chain/prices.py)
+_FACTORS, _AGAIN = 1.25, 1.5  # with derivatives: seconds of a load, with two factors of some eight more; of magnetics
 
 
 @dataclass(frozen=True)
@@ -45,11 +47,14 @@ class Bound:
     design: Design
     sizes: dict[str, float]
     strain: float  # by linear theory, over what is known of the silicone; zero where no theory holds
+    end: float  # strain by linear theory from which on the silicone is surely beyond its data
+    guard: dict[str, float]  # of sizes, what the tolerances are to leave
 
-    def excess(self, limits: dict[str, float]) -> float:
+    def excess(self, limits: dict[str, float], likely: float) -> float:
         """Return by how much sizes and strain exceed their limits at most, over these."""
-        found = [over(name, size, limits[name]) for name, size in self.sizes.items() if name in limits]
-        return max([*found, self.strain - _LIKELY])
+        held = {name: size + self.guard.get(name, 0.0) for name, size in self.sizes.items()}
+        found = [over(name, size, limits[name]) for name, size in held.items() if name in limits]
+        return max([*found, self.strain - likely])
 
 
 def bounds_of(solver: Solver, choice: tuple[int, ...]) -> tuple[Requirements, list[Bound]]:
@@ -60,37 +65,56 @@ def bounds_of(solver: Solver, choice: tuple[int, ...]) -> tuple[Requirements, li
     if v:
         points += [np.array(ends) for ends in product((0.0, 1.0), repeat=v)] if v <= _CORNERS else []
         points += list(qmc.Sobol(v, rng=np.random.default_rng(0)).random(_BETWEEN))
-    for x in points:
-        design = Design(choice, tuple(x.tolist()))
+    designs = [Design(choice, tuple(x.tolist())) for x in points]
+    for design in (designs[0], *(space.rounded(each)[0] for each in designs[1:])):
         try:
             sensor = space.sensor(design)
         except SceneError:
             continue
-        found.append(Bound(design, size_of(sensor), float(np.nan_to_num(solver.expected(sensor), posinf=0.0))))
+        guard = found[0].guard if found else _guard(solver, sensor)
+        strain, end = np.nan_to_num(solver.expected(sensor), posinf=0.0).tolist()
+        found.append(Bound(design, size_of(sensor), strain, end, guard))
     return solver.requirements, found
+
+
+def _guard(solver: Solver, sensor: Sensor) -> dict[str, float]:
+    """Return how far sizes are to stay from their limits, so that the asked share of the sensors made hold them."""
+    here, share = size_of(sensor), float(norm.ppf(solver.requirements.least_yield))
+    moved = [size_of(each) for each in solver.scattered(sensor)]
+    return {name: share * float(np.linalg.norm([own[name] - size for own in moved])) for name, size in here.items()}
 
 
 def begin_at(known: tuple[Requirements, Sequence[Bound]]) -> Array | Answered:
     """Return the point nearest to the middle that may hold, or that exceeds least; or why none holds."""
     asked, bounds = known
-    if not bounds:
-        return np.full(len(asked.space.variables), 0.5)
-    refusal = _left_out(asked, bounds)
-    if refusal is not None:
-        return refusal
+    refusal = _left_out(asked, bounds) if bounds else None
+    return _nearest(asked, bounds, _LIKELY) if refusal is None else refusal
+
+
+def begin_again(known: tuple[Requirements, Sequence[Bound]], failed: Answered) -> Array:
+    """Return `begin_at` with strains over those of linear theory as a failed design has them; or the least strained."""
+    asked, bounds = known
+    own = next((each.strain for each in bounds if each.design == failed.design), 0.0)
+    found = _nearest(asked, bounds, _WITHIN * own / failed.plain.get(STRAIN, np.inf))
+    return strained_least(known) if np.array_equal(found, failed.point) else found
+
+
+def _nearest(asked: Requirements, bounds: Sequence[Bound], likely: float) -> Array:
+    """Return the point nearest to the middle that holds sizes and a strain by linear theory, or exceeds least."""
 
     def order(each: Bound) -> tuple[float, float]:
         """Those that may hold first, the nearest first."""
-        return max(each.excess(asked.limits), 0.0), float(np.abs(np.array(each.design.x) - 0.5).sum())
+        return max(each.excess(asked.limits, likely), 0.0), float(np.abs(np.array(each.design.x) - 0.5).sum())
 
-    return np.array(min(bounds, key=order).design.x)
+    middle = np.full(len(asked.space.variables), 0.5)
+    return np.array(min(bounds, key=order).design.x) if bounds else middle
 
 
-def strained_least(known: tuple[Requirements, Sequence[Bound]]) -> Array | None:
-    """Return the point of least strain by linear theory, the edge of the box a little away."""
-    _, bounds = known
+def strained_least(known: tuple[Requirements, Sequence[Bound]]) -> Array:
+    """Return the point of least strain by linear theory, the edge of the box a little away; or the middle."""
+    asked, bounds = known
     if not bounds:
-        return None
+        return np.full(len(asked.space.variables), 0.5)
     return np.clip(min(bounds, key=lambda each: each.strain).design.x, 0.05, 0.95)
 
 
@@ -98,7 +122,7 @@ def _left_out(asked: Requirements, bounds: Sequence[Bound]) -> Answered | None:
     """Return why no point of a choice can hold; None where one may."""
     least = min(bounds, key=lambda each: each.strain)
     words = ""
-    if least.strain > HOPELESS:
+    if all(each.strain > each.end for each in bounds):
         words = f"left out: strained to {least.strain:.2g} times the silicone's data at least, by linear theory"
     for name in least.sizes:
         size = min(each.sizes[name] for each in bounds)
@@ -141,12 +165,13 @@ def plan_of(asked: Requirements) -> DesignPlan:
         raise refused(asked, left)
     count = expected_designs(asked, len(good))
     points = sorted((own[0] for own in good.values() if own), key=lambda each: each.strain)
-    seconds = np.mean([_seconds(solver, each.design) for each in points[: None if asked.goal else 1]])
+    points = points[: None if asked.goal else 1]
+    each = float(np.mean([_seconds(solver, one.design) for one in points]))
+    finer = float(np.mean([_seconds(Solver(asked, FINE), one.design) for one in points])) if asked.goal else each
     rows = [each.sizes | {STRAIN: each.strain} for own in good.values() for each in own]
     least = {name: min(row[name] for row in rows) for name in (rows or [{}])[0]}
     words = {asked.space.words(each.design): each.reason for each in left}
-    whole = _BEGUN + seconds * (count - 1 + (_FINER if asked.goal else 1.0))
-    return DesignPlan(count, float(whole), least, words)
+    return DesignPlan(count, _BEGUN + (count - 1 if asked.goal else 1) * each + finer, least, words)
 
 
 def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:
@@ -160,10 +185,15 @@ def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:
 
 
 def _seconds(solver: Solver, design: Design) -> float:
-    """Return the processor seconds of a design by counts: of the load with the largest way, as often as loads."""
-    sensor, axes = solver.requirements.space.sensor(design), solver.operator.loads
+    """Return the processor seconds of a design by the records of its models."""
+    sensor, axes = solver.requirements.space.sensor(design), solver.solved
+    if not solver.needs_table:
+        axes = axes._replace(axes=tuple(axis[-1:] for axis in axes.axes))
     grid = dict(zip(axes.names, axes.axes, strict=True))
     every = loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH})
-    solved = symmetry_of(sensor).without_images(solved_likely(every)) if solver.needs_table else []
-    each = _COIL * len(sensor.coils) + _OF_MANY * forecast(sensor, [every[-1]]).seconds
-    return each * (1 + len(solved))
+    load, coils = table_seconds(sensor, every, solver.tolerance)
+    overload = load * (_ALL_MESHES if solver.tolerance < COARSE else 1.0)
+    if not solver.needs_table:
+        return overload
+    solved = symmetry_of(sensor).without_images(solved_likely(every))
+    return overload + _FACTORS * load * len(solved) + _AGAIN * coils

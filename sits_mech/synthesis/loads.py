@@ -13,6 +13,8 @@ from numpy.polynomial import chebyshev
 from sits_mech.quantities import Array, tensor_grid
 
 _COUNTS = {1: 5, 2: 5}  # loads along each component, by their number, three of more; one less to one side
+FEW = 3
+"""Of a search: with pads strained to 0.7 of their data resolutions are within 1.2 %, errors within 2.4 % of 7 x 7's."""
 _FINE = {1: 17, 2: 7, 3: 5}
 
 
@@ -27,14 +29,19 @@ class Loads(NamedTuple):
         """The range of each component, shape (d,)."""
         return np.array([axis[-1] - axis[0] for axis in self.axes])
 
+    @property
+    def points(self) -> Array:
+        """The g loads, the last component running fastest, shape (g, d)."""
+        return tensor_grid(*self.axes).reshape(-1, len(self.axes))
 
-def loads_between(ends: Mapping[str, tuple[float, float]]) -> Loads:
-    """Return Chebyshev's points of the range of each component, the ends among them.
+
+def loads_between(ends: Mapping[str, tuple[float, float]], most: int = 99) -> Loads:
+    """Return Chebyshev's points of the range of each component, the ends among them, so many at most.
 
     A range that is even to both sides contains zero, and half of its loads are images where the pad is symmetric.
     """
     count = _COUNTS.get(len(ends), 3)
-    each = {name: count - (count > 3 and -ends[name][0] != ends[name][1]) for name in ends}
+    each = {name: min(count - (count > 3 and -ends[name][0] != ends[name][1]), most) for name in ends}
     unit = {name: chebyshev.chebpts2(count) for name, count in each.items()}
     even = {name: 0.5 * (points - points[::-1]) for name, points in unit.items()}  # images to the last digit
     axes = [0.5 * (a + b) + 0.5 * (b - a) * even[name] for name, (a, b) in ends.items()]

@@ -8,9 +8,16 @@ middle,
 
 and of the load's corners those are solved that come near the largest. A design whose silicone is to be strained beyond
 its data is solved under a part of the load first: as the strain rises with the load, too much there is too much.
-Within the data the estimate is 5 to 10 % above what two meshes have; beyond them, where silicones stiffen, up to twice
-as much, so that `HOPELESS` rules a design out without a solve. Derivatives of the
-strain are its own size times those of linear theory, relative; what they miss the next solved designs correct.
+
+Linear theory strains too much: a confined pad of thickness t (1 - e) is stiffer by (1 - e)^-3, and silicones stiffen.
+At the end lambda_1 of the data gamma_1 = lambda_1 - 1/lambda_1, e_1 = (e + g) gamma_1/gamma, and the load that brings a
+pad there is no more than
+
+    m (2 - e_1)/(2 (1 - e_1)^2),      m = max G(gamma)/G(0) over gamma <= gamma_1,
+
+times that of linear theory, G the secant modulus in shear: where linear theory has more than so many times gamma_1, no
+data hold, and a design is left out without a solve. Derivatives of the strain are its own size times those of linear
+theory, relative; what they miss the next solved designs correct.
 """
 
 from __future__ import annotations
@@ -32,9 +39,10 @@ from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import WRENCH, Equilibrium, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words
 from sits_mech.scene.sensor import Sensor, known_stretch, silicone_of
+from sits_mech.silicone.homogeneous import shear_secant
 
-HOPELESS = 2.5
-"""Strains by linear theory over the known one, from which on a design is left out without a solve."""
+_SQUEEZED = 0.9  # e_1 at most
+_STRAINS = 16  # at which the secant modulus is looked at
 _NEAR = 0.7  # of the largest strain by linear theory: corners below it are solved for an answer, not in a search
 _HARD = 1.3  # strain that a design is given that does not carry the overload, at least
 _MORE = 2.0  # times the load, from one part of it to the next
@@ -51,13 +59,36 @@ class Overload(NamedTuple):
 
 def linear_strain(sensor: Sensor, load: Wrench) -> float:
     """Return the largest strain by linear theory over what is known of the silicone; nan where either is not known."""
-    plain, known = plain_pad(sensor), known_stretch(sensor) - 1.0
-    if plain is None:
+    gamma, _ = _sheared(sensor, load)
+    return _strained(gamma) / (known_stretch(sensor) - 1.0)
+
+
+def strain_at_end(sensor: Sensor, load: Wrench) -> float:
+    """Return `linear_strain` of so much of a load that a pad is surely strained to the end of its silicone's data."""
+    gamma, squeezed = _sheared(sensor, load)
+    stretch, silicone = known_stretch(sensor), silicone_of(sensor)
+    if silicone is None or not gamma > 0.0 or not stretch > 1.0:
         return math.nan
+    last = stretch - 1.0 / stretch
+    e = min(squeezed * last / gamma, _SQUEEZED)
+    secants = (shear_secant(silicone.law, silicone.constants, x) for x in np.linspace(0.0, last, _STRAINS + 1)[1:])
+    m = max(1.0, max(secants) / silicone.shear_modulus)
+    return _strained(float(m) * (2.0 - e) / (2.0 * (1.0 - e) ** 2) * last) / (stretch - 1.0)
+
+
+def _sheared(sensor: Sensor, load: Wrench) -> tuple[float, float]:
+    """Return gamma and e + g by linear theory; nan where it does not hold."""
+    plain = plain_pad(sensor)
+    if plain is None:
+        return math.nan, math.nan
     (sink, shear, edge), sides = strains_of(*plain, load), tuple(map(min, *(part.extent for part in plain)))
     n = 3.0 * (2.0 - min(sides) / max(sides))
-    gamma = shear + n * (sink + edge) * 0.5 * min(sides) / plain[1].thickness
-    return float((0.5 * gamma + math.sqrt(1.0 + 0.25 * gamma**2) - 1.0) / known)
+    return shear + n * (sink + edge) * 0.5 * min(sides) / plain[1].thickness, sink + edge
+
+
+def _strained(gamma: float) -> float:
+    """Return lambda - 1 of a shear."""
+    return 0.5 * gamma + math.sqrt(1.0 + 0.25 * gamma**2) - 1.0
 
 
 def overload_of(

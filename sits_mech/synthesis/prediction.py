@@ -38,6 +38,19 @@ class Kriging:
 
     def weights(self, x: Array) -> tuple[Array, Array]:
         """Return the weights of values (k,) and of slopes (k, v) in the prediction at a point (v,)."""
+        key = x.tobytes()
+        if key not in self._last:
+            self._last.clear()
+            self._last[key] = self._weights(x)
+        return self._last[key]
+
+    @cached_property
+    def _last(self) -> dict[bytes, tuple[Array, Array]]:
+        """The weights of the last point: figures are asked for one after the other."""
+        return {}
+
+    def _weights(self, x: Array) -> tuple[Array, Array]:
+        """Return `weights`."""
         k, v = self.points.shape
         covariance = _covariance(self.points, x[None], self.slopes, False)[:, 0]
         side = np.concatenate([covariance, [1.0], x[: self._linear]])
@@ -118,9 +131,9 @@ class Prediction:
     @cached_property
     def _figures(self) -> dict[str, _Figure]:
         """Each figure without a table, with slopes where all designs have them."""
-        every = [*self.solved, *self.failed]
+        every, shared = [*self.solved, *self.failed], dict[tuple[bytes, bool], Kriging]()
         names = (self.solved[0] if self.solved else self.failed[0]).plain
-        return {name: _Figure.of(name, [each for each in every if name in each.plain]) for name in names}
+        return {name: _Figure.of(name, [each for each in every if name in each.plain], shared) for name in names}
 
 
 @dataclass(frozen=True)
@@ -133,8 +146,10 @@ class _Figure:
     logs: bool
 
     @classmethod
-    def of(cls, name: str, known: Sequence[Answered]) -> _Figure:
-        """Return a figure from the designs that have it."""
+    def of(
+        cls, name: str, known: Sequence[Answered], shared: dict[tuple[bytes, bool], Kriging]
+    ) -> _Figure:
+        """Return a figure from the designs that have it; figures of the same designs share their weights."""
         values = np.array([each.plain[name] for each in known])
         logs = bool(np.all(values > 0.0)) and not kind_of(name).exact
         own = [each.plain_by_x.get(name) for each in known]
@@ -142,7 +157,8 @@ class _Figure:
         slopes = np.array([np.zeros(points.shape[1]) if each is None else each for each in own])
         whole = all(each is not None for each in own)
         scale = values[:, None] if logs else 1.0
-        return cls(Kriging(points, whole), np.log(values) if logs else values, slopes / scale, logs)
+        kriging = shared.setdefault((points.tobytes(), whole), Kriging(points, whole))
+        return cls(kriging, np.log(values) if logs else values, slopes / scale, logs)
 
     def at(self, x: Array) -> float:
         """Return the figure at a point."""

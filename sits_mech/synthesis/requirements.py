@@ -15,11 +15,12 @@ import numpy as np
 
 from sits_mech.inputs import checked, unknown
 from sits_mech.quantities import WRENCH
+from sits_mech.readout.converter import conversion_time, converter
 from sits_mech.scene.files import read_as
 from sits_mech.scene.parameters import parameter, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicone_of
 from sits_mech.scene.thermal import unknown_coefficients
-from sits_mech.synthesis.kinds import KINDS, figure_names, kind_of
+from sits_mech.synthesis.kinds import KINDS, figure_names, figure_words, kind_of
 from sits_mech.synthesis.space import Space, space_of
 from sits_mech.synthesis.written import LEAST_YIELD, SPECIAL, Written
 from sits_mech.units import shown
@@ -124,10 +125,33 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
         if limit < least * (1.0 - 1e-9):
             most = f"at least {least:g} m, which the parts have within the bounds"
             raise SceneError(f"require.{name}: must be {most}; got {limit:g} m")
+    _check_readings(found, sensor)
     if any(name.startswith("drift.") for name in asked):
         _check_temperature(found.space, sensor)
     if "hysteresis" in asked:
         _check_history(found.space, sensor, "require" if "hysteresis" in found.limits else "goal")
+
+
+def _check_readings(found: Requirements, sensor: Sensor) -> None:
+    """Refuse a rate, or a resolution, that no sensor of the scene's coils and converter has.
+
+    The shortest conversion of n coils one after the other is the fastest. With inductances known to the share r of
+    themselves, each of which turns at most once along a component's range F, their way is at most 2 L, and at the worst
+    load that component is known to r F/(2 n) at best.
+    """
+    n, name, asked = len(sensor.coils), sensor.readout.converter, found.limits.get("rate", 0.0)
+    if name != "none":
+        part = converter(name)
+        clock = part.internal[2] if part.internal else part.clock[1]
+        fastest = 1.0 / (n * conversion_time(part.rcount[0], part, clock))
+        if asked > fastest:
+            raise SceneError(f"require.rate: must be at most {fastest:.4g} Hz, which {name} has; got {asked:g} Hz")
+    for force, (low, high) in found.loads.items():
+        best = found.tolerance.get("repeatability", 0.0) * (high - low) / (2.0 * n)
+        limit, key = found.limits.get(f"resolution.{force}", np.inf), f"resolution.{force}"
+        if limit < best:
+            least, own = figure_words(key, best), figure_words(key, limit)
+            raise SceneError(f"require.{key}: must be at least {least}, which repeatability leaves; got {own}")
 
 
 def _check_history(space: Space, sensor: Sensor, place: str) -> None:

@@ -31,13 +31,12 @@ from sits_mech.synthesis.answer import (
     held_shares,
     lost_values,
     made_share,
-    rounded,
     said_of,
     tied_with,
 )
-from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.around import landscape_of, prices, sensitivities
-from sits_mech.synthesis.bounds import begin_at, bounds_of, expected_designs, refused, strained_least
+from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, expected_designs, refused
 from sits_mech.synthesis.preview import Preview, preview_of
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
 from sits_mech.synthesis.search import HOPELESS, MOST, Search
@@ -162,6 +161,7 @@ class _Run:
     told: Told | None
     count: int = 0
     ahead: dict[Design, Future[Answered]] = field(default_factory=dict)
+    last: Answered | None = None  # that was solved
 
     @cached_property
     def coarse(self) -> Solver:
@@ -181,7 +181,7 @@ class _Run:
         """Solve a design, and report progress."""
         begun = self.ahead.pop(wanted, None) if tolerance == COARSE else None
         found = replace(self.coarse, tolerance=tolerance)(wanted) if begun is None else begun.result()
-        self.count += 1
+        self.count, self.last = self.count + 1, found
         if self.told is not None:
             words = f"{self.asked.space.words(wanted)}: {said_of(self.coarse.task, found)}"
             self.told(self.count, max(self.count, min(self.most, expected_designs(self.asked))), words)
@@ -190,15 +190,22 @@ class _Run:
     def start(self, choice: tuple[int, ...], attempt: int) -> Array | Answered | None:
         """Return where a choice begins, or why none of its designs can hold, by sizes and linear theory alone.
 
-        First the possible point nearest to the middle that holds both, or is nearest to it; then that of least strain.
+        First the possible point nearest to the middle that holds both, or is nearest to it; then the same with strains
+        as the last one's.
         """
         if attempt > 1 or attempt and not self.asked.space.variables:
             return None
-        return (begin_at if attempt == 0 else strained_least)(bounds_of(self.coarse, choice))
+        known = bounds_of(self.coarse, choice)
+        return begin_again(known, self.last) if attempt and self.last else begin_at(known)
 
     def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
-        """Return the best designs of the choices that may win, rounded and solved finer, the best one first."""
+        """Return the best designs of the choices that may win, rounded and solved finer, the best one first.
+
+        Where nothing is minimised, and a round one is decided, no finer one tells more.
+        """
         first = min(known, key=search.merit)
+        if not search.task.goal and self.decided(search.task, first):
+            return [first]
         found = [self.refined(search, first)]
         for other in firsts(known, search.at_best):
             new = other.design.choice != first.design.choice and len(found) < _FINALS
@@ -207,15 +214,21 @@ class _Run:
         if not any(map(search.task.holds, found)) and search.task.holds(first):
             found.append(self.solve(first.design, FINE))
         for each in found:
-            search.task = search.task.learned(each) if each.carried else search.task
+            search.learn(each)
         return sorted(found, key=lambda each: (not search.task.holds(each), search.merit(each)))
+
+    def decided(self, task: Task, found: Answered) -> bool:
+        """Return whether a round design holds every limit, or is far from one, whatever its errors are."""
+        share, round_ = made_share(task, found), found.design in self.asked.space.rounded(found.design)
+        holds = task.holds(found) and not share.low < self.asked.least_yield
+        return round_ and not task.undecided(found) and (holds or task.worst(found) > HOPELESS)
 
     def refined(self, search: Search, best: Answered) -> Answered:
         """Return the best design of a choice, rounded and solved finer; itself where no rounded one is carried."""
         branch = next(each for each in search.branches if each.choice == best.design.choice)
         wanted = Design(best.design.choice, tuple(search.simplest(branch, best).tolist()))
         tries = sorted(
-            rounded(self.asked, wanted),
+            self.asked.space.rounded(wanted),
             key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float), slack=0.0),
         )
         found = []

@@ -7,7 +7,9 @@ With a(x) what is minimised and c_j(x) <= 0 the limits, over themselves, of one 
 on predictions (prediction.py) by sequential quadratic programming from the best of many points; W s leads back where
 limits do not hold. The point is solved, becomes part of the predictions, and the radius r follows how well it was
 predicted. Every choice is solved once; after that the one whose prediction promises most is next, so that choices which
-cannot win are left as they are. A choice rests when its next point is one that was solved, or promises no gain.
+cannot win are left as they are. A choice rests when its next point is one that was solved, or promises less than what
+answers are known to: their tolerance, the error of what is minimised. That last point is not lost: of it the finer
+answer is made.
 
 Source: N. M. Alexandrov, J. E. Dennis, R. M. Lewis, V. Torczon, Struct. Optim. 15 (1998) 16, trust regions for
 predictions; D. Kraft, DFVLR-FB 88-28 (1988), the programming.
@@ -25,6 +27,7 @@ from scipy.stats import qmc
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Table
+from sits_mech.synthesis.kinds import STRAIN, figure_words
 from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.space import Design
 
@@ -36,12 +39,14 @@ HOPELESS = 0.5
 _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
 _CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
-_GAIN = 1e-2  # of what is minimised: less is not worth a solve, as no answer is known better
-_LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
+_GAIN = 1e-2  # of what is minimised: less is not worth a solve, however well answers are known
+_LOOKED_AT, _STARTS = 8, 2  # points of a box and starts of programming among them, for one number; doubled by each more
+_AT_MOST = 64, 4
 _THINNER = 0.02  # of a height: what is less is no simpler design
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
+_SHARPER = 1.5  # power of a factor by tangents: half of its logarithm is taken to be missed
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
 
 
@@ -85,7 +90,7 @@ class Search:
     seed: int = 0  # of the starts
     branches: list[Branch] = field(default_factory=list)
     solved: int = 0
-    missed: list[float] = field(default_factory=list)
+    missed: list[float] = field(default_factory=list)  # by what first promises were off, limits aside
 
     def run(self) -> list[Answered]:
         """Search, and return all solved designs, and why choices have none."""
@@ -148,30 +153,68 @@ class Search:
         worst = max(self.task.excess(figures, table).values(), default=0.0)
         return self.task.aim(figures) + _exceeded(worst, slack)
 
-    def as_good(self, merit: float, best: Answered) -> bool:
-        """Return whether a merit is that of a design of its own choice, within what answers are known."""
-        return merit <= self.merit(best) + _GAIN * abs(self.task.aim(self.task.own_figures(best)))
+    def as_good(self, merit: float, least: float) -> bool:
+        """Return whether a merit is the least one of its own choice, within what is worth a solve."""
+        return merit <= least + _GAIN * abs(least)
+
+    def worth(self, best: Answered) -> float:
+        """Return the gain over a design that is worth a solve: what answers are known to, and what is minimised."""
+        return max(max(_GAIN, self.task.tolerance) * abs(self.merit(best)), self.task.doubt(best), 1e-12)
 
     def simplest(self, branch: Branch, best: Answered) -> Array:
-        """Return the thinnest point of a choice that is predicted to be as good as its best one; that of no goal."""
-        prediction, x = branch.prediction, best.point
+        """Return the thinnest point of a choice that is predicted to be as good as its best one, solved or promised.
+
+        Without a goal the solved one.
+        """
         if not self.task.goal or not self.count:
-            return x
-        unit = qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(_LOOKED_AT)
-        toward = [solved.point + share * (x - solved.point) for solved in prediction.solved for share in _SHARES]
-        thin = {tuple(each): prediction.plain(each)["height"] for each in (*unit, *toward)}
+            return best.point
+        prediction, promise = branch.prediction, branch.promise or self.propose(branch)
+        x, least = min((promise.x, promise.merit), (best.point, self.merit(best)), key=lambda pair: pair[1])
+        height = prediction.plain(x)["height"]
+        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *_toward(prediction, x))}
         for each in sorted(thin, key=lambda each: thin[each]):
-            if thin[each] > (1.0 - _THINNER) * best.plain["height"]:
+            if thin[each] > (1.0 - _THINNER) * height:
                 break
             there = np.array(each)
             near = prediction.distance(there) < _RADIUS
-            if near and self.as_good(self.predicted(prediction, there, slack=0.0), best):
+            if near and self.as_good(self.predicted(prediction, there, slack=0.0), least):
                 return there
         return x
 
+    def out_of_reach(self) -> str:
+        """Return in words which resolution no design can bring within its limit, by what is solved; "" for none.
+
+        A softer silicone shows a load more, and is strained as much more: by linear theory resolution times strain
+        stays, so that it is the resolution at the end of the data. What other sizes do predictions tell over the whole
+        box: of a factor that they promise over a solved design, its power 3/2 is taken.
+        """
+        best = dict[str, float]()
+        for branch in self.branches:
+            own = branch.prediction
+            if not own.solved:
+                continue
+            here = self._at_end(own, own.solved[0].point)
+            for x in self._unit if self.count else ():
+                for name, value in self._at_end(own, x).items():
+                    there = here[name] * min(value / max(here[name], 1e-300), 1.0) ** _SHARPER
+                    best[name] = min(there, best.get(name, np.inf))
+            for name, value in here.items():
+                best[name] = min(value, best.get(name, np.inf))
+        for name, value in best.items():
+            if value > self.task.limits[name]:
+                least, limit = figure_words(name, value), figure_words(name, self.task.limits[name])
+                return f"{name} some {least} at the end of a silicone's data, against {limit}"
+        return ""
+
+    def _at_end(self, prediction: Prediction, x: Array) -> dict[str, float]:
+        """Return the limited resolutions of a point, times its strain within the data."""
+        own = self.task.figures(prediction.table(x), prediction.plain(x))
+        strain = min(max(own.get(STRAIN, 1.0), 0.0), 1.0)
+        return {name: own[name] * strain for name in self.task.limits if name.startswith("resolution.") and name in own}
+
     def _begin(self, branch: Branch) -> None:
         """Solve a choice at its start; where that fails, at the next one. What is out of reach of any is not begun."""
-        beyond = self.task.out_of_reach(self.known)
+        beyond = self.out_of_reach()
         if beyond:
             design, none = Design(branch.choice, (0.5,) * self.count), np.zeros((self.count, 0, 0))
             branch.known.append(Answered(design, f"left out: {beyond}", None, none, {}, {}))
@@ -193,9 +236,13 @@ class Search:
         found = self.solve(Design(branch.choice, tuple(float(each) for each in x)))
         branch.known.append(found)
         branch.promise, self.solved = None, self.solved + 1
+        self.learn(found)
+        return found
+
+    def learn(self, found: Answered) -> None:
+        """Take the sizes and errors of a solved design into the task."""
         if found.carried:
             self.task = self.task.learned(found)
-        return found
 
     def _hope(self, branch: Branch) -> float:
         """Return the merit a choice may reach: its promise, improved by the error of first promises."""
@@ -207,25 +254,34 @@ class Search:
         """Return whether a choice promises no gain."""
         if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
             return True
-        known = len(branch.prediction.solved) > 1 or self.task.out_of_reach(self.known)
+        known = len(branch.prediction.solved) > 1 or self.out_of_reach()
         if branch.promise.excess > HOPELESS and known:
             return True
-        return self.best_merit - self._hope(branch) < _GAIN * max(abs(self.best_merit), 1e-12)
+        best = min(self.known, key=self.merit)
+        return self.merit(best) - self._hope(branch) < self.worth(best)
 
     def _step(self, branch: Branch) -> None:
         """Solve the proposal of a choice, and adapt its trust radius."""
         if branch.promise is None:
             return
-        before, promise, single = min(self.merit(each) for each in branch.known), branch.promise, len(branch.known) == 1
+        before, promise = min(self.merit(each) for each in branch.known), branch.promise
+        single = len(branch.prediction.solved) == 1
         found = self._add(branch, promise.x)
         promised, came = before - promise.merit, before - self.merit(found)
-        if single and np.isfinite(came):
-            self.missed.append(abs(came - promised))
+        if single and found.carried:
+            aim = self.task.aim(self.task.own_figures(found))
+            self.missed.append(abs(aim - promise.merit + _exceeded(promise.excess)))
         if came >= _GOOD * promised:
             branch.radius = min(_WIDER * branch.radius, 1.0)
         elif came < _BAD * promised:
             branch.radius *= _NARROWER
         branch.done = branch.radius < _LEAST_RADIUS
+
+    @property
+    def _unit(self) -> Array:
+        """Points of the unit box that are looked at, shape (m, v)."""
+        count = min(_LOOKED_AT * 2**self.count, _AT_MOST[0])
+        return np.asarray(qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(count))
 
     def propose(self, branch: Branch) -> Proposal:
         """Return the best predicted point of a choice within its trust radius."""
@@ -233,9 +289,10 @@ class Search:
         best = min(prediction.solved, key=self.merit)
         bounds = [(max(0.0, x - branch.radius), min(1.0, x + branch.radius)) for x in best.point]
         low, high = np.array(bounds).T
-        unit = qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(_LOOKED_AT)
-        seen = [Proposal(x, self.predicted(prediction, x)) for x in (best.point, *(low + (high - low) * unit))]
-        starts = [seen[0], *sorted(seen[1:], key=lambda each: each.merit)[: _STARTS - 1]]
+        points = (best.point, *(low + (high - low) * self._unit))
+        seen = [Proposal(x, self.predicted(prediction, x)) for x in points]
+        count = min(_STARTS * 2 ** (self.count - 1), _AT_MOST[1])
+        starts = [seen[0], *sorted(seen[1:], key=lambda each: each.merit)[: count - 1]]
         found = [self._minimised(prediction, start.x, bounds) for start in starts]
         return min([*seen, *found], key=lambda each: each.merit)
 
@@ -271,6 +328,11 @@ class Search:
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         aim, over = seen(x)
         return Proposal(x, aim + _exceeded(float(over.max())), float(over.max()))
+
+
+def _toward(prediction: Prediction, x: Array) -> list[Array]:
+    """Return points on the way from each solved design to a point."""
+    return [solved.point + share * (x - solved.point) for solved in prediction.solved for share in _SHARES]
 
 
 def _exceeded(worst: float, slack: float = _HELD) -> float:

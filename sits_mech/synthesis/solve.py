@@ -16,7 +16,7 @@ the last refinement of the mesh changed.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -43,8 +43,8 @@ from sits_mech.store import case_path, finish, read_case
 from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task
 from sits_mech.synthesis.figures import Judge, Table
 from sits_mech.synthesis.kinds import INVERSE, STRAIN
-from sits_mech.synthesis.loads import Operator, loads_between
-from sits_mech.synthesis.overload import Overload, linear_strain, overload_of
+from sits_mech.synthesis.loads import FEW, Loads, Operator, loads_between
+from sits_mech.synthesis.overload import Overload, linear_strain, overload_of, strain_at_end
 from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.space import Design, size_of
 from sits_mech.version import __version__
@@ -55,7 +55,7 @@ _SLOPE = 1e-4  # of the unit box: differences of sizes and of linear theory by t
 _PART = 0.1  # of a deviation: the same by the tolerances
 _OFFSETS = ("coils.*.centre.0", "coils.*.centre.1")
 _OF_TABLE = ("resolution", "error", "drift", "crosstalk_before_inverse", "rate")
-_SLOWEST, _FASTEST = 0xFFFF, 5  # counts of a conversion
+_SLOWEST = 0xFFFF  # count of a conversion
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,13 @@ class Solver:
 
     @cached_property
     def operator(self) -> Operator:
-        """The interpolation of tables between their loads."""
+        """The interpolation of tables between their loads, the same for every tolerance."""
         return Operator(loads_between(self.requirements.loads))
+
+    @cached_property
+    def solved(self) -> Loads:
+        """The loads that are solved for a table: those that it has, or in a search fewer."""
+        return loads_between(self.requirements.loads, FEW) if self.tolerance >= COARSE else self.operator.loads
 
     @cached_property
     def scattering(self) -> dict[str, float]:
@@ -92,7 +97,7 @@ class Solver:
         judge = Judge(
             self.operator, np.array(list(self.scattering.values())), asked.limits | {STRAIN: 1.0}, asked.least_yield
         )
-        return Task(judge, limits, asked.goal)
+        return Task(judge, limits, asked.goal, tolerance=self.tolerance)
 
     @property
     def needs_table(self) -> bool:
@@ -156,9 +161,21 @@ class Solver:
         asked = self.requirements
         return {name: (asked.overload * low, asked.overload * high) for name, (low, high) in asked.loads.items()}
 
-    def expected(self, sensor: Sensor) -> float:
-        """Return the largest strain under the overload by linear theory, over what is known of the silicone."""
-        return max(linear_strain(sensor, load) for load in corners(sensor, self._overloads))
+    def expected(self, sensor: Sensor) -> tuple[float, float]:
+        """Return the largest strain under the overload by linear theory, over what is known of the silicone.
+
+        With it the one from which on the silicone is surely beyond its data under that load.
+        """
+        each = {load: linear_strain(sensor, load) for load in corners(sensor, self._overloads)}
+        worst = max(each, key=lambda load: np.nan_to_num(each[load]))
+        return each[worst], strain_at_end(sensor, worst)
+
+    def scattered(self, sensor: Sensor) -> Iterator[Sensor]:
+        """Yield sensors that are one deviation of each tolerance away, but of their coils' places."""
+        for name, deviation in self.scattering.items():
+            if name not in _OFFSETS:
+                with suppress(SceneError):
+                    yield parameter(sensor, name).changed(deviation)
 
     def _strain_slopes(self, design: Design, sensor: Sensor, worst: Overload) -> Array | None:
         """Return derivatives of the strain by the variables: of its own size as linear theory has them."""
@@ -186,7 +203,8 @@ class Solver:
 
     def _with_table(self, found: Answered, sensor: Sensor, scattered: Mapping[str, Array]) -> Answered:
         """Return a design that carries the overload with its table over the loads."""
-        space, loads = self.requirements.space, self.operator.loads
+        space, loads = self.requirements.space, self.solved
+        between = Operator(loads).values(self.operator.loads.points)  # from the solved loads to those of the table
         axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
         names = (*space.names, *self.scattering, *self._by_temperature)
         mechanics = self._mechanics(found.design.choice, sensor)
@@ -196,8 +214,8 @@ class Solver:
         if not bool(answered(data).all()):
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = table_inductances(sensor, data)
-        L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
-        each = _slopes_of(sensor, data, own["L0"].to_numpy())
+        L = between @ own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
+        each = _slopes_of(sensor, data, own["L0"].to_numpy(), between)
         width = [space.width(variable, sensor) for variable in space.variables]
         own_noise, repeated, rate = self.converter(sensor, data)
         noise = np.hypot(own_noise, repeated)
@@ -237,7 +255,7 @@ class Solver:
         n = len(sensor.coils)
         if asked is not None and front.rate < asked:
             too_long = 1.0 / front.rate - 1.0 / asked
-            count = int(np.clip(_SLOWEST - too_long / n * front.reference / 16.0, _FASTEST, _SLOWEST))
+            count = int(np.clip(_SLOWEST - too_long / n * front.reference / 16.0, *front.part.rcount))
             front, _ = sensor_front_end(sensor, data, rcount=count)
         most = np.nanmax(table_inductances(sensor, data)["L"].to_numpy().reshape(-1, n), axis=0)
         own = self.requirements.tolerance.get("repeatability", 0.0) * most
@@ -266,13 +284,13 @@ def errors_of(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float
     return errors | {"crosstalk_before_inverse": float(np.max(found.crosstalk_error))}
 
 
-def _slopes_of(sensor: Sensor, data: xr.Dataset, L0: Array) -> dict[str, Array]:
-    """Return derivatives of each coil's inductance by each parameter, shape (g, n) [H]."""
+def _slopes_of(sensor: Sensor, data: xr.Dataset, L0: Array, between: Array) -> dict[str, Array]:
+    """Return derivatives of each coil's inductance by each parameter, shape (g, n) [H]; `between` from solved loads."""
     n = len(sensor.coils)
     scale = L0 / np.diagonal(data["L0"].to_numpy()) if data.attrs["unit_L"] != "H" else np.ones(n)
     own = np.diagonal(data["by_L"].transpose(..., "parameter", "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
     values = own.reshape(-1, data.sizes["parameter"], n) * scale
-    return {str(name): values[:, k] for k, name in enumerate(data["parameter"].to_numpy())}
+    return {str(name): between @ values[:, k] for k, name in enumerate(data["parameter"].to_numpy())}
 
 
 def _packed(found: Answered) -> dict[str, Any]:

@@ -8,6 +8,7 @@ three forces by four coils. For each of them
     grid        how much more is minimised than by the best design of a grid of up to 500, same chain and tolerance
     random      the same of Sobol's points, ten times as many as the search has solved, up to 200
     seeds       how far the answers from five seeds are from each other, and the error that is stated of the first
+    predicted   how far the figures asked for of each next design were off the predictions of it: median, and at most
     yield       told, by the derivatives for the very sensors that are drawn, and by these sensors solved one by one
 
 Merits are what is minimised, exceeded limits added as the search weighs them. Counts are what was solved: designs in
@@ -31,7 +32,9 @@ from common.trials import best_of, grid_designs, merit_of, random_designs, share
 
 from sits_mech.report.folder import cases_folder, prepare_folder
 from sits_mech.synthesis.answer import DesignAnswer
-from sits_mech.synthesis.kinds import figure_words, shown_as
+from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.kinds import figure_words, kind_of, shown_as
+from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.requirements import Requirements, read_requirements
 from sits_mech.synthesis.run import design
 from sits_mech.synthesis.search import MOST
@@ -84,6 +87,21 @@ def more(merit: float, least: float) -> float:
     return 0.0 if merit == least else 100.0 * (merit - least) / max(abs(least), 1e-12)
 
 
+def predicted_off(found: DesignAnswer) -> list[float]:
+    """Return how far predicted figures were from those solved next, over these [%]."""
+    before, off = dict[tuple[int, ...], list[Answered]](), list[float]()
+    for each in (one for one in found.known if one.carried):
+        own = before.setdefault(each.design.choice, [])
+        if own:
+            there = Prediction(own, ())
+            figures = found.task.figures(there.table(each.point), there.plain(each.point))
+            asked = (name for name in {**found.task.limits, **found.task.goal} if not kind_of(name).exact)
+            known = found.task.own_figures(each)
+            off += [abs(more(figures[name], known[name])) for name in asked if known.get(name)]
+        own.append(each)
+    return off
+
+
 def seeded(asked: Requirements, found: DesignAnswer, effort: Effort, most: int, folder: Path) -> Row:
     """Return the range of what is minimised over the seeds, in percent, and designs that are unlike the first."""
     others = [design(asked, folder=folder, most=most, seed=seed) for seed in range(1, effort.seeds)]
@@ -113,6 +131,8 @@ def row_of(name: str, effort: Effort, most: int, folder: Path) -> Row:
     random = best_of(coarse, found.task, random_designs(asked.space, trials, 0))
     row |= {"random": random.count, "over_random_%": more(merit, random.merit), "best_of_random": random.words}
     row |= seeded(asked, found, effort, most, cases)
+    off = predicted_off(found) or [np.nan]
+    row |= {"predicted_off_%": float(np.median(off)), "predicted_off_most_%": float(np.max(off))}
     solved, told = shares_made(coarse, found.task, coarse(found.best.design), effort.made, 0)
     shares = {"told": float(np.ravel(found.share)[0]), "by_slopes": told, "solved": solved}
     row |= {"made": effort.made, **{f"yield_{key}_%": 100.0 * value for key, value in shares.items()}}
@@ -121,11 +141,11 @@ def row_of(name: str, effort: Effort, most: int, folder: Path) -> Row:
 
 
 def draw(rows: list[Row], path: Path) -> None:
-    """What is minimised against grid and random trials; yields that are told against those of sensors solved."""
+    """What is minimised against grid and random trials; predictions against solves; told yields against solved ones."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure = Figure(figsize=(13.0, 4.0), layout="constrained")
+    left, middle, right = figure.subplots(1, 3)
     places, names = np.arange(len(rows)), [row["file"] for row in rows]
     for shift, key, label in ((-0.2, "over_grid_%", "grid"), (0.2, "over_random_%", "random trials")):
         left.barh(places + shift, [np.clip(row[key], -30.0, 30.0) for row in rows], 0.36, label=f"best of {label}")
@@ -134,7 +154,10 @@ def draw(rows: list[Row], path: Path) -> None:
     for shift, key, label in ((-0.2, "yield_by_slopes_%", "by derivatives"), (0.2, "yield_solved_%", "solved")):
         right.barh(places + shift, [row[key] for row in rows], 0.36, label=label)
     right.set(xlabel="sensors made that hold all limits [%]", xlim=(0.0, 100.0))
-    for axes in (left, right):
+    for shift, key, label in ((-0.2, "predicted_off_%", "median"), (0.2, "predicted_off_most_%", "at most")):
+        middle.barh(places + shift, [np.nan_to_num(row[key]) for row in rows], 0.36, label=label)
+    middle.set(xlabel="next design's figures off their predictions [%]", xlim=(0.0, 100.0))
+    for axes in (left, middle, right):
         axes.set_yticks(places, names)
         axes.invert_yaxis()
         axes.legend(fontsize=7)

@@ -1,12 +1,13 @@
 """What is known of designs before one is solved: choices left out with their reason, where a search begins."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from sits_mech.synthesis.answered import Answered
-from sits_mech.synthesis.bounds import begin_at, bounds_of, plan_of, strained_least
+from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, plan_of, strained_least
 from sits_mech.synthesis.kinds import STRAIN
 from sits_mech.synthesis.requirements import requirements_of
 from sits_mech.synthesis.solve import Solver
@@ -57,3 +58,22 @@ def test_a_plan_counts_designs_and_names_what_is_left_out() -> None:
     assert found.least["height"] == pytest.approx(1.32e-3, rel=1e-3) and 0.0 < found.least[STRAIN] < 1.0
     with pytest.raises(SceneError, match="no design within .*dragon-skin-30.*left out.*some .* % of the loads"):
         plan_of(requirements_of(ASKED | {"loads": {"F_z": ["0 N", "2 kN"]}}))
+
+
+def test_a_start_leaves_what_the_tolerance_scatters() -> None:
+    """2 mm of height: 1.67 mm of silicone at most, 0.2 mm less of which nine of ten sensors made hold the limit."""
+    near = {"elastomer.thickness": "0.2 mm"}
+    some, guarded = (1.0 + 2.0 * begun(**more)[0][0] for more in ({}, {"tolerance": near}))
+    assert some <= 1.68 and guarded <= 1.68 - 1.28 * 0.2 + 0.02
+
+
+def test_after_a_failed_start_strains_are_as_its_own() -> None:
+    """A hundred times what linear theory has: the least strained of all; within the data: another one that is less."""
+    solver = Solver(requirements_of(ASKED), 5e-2)
+    known = bounds_of(solver, (0,))
+    first = known[1][0]
+    failed = Answered(first.design, "overload", None, np.zeros((1, 0, 0)), {STRAIN: 100.0 * first.strain}, {})
+    strains = {each.design.x: each.strain for each in known[1]}
+    assert strains[tuple(begin_again(known, failed).tolist())] == min(strains.values())
+    again = begin_again(known, replace(failed, plain={STRAIN: 0.9}))
+    assert again.tolist() == strained_least(known).tolist() or strains[tuple(again.tolist())] <= first.strain

@@ -300,3 +300,17 @@ def test_a_guard_is_what_the_scatter_leaves() -> None:
         found = guards(task, replace(one, plain=plain, table=one.table._replace(sizes=sizes)))
         assert found["height"] == pytest.approx(5e-3 - 5e-4 * away, abs=2e-7)
         assert found[STRAIN] == pytest.approx(1.0 / (1.0 + away), abs=1e-3)
+
+
+def test_a_decided_design_is_the_answer_where_nothing_is_minimised() -> None:
+    """The middle holds a wide limit beyond its errors: one design, none finer; within its error a finer one follows."""
+    wide = {"require": {"height": "6 mm"}, "goal": {"minimise": "feasible"}}
+    found, near = design(asked(**wide)), design(asked(**(wide | {"require": {"error": {"F_z": "9 %"}}})))
+    assert found.feasible and found.solves == 1 and found.best.design.x == (0.5, 0.5) and near.feasible
+
+
+def test_what_a_search_promises_last_is_solved_finely(found: DesignAnswer) -> None:
+    """No coarse design is solved where it would gain less than answers are known to: the finer one is new."""
+    coarse = [each for each in found.known if each.carried]
+    gap = [float(np.max(np.abs(each.point - found.best.point))) for each in coarse]
+    assert found.task.tolerance == COARSE and found.best not in coarse and min(gap) < 0.35

@@ -9,9 +9,10 @@ import pytest
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.scene.sensor import SceneError
 from sits_mech.synthesis.kinds import STRAIN
+from sits_mech.synthesis.loads import Operator
 from sits_mech.synthesis.requirements import requirements_of
 from sits_mech.synthesis.run import design
-from sits_mech.synthesis.solve import Solver
+from sits_mech.synthesis.solve import COARSE, FINE, Solver
 from sits_mech.synthesis.space import Design
 
 ASKED: dict[str, Any] = {
@@ -102,3 +103,20 @@ def test_designs_of_a_choice_have_one_model() -> None:
         solver = Solver(requirements_of(ASKED | loads), 5e-2)
         thin = solver.requirements.space.sensor(Design((), (0.0,)))
         assert solver._mechanics((), thin) == name
+
+
+def test_a_search_solves_three_loads_of_each_component_for_the_same_table() -> None:
+    """A parabola between them is itself on the table's grid; an answer solves the grid."""
+    asked = requirements_of({
+        "scene": "biorob2018", "loads": {"F_x": ["-1 N", "1 N"], "F_z": ["0 N", "2 N"]},
+        "vary": {"elastomer.thickness": ["2 mm", "3 mm"]}, "require": {"resolution": {"F_z": "1 mN"}},
+        "goal": {"minimise": "feasible"},
+    })
+    coarse, fine = Solver(asked, COARSE), Solver(asked, FINE)
+    assert [len(axis) for axis in coarse.solved.axes] == [3, 3] and [len(axis) for axis in fine.solved.axes] == [5, 4]
+    some, every = coarse.solved.points, fine.solved.points
+
+    def parabola(F: np.ndarray) -> np.ndarray:
+        return 1.0 + F[:, 0] * (2.0 - F[:, 1]) + 0.3 * F[:, 1] ** 2
+
+    np.testing.assert_allclose(Operator(coarse.solved).values(every) @ parabola(some), parabola(every), rtol=1e-12)

@@ -21,9 +21,9 @@ import numpy as np
 from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.magnetics.pose_slopes import STEP
-from sits_mech.magnetics.slopes import slopes
+from sits_mech.magnetics.slopes import by_frequency, by_lengths
 from sits_mech.maps.differences import CENTRAL
-from sits_mech.quantities import POSE, Array, MagneticModel, Pose
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
 from sits_mech.scene.sensor import Sensor
 
@@ -43,11 +43,12 @@ class Direct(NamedTuple):
 
 
 def at_fixed_poses(
-    sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter]
+    sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter],
+    known: Impedance | None = None,
 ) -> Direct:
     """Return the derivatives of the coils' impedance by n numbers at p fixed poses.
 
-    `model` is the magnetic model with its name and tolerance.
+    `model` is the magnetic model with its name and tolerance; `known` as for `by_lengths`.
     """
     (field, name, tolerance), count = model, len(sensor.coils)
     shape = len(pose.components), count, count, len(numbers)
@@ -57,22 +58,28 @@ def at_fixed_poses(
     if not any(causes):
         return found
     lengths = {k: numbers[k].name for k, cause in enumerate(causes) if cause == "length"}
-    each = slopes(sensor, field, pose, sensor.frequency, components=(), lengths=tuple(lengths.values()))
-    for k, own in enumerate(lengths):
-        found.L[..., own], found.R[..., own] = each.L_lengths[..., k], each.R_lengths[..., k]
-        found.error_L[..., own] = each.error_L_lengths[..., k]
-        found.error_R[..., own] = each.error_R_lengths[..., k]
+    f, rows = sensor.frequency, pose.components
+    each = by_lengths(sensor, field, rows, f, tuple(lengths.values()), known)
+    for whole, part in zip(found[:4], each, strict=True):
+        whole[..., list(lengths)] = part
+    for own in lengths:
         if place_of(numbers[own]).coils != numbers[own].scene.coils:
             found.L0[:, own] = _free(numbers[own], name, tolerance)
+    own_f = _by_f(field, rows, f, causes)
     for own, cause in enumerate(causes):
         if cause == "frequency":
-            found.L[..., own], found.R[..., own] = each.L_frequency, each.R_frequency
-            found.L0[:, own] = free_by_frequency(field, sensor.frequency)
+            found.L[..., own], found.R[..., own] = own_f
+            found.L0[:, own] = free_by_frequency(field, f)
         elif cause == "metal":
-            f, grown, R = sensor.frequency, _growth(numbers[own]), field.impedance(pose, sensor.frequency).R
-            found.L[..., own], found.R[..., own] = grown * f * each.L_frequency, grown * (f * each.R_frequency - R)
+            grown, R = _growth(numbers[own]), field.impedance(pose, f).R
+            found.L[..., own], found.R[..., own] = grown * f * own_f[0], grown * (f * own_f[1] - R)
             found.L0[:, own] = grown * f * free_by_frequency(field, f)
     return found
+
+
+def _by_f(field: MagneticModel, rows: Array, f: float, causes: Sequence[str]) -> list[Array]:
+    """Return derivatives by the frequency, where some causes need them."""
+    return by_frequency(field, rows, f) if {"frequency", "metal"} & {*causes} else []
 
 
 def _cause(number: Parameter, field: MagneticModel) -> str:

@@ -220,7 +220,7 @@ def shown_change(
     """
     components: Sequence[str] = POSE if pose.out_of_plane or np.any(moved.pose[:, 3:]) else POSE[:3]
     components = ("d_v",) if is_coaxial(field) else components
-    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick)
+    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick, known=shown)
     ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))
     sizes = (shown.L - shown.L0, shown.R)
     share_L, share_R = (_share(*both) for both in zip((shown.error_L, shown.error_R), sizes, strict=True))

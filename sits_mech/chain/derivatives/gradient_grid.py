@@ -88,9 +88,9 @@ def gradient_on_grid(
     pose = Pose.of(poses.value)
     slopes = np.array([rest.slopes.T for rest in own]).reshape(len(own), len(POSE), len(moving))
     moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
-    direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers)
     reading = read_poses(sensor, field, poses)
     shown = reading.impedance
+    direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers, shown)
     change = shown_change(sensor, field, shown, pose, numbers, moved, direct, quick=True)
     pair = ("coil", "coil_2")
     dims: dict[str, tuple[str, ...]] = {"pose": ("component",), "L": pair, "R": pair}

@@ -78,10 +78,26 @@ def enlarged(found: Equilibrium, error: Pose, share: float, *notes: Note) -> Equ
 
 def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
     """Return the stretch, or reciprocal, that all but a share `apart` of the silicone stays below."""
-    stretch = most_stretched(body.mesh, u).ravel()
-    order = np.argsort(stretch)
-    below = np.cumsum(body.mesh.inside.weights.ravel()[order])
-    return max(1.0, float(stretch[order][np.searchsorted(below, min((1.0 - apart) * below[-1], below[-1]))]))
+    return _stretch_and_doubt(body, u, apart)[0]
+
+
+def _stretch_and_doubt(body: Bonded, u: Array, apart: float = _STRETCHED) -> tuple[float, float]:
+    """Return `largest_stretch`, and by how much it falls where the share grows by half the cell that has it.
+
+    A coarse cell holds more silicone than that share, and its points are of one polynomial.
+    """
+    stretch, weights = most_stretched(body.mesh, u), body.mesh.inside.weights
+    order, cells = np.argsort(stretch, axis=None), weights.reshape(len(stretch), -1).sum(axis=1)
+    below, last = np.cumsum(weights.ravel()[order]), len(order) - 1
+
+    def at(share: float) -> int:
+        """Return the point that all but a share stays below."""
+        return int(order[min(np.searchsorted(below, (1.0 - share) * below[-1]), last)])
+
+    own = at(apart)
+    near = at(apart + 0.5 * cells[own // stretch.shape[1]] / below[-1])
+    value, less = (max(1.0, float(stretch.ravel()[each])) for each in (own, near))
+    return value, value - less
 
 
 def touch_notes(line: Line, body: Bonded, state: State) -> tuple[Note, ...]:
@@ -151,7 +167,8 @@ def answer(
 
     found, large = refine(levels, chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
     last, spent = len(found) - 1, sum(each.state.iterations for each in found)
-    before, stretch = (largest_stretch(levels.maker(level), found[level].state.u) for level in (last - 1, last))
+    before = largest_stretch(levels.maker(last - 1), found[last - 1].state.u)
+    stretch, doubt = _stretch_and_doubt(levels.maker(last), found[last].state.u)
     error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
@@ -162,7 +179,7 @@ def answer(
     notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, stretch), *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(last).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
-        stretch=stretch, error_stretch=abs(stretch - before),
+        stretch=stretch, error_stretch=max(abs(stretch - before), doubt),
     )
     state_kept = np.concatenate([[number], packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
