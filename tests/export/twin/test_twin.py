@@ -214,14 +214,15 @@ def test_a_fold_is_found(source: Source) -> None:
 
 
 def test_poses(twin: Twin, source: Source) -> None:
-    """At the table's own poses what the table has, within the map's error; the error that it states is the true one."""
+    """At the table's own poses what the table has, but for free space, by the map's error; that is the true one."""
     data = source.data
     pose = np.zeros((data["d_v"].size, 6))
     for k, name in enumerate(("d_h", "d_v", "alpha")):
         pose[:, k] = data[name].to_numpy().ravel()
     found = twin.read_pose(pose)
     L = twin.read(_loads(source)).L
-    off = np.abs(found.L - L).max(axis=0)
+    assert np.abs(found.L - L).max() < 3e-5 * L.min()  # free space once per metre and once in henry
+    off = np.abs(found.L - L - (found.L - L)[0]).max(axis=0)
     assert np.all(off < twin.numbers["pose_error"][:2] + twin.numbers["wrench_error"][:2]) and not found.flags.any()
     assert np.all(twin.numbers["pose_error"][:2] < 1e-5 * np.ptp(L, axis=0))
     assert twin.read_pose(pose + [0.0, 5e-3, 0.0, 1e-3, 0.0, 0.0]).flags.tolist() == [OUTSIDE + IGNORED] * len(pose)
