@@ -26,7 +26,8 @@ extensions = [
     "sphinx_design", "site_parts",
 ]
 _INCLUDED = (
-    "answer_keys", "benchmarks", "laws", "left_out", "numbers", "requirement_keys", "scene_keys", "studies_grid",
+    "answer_keys", "bench_headings", "benchmarks", "laws", "left_out", "numbers", "requirement_keys", "scene_keys",
+    "studies_grid", "study_keys",
 )  # in other pages
 exclude_patterns = ["_build", "_made", *(f"_pages/{name}.md" for name in _INCLUDED)]
 nitpicky = False

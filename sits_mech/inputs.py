@@ -1,6 +1,6 @@
 """Read what users write, by models of tables: one kind of annotation for keys, one line for what is refused.
 
-A file, or a table of one, is a pydantic model; among the annotations of a key's type is what reads it, a `ReadBy`: a
+A file, or a table of one, is a pydantic model; among the annotations of a key's type is what reads it, a `Reads`: a
 check of the value, and the JSON Schema of what is written. `checked` reads tables by a model.
 """
 
@@ -39,7 +39,7 @@ def quantity_schema(unit: str, **limits: float) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, eq=False)  # pydantic asks for a hash
-class ReadBy:
+class Reads:
     """What reads a key, among the annotations of its type: a check, and the JSON Schema of what is written.
 
     The check returns the value, or refuses it, saying what it must be and what came.
@@ -57,7 +57,7 @@ class ReadBy:
         return dict(self.schema)
 
 
-def within(unit: str, low: float, high: float, words: str) -> ReadBy:
+def within(unit: str, low: float, high: float, words: str) -> Reads:
     """Return what reads a quantity between `low` and `high` in SI, with its words for errors."""
 
     def check(value: object) -> float:
@@ -66,10 +66,10 @@ def within(unit: str, low: float, high: float, words: str) -> ReadBy:
             raise SceneError(f"must be {words}; got {shown(value)}")
         return number
 
-    return ReadBy(check, quantity_schema(unit, minimum=low, maximum=high))
+    return Reads(check, quantity_schema(unit, minimum=low, maximum=high))
 
 
-def whole(low: int, high: int | None = None) -> ReadBy:
+def whole(low: int, high: int | None = None) -> Reads:
     """Return what reads a whole number from `low` on, to `high` if given."""
     words = f" from {low} to {high}" if high is not None else f", {low} or more"
 
@@ -78,10 +78,10 @@ def whole(low: int, high: int | None = None) -> ReadBy:
             return value
         raise SceneError(f"must be a whole number{words}; got {shown(value)}")
 
-    return ReadBy(check, {"type": "integer", "minimum": low} | ({} if high is None else {"maximum": high}))
+    return Reads(check, {"type": "integer", "minimum": low} | ({} if high is None else {"maximum": high}))
 
 
-def choice(*known: str) -> ReadBy:
+def choice(*known: str) -> Reads:
     """Return what reads one of some names."""
 
     def check(value: object) -> object:
@@ -89,15 +89,15 @@ def choice(*known: str) -> ReadBy:
             return value
         raise SceneError(unknown(value, known))
 
-    return ReadBy(check, {"enum": list(known)})
+    return Reads(check, {"enum": list(known)})
 
 
-def quantity_of(unit: str) -> ReadBy:
+def quantity_of(unit: str) -> Reads:
     """Return what reads a quantity in SI."""
-    return ReadBy(partial(si_value, unit=unit), quantity_schema(unit))
+    return Reads(partial(si_value, unit=unit), quantity_schema(unit))
 
 
-def positive(unit: str, words: str = "positive") -> ReadBy:
+def positive(unit: str, words: str = "positive") -> Reads:
     """Return what reads a positive quantity in SI."""
     return within(unit, _LEAST, _MOST, words)
 

@@ -22,7 +22,7 @@ from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, choose_mechanics, magnetic_model, mechanical_model
 from sits_mech.chain.simulate import at_rest, rest_flags, simulate
-from sits_mech.inputs import FORM, ReadBy, checked, choice, quantity_of
+from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
 from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
@@ -90,7 +90,7 @@ class Request:
         return {name: getattr(found, name) for name in arguments}
 
 
-def _range(unit: str) -> ReadBy:
+def _range(unit: str) -> Reads:
     """Return what reads a quantity, or a range of quantities such as "-1 N:1 N:9"."""
 
     def check(value: object) -> float | list[float]:
@@ -98,7 +98,7 @@ def _range(unit: str) -> ReadBy:
         return found[0] if len(found) == 1 else found
 
     text = {"type": "string", "pattern": r"^[^:]+(:[^:]+:\s*[0-9]+)?$"}
-    return ReadBy(check, {"anyOf": [{"type": "number"}, text], "x-unit": unit})
+    return Reads(check, {"anyOf": [{"type": "number"}, text], "x-unit": unit})
 
 
 def _share(value: object) -> float:
@@ -108,7 +108,7 @@ def _share(value: object) -> float:
     return value
 
 
-SHARE = ReadBy(_share, {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1})
+SHARE = Reads(_share, {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1})
 """What reads a tolerance."""
 
 

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, InstanceOf
 
-from sits_mech.inputs import ReadBy, unknown, whole, within
+from sits_mech.inputs import Reads, unknown, whole, within
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.plausible import FREQUENCY, LENGTH, PLACE
 from sits_mech.silicone.material import Silicone, silicone_from
@@ -68,12 +68,12 @@ Angle = Annotated[float, within("rad", -3.15, 3.15, 'an angle up to half a turn 
 Farads = Annotated[float, within("F", 0.0, 1.0, 'zero or a capacitance up to 1 F, such as "3 pF"')]
 Friction = Annotated[float, within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
 Count = Annotated[int, whole(1, 1000)]
-Name = Annotated[str, ReadBy(_name, {"type": "string", "minLength": 1, "maxLength": 200})]
-MetalName = Annotated[str, ReadBy(_metal_name, {"type": "string"})]
-Direction = Annotated[int, ReadBy(_direction, {"enum": [1, -1]})]
+Name = Annotated[str, Reads(_name, {"type": "string", "minLength": 1, "maxLength": 200})]
+MetalName = Annotated[str, Reads(_metal_name, {"type": "string"})]
+Direction = Annotated[int, Reads(_direction, {"enum": [1, -1]})]
 Point = tuple[Coordinate, Coordinate]
 Place = tuple[Coordinate, Coordinate, Coordinate]
-SiliconeOrName = Annotated[InstanceOf[str] | InstanceOf[Silicone], ReadBy(_silicone, {"type": ["string", "object"]})]
+SiliconeOrName = Annotated[InstanceOf[str] | InstanceOf[Silicone], Reads(_silicone, {"type": ["string", "object"]})]
 _SIZES = ("width", "length", "diameter", "inner_diameter", "pitch", "points")
 
 

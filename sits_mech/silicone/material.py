@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import AfterValidator, BaseModel, Field, create_model, model_validator
 
-from sits_mech.inputs import FORM, ReadBy, checked, choice, positive, quantity_of, quantity_schema, unknown, within
+from sits_mech.inputs import FORM, Reads, checked, choice, positive, quantity_of, quantity_schema, unknown, within
 from sits_mech.quantities import SURE, Array
 from sits_mech.silicone.laws import LAWS, Constants
 from sits_mech.silicone.words import in_constants
@@ -184,7 +184,7 @@ def _shares(branches: list[BranchTable]) -> tuple[tuple[float, float], ...]:
     return tuple((each.weight, each.time) for each in branches)
 
 
-def _range(unit: str, words: str) -> ReadBy:
+def _range(unit: str, words: str) -> Reads:
     """Return what reads the two ends of a range, of words."""
 
     def check(ends: Any) -> tuple[float, ...]:
@@ -193,7 +193,7 @@ def _range(unit: str, words: str) -> ReadBy:
             raise SceneError(f"must be the {words}; got {shown(ends)}")
         return found
 
-    return ReadBy(check, {"type": "array", "items": quantity_schema(unit), "minItems": 2, "maxItems": 2})
+    return Reads(check, {"type": "array", "items": quantity_schema(unit), "minItems": 2, "maxItems": 2})
 
 
 def _printable(value: object) -> str:
@@ -212,7 +212,7 @@ class _Known(BaseModel):
         default_factory=list, validate_default=True, description="Shares of the first stiffness that relax.")
     mullins: Annotated[SofteningTable, AfterValidator(lambda found: Softening(**dict(found)))] | None = Field(
         None, description="Softening after the largest load: 1/r is its depth, r > 1; m + beta W_max its energy.")
-    source: Annotated[str, ReadBy(_printable, {"type": "string"})] = "the scene"
+    source: Annotated[str, Reads(_printable, {"type": "string"})] = "the scene"
     fitted_range: Annotated[Any, _range("", "smallest and largest strain")] = None
     temperature_range: Annotated[Any, _range("K", "lowest and the highest temperature")] = None
     rms: Annotated[float, within("Pa", 0.0, 1e30, _NOT_NEGATIVE)] | None = None
@@ -221,14 +221,14 @@ class _Known(BaseModel):
     expansion: Annotated[float, quantity_of("1/K")] | None = None
 
 
-def _terms(unit: str) -> ReadBy:
+def _terms(unit: str) -> Reads:
     """Return what reads a constant of a law of several terms: one, or a list."""
     one = quantity_of(unit)
 
     def check(value: Any) -> tuple[float, ...]:
         return tuple(map(one.check, value if isinstance(value, list | tuple) else [value]))
 
-    return ReadBy(check, {"anyOf": [one.schema, {"type": "array", "items": one.schema}]})
+    return Reads(check, {"anyOf": [one.schema, {"type": "array", "items": one.schema}]})
 
 
 @cache

@@ -33,7 +33,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 from sits_mech.inputs import (
     FORM,
     NUMBER_OR_TEXT,
-    ReadBy,
+    Reads,
     list_or_span,
     list_or_span_schema,
     positive,
@@ -128,7 +128,7 @@ def _limit(key: str, kind: Kind) -> tuple[Any, Any]:
     """Return the limit of a kind of figure."""
     words = f"{kind.meaning}; at {'least' if kind.least else 'most'}."
     if kind.of == "axes":
-        return _said(Annotated[Any, ReadBy(partial(_sides, kind.unit), _two(kind.unit))], None, words)
+        return _said(Annotated[Any, Reads(partial(_sides, kind.unit), _two(kind.unit))], None, words)
     if not kind.of:
         return _said(Annotated[float, positive(kind.unit)], None, words)
     each: Any = {name: (Annotated[float, positive(unit_of(f"{key}.{name}"))], None) for name in WRENCH}
@@ -137,7 +137,7 @@ def _limit(key: str, kind: Kind) -> tuple[Any, Any]:
 
 _RANGES: Any = {
     name: _said(
-        Annotated[Any, ReadBy(partial(_ends, UNITS[name]), _two(UNITS[name]))], None,
+        Annotated[Any, Reads(partial(_ends, UNITS[name]), _two(UNITS[name]))], None,
         f"Least and greatest [{UNITS[name]}].",
     )
     for name in WRENCH
@@ -160,7 +160,7 @@ class _Deviations(BaseModel):
     """Standard deviations of any keys of a scene."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, Annotated[Any, ReadBy(_deviation, NUMBER_OR_TEXT)]]
+    __pydantic_extra__: dict[str, Annotated[Any, Reads(_deviation, NUMBER_OR_TEXT)]]
 
 
 _PARTS: Any = {
@@ -171,7 +171,7 @@ _PARTS: Any = {
         ..., "Components of the load that vary, one at least.",
     ),
     "vary": _said(
-        dict[str, Annotated[Any, ReadBy(_varied, list_or_span_schema())]], ...,
+        dict[str, Annotated[Any, Reads(_varied, list_or_span_schema())]], ...,
         "Keys of the scene in quotes, a star for every coil: bounds or lists.", min_length=1,
     ),
     "require": _said(create_model("require", __config__=FORM, **_LIMITS), {}, "Limits of figures, all optional."),
@@ -182,7 +182,7 @@ _PARTS: Any = {
     "goal": _said(
         create_model(
             "goal", __config__=FORM,
-            minimise=_said(Annotated[Any, ReadBy(_weights, _MINIMISED)], {}, (
+            minimise=_said(Annotated[Any, Reads(_weights, _MINIMISED)], {}, (
                 'A figure, {figure = weight}, or "feasible": the first design within the limits.')),
             least_yield=_said(
                 _YIELD, LEAST_YIELD, "Share of the sensors made that must hold every limit.", alias="yield"

@@ -42,7 +42,7 @@ from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJson
 
 from sits_mech.batch.requests import REQUESTS, SHARE
 from sits_mech.batch.studies.samples import LONGEST, MOST, SAMPLED, written
-from sits_mech.inputs import FORM, NUMBER_OR_TEXT, ReadBy, choice, list_or_span, list_or_span_schema, whole
+from sits_mech.inputs import FORM, NUMBER_OR_TEXT, Reads, choice, list_or_span, list_or_span_schema, whole
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
 from sits_mech.units import SceneError, shown, si_label
 
@@ -62,7 +62,7 @@ def _check(*rules: tuple[object, str]) -> None:
             raise SceneError(words)
 
 
-def _names(what: str) -> ReadBy:
+def _names(what: str) -> Reads:
     """Return what reads a name, or a list of different ones."""
 
     def check(value: Any) -> list[str]:
@@ -72,7 +72,7 @@ def _names(what: str) -> ReadBy:
         return found
 
     text = {"type": "string"}
-    return ReadBy(check, {"anyOf": [text, {"type": "array", "items": text, "minItems": 1, "uniqueItems": True}]})
+    return Reads(check, {"anyOf": [text, {"type": "array", "items": text, "minItems": 1, "uniqueItems": True}]})
 
 
 def _by_argument(table: Any) -> Any:

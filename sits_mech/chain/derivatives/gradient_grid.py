@@ -29,6 +29,7 @@ from sits_mech.chain.derivatives.gradient import (
 from sits_mech.chain.interpolate import LoadGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.propagation import poses_of, read_poses
+from sits_mech.chain.simulate import with_omissions
 from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.scene.parameters import Parameter
@@ -84,7 +85,7 @@ def gradient_on_grid(
     status, reasons = zip(*(status_of(sensor, one) for one in settled), strict=True)
     good = np.array(status) == OK
     own = [one.rest for one, fine in zip(settled, good, strict=True) if one.rest and fine]
-    poses = poses_of(own)
+    poses = poses_of(with_omissions(sensor, own, choice.name))
     pose = Pose.of(poses.value)
     slopes = np.array([rest.slopes.T for rest in own]).reshape(len(own), len(POSE), len(moving))
     moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
