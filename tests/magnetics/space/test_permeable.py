@@ -142,6 +142,7 @@ def test_polynomials_and_coils_are_one_field() -> None:
     np.testing.assert_array_equal(Y, Y.T)
 
 
+@pytest.mark.slow
 def test_mirrored_poses_and_two_coils_are_alike() -> None:
     """Steel to the left as to the right, turned as turned back; mutual inductances are symmetric; R is positive."""
     other = SMALL.model_copy(update={"name": "D", "centre": (8 * MM, 0.0)})

@@ -43,6 +43,7 @@ def test_coarse_triangles_in_place_of_fine_ones_tell_no_less_than_they_are_asked
     assert found.error_L[0, 0] >= 0.5 * ROUGH * abs(found.L - found.L0)[0, 0] > 0.0
 
 
+@pytest.mark.slow
 def test_where_memory_holds_no_default_rung_the_roughest_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     """By all of what is extrapolated from so few cells; a plate that no other test has divided."""
     sensor, pose = load_sensor("biorob2018", ["frequency=2.1e4", 'target.width="7.7 mm"']), Pose(0.0, 2e-3)
