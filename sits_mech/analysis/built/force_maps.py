@@ -88,15 +88,15 @@ def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
     poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
     found = table_impedance(data)
     L = shown_inductances(sensor, replace(found, L=found.L[good], R=found.R[good]))
-    parts = shared_parts(sensor, data, names)[0][good]
+    parts = shared_parts(sensor, data, names)[good]
     shared = fit_map(names, forces, parts.reshape(len(parts), -1)) if np.any(parts) else None
     return Table(fit_map(names, forces, L), fit_map(names, forces, poses), shared, poses, L)
 
 
-def shared_parts(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> tuple[Array, Array]:
+def shared_parts(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Array:
     """Return the parts of errors that loads share, shape (*loads, q, 6 + n): of poses, and of L where of no pose [H].
 
-    And what each component of the pose has for itself, (*loads, 6), which a part of the sign of its displacement holds.
+    What a component of the pose has for itself is a part of the sign of its displacement.
     """
     L = table_inductances(sensor, data).get("shared_L")
     shape = tuple(data.sizes[name] for name in names)
@@ -117,7 +117,7 @@ def shared_parts(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> tupl
     poses = np.concatenate([shared, ways[..., None] * np.eye(len(POSE))], axis=-2)
     whole = np.concatenate([whole, np.zeros((*shape, len(POSE), len(sensor.coils)))], axis=-2)
     found = np.concatenate([poses, whole], axis=-1)
-    return np.asarray(found[..., np.any(found, axis=(*loads, -1)), :]), own
+    return np.asarray(found[..., np.any(found, axis=(*loads, -1)), :])
 
 
 def mapped(smooth: SmoothMap, forces: Array) -> Array:

@@ -25,6 +25,7 @@ from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.models import loaded_model
 from sits_mech.export.source import Source
 from sits_mech.geometry.collision import Collision, check_clearance
+from sits_mech.maps.chebyshev import design
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed
 from sits_mech.readout.calibration import Calibration
@@ -137,14 +138,6 @@ def guess_of(cal: Calibration, base: Array, scale: Array) -> tuple[TwinMap, Arra
 def total_degree(d: int, degree: int) -> Powers:
     """Return the degrees of all products of d variables up to a total degree, shape (k, d), in lexical order."""
     return np.array([powers for powers in product(range(degree + 1), repeat=d) if sum(powers) <= degree])
-
-
-def design(x: Array, powers: Powers) -> Array:
-    """Return every term at every point, shape (m, k), of points (m, d) from -1 to 1."""
-    found = np.ones((len(x), len(powers)))
-    for column, degrees in zip(x.T, powers.T, strict=True):
-        found *= np.polynomial.chebyshev.chebvander(column, int(degrees.max()))[:, degrees]
-    return found
 
 
 def _fitted(x: Array, y: Array, powers: Powers) -> Array:

@@ -8,7 +8,8 @@ import pytest
 from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.chain.models import loaded_model
 from sits_mech.export.source import Source
-from sits_mech.export.twin.maps import design, guess_of, over_poses, over_wrenches, readings_at, total_degree
+from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches, readings_at, total_degree
+from sits_mech.maps.chebyshev import design
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.folder import read_calibration
 
