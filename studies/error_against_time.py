@@ -1,10 +1,10 @@
-"""How much error for how much time? One figure a question, in each half of the chain and in the whole of it.
+"""How much error for how much time? One panel a question, in each half of the chain and in the whole of it.
 
-A load in 3D, a load in the plane, a pose in space, a pose in section, a calibration: each problem of a question is
-solved to finer and finer tolerances, from the scene on, with caches emptied, on one BLAS thread; times are processor
-time. Points are labelled with the tolerance that was asked; problems differ, and no front is drawn across them. A point
-whose reference is not five times better is hollow and not counted. The sentence below each figure counts what answers
-say of themselves: the seconds of those whose estimate is within the asked tolerance, and the least estimate there is.
+A load in 3D, a load in section, a pose, a calibration: each problem of a question is solved to finer and finer
+tolerances, from the scene on, with caches emptied, on one BLAS thread; times are processor time. Problems differ, and
+no front is drawn across them. A point whose reference is not five times better is hollow and not counted. The sentence
+printed for each question counts what answers say of themselves: the seconds of those whose estimate is within the
+requested tolerance, and the least estimate there is.
 
 References. Loads: NGSolve 6.2, high-order elements on refined meshes (common/reference_pads.json says of each how, and
 how sure; benchmarks/reference_pads.py makes them). Errors are over the size of the displacement, an angle counted at
@@ -14,7 +14,8 @@ plate 8 x 8 mm orders 2 to 4 on two kinds of mesh (2e-4). Errors are over the la
 with measured order (common/reference_calibrations.json, made by benchmarks/reference_calibrations.py). Errors: the
 largest of a signal over the loads, of full scale.
 
-Run ``python studies/error_against_time.py [--coarse] --output DIR``; the picture in the README is its full run.
+Run ``python studies/error_against_time.py [--coarse] --output DIR``;
+the picture of docs/theory/errors.md is its full run.
 """
 
 from __future__ import annotations
@@ -135,11 +136,10 @@ def main() -> None:
     cases, finer = (CALIBRATIONS[:1], asked) if coarse else (CALIBRATIONS, (*asked, 3e-4))
     with threadpool_limits(limits=1):
         parts = {
-            "a load in 3D: one load from rest": loads(SOLID[:2] if coarse else SOLID, asked),
-            "a load in the plane: one load from rest": loads(PLANE, asked),
-            "a pose in space: one pose from the scene on": poses(SPACE, count),
-            "a pose in section: one pose from the scene on": poses(SECTION, count),
-            "a calibration: 3 x 3 loads, of full scale": calibrations(cases, finer),
+            "The pose under a load in 3D": loads(SOLID[:2] if coarse else SOLID, asked),
+            "The pose under a load in section": loads(PLANE, asked),
+            "The change of inductance at a pose": poses((*SPACE, *SECTION), count),
+            "A calibration of 3 x 3 loads, of full scale": calibrations(cases, finer),
         }
     draw_ladders(parts, folder / "error_against_time.png")
     lines = [f"{title}: {said(rungs)}" for title, rungs in parts.items()]

@@ -34,7 +34,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from common.accuracy import forget, machine
+from common.accuracy import End, forget, label_ends, machine
 from common.other_codes import Question, Solved, condensed_pose, felupe_pose, taylor_hood_pose
 from common.reference_cases import CASES
 from common.references import FINER, stored_references
@@ -257,7 +257,7 @@ def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> Non
         "NGSolve": ("C1", [one for one in lines if one.code == "NGSolve"]),
     }
     with new_figure(height=0.6, width=2.0 * COLUMN) as (figure, (axes,)):
-        ends: list[tuple[str, str, float, float]] = []
+        ends = list[End]()
         for (name, (colour, every)), load in product(groups.items(), THREE):
             own = front([one for one in every if one.load == load and np.isfinite(one.error)])
             if not own:
@@ -272,13 +272,7 @@ def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> Non
         axes.margins(x=0.05, y=0.1)
         axes.set_xlim(right=8.0 * max(seconds for _, _, seconds, _ in ends))
         figure.canvas.draw()
-        taken: list[tuple[float, float]] = []
-        for words, colour, seconds, error in sorted(ends, key=lambda end: -end[3]):
-            x, y = axes.transData.transform((seconds, error)) * 72.0 / figure.dpi
-            low = min([y, *(at - 10.0 for left, at in taken if abs(left - x) < 110.0)])
-            taken.append((x, low))
-            axes.annotate(words, (seconds, error), (7.0, low - y), textcoords="offset points", color=colour, fontsize=8,
-                          va="center")
+        label_ends(axes, ends)
         save_figure(figure, path)
 
 

@@ -12,8 +12,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING
 
 from common.references import FINER
 from threadpoolctl import threadpool_info
@@ -22,11 +21,17 @@ from sits_mech.analysis.ladder import Asked
 from sits_mech.analysis.ladder import forget as forget
 from sits_mech.mechanics.models import strain_bound
 from sits_mech.quantities import Wrench
-from sits_mech.report.ladder import power, sentence
+from sits_mech.report.ladder import sentence
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
 from sits_mech.scene.sensor import Sensor
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+End = tuple[str, str, float, float]
+"""Of a curve: its name, its colour, seconds and error of its last point."""
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
+_WIDE, _HIGH = 110.0, 10.0  # a name of 8 point takes [pt]
 
 
 def first_strain(sensor: Sensor, load: Wrench) -> float:
@@ -81,26 +86,25 @@ def said(rungs: Sequence[Rung]) -> str:
     """Return what a user wants of one figure: what asking costs, what cannot be reached, how judged estimates did."""
     curves = curves_of(rungs).values()
     rows = [[Asked(one.tolerance, one.estimated, one.seconds) for one in row] for row in curves]
-    points = [one for row in curves for _, one in merged(row)]
+    points = [one for row in curves for one in distinct(row)]
     judged = [one for one in points if one.judged]
     held = sum(one.honest for one in judged)
     return f"{sentence(rows)}. Estimates within a factor of 5: {held} of {len(judged)} judged points, of {len(points)}."
 
 
-def merged(row: Sequence[Rung]) -> list[tuple[str, Rung]]:
-    """Return the points of a curve with their labels: tolerances with one and the same answer are one point."""
-    found: list[tuple[list[float], Rung]] = []
+def distinct(row: Sequence[Rung]) -> list[Rung]:
+    """Return the points of a curve: tolerances with one and the same answer are one, of the least seconds."""
+    found: list[Rung] = []
     for one in row:
-        if found and (one.error, one.estimated) == (found[-1][1].error, found[-1][1].estimated):
-            least = min(one.seconds, found[-1][1].seconds)
-            found[-1] = ([*found[-1][0], one.tolerance], replace(one, seconds=least))
+        if found and (one.error, one.estimated) == (found[-1].error, found[-1].estimated):
+            found[-1] = replace(found[-1], seconds=min(one.seconds, found[-1].seconds))
         else:
-            found.append(([one.tolerance], one))
-    return [(" to ".join(dict.fromkeys((power(asked[0]), power(asked[-1])))), one) for asked, one in found]
+            found.append(one)
+    return found
 
 
 def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
-    """Write error against seconds, a figure a question, with the sentence that its points come to below it.
+    """Write error against seconds, a panel a question.
 
     A point is the true error, hollow where its reference cannot judge it; a bar goes from there to the estimate.
 
@@ -111,46 +115,48 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     path : Path
         The PNG to write.
     """
-    columns = min(2, len(panels))
-    rows = -(-len(panels) // columns)
-    with new_figure(height=0.9 * rows / columns, columns=columns, rows=rows, width=1.15 * columns * COLUMN) as (
-        figure,
-        axes,
-    ):
-        for spot, (title, rungs) in zip(axes, panels.items(), strict=False):
-            _draw(spot, title, rungs)
-        for spot in axes[len(panels) :]:
-            spot.set_axis_off()
-            words = (
-                "point: true error, labelled with what was asked",
-                "hollow: the reference is not five times better,\nnot counted",
-                "thin line: from the true error to the\nestimated one (dash)",
-            )
-            spot.text(0.1, 0.9, "\n\n".join(words), va="top", fontsize=9, transform=spot.transAxes)
+    with new_figure(height=0.4 * len(panels), rows=len(panels), width=2.0 * COLUMN) as (figure, axes):
+        ends = [_draw(spot, title, rungs) for spot, (title, rungs) in zip(axes, panels.items(), strict=True)]
+        axes[-1].set_xlabel("processor time [s]")
+        figure.canvas.draw()
+        for spot, own in zip(axes, ends, strict=True):
+            label_ends(spot, own)
         save_figure(figure, path)
 
 
-def _draw(axes: Any, title: str, rungs: Sequence[Rung]) -> None:
-    """Draw one question."""
+def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> list[End]:
+    """Draw one question and return where its curves end."""
+    ends = list[End]()
     for number, (model, row) in enumerate(curves_of(rungs).items()):
         colour, mark = f"C{number % 7}", MARKS[number % len(MARKS)]
-        points = [(label, one) for label, one in merged(row) if math.isfinite(one.error)]
-        seconds = [one.seconds for _, one in points]
-        errors = [max(one.error, _LEAST) for _, one in points]
-        axes.plot(seconds, errors, f"{colour}-", lw=0.8)
-        axes.plot([], [], f"{colour}{mark}-", lw=0.8, ms=4.5, label=model)
-        for (label, one), error in zip(points, errors, strict=True):
-            axes.plot(one.seconds, error, f"{colour}{mark}", ms=4.5, mfc=colour if one.judged else "white")
-            axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], f"{colour}:", lw=0.6)
-            axes.plot(one.seconds, max(one.estimated, _LEAST), f"{colour}_", ms=5)
-            axes.annotate(label, (one.seconds, error), (3, 3), textcoords="offset points", fontsize=5.5, color=colour)
+        points = [one for one in distinct(row) if math.isfinite(one.error)]
+        if not points:
+            continue
+        errors = [max(one.error, _LEAST) for one in points]
+        axes.plot([one.seconds for one in points], errors, color=colour, lw=1.0)
+        for one, error in zip(points, errors, strict=True):
+            axes.plot(one.seconds, error, mark, color=colour, ms=5, mfc=colour if one.judged else "white")
+            axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], color=colour, lw=2.5, alpha=0.25)
+        ends.append((model, colour, points[-1].seconds, errors[-1]))
     axes.set(xscale="log", yscale="log", ylabel="relative error [-]")
-    axes.margins(x=0.12)
-    axes.xaxis.set_minor_formatter("")
     axes.set_title(title, fontsize=9)
-    words = said(rungs).replace(" s", "\N{NO-BREAK SPACE}s").replace(" of ", "\N{NO-BREAK SPACE}of\N{NO-BREAK SPACE}")
-    axes.set_xlabel("processor time [s]\n" + fill(words, 84), fontsize=5.5)
-    axes.legend(loc="best", fontsize=6, handlelength=1.2, framealpha=0.6)
+    axes.margins(x=0.05, y=0.1)
+    axes.set_xlim(right=axes.get_xlim()[1] * (axes.get_xlim()[1] / axes.get_xlim()[0]) ** 0.5)
+    return ends
+
+
+def label_ends(axes: Axes, ends: Sequence[End]) -> None:
+    """Write the name of each curve at its end, below those that stand there; the figure has been drawn."""
+    dots, taken = axes.figure.dpi, list[tuple[float, float]]()
+    for words, colour, seconds, error in sorted(ends, key=lambda end: -end[3]):
+        x, y = axes.transData.transform((seconds, error)) * 72.0 / dots
+        low = y
+        while any(abs(left - x) < _WIDE and abs(at - low) < _HIGH for left, at in taken):
+            low -= 1.0
+        taken.append((x, low))
+        axes.annotate(
+            words, (seconds, error), (7.0, low - y), textcoords="offset points", color=colour, fontsize=8, va="center"
+        )
 
 
 def rung_rows(panels: Mapping[str, Sequence[Rung]]) -> list[dict[str, object]]:

@@ -35,8 +35,8 @@ class Case:
 
 
 CALIBRATIONS = (
-    Case("in section", "biorob2018", "planar", "planar", (1e-2, 1e-3, 3e-4), 3e-4),
-    Case("in space", "biorob2018-w15", "block", "sheets", (1e-2, 3e-3, 1e-3), 3e-3),
+    Case("biorob2018", "biorob2018", "block", "sheets", (1e-2, 3e-3, 1e-3), 3e-3),
+    Case("biorob2018-w15", "biorob2018-w15", "block", "sheets", (1e-2, 3e-3, 1e-3), 3e-3),
 )
 
 

@@ -1,6 +1,6 @@
 """Model how a bench may differ from the scene: pose of the target, leads and tank, any number of the scene.
 
-    L_i = (L_model,i(pose, scene) + l) (1 + c / C)
+    L_i = L_model,i(pose, scene, l) (1 + c / C)
 
     modulus, stiffening, factor of all stresses of the silicone, what it stiffens by besides (scene/parameters.py), how
     thickness            much thicker the layer is, where loads were measured, see `loaded` [-, -, m]
@@ -11,7 +11,7 @@
     alpha_z              vectors, each component one of them [rad]
     axis_x, axis_z       where the axis is that stages turn it about, from the centre of its bottom face, which goes to
                          c + a - R_set a with a = (axis_x, 0, axis_z) [m]
-    lead                 l, inductance of the leads besides the scene's [H]
+    lead                 l, in series with each coil besides the scene's leads, shorted idle ones too [H]
     capacitance          c, of the tank besides the scene's C, with which frequencies became inductances; nothing to
                          those that a meter shows [F]
     target.width, ...    a number of the scene by its key, a star for every entry of a list; L is the parabola through
@@ -28,6 +28,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sits_mech.analysis.bench import absolute, henries
 from sits_mech.analysis.built.fit import Free
@@ -41,7 +42,7 @@ from sits_mech.rotations import rotation_matrix, rotation_vector
 from sits_mech.scene.parameters import keys_of
 from sits_mech.scene.sensor import Sensor, changed
 
-_SERIES = ("modulus", *CELL, "lead", "capacitance")  # no magnetic solve
+_SERIES = ("modulus", *CELL, "capacitance")  # no magnetic solve
 _REACH = 0.25  # of the smallest clearance: how far lengths may move of which nothing is known
 _WIDE = 4.0  # deviations: how far from what is known
 _NODES = (-2.0, 0.0, 2.0)  # deviations: scenes that are solved for a key
@@ -49,6 +50,7 @@ _CLEAR = 0.25  # of the set clearance: what brings a target closer to the coils 
 _LEAD = 2e-6  # [H] most
 _SHIFT, _TURN = 1e-9, 1e-7  # of a pose, for derivatives of how it is moved: linear but for products of rotations
 _SIDES = SECOND_ORDER[0]  # of slopes by the pose: gap, lead and capacitance are alike to percents, quick ones are not
+_LOOP = 1e-9  # [H], of leads for the derivative by them
 _KEY = 0.1  # deviations of a key, for differences of its parabola, which are exact
 _PLACE = {"gap": "d_v", "d_h": "d_h", "d_y": "d_y", "alpha": "alpha", "alpha_x": "alpha_x", "alpha_z": "alpha_z",
           "axis_x": "d_h", "axis_z": "d_h"}
@@ -93,9 +95,8 @@ class Setup:
             if np.any(clear):
                 shown_L[clear] = self._changed(moved[clear], inside)
             L = shown_L if L is None else L + shown_L - self._shown(0, poses)
-        zero = np.zeros(len(P))
-        lead, more = (here.get(name, zero)[:, None, None] for name in ("lead", "capacitance"))
-        return (L + lead) * (1.0 + more / self.sensor.readout.parallel_capacitance)
+        more = here.get("capacitance", np.zeros(len(P)))[:, None, None]
+        return L * (1.0 + more / self.sensor.readout.parallel_capacitance)
 
     def slopes(self, rests: Array, p: Array, by: Array) -> Slopes:
         """Return where the targets are, and derivatives by v variables, at rests (m, 6) of the changed layer.
@@ -110,7 +111,7 @@ class Setup:
         own = np.einsum("mnnk->mnk", by_pose) * henries(scene, field.unit_L, field.L0)[:, None]
         slopes = np.einsum("mnk,vmk->mnv", own, moved[..., [POSE.index(name) for name in components]])
         gain = 1.0 + self._here(p[None]).get("capacitance", np.zeros(1))[0] / self.sensor.readout.parallel_capacitance
-        return Slopes(places, moved, gain * slopes, self._direct(places, p, len(by)))
+        return Slopes(places, moved, gain * slopes, self._direct(field, places, p, len(by)))
 
     def _placed(self, rests: Array, p: Array, by: Array) -> tuple[Array, Array]:
         """Return where the set-up has targets, (m, 6), and derivatives by the variables, (v, m, 6); as `slopes`."""
@@ -126,16 +127,20 @@ class Setup:
                 moved[number] += (other - here_moved) / h
         return here_moved, moved
 
-    def _direct(self, places: Array, p: Array, count: int) -> Array:
-        """Return what derivatives of the readings by `count` variables are besides those by poses, (m, n, count)."""
+    def _direct(self, field: Impedance, places: Array, p: Array, count: int) -> Array:
+        """Return what derivatives of the readings by `count` variables are besides those by poses, (m, n, count).
+
+        `field` is the impedance at the places.
+        """
         here, C, none = self._here(p[None]), self.sensor.readout.parallel_capacitance, np.zeros(1)
         gain, lead = 1.0 + here.get("capacitance", none)[0] / C, here.get("lead", none)[0]
         slopes = np.zeros((len(places), len(self.sensor.coils), count))
         for number, each in enumerate(self.parameters):
             if each.name == "lead":
-                slopes[..., number] += gain
+                low, high = (shown_inductances(self.sensor, field, lead + step) for step in (-_LOOP, _LOOP))
+                slopes[..., number] += gain * (high - low) / (2.0 * _LOOP)
             if each.name == "capacitance" and self.tank:
-                slopes[..., number] += (self._shown(0, places) + lead) / C
+                slopes[..., number] += shown_inductances(self.sensor, field, lead) / C
             if each in self._keys:
                 ends = [here | {each.name: here[each.name] + way * each.deviation} for way in (-_KEY, _KEY)]
                 low, high = (self._changed(places[None], end)[0] for end in ends)
@@ -187,7 +192,8 @@ class Setup:
 
     def _changed(self, poses: Array, here: Mapping[str, Array]) -> Array:
         """Return L at the terminals of changed scenes at poses (k, m, 6)."""
-        base = self._shown(0, poses)
+        lead = here.get("lead", np.zeros(1))
+        base = self._shown(0, poses, lead)
         total = base.copy()
         for number, each in enumerate(self._keys):
             x = (here[each.name] - (each.value or 0.0)) / each.deviation
@@ -195,11 +201,14 @@ class Setup:
                 others = [other for other in _NODES if other != node]
                 share = np.prod([(x - other) / (node - other) for other in others], axis=0)
                 if self._scenes[1 + 3 * number + k][0] != self.sensor:  # which the middle one mostly is
-                    total += share[:, None, None] * (self._shown(1 + 3 * number + k, poses) - base)
+                    total += share[:, None, None] * (self._shown(1 + 3 * number + k, poses, lead) - base)
         return total
 
-    def _shown(self, number: int, poses: Array) -> Array:
-        """Return L at the terminals of one of the scenes at poses (..., 6), shape (..., n); equal ones once."""
+    def _shown(self, number: int, poses: Array, lead: Array | None = None) -> Array:
+        """Return L at the terminals of one of the scenes at poses (k, m, 6), shape (k, m, n); equal poses once.
+
+        `lead` (k,) is in series with each coil besides [H].
+        """
         scene, model = self._scenes[number]
         flat, back = np.unique(poses.reshape(-1, len(POSE)), axis=0, return_inverse=True)
         there = np.isfinite(flat[:, POSE.index("d_v")])
@@ -209,9 +218,8 @@ class Setup:
         for name, part in parts.items():
             whole = np.tile(empty[name], (len(flat), 1, 1))
             whole[there] = part
-            parts[name] = whole
-        each = shown_inductances(scene, replace(found, **parts))
-        return each[back.ravel()].reshape(*poses.shape[:-1], -1)
+            parts[name] = whole[back.reshape(poses.shape[:-1])]
+        return shown_inductances(scene, replace(found, **parts), None if lead is None else lead[:, None, None])
 
     def _clearances(self, poses: Array) -> Array:
         """Return the smallest clearance of each set of poses (k, m, 6), shape (k,) [m]."""
@@ -220,9 +228,14 @@ class Setup:
         return np.asarray(np.min(np.where(there, clearance(self.sensor, Pose.of(safe)), np.inf), axis=-1))
 
 
-def shown_inductances(sensor: Sensor, found: Impedance) -> Array:
-    """Return the inductances at the terminals, shape (..., n) [H]; without idle coils where losses are not known."""
+def shown_inductances(sensor: Sensor, found: Impedance, lead: ArrayLike | None = None) -> Array:
+    """Return the inductances at the terminals, shape (..., n) [H]; without idle coils where losses are not known.
+
+    `lead` (..., 1) or one is in series with each coil besides the scene's [H].
+    """
     henry, _ = absolute(sensor, found)
+    if lead is not None:
+        henry = replace(henry, L=henry.L + np.asarray(lead)[..., None] * np.eye(len(sensor.coils)))
     seen, _ = at_terminals(sensor, henry)
     own = np.diagonal(henry.L, axis1=-2, axis2=-1) + sensor.readout.lead_inductance
     return own if seen is None else seen.L

@@ -1,5 +1,6 @@
 """A bench of poses by a model by hand: holder, axis, leads, tank, keys of the scene come back; others are refused."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,17 @@ class ByHand:
         L = FREE * (1.0 - near)[..., None] * np.eye(2)
         report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
         return Impedance(frequency, L, 0.1 + 0.0 * L, FREE * np.eye(2), np.ones(2), 0.0 * L, 0.0 * L, "H", report)
+
+
+class Coupled(ByHand):
+    """The same with a mutual inductance that the plate takes from, and unlike coils."""
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return the closed form."""
+        found = super().impedance(pose, frequency)
+        whole, apart = np.array([[0.0, 0.1], [0.1, 0.0]]), np.diag([1.0, 1.1])
+        L = apart @ found.L + whole * np.einsum("...ii->...", found.L)[..., None, None]
+        return replace(found, L=L, L0=apart @ found.L0 + 2.0 * FREE * whole)
 
 
 @pytest.fixture(scope="module")
@@ -129,6 +141,23 @@ def test_leads_tank_and_keys_are_closed_forms(sensor: Sensor, poses: Array) -> N
     uneven = track_spectrum(changed.coils[0], [changed.frequency]).shift[0]
     np.testing.assert_allclose(found[0], (expected + uneven + 30e-9) * 1.2, rtol=1e-10)
     assert np.all(np.isnan(found[1]))
+
+
+@pytest.mark.parametrize("idle", ["open", "shorted", "live"])
+def test_leads_are_those_of_a_scene_that_has_them(poses: Array, idle: str) -> None:
+    """In the loops of idle coils as well, so that a corrected scene shows what was fitted; so are the derivatives."""
+    plain, longer = (load_sensor("biorob2018", [f'readout.idle_coil="{idle}"', f"readout.lead_inductance={lead!r}"])
+                     for lead in (10e-9, 40e-9))
+    setup = Setup(plain, (known("lead"), known("gap")), Coupled)
+    found, true = setup.readings(poses[None], np.array([[30e-9, 0.0]]))[0], Setup(longer, (), Coupled)
+    expected = true.readings(poses[None], np.zeros((1, 0)))[0]
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    added = found - setup.readings(poses[None], np.zeros((1, 2)))[0]
+    assert (np.max(np.abs(added - 30e-9)) > 1e-11) is (idle == "shorted")  # equal leads turn no mode of live tanks
+    P = np.array([[sign * 1e-9, 0.0] for sign in (1.0, -1.0)])
+    high, low = setup.readings(np.tile(poses[1:], (2, 1, 1)), P)
+    slopes = setup.slopes(poses[1:], np.zeros(2), np.zeros((2, len(poses) - 1, 6)))
+    np.testing.assert_allclose(slopes.direct[..., 0], (high - low) / 2e-9, rtol=1e-6)
 
 
 def test_a_bench_of_poses_comes_back(
