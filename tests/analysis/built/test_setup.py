@@ -153,7 +153,7 @@ def test_leads_are_those_of_a_scene_that_has_them(poses: Array, idle: str) -> No
     expected = true.readings(poses[None], np.zeros((1, 0)))[0]
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     added = found - setup.readings(poses[None], np.zeros((1, 2)))[0]
-    assert (np.max(np.abs(added - 30e-9)) > 1e-11) is (idle == "shorted")  # equal leads turn no mode of live tanks
+    assert (np.max(np.abs(added - 30e-9)) > 1e-11) == (idle == "shorted")  # equal leads turn no mode of live tanks
     P = np.array([[sign * 1e-9, 0.0] for sign in (1.0, -1.0)])
     high, low = setup.readings(np.tile(poses[1:], (2, 1, 1)), P)
     slopes = setup.slopes(poses[1:], np.zeros(2), np.zeros((2, len(poses) - 1, 6)))
