@@ -133,13 +133,12 @@ def main() -> None:
     """Run the ladders and write tables and picture."""
     coarse, folder = study_arguments(__doc__ or "", timed=True)
     asked, count = (QUICK, 1) if coarse else (FULL, None)
-    cases, finer = (CALIBRATIONS[:1], asked) if coarse else (CALIBRATIONS, (*asked, 3e-4))
     with threadpool_limits(limits=1):
         parts = {
             "The pose under a load in 3D": loads(SOLID[:2] if coarse else SOLID, asked),
             "The pose under a load in section": loads(PLANE, asked),
             "The change of inductance at a pose": poses((*SPACE, *SECTION), count),
-            "A calibration of 3 x 3 loads, of full scale": calibrations(cases, finer),
+            "A calibration of 3 x 3 loads, of full scale": calibrations(CALIBRATIONS, asked),
         }
     draw_ladders(parts, folder / "error_against_time.png")
     lines = [f"{title}: {said(rungs)}" for title, rungs in parts.items()]

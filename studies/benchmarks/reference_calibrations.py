@@ -1,4 +1,4 @@
-"""What do the published sensors show over a grid of loads, and how sure is that? A refinement whose order is measured.
+"""What does a published sensor show over a grid of loads, and how sure is that? A refinement whose order is measured.
 
 Each calibration is solved on three rungs, the tolerances of which it stores. The value is the finest rung's. Where the
 differences of the rungs shrink by a ratio r < 3/4 the error is what a geometric series leaves of them, the last
@@ -59,7 +59,7 @@ def main() -> None:
     coarse, folder = study_arguments(__doc__ or "")
     rows = []
     with threadpool_limits(limits=1):
-        for case in CALIBRATIONS[:1] if coarse else CALIBRATIONS:
+        for case in CALIBRATIONS:
             rows.append(row_of(case, (3e-1, 1e-1, 3e-2) if coarse else case.rungs))
             print(case.name, *(rows[-1][signal] for signal in SIGNALS), sep="\n", flush=True)
     write_references(rows, ABOUT, folder / "reference_calibrations.json")

@@ -155,7 +155,8 @@ def label_ends(axes: Axes, ends: Sequence[End]) -> None:
             low -= 1.0
         taken.append((x, low))
         axes.annotate(
-            words, (seconds, error), (7.0, low - y), textcoords="offset points", color=colour, fontsize=8, va="center"
+            words, (seconds, error), (7.0, low - y), textcoords="offset points", color=colour, fontsize=8, va="center",
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7},
         )
 
 
