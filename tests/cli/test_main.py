@@ -544,13 +544,12 @@ sys.argv = "sits-mech calibrate biorob2018 --mechanics linear --magnetics planar
 sys.argv += [{!r}, "--quiet", "--fz", "0 N:1 N:2", "--fx", "0 N"]
 try: main()
 except SystemExit as ended: assert not ended.code
-sys.modules = {{name: module for name, module in sys.modules.items() if module}}
 """
 
 
 @pytest.mark.parametrize(("words", "heavy"), [
     ("import sits_mech", _ALL_HEAVY), ("import sys; from sits_mech.cli.main import run; run(['-h'])", _ALL_HEAVY),
-    (_DRAWN, _SOLVING), (_TABLE, {"dask", "meshio", "gmsh", "pyvista", "distributed"}),
+    (_DRAWN, _SOLVING), (_TABLE, {"meshio", "gmsh", "pyvista", "distributed"}),
 ])
 def test_what_costs_nothing(words: str, heavy: set[str], tmp_path: Path) -> None:
     """Neither import nor help loads the heavy half, a drawing none of what solves, a table nothing of others' use."""
