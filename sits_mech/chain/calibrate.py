@@ -35,6 +35,7 @@ from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
 from sits_mech.silicone.stability import renewed_notes
 from sits_mech.status import OK, flags_of, marked
+from sits_mech.units import checked_tolerance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,7 +109,7 @@ def calibrate(
     >>> dict(data["L_v_percent"].sizes), data["status"].values.ravel()[0]
     ({'F_x': 3, 'F_z': 3}, 'above tolerance')
     """
-    given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
+    given, tolerance = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True)), checked_tolerance(tolerance)
     axes = {name: checked_values(name, values) for name, values in given.items()}
     grid = {name: axes[name] for name in WRENCH if name in ("F_x", "F_z") or np.ndim(given[name])}
     fixed = {name: values[0] for name, values in axes.items() if name not in grid and values[0] != 0.0}

@@ -25,10 +25,14 @@ from sits_mech.cli.options import (
 from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from sits_mech.analysis.built.adaptation import Adaptation
+    from sits_mech.analysis.built.fit import EndReached
     from sits_mech.analysis.built.prior import Prior
     from sits_mech.analysis.built.production import Production
     from sits_mech.analysis.measured import Tank
+    from sits_mech.scene.sensor import Sensor
 
 
 Rigs = Literal["weights", "press", "stage", "use"]
@@ -52,13 +56,11 @@ class Known:
         by_load = si_of(self.load_noise, "N", "--load-noise")
         return {"load_noise": by_load, "depth_noise": si_of(self.depth_noise, "m", "--depth-noise")}
 
-    def prior(self, folder: Path) -> Prior:
-        """Return the calibrated sensor with what is unknown of it."""
+    def prior(self, sensor: Sensor, data: xr.Dataset) -> Prior:
+        """Return a calibrated sensor with what is unknown of it."""
         from sits_mech.analysis.built.delivered import known_by
         from sits_mech.analysis.built.prior import prior_of
-        from sits_mech.report.folder import read_calibration
 
-        sensor, data = read_calibration(folder)
         prior = prior_of(sensor, data, _listed(self.free), noise=si_of(self.noise, "H", "--noise"))
         return prior if self.lot is None else known_by(prior, self.lot)
 
@@ -85,6 +87,7 @@ def adapt(
     known: Known = Known(), idle: Idle = None,
     check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
     strict: Annotated[bool, flag("Refuse readings that hardly are of such a sensor.")] = False,
+    grow: Annotated[bool, flag("Calibrate further where readings of a softer sensor end at the table.")] = False,
     output: Output = None, as_json: Json = False,
 ) -> int:
     """Which sensor was built? A few readings correct a calibration, or --plan says which loads to read.
@@ -92,7 +95,9 @@ def adapt(
     Five readings under known loads (--bench) find what is not known of the built sensor: modulus, gap, tilt, leads, the
     load cell's scale. Inductances are those at the terminals; ones that clearly fit idle coils the other way are
     refused. With -o scene and table of what was found are written as a calibration, for invert and export,
-    and unit.h, the constants of this unit for the firmware of the calibration that was adapted.
+    and unit.h, the constants of this unit for the firmware of the calibration that was adapted. A sensor so soft
+    that its readings end at the table needs a calibration to larger loads: --grow solves the few that are not there,
+    and writes them to the folder.
 
     Example: sits-mech adapt calibration --plan 5 --rig stage
     Example: sits-mech adapt calibration --plan 3 --weights "50 g, 100 g, 200 g, 500 g"
@@ -103,21 +108,37 @@ def adapt(
         raise SceneError(f"adapt: must have either --bench FILE or --plan N; got {'both' if bench else 'none'}")
     if plan is not None and plan < 1:
         raise SceneError(f"plan: must be one or more loads; got {plan}")
-    if plan is not None and (strict or any(each is not None for each in (check, idle, output))):
-        raise SceneError("--plan: must be given without --check, --strict, --idle and -o, which are of readings")
+    if plan is not None and (strict or grow or any(each is not None for each in (check, idle, output))):
+        raise SceneError("--plan: must be given without --check, --strict, --grow, --idle, -o, which are of readings")
     if bench is not None and (weights or step is not None):
         raise SceneError("--weights, --step: must be given with --plan, whose loads they are")
+    if bench is not None:
+        check_readable(bench, "a readable measurement")
+
+    from sits_mech.report.folder import cases_folder, prepare_folder, read_calibration
+
+    sensor, data = read_calibration(folder)
+    prior = known.prior(sensor, data)
     if plan is not None:
-        return _plan(known, folder, plan, rig or ("weights" if weights else "stage"), (weights, step), as_json)
-    check_readable(Path(str(bench)), "a readable measurement")
+        rig = rig or ("weights" if weights else "stage")
+        return _plan(prior, (plan, rig, weights, step), known.noises, as_json)
 
-    from sits_mech.export.calibrations import adapted_as_read, read_bench, read_with
+    from sits_mech.analysis.built.grown import grown
+    from sits_mech.export.calibrations import adapted_as_read, read_bench
     from sits_mech.report.tables import built as tables
+    from sits_mech.store import claimed
 
-    prior = known.prior(folder)
     measured = read_bench(prior, Path(str(bench)), known.tank(prior))
-    prior = read_with(prior, measured.coded, _listed(known.free))
-    found, said = adapted_as_read(prior.read_by(idle), measured, known.noises)
+
+    def further(prior: Prior, end: EndReached) -> Prior:
+        """Return the same by more loads."""
+        kept = cases_folder(prepare_folder(folder))
+        with claimed(folder), progress_bar("loads") as progress:
+            return known.prior(sensor, grown(prior, measured.forces, end, kept, progress=progress))
+
+    found, said = adapted_as_read(prior, measured, known.noises, _listed(known.free), idle, further if grow else None)
+    if found.prior.data is not data:
+        _write_longer(sensor, found.prior.data, folder)
     record = tables.adaptation_record(found, said)
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
     if said:
@@ -127,7 +148,7 @@ def adapt(
     if strict and tables.verdict(record).startswith("hardly"):
         raise SceneError(f"{bench}: must be readings of such a sensor; {tables.verdict(record)}")
     if output is not None:
-        _write(replace(found, prior=prior), output)
+        _write(replace(found, prior=found.prior.read_by(sensor.readout.idle_coil)), output)
     return 0
 
 
@@ -161,9 +182,10 @@ def lot(
     from sits_mech.analysis.measured import read_units
     from sits_mech.export.calibrations import read_with
     from sits_mech.readout.loads import fixed
+    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables import built as tables
 
-    prior = known.prior(folder)
+    prior = known.prior(*read_calibration(folder))
     spread, held, coils = spread_of(prior, _listed(within)), fixed(prior.data), prior.sensor.coil_names
     units = read_units(bench, prior.forces, coils, known.tank(prior), held)
     prior = read_with(prior, all(one.coded for one in units.values()), _listed(known.free))
@@ -177,14 +199,13 @@ def lot(
     return 0
 
 
-def _plan(
-    known: Known, folder: Path, count: int, rig: str, at_hand: tuple[str, str | None], as_json: bool
-) -> int:
-    """Answer which loads to read, of weights or multiples of a step where these are at hand."""
+def _plan(prior: Prior, asked: tuple[int, str, str, str | None], noises: dict[str, Any], as_json: bool) -> int:
+    """Answer which loads to read: how many, on which rig, of which weights or multiples of a step."""
     from sits_mech.analysis.built.load_plan import Bench, plan_loads
     from sits_mech.report.tables.built import plan_record, plan_tables
 
-    chosen = plan_loads(known.prior(folder), count, rig, bench=Bench.written(*at_hand), **known.noises)
+    count, rig, weights, step = asked
+    chosen = plan_loads(prior, count, rig, bench=Bench.written(weights, step), **noises)
     answer(plan_record(chosen), plan_tables(chosen), as_json)
     return 0
 
@@ -198,6 +219,16 @@ def _checked(found: Adaptation, count: int) -> str:
     by = sampled(found, count)
     return (f"posterior by {count} samples ({100.0 * by.settled:.0f} % of them settled): means within {by.shift:.2g} "
             f"deviations, widths within {100.0 * by.width:.0f} %, of forces within {100.0 * by.force_width:.0f} %")
+
+
+def _write_longer(sensor: Sensor, data: xr.Dataset, folder: Path) -> None:
+    """Write a calibration with more loads in place of the one that it goes on from."""
+    from sits_mech.readout.loads import load_words
+    from sits_mech.report.written import write_calibration
+
+    ends = {str(name): float(data[name].max()) for name in data["status"].dims}
+    warn(*write_calibration(sensor, data, folder))
+    warn(f"{folder}: calibrated further, to {load_words(ends)}: export its firmware anew, and adapt other units")
 
 
 def _write(found: Adaptation, output: Path) -> None:

@@ -11,6 +11,7 @@ factorisations lose an order of magnitude to a second one. Modules with commands
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -117,10 +118,13 @@ def main() -> None:
     """Run the command line and leave with its exit code."""
     for library in ("OPENBLAS", "OMP", "MKL"):  # read when numpy is first imported, by a command
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    gc.set_threshold(10_000, 20, 1000)  # what is imported is no garbage: a fifth of its time was the search
     keep_by_default()
     if sys.stderr is None:  # closed by the shell
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     if sys.stdout is None:
         fault("error: stdout: must be open, it takes the answer; got a closed one (>/dev/null is open)")
         sys.exit(2)
-    sys.exit(run())
+    code = run()
+    gc.freeze()  # else the interpreter's end searches all once more
+    sys.exit(code)

@@ -5,7 +5,7 @@ Each takes the folder of a calibration, or the sensor and table that `read_calib
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,8 @@ from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.adaptation import adapt as adapted
 from sits_mech.analysis.built.comparison import Comparison
 from sits_mech.analysis.built.delivered import known_by
+from sits_mech.analysis.built.fit import EndReached
+from sits_mech.analysis.built.grown import grown
 from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.codes import tank_of
@@ -29,7 +31,7 @@ from sits_mech.quantities import Array, Wrench
 from sits_mech.readout import quality as figures
 from sits_mech.readout.loads import fixed, several
 from sits_mech.readout.quality import Quality
-from sits_mech.report.folder import read_calibration
+from sits_mech.report.folder import cases_folder, read_calibration
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 
 Calibrated = str | Path | tuple[Sensor, xr.Dataset]
@@ -44,7 +46,7 @@ def _opened(calibration: Calibrated) -> tuple[Sensor, xr.Dataset]:
 def adapt(
     calibration: Calibrated, readings: str | Path | Measured, *, free: Sequence[str] = (), noise: float | None = None,
     load_noise: float | None = None, depth_noise: float = 1e-5, lot: str | Path | None = None,
-    clock: float | None = None, idle: str | None = None,
+    clock: float | None = None, idle: str | None = None, grow: bool = False,
 ) -> Adaptation:
     """Return which sensor was built, by a few readings of it under known loads: as ``sits-mech adapt``.
 
@@ -65,6 +67,8 @@ def adapt(
         Of codes [Hz]; by default the part's largest.
     idle : str
         What the other coils are while one is read: open, shorted, live; by default as the scene says.
+    grow : bool
+        Whether a few more loads are solved where the fit ends at the table's end; the table is then ``prior.data``.
 
     Raises
     ------
@@ -88,12 +92,23 @@ def adapt(
     (('modulus', 'gap'), True)
     """
     sensor, data = _opened(calibration)
-    prior = prior_of(sensor, data, free, noise=noise)
-    prior = prior if lot is None else known_by(prior, Path(lot))
+
+    def by(table: xr.Dataset) -> Prior:
+        """Return what is known beforehand, by a table."""
+        prior = prior_of(sensor, table, free, noise=noise)
+        return prior if lot is None else known_by(prior, Path(lot))
+
+    prior = by(data)
     measured = readings if isinstance(readings, Measured) else read_bench(
         prior, Path(readings), tank_of(sensor, data, clock))
-    prior = read_with(prior, measured.coded, free).read_by(idle)
-    return adapted_as_read(prior, measured, {"load_noise": load_noise, "depth_noise": depth_noise})[0]
+    kept = None if isinstance(calibration, tuple) else cases_folder(Path(calibration))
+
+    def further(prior: Prior, end: EndReached) -> Prior:
+        """Return the same by more loads."""
+        return by(grown(prior, measured.forces, end, kept if kept and kept.is_dir() else None))
+
+    noises = {"load_noise": load_noise, "depth_noise": depth_noise}
+    return adapted_as_read(prior, measured, noises, free, idle, further if grow else None)[0]
 
 
 def read_bench(prior: Prior, path: Path, tank: Tank | None) -> Measured:
@@ -110,13 +125,25 @@ def read_with(prior: Prior, coded: bool, free: Sequence[str]) -> Prior:
     return prior if coded or any("capacitance" in each for each in free) else prior.read_by(tank=False)
 
 
-def adapted_as_read(prior: Prior, measured: Measured, noises: dict[str, Any]) -> tuple[Adaptation, str]:
-    """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing."""
-    found = as_read(
-        prior.sensor, prior.data, measured.source, lambda idle: adapted(prior.read_by(idle), measured, **noises),
-        lambda: mistake(prior, measured, None, **noises),
-    )
-    return found, mistake(prior, measured, found, **noises) if found.p_value < STRANGE else ""
+def adapted_as_read(
+    prior: Prior, measured: Measured, noises: dict[str, Any], free: Sequence[str] = (), idle: str | None = None,
+    further: Callable[[Prior, EndReached], Prior] | None = None,
+) -> tuple[Adaptation, str]:
+    """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing.
+
+    `further` makes a longer table where the fit ends at the table's end.
+    """
+    own = read_with(prior, measured.coded, free).read_by(idle)
+    try:
+        found = as_read(
+            own.sensor, own.data, measured.source, lambda idle: adapted(own.read_by(idle), measured, **noises),
+            lambda: mistake(own, measured, None, **noises),
+        )
+    except EndReached as end:
+        if further is None:
+            raise
+        return adapted_as_read(further(prior, end), measured, noises, free, idle, further)
+    return found, mistake(own, measured, found, **noises) if found.p_value < STRANGE else ""
 
 
 def compare(

@@ -28,9 +28,8 @@ from sits_mech.mechanics.layer import PlanarLayer, axisymmetric_pad, deformed_me
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words, points, varied, wrench_of
-from sits_mech.report.pictures.cuts import coil_cut, target_cut
+from sits_mech.report.pictures.cuts import coil_cut, placed, target_cut
 from sits_mech.report.pictures.pad import deformed_pad
-from sits_mech.report.pictures.stream import placed
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.status import ANSWERED

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
 from sits_mech.geometry.sheet_plan import BEYOND, Grading, Plan, graded_axis
 from sits_mech.quantities import Array, Integers, Mask
@@ -65,7 +64,14 @@ def from_above(part: Conductor) -> list[Array]:
     if part.alpha == part.alpha_x == 0.0:
         return [loop[:, :2] for loop in fixed_loops(part)]
     corners = np.vstack([fixed_loops(part, up)[0][:, :2] for up in (-1.0, 1.0)])
-    return [corners[ConvexHull(corners).vertices]]
+    return [hull(corners)]
+
+
+def hull(points: Array) -> Array:
+    """Return the corners of the convex hull of points (n, 2), counter-clockwise."""
+    from scipy.spatial import ConvexHull  # half as long to come as a scene to be drawn
+
+    return points[ConvexHull(points).vertices]
 
 
 def pad_outlines(layer: Elastomer, target: Target | None) -> tuple[Outline, ...]:
@@ -142,6 +148,8 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
     cores = [ring[i] for i in inner]
     lattice = _lattice(cores, grading)
     points = np.vstack([ring[border], lattice])
+    from scipy.spatial import Delaunay
+
     simplices = Delaunay(points).simplices
     corners = points[simplices]
     simplices = simplices[inside_loops(cores, corners.mean(1))]
@@ -227,6 +235,8 @@ def _neighbours(loops: list[Array]) -> Mask:
 def _lattice(cores: list[Array], grading: Grading) -> Array:
     """Return points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border."""
     low, high = cores[0].min(0), cores[0].max(0)
+    from scipy.spatial import cKDTree
+
     border, found, start = cKDTree(np.vstack(cores)), [np.empty((0, 2))], 0.0
     for level in range(_LEVELS):
         spacing = _TRIANGLE * grading.largest * 2.0**level / grading.parts

@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 
@@ -171,6 +170,8 @@ def plan_seams(plan: Plan) -> Seams:
 
 def _meetings(points: Array, images: Array, tolerance: float) -> Integers:
     """Return pairs of a point and an image at one place."""
+    from scipy.spatial import cKDTree
+
     found = cKDTree(points).sparse_distance_matrix(cKDTree(images), tolerance, output_type="ndarray")
     return np.column_stack([found["i"], found["j"]]).astype(int)
 

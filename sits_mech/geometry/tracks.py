@@ -16,7 +16,6 @@ from functools import lru_cache
 from itertools import pairwise, product
 
 import numpy as np
-from scipy.constants import c
 
 from sits_mech.description import Refusal
 from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_path, turn_radii
@@ -26,6 +25,7 @@ from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 from sits_mech.scene.turns import outside, turn
 
+c = 299_792_458.0  # of light in free space [m/s], exactly
 _STRAIGHT = 1e-6  # tangent of the angle that a track may cross the section at
 _ARRAYS = 20  # of all pairs of bars, held at once
 _ROUND = 64  # facets of a ring

@@ -216,7 +216,7 @@ class Calibration:
         Parameters
         ----------
         L : array_like, shape (..., n)
-            Inductance of each coil [unit].
+            Inductance of each coil [unit]; of what is not finite there is no solution.
 
         Returns
         -------
@@ -234,7 +234,8 @@ class Calibration:
         check_resolved(self)
         unknown = np.full(n, np.nan)
         spreads = [self.map.error, *(unknown if size is None else size for size in (self.model_error, self.noise))]
-        x, residual, status, errors = self.search.solved(L.reshape(-1, n), np.array(spreads))
+        finite = np.where(np.isfinite(L), L, np.nan).reshape(-1, n)
+        x, residual, status, errors = self.search.solved(finite, np.array(spreads))
         wrong, shape = (status != OK)[:, None], L.shape[:-1]
         forces = np.where(wrong, np.nan, self.map.unscaled(x)).reshape(*shape, d)
         by_map, by_model, by_noise = (np.where(wrong, np.nan, part * self._half).reshape(*shape, d) for part in errors)

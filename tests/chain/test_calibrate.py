@@ -86,8 +86,8 @@ def sensor() -> Sensor:
 
 @pytest.fixture(scope="module")
 def table(sensor: Sensor) -> xr.Dataset:
-    """The real chain on a small grid that leaves the plane."""
-    return calibrate(sensor, **GRID, tolerance=5e-2)
+    """The real chain on a small grid that leaves the plane, its tolerance a number of numpy's."""
+    return calibrate(sensor, **GRID, tolerance=np.float32(5e-2))
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 import re
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -51,15 +52,17 @@ def made(
     return folder
 
 
-def _written(path: Path, sensor: Sensor, data: xr.Dataset, *, factor: float = 1.0) -> None:
+def _written(
+    path: Path, sensor: Sensor, data: xr.Dataset, *, factor: float = 1.0, modulus: float = 0.85, loads: Any = LOADS
+) -> None:
     """Write the readings; forces times a factor, as of another unit."""
     prior = prior_of(sensor, data)
     p, names = prior.start.copy(), [each.name for each in prior.setup.parameters]
-    for name, value in {"modulus": 0.85, "gap": 4e-5, "alpha": 0.01, "lead": 1e-8}.items():
+    for name, value in {"modulus": modulus, "gap": 4e-5, "alpha": 0.01, "lead": 1e-8}.items():
         p[names.index(name)] = value
-    L = prior.bench(LOADS).model(p[None])[0]
+    L = prior.bench(loads).model(p[None])[0]
     rows = ["F_x [N], F_z [N], L1 [uH], L2 [uH]"]
-    rows += [", ".join(f"{value:.7f}" for value in row) for row in np.column_stack([factor * LOADS, 1e6 * L])]
+    rows += [", ".join(f"{value:.7f}" for value in row) for row in np.column_stack([factor * loads, 1e6 * L])]
     path.write_text("\n".join(rows) + "\n")
 
 
@@ -112,6 +115,27 @@ def test_constants_of_the_unit_are_written(
     identity = re.search(r"SITS_ID UINT32_C\((0x[0-9A-F]{8})\)", (tmp_path / "sensor.h").read_text())[1]
     text = (adapted[0] / "unit.h").read_text()
     assert f"#define SITS_UNIT {{UINT32_C({identity}), " in text and "on 90 % of loads: F_x 0." in text
+
+
+@pytest.mark.slow
+def test_a_softer_sensor_makes_the_table_longer(
+    made: Path, capsys: Capture, tmp_path: Path, numerics_alone: Callable[[], AbstractContextManager[None]]
+) -> None:
+    """1.4 times softer, under loads up to the table's end: refused with the load that it needs, or solved there."""
+    sensor, data = read_calibration(made)
+    shutil.copytree(made, tmp_path / "own")
+    with numerics_alone():
+        wide = calibrate(sensor, F_x=1.6 * data["F_x"].to_numpy(), F_z=1.6 * data["F_z"].to_numpy(),
+                         mechanics="linear", magnetics="planar", tolerance=0.02)
+        _written(tmp_path / "soft.csv", sensor, wide, modulus=1.0 / 1.4, loads=np.array([1.3, 1.6]) * LOADS)
+        words = ["adapt", str(tmp_path / "own"), "--bench", str(tmp_path / "soft.csv")]
+        assert run(words) == 2
+        assert re.search(r"modulus: .* calibrate to at least \S+ N of F_z\n", capsys.readouterr().err)
+        assert run([*words, "--grow", "--json", "-o", str(tmp_path / "built")]) == 0
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["unknowns"]["modulus"]["value"] == pytest.approx(1.0 / 1.4, rel=0.05)
+    assert "calibrated further, to F_x = " in printed.err and (tmp_path / "built" / "unit.h").exists()
+    assert float(read_calibration(tmp_path / "own")[1]["F_z"].max()) > 2.6
 
 
 def units_of(made: Path) -> str:
@@ -175,9 +199,10 @@ def test_readings_of_another_sensor_are_told(made: Path, capsys: Capture, tmp_pa
 @pytest.mark.parametrize(
     ("more", "what"),
     [((), "either --bench FILE or --plan N; got none"), (("--plan", "3", "--bench", "{bench}"), "got both"),
+     (("--plan", "2", "--grow"), "--grow, --idle, -o, which are of readings"),
      (("--plan", "0"), "plan: must be one or more loads"), (("--bench", "nowhere.csv"), "nowhere.csv"),
-     (("--plan", "2", "--check", "5"), "--plan: must be given without --check, --strict, --idle and -o"),
-     (("--plan", "2", "--idle", "open"), "--plan: must be given without --check, --strict, --idle and -o"),
+     (("--plan", "2", "--check", "5"), "must be given without --check, --strict, --grow, --idle, -o"),
+     (("--plan", "2", "--idle", "open"), "must be given without --check, --strict, --grow, --idle, -o"),
      (("--plan", "2", "--free", "colour"), "fit: must be modulus"),
      (("--plan", "2", "--lot", "{bench}"), "must be a lot.json of sits-mech lot")],
 )

@@ -530,11 +530,31 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     assert not (folder / "result.nc").exists()
 
 
-@pytest.mark.parametrize("words", ["import sits_mech", "import sys; from sits_mech.cli.main import run; run(['-h'])"])
-def test_what_costs_nothing(words: str) -> None:
-    """Neither import nor help loads the heavy half (measured in the benchmarks: both under 0.3 s)."""
-    heavy = "{'numpy', 'scipy', 'xarray', 'pandas', 'skfem', 'pydantic', 'matplotlib', 'pint'}"
-    code = f"{words}\nimport sys\nassert not {heavy} & set(sys.modules), {heavy} & set(sys.modules)"
+_SOLVING = {"scipy", "xarray", "pandas", "skfem", "pint"}
+_ALL_HEAVY = {*_SOLVING, "numpy", "pydantic", "matplotlib"}
+_DRAWN = """
+from sits_mech.report.pictures.drawing import scene_drawing
+from sits_mech.report.pictures.style import figure_bytes
+from sits_mech.scene.sensor import load_sensor
+figure_bytes(scene_drawing(load_sensor("biorob2018-w15")), "svg")
+"""
+_TABLE = """
+import sys; from sits_mech.cli.main import main
+sys.argv = "sits-mech calibrate biorob2018 --mechanics linear --magnetics planar --tolerance 0.1 --accept -o".split()
+sys.argv += [{!r}, "--quiet", "--fz", "0 N:1 N:2", "--fx", "0 N"]
+try: main()
+except SystemExit as ended: assert not ended.code
+"""
+
+
+@pytest.mark.parametrize(("words", "heavy"), [
+    ("import sits_mech", _ALL_HEAVY), ("import sys; from sits_mech.cli.main import run; run(['-h'])", _ALL_HEAVY),
+    (_DRAWN, _SOLVING), (_TABLE, {"meshio", "gmsh", "pyvista", "distributed"}),
+])
+def test_what_costs_nothing(words: str, heavy: set[str], tmp_path: Path) -> None:
+    """Neither import nor help loads the heavy half, a drawing none of what solves, a table nothing of others' use."""
+    program = words.format(str(tmp_path / "table")) if words is _TABLE else words
+    code = f"{program}\nimport sys\nassert not {heavy} & set(sys.modules), {heavy} & set(sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
 

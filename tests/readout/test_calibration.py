@@ -66,7 +66,7 @@ def test_slopes_are_derivatives() -> None:
 def test_outside_is_said() -> None:
     """Beyond the table, far beyond, and not a number: no force."""
     cal = calibration(table())
-    asked = np.array([pair(0.2, 4.4), pair(0.2, 40.0), [np.nan, 2e-6], pair(0.2, -0.01)])
+    asked = np.array([pair(0.2, 4.4), pair(0.2, 40.0), [np.inf, 2e-6], pair(0.2, -0.01)])
     found = cal.inverse(asked)
     assert found.status.tolist() == ["outside", "outside", "no solution", "ok"]
     assert np.all(np.isnan(found.forces[:3])) and found.forces[3, 1] == pytest.approx(-0.01, abs=1e-4)

@@ -40,6 +40,14 @@ _STEPS, _HALVINGS = 40, 5  # of Gauss and Newton: some ten are taken, whole ones
 _END = 1e-6  # of the reach: this close to its end a value is held by it
 
 
+class EndReached(SceneError):
+    """A best value at an end of its reach: of which parameter, and the end."""
+
+    def __init__(self, words: str, name: str, end: float) -> None:
+        super().__init__(words)
+        self.name, self.end = name, end
+
+
 @dataclass(frozen=True)
 class Free:
     """A parameter to fit."""
@@ -125,8 +133,8 @@ def fit_parameters(
 
     `noise`: standard deviation of the numbers of `y`, of one shape with them or alike for all; `own`: root mean square
     error of the model itself over each range, a floor of the scatter; `slopes` in place of differences; `root` as of
-    `Beforehand`. Raise SceneError for no more numbers than parameters, prior knowledge without noise, or a best value
-    at an end.
+    `Beforehand`. Raise SceneError for no more numbers than parameters, prior knowledge without noise; EndReached for a
+    best value at an end.
     """
     y, beforehand = np.asarray(y, dtype=float), Beforehand(tuple(free), root)
     known = beforehand.count
@@ -245,4 +253,5 @@ def _check_ends(free: Sequence[Free], values: Array) -> None:
                 continue
             reason = each.beyond[int(upper)] or "what moved the readings is not fitted, or a unit is wrong"
             came = f"the fit goes on to its {'upper' if upper else 'lower'} end, {value:.4g}: {reason}"
-            raise SceneError(f"{each.name}: must fit the readings between {each.low:.4g} and {each.high:.4g}; {came}")
+            words = f"{each.name}: must fit the readings between {each.low:.4g} and {each.high:.4g}; {came}"
+            raise EndReached(words, each.name, each.high if upper else each.low)

@@ -148,10 +148,29 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     return fit_map(names, loads[:, [WRENCH.index(name) for name in names]], slopes.reshape(len(loads), -1))
 
 
+def reach(force: float, softest: float) -> float:
+    """Return to what load a table must reach for a sensor of modulus `softest` to be read at a force: two digits."""
+    step = 10.0 ** (np.floor(np.log10(force / softest)) - 1.0)
+    return float(f"{step * np.ceil(force / softest / step - SLACK):.3g}")
+
+
 def needed(force: float, softest: float, unit: str) -> str:
-    """Return in words to what load a table must reach for a sensor of modulus `softest` to be read at a force."""
-    step = 10.0 ** (np.floor(np.log10(force / softest)) - 1.0)  # two digits, upwards
-    return f"calibrate to at least {step * np.ceil(force / softest / step - SLACK):.3g} {unit}"
+    """Return `reach` in words."""
+    return f"calibrate to at least {reach(force, softest):.3g} {unit}"
+
+
+def lacking(forces: Array, table: Table, softest: float) -> dict[tuple[str, float], float]:
+    """Return to what load a table must reach, by force and sign, for a sensor to be read at all forces (m, d).
+
+    Of a modulus `softest`; only what the table does not hold. A force that is not known is NaN.
+    """
+    found, names = {}, table.map.names
+    for k, (name, low, high) in enumerate(zip(names, *table.ends(), strict=True)):
+        for sign, end in ((1.0, high), (-1.0, -low)):
+            top = float(np.nanmax(sign * forces[:, k], initial=0.0))
+            if top > 0.0 and top / softest > max(end, 0.0) * (1.0 + SLACK):
+                found[name, sign] = reach(top, softest)
+    return found
 
 
 def moduli(

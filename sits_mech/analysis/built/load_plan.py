@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.analysis.bench import loads_over
-from sits_mech.analysis.built.force_maps import moduli, needed
+from sits_mech.analysis.built.force_maps import lacking, moduli, needed
 from sits_mech.analysis.built.prior import Prior, inverted, load_noise_of
 from sits_mech.analysis.built.unknowns import Known
 from sits_mech.quantities import SURE, UNITS, Array
@@ -151,14 +151,11 @@ def plan_loads(
 
 def _grow(prior: Prior, loads: Array) -> str:
     """Return what the table lacks for a sensor that is `SOFTER`, of each force; nothing where it holds it."""
-    low, high = prior.table.ends()
-    short = [
-        f"{needed(float(np.max(sign * loads[:, k])), 1.0 / SOFTER, UNITS[name])} of {'-' if sign < 0.0 else ''}{name}"
-        for k, name in enumerate(prior.forces) for sign, end in ((1.0, high[k]), (-1.0, -low[k]))
-        if np.max(sign * loads[:, k]) * SOFTER > max(end, 0.0) * (1.0 + SLACK)
-        and np.max(sign * loads[:, k]) > 0.0
-    ]
-    return ", ".join(short)
+    short = lacking(loads, prior.table, 1.0 / SOFTER)
+    return ", ".join(
+        f"calibrate to at least {most:.3g} {UNITS[name]} of {'-' if sign < 0.0 else ''}{name}"
+        for (name, sign), most in short.items()
+    )
 
 
 def _in_use(

@@ -24,14 +24,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.analysis.built.fit import Free
+from sits_mech.analysis.built.fit import EndReached, Free
 from sits_mech.analysis.built.force_maps import Table, mapped, moduli
 from sits_mech.analysis.built.setup import Setup, Slopes
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, Array
 from sits_mech.rotations import rotation_matrix
-from sits_mech.scene.sensor import SceneError
 
 _AXES, _UPWARDS = ("F_x", "F_y", "F_z"), (1.0, 1.0, -1.0)  # of a load cell
 _STEP = 1e-4  # of a load's range or a parameter's size, for differences of polynomials
@@ -64,11 +63,12 @@ class LoadedBench:
         expected = next((each.softest for each in self.setup.parameters if each.name == "modulus"), 1.0)
         (softest, stiffest), why = moduli(self.forces, self.table, self.table.map.names, expected)
         if "modulus" not in self.setup.names and not softest <= 1.0 <= stiffest:
-            raise SceneError(f"table: must reach beyond the measured forces; {why[int(softest <= 1.0)]}")
+            words = f"table: must reach beyond the measured forces; {why[int(softest <= 1.0)]}"
+            raise EndReached(words, "modulus", softest if softest > 1.0 else stiffest)
         modulus = Free("modulus", 1.0, softest, stiffest, 1.0, beyond=why)
         found = self.setup.free(self.table.poses, {"modulus": modulus})
         if not all(each.low < each.high for each in found):
-            raise SceneError(f"table: must reach beyond the measured forces; {why[0] or why[1]}")
+            raise EndReached(f"table: must reach beyond the measured forces; {why[0] or why[1]}", "modulus", softest)
         return found
 
     def model(self, P: Array) -> Array:

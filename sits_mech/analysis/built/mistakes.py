@@ -65,7 +65,9 @@ def as_read(
     except SceneError as error:
         again = _other_fit(sensor, data, fitted)
         said = otherwise() if again is None or again.p_value < STRANGE else other_way(own)[1]
-        raise SceneError(f"{error}{said and '; '}{said}") from None
+        if not said:
+            raise
+        raise SceneError(f"{error}; {said}") from None
     again = _other_fit(sensor, data, fitted)
     if again is not None and found.fit.chi_square - again.chi_square > _CLEARLY * again.variance:
         raise SceneError(f"{source}: {other_way(own)[1]}")

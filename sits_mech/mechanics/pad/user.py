@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from skfem import Mesh
@@ -26,7 +26,6 @@ from skfem import Mesh
 from sits_mech.geometry.meshing.bricks import Outline, within
 from sits_mech.geometry.meshing.refinement import Refinement, refined
 from sits_mech.geometry.meshing.soundness import pieces, place
-from sits_mech.geometry.meshing.store import ReadSolid, read_solid
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
 from sits_mech.mechanics.element.prolongation import Prolongation, prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded
@@ -36,6 +35,9 @@ from sits_mech.mechanics.pad.solid import NumberedMesh, as_in, numbered, pad_par
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
+
+if TYPE_CHECKING:
+    from sits_mech.geometry.meshing.store import ReadSolid
 
 _NEEDED = ("ground", "target")  # groups of faces that a pad's mesh must name
 GROUPS = (*_NEEDED, "free")
@@ -161,6 +163,8 @@ def _file(elastomer: Elastomer) -> tuple[Path, bool, int]:
 @lru_cache(maxsize=4)
 def _stamped(path: Path, weld: bool, stamp: int) -> ReadSolid:
     """Read the mesh of a file as written at one time."""
+    from sits_mech.geometry.meshing.store import read_solid  # and meshio, for who has a mesh
+
     found = read_solid(path, _NEEDED, weld=weld)
     _check_groups(str(path), found.mesh)
     return found

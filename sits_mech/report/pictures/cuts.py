@@ -14,13 +14,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
-from sits_mech.geometry.outline import fixed_loops, target_outline
+from sits_mech.geometry.outline import fixed_loops, hull, target_outline
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.pictures.stream import placed
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.outlines import Loop, edges
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
 
@@ -118,6 +117,11 @@ def target_cut(target: Target, pose: Pose, plane: Plane = FLAT) -> Array:
     return np.stack([along(moved, plane)[0], moved[..., 2]], axis=-1)
 
 
+def placed(points: Array, pose: Pose) -> Array:
+    """Return points of the target's own axes, from its bottom face's centre, in the scene; shape (n, 3) [m]."""
+    return points @ rotation_matrix(pose.rotation).T + pose.centre
+
+
 def conductor_cut(part: Conductor, plane: Plane) -> Array:
     """Return the pieces of a fixed plate that a plane cuts, (k, m, 2); of one that ends in it without holes [m]."""
     faces, rims = [_crossings(fixed_loops(part, up), plane) for up in (-1.0, 1.0)], [fixed_loops(part, -1.0)[0]]
@@ -128,7 +132,7 @@ def conductor_cut(part: Conductor, plane: Plane) -> Array:
     rims.append(fixed_loops(part, 1.0)[0])  # one that stands along the plane, or ends in it
     upright = _crossings([np.array(pair) for pair in zip(*rims, strict=True)], plane, closed=False)
     corners = np.vstack([*faces, upright])
-    return corners[ConvexHull(corners).vertices][None] if len(corners) > 2 else np.zeros((0, 4, 2))
+    return hull(corners)[None] if len(corners) > 2 else np.zeros((0, 4, 2))
 
 
 def _crossings(lines: Sequence[Array], plane: Plane, closed: bool = True) -> Array:

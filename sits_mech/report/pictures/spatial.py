@@ -21,8 +21,9 @@ from sits_mech.geometry.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.quantities import Array, Pose
+from sits_mech.report.pictures.cuts import placed
 from sits_mech.report.pictures.fields import CURRENT, driven_currents, written_frequency
-from sits_mech.report.pictures.stream import Stream, placed, plate_stream
+from sits_mech.report.pictures.stream import Stream, plate_stream
 from sits_mech.report.pictures.style import label_bar, new_figure
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 from sits_mech.units import MM

@@ -28,6 +28,7 @@ from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, prism_means
 from sits_mech.quantities import Array, Complex, Integers, Pose
+from sits_mech.report.pictures.cuts import placed
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, Target
 
@@ -67,11 +68,6 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
     omega = 2.0 * np.pi * frequency
     found = np.asarray(np.linalg.solve(R + 1j * omega * L, -1j * omega * g), dtype=complex)
     return Stream(plan.nodes, plan.cells, _at_nodes(plan, found), complex(1j * omega * g @ found))
-
-
-def placed(points: Array, pose: Pose) -> Array:
-    """Return points of the target's own axes, from its bottom face's centre, in the scene; shape (n, 3) [m]."""
-    return points @ rotation_matrix(pose.rotation).T + pose.centre
 
 
 def _plan(target: Target, cells: int) -> Plan:
