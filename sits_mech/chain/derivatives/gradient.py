@@ -10,9 +10,9 @@ depends on all three. Errors: those of the pose's derivatives times the slopes, 
 all of it the relative error of L, or R.
 
 A number that the layer does not have costs the mechanics nothing, nor one that no coil and no plate has the magnetics;
-a length of a plate takes new eddy-current modes. Of images of a load only mirror ones are taken: a scene whose width
-grows is no longer a square. Where target and pad end flush both widths have two derivatives: given is that of a target
-that grows over its pad, and of a pad that shrinks under its target.
+a length of a plate takes new eddy-current modes. Images of a load are those of the symmetry that all numbers keep: a
+scene whose width grows is no longer a square, one whose thickness grows is. Where target and pad end flush both widths
+have two derivatives: given is that of a target that grows over its pad, and of a pad that shrinks under its target.
 """
 
 from __future__ import annotations
@@ -156,11 +156,11 @@ def gradient(
     numbers, moving = numbers_of(sensor, names)
     _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, _ = sloped_model(sensor, mechanics, tolerance, [wrench])
-    mirrors = mirrors_of(sensor)
-    rest = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), mirrors)
+    symmetry = symmetry_kept(sensor, moving)
+    rest = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry)
     found, back, field = rest.found, rest.back, rest.field
-    by_pose = layer.slopes(found, moving, sideways=sideways)
-    kept = mirrors.projection(wrench) @ back
+    by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
+    kept = symmetry.projection(wrench) @ back
     simulation = simulated(sensor, field, turned(found, kept, wrench))
     moved = columns_of(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
     one = Pose.of(simulation.equilibrium.pose.components[None])
@@ -182,9 +182,10 @@ def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], l
     return numbers, [number for number, (other, own) in zip(numbers, parts, strict=True) if other != own]
 
 
-def mirrors_of(sensor: Sensor) -> Symmetry:
-    """Return the symmetry that a scene keeps when its sizes change."""
-    return Symmetry("rectangle") if symmetry_of(sensor).mirrored else Symmetry()
+def symmetry_kept(sensor: Sensor, numbers: Sequence[Parameter]) -> Symmetry:
+    """Return the symmetry that a scene keeps when some numbers change: a square whose width grows has two mirrors."""
+    changed = (place.sensor for number in numbers for place in number.stencil().places)
+    return min(map(symmetry_of, (sensor, *changed)), key=lambda each: len(each.images) + (each.kind == "disc"))
 
 
 def columns_of(numbers: Sequence[Parameter], moving: Sequence[Parameter], found: Moved) -> Moved:
