@@ -119,7 +119,7 @@ def design(
         front_of(task, [*finals, *known]), tuple(known), lost_values(asked, search, known, finals),
         tied_with(search, [*finals, *others, *branch.known], best, space), run.count,
         landscape_of(asked, search, branch.prediction, best), run.notes(best), guards(task, best),
-        causes(asked, task, best) + (() if feasible else task.contradicting([*finals, *known])),
+        causes(asked, task, best) + (() if feasible else task.contradicting(search.seen([*finals, *known]))),
     )
 
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
@@ -205,6 +206,14 @@ class Search:
                 least, limit = figure_words(name, value), figure_words(name, self.task.limits[name])
                 return f"{name} some {least} at the end of a silicone's data, against {limit}"
         return ""
+
+    def seen(self, known: Sequence[Answered]) -> list[dict[str, float]]:
+        """Return the figures of solved designs, and those predicted at corners of the box and points between."""
+        corners = product((0.0, 1.0), repeat=self.count) if 2**self.count <= _AT_MOST[0] else ()
+        points = [*corners, *self._unit] if self.count else []
+        own = [(each.prediction, np.array(x)) for each in self.branches if each.prediction.solved for x in points]
+        predicted = [self.task.figures(each.table(x), each.plain(x)) for each, x in own]
+        return [*map(self.task.own_figures, known), *predicted]
 
     def _at_end(self, prediction: Prediction, x: Array) -> dict[str, float]:
         """Return the limited resolutions of a point, times its strain within the data."""
