@@ -35,8 +35,6 @@ from sits_mech.synthesis.space import Design
 Solve = Callable[[Design], Answered]
 MOST = 60
 """Designs that a search solves."""
-HOPELESS = 0.5
-"""Of a limit: where the best prediction of two solved designs exceeds it by more, no other is solved."""
 _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
 _CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
@@ -154,6 +152,11 @@ class Search:
         worst = max(self.task.excess(figures, table).values(), default=0.0)
         return self.task.aim(figures) + _exceeded(worst, slack)
 
+    def worst(self, prediction: Prediction, x: Array) -> float:
+        """Return the predicted excess of the limit exceeded most at a point, over it."""
+        table, plain = prediction.table(x), prediction.plain(x)
+        return max(self.task.excess(self.task.figures(table, plain), table).values(), default=-1.0)
+
     def as_good(self, merit: float, least: float) -> bool:
         """Return whether a merit is the least one of its own choice, within what is worth a solve."""
         return merit <= least + _GAIN * abs(least)
@@ -263,8 +266,7 @@ class Search:
         """Return whether a choice promises no gain."""
         if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
             return True
-        known = len(branch.prediction.solved) > 1 or self.out_of_reach()
-        if branch.promise.excess > HOPELESS and known:
+        if self.out_of_reach():
             return True
         best = min(self.known, key=self.merit)
         return self.merit(best) - self._hope(branch) < self.worth(best)

@@ -283,7 +283,8 @@ def test_limits_that_contradict_each_other_are_a_pair() -> None:
         return Answered(Design((0,), (0.5, 0.5)), "", None, np.zeros((2, 0, 0)), plain, {})
 
     known = [task.own_figures(sized(*each)) for each in ((2e-3, 1.6), (2.9e-3, 1.2), (4e-3, 0.8))]
-    said = "height and strain: no design holds both, solved or predicted; with the first strain comes to 120 % against 100 %"
+    both = "no design holds both, solved or predicted"
+    said = f"height and strain: {both}; with the first strain comes to 120 % against 100 %"
     assert task.contradicting(known) == (said,)
     assert task.contradicting([*known, task.own_figures(sized(2.9e-3, 0.9))]) == () and task.contradicting([]) == ()
 
