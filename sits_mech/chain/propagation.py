@@ -101,16 +101,18 @@ def signals_at(found: Signals, index: int) -> Signals:
     return Signals(**{name: float(np.asarray(value)[index]) for name, value in found.known.items()})
 
 
-def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None) -> Reading:
+def read_poses(
+    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None, untilted: bool = True
+) -> Reading:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
     `direct` (m, p, n) is what the shared parts of the poses are of each coil's own inductance besides [unit], in place
-    of what the model's errors share.
+    of what the model's errors share. Where `untilted` is not asked for it is what is read, without another call.
     """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
-    report, flat = found.report, _untilted(model, found, pose)
+    report, flat = found.report, _untilted(model, found, pose) if untilted else found
     if direct is not None:
         found, flat = _own_alone(found), _own_alone(flat)
     _LOG.info("%s: inductances at %d poses, %d unknowns, error %.2g", report.model, len(poses.value), report.unknowns,
