@@ -175,7 +175,9 @@ class _Run:
         if not self.asked.goal:
             bounds = {choice: bounds_of(self.coarse, choice)[1] for choice in choices}
             choices = tuple(sorted(choices, key=lambda each: min((one.strain for one in bounds[each]), default=np.inf)))
-        return Search(self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed)
+        return Search(
+            self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed, space.silicone
+        )
 
     def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:
         """Solve a design, and report progress."""

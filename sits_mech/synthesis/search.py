@@ -45,7 +45,8 @@ _THINNER = 0.02  # of a height: what is less is no simpler design
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
-_SHARPER = 1.5  # power of a factor by tangents: half of its logarithm is taken to be missed
+_AT_LEAST = 0.5  # of a resolution by tangents of its logarithm: of 78 pairs of designs solved 0.59 came at least
+_STEP = 1e-3  # of the box, for these tangents
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
 
 
@@ -87,6 +88,7 @@ class Search:
     # one, or why there can be none
     most: int = MOST
     seed: int = 0  # of the starts
+    silicone: int | None = None  # place of the silicone in a choice
     branches: list[Branch] = field(default_factory=list)
     solved: int = 0
     missed: list[float] = field(default_factory=list)  # by what first promises were off, limits aside
@@ -185,30 +187,41 @@ class Search:
                 return there
         return x
 
-    def out_of_reach(self) -> str:
-        """Return in words which resolution no design can bring within its limit, by what is solved; "" for none.
+    def out_of_reach(self, branch: Branch) -> str:
+        """Return in words which resolution no design of a choice can bring within its limit; "" for none.
 
         A softer silicone shows a load more, and is strained as much more: by linear theory resolution times strain
-        stays, so that it is the resolution at the end of the data. What other sizes do predictions tell over the whole
-        box: of a factor that they promise over a solved design, its power 3/2 is taken.
+        stays, so that it is the resolution at the end of the data, of all choices that differ by their silicones. It
+        goes with powers of the sizes: tangents of its logarithm at what is solved tell the least of the box, of which
+        `_AT_LEAST` is taken.
         """
         best = dict[str, float]()
-        for branch in self.branches:
-            own = branch.prediction
-            if not own.solved:
-                continue
-            here = self._at_end(own, own.solved[0].point)
-            for x in self._unit if self.count else ():
-                for name, value in self._at_end(own, x).items():
-                    there = here[name] * min(value / max(here[name], 1e-300), 1.0) ** _SHARPER
-                    best[name] = min(there, best.get(name, np.inf))
-            for name, value in here.items():
-                best[name] = min(value, best.get(name, np.inf))
+        for each in (other for other in self.branches if self._alike(other, branch)):
+            own = each.prediction
+            for solved in own.solved:
+                for name, value in self._least_at_end(own, solved.point).items():
+                    best[name] = min(value, best.get(name, np.inf))
         for name, value in best.items():
             if value > self.task.limits[name]:
                 least, limit = figure_words(name, value), figure_words(name, self.task.limits[name])
                 return f"{name} some {least} at the end of a silicone's data, against {limit}"
         return ""
+
+    def _alike(self, one: Branch, other: Branch) -> bool:
+        """Return whether two choices differ by their silicones at most."""
+        pairs = enumerate(zip(one.choice, other.choice, strict=True))
+        return all(a == b or k == self.silicone for k, (a, b) in pairs)
+
+    def _least_at_end(self, prediction: Prediction, x: Array) -> dict[str, float]:
+        """Return the least of `_at_end` over the box, by the tangents of its logarithm at a point."""
+        here = self._at_end(prediction, x)
+        logs = dict.fromkeys(here, 0.0)
+        for k in range(self.count):
+            there = self._at_end(prediction, x + _STEP * np.eye(self.count)[k])
+            for name, value in there.items():
+                slope = np.log(max(value, 1e-300) / max(here[name], 1e-300)) / _STEP
+                logs[name] += min(-slope * x[k], slope * (1.0 - x[k]))
+        return {name: here[name] * (_AT_LEAST * float(np.exp(logs[name])) if self.count else 1.0) for name in here}
 
     def seen(self, known: Sequence[Answered]) -> list[dict[str, float]]:
         """Return the figures of solved designs, and those predicted at corners of the box and points between."""
@@ -226,7 +239,7 @@ class Search:
 
     def _begin(self, branch: Branch) -> None:
         """Solve a choice at its start; where that fails, at the next one. What is out of reach of any is not begun."""
-        beyond = self.out_of_reach()
+        beyond = self.out_of_reach(branch)
         if beyond:
             design, none = Design(branch.choice, (0.5,) * self.count), np.zeros((self.count, 0, 0))
             branch.known.append(Answered(design, f"left out: {beyond}", None, none, {}, {}))
@@ -266,7 +279,7 @@ class Search:
         """Return whether a choice promises no gain."""
         if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
             return True
-        if self.out_of_reach():
+        if self.out_of_reach(branch):
             return True
         best = min(self.known, key=self.merit)
         return self.merit(best) - self._hope(branch) < self.worth(best)
