@@ -49,7 +49,6 @@ from sits_mech.store import Cases, Row, case_name, opened
 from sits_mech.units import SceneError, si_value
 
 _NOTE = "plan.json"
-_LEFT = 0.3  # of a pad's thickness, what linear theory may leave of it
 _ON_DISK = 1.4  # of the cases' file, that and the table: 1405 and 432 bytes of 100,000 cases
 
 
@@ -166,7 +165,7 @@ def _prepared(study: Study, points: Mapping[int, Row]) -> dict[int, _Prepared]:
 
 
 def _height(study: Study, point: Row) -> float:
-    """Return about how high a case has its target, as given or by linear theory of a plain pad [m]; 0 if unknown."""
+    """Return about how high a case has its target [m]: as given, or t/(1 + sink) by linear theory; 0 if unknown."""
     units, given = study.request.units, study.fixed | point
     if "dv" in units or not study.request.layer:
         return si_value(given.get("dv", 0.0), "m")
@@ -175,7 +174,7 @@ def _height(study: Study, point: Row) -> float:
         return 0.0
     forces = {name: si_value(given.get(key, 0.0), units[key]) for key, name in LOAD_ARGUMENTS.items() if key in units}
     sink, *_ = strains_of(*plain, Wrench(**forces))
-    return plain[1].standoff + plain[1].thickness * max(1.0 - sink, _LEFT)
+    return plain[1].standoff + plain[1].thickness / (1.0 + sink)
 
 
 def _to_come(shared: Mapping[int, _Prepared], rows: Mapping[int, Row]) -> list[_Prepared]:

@@ -46,7 +46,6 @@ _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best 
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
 _AT_LEAST = 0.5  # of a resolution by tangents of its logarithm: of 78 pairs of designs solved 0.59 came at least
-_STEP = 1e-3  # of the box, for these tangents
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
 
 
@@ -217,9 +216,9 @@ class Search:
         here = self._at_end(prediction, x)
         logs = dict.fromkeys(here, 0.0)
         for k in range(self.count):
-            there = self._at_end(prediction, x + _STEP * np.eye(self.count)[k])
+            there = self._at_end(prediction, x + _CLOSE * np.eye(self.count)[k])
             for name, value in there.items():
-                slope = np.log(max(value, 1e-300) / max(here[name], 1e-300)) / _STEP
+                slope = np.log(max(value, 1e-300) / max(here[name], 1e-300)) / _CLOSE
                 logs[name] += min(-slope * x[k], slope * (1.0 - x[k]))
         return {name: here[name] * (_AT_LEAST * float(np.exp(logs[name])) if self.count else 1.0) for name in here}
 
