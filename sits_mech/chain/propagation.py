@@ -17,12 +17,12 @@ left unrotated has the same derivatives by the target's place, and none by its r
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.magnetics.pose_slopes import Known, pose_slopes
 from sits_mech.mechanics.closed_form import free_rise
 from sits_mech.quantities import POSE, Array, Bounded, Equilibrium, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of
@@ -45,6 +45,12 @@ class Reading:
     shared_untilted: Array
     alone: Array  # (k, p, n), of each pose for itself, by component [unit]
     turned: Array  # (p, r), errors of `combine` of L less the unrotated L, beside what is shared
+    slopes: Mapping[str, tuple[Array, Array]]  # quick ones of L and R by components of poses that have errors
+
+    @property
+    def known(self) -> Known:
+        """The impedance with these slopes."""
+        return Known(self.impedance, self.slopes)
 
 
 @dataclass(frozen=True)
@@ -132,6 +138,7 @@ def read_poses(
         signals(last.value, L0, weights), np.concatenate([unsure.shared(parts, own), L.shared]),
         np.concatenate([unsure.shared(level, own), last.shared]),
         unsure.alone(parts), shown.own + np.abs(unsure.alone(each)[turns]).sum(axis=0),
+        {name: (by_pose[0][..., k], by_pose[1][..., k]) for k, name in enumerate(names)},
     )
 
 

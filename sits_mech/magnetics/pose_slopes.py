@@ -10,9 +10,9 @@ and R likewise: a percent off where the plate is close, for what errors of a pos
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,30 +29,41 @@ STEP = 0.01
 _QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 
 
+class Known(NamedTuple):
+    """The impedance at p poses, and its quick slopes by some components, L and R (p, n, n) each."""
+
+    impedance: Impedance
+    slopes: Mapping[str, tuple[Array, Array]]
+
+
 def pose_slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
-    quick: bool = False, stencil: Stencil = CENTRAL, known: Impedance | None = None,
+    quick: bool = False, stencil: Stencil = CENTRAL, known: Known | None = None,
 ) -> tuple[Impedance, Array, Array]:
     """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad].
 
-    The impedance is solved for unless it is `known`.
+    What is `known` is not solved for.
     """
+    if known is not None and components and known.slopes.keys() >= set(components):
+        own = [np.stack(parts, axis=-1) for parts in zip(*(known.slopes[name] for name in components), strict=True)]
+        return known.impedance, own[0], own[1]
+    whole = None if known is None else known.impedance
     stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
     bare = coarse or _answering(model)
     near = bare.impedance(Pose.of(places), frequency)
-    if known is None:
+    if whole is None:
         found = near if bare is model else model.impedance(Pose.of(places[:1]), frequency)
         shared = None if found.shared_L is None else found.shared_L[:, 0]
         parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
-        known = replace(found, **parts, shared_L=shared)
+        whole = replace(found, **parts, shared_L=shared)
     by_pose = []
-    for values, whole, free in ((near.L, known.L, known.L0), (near.R, known.R, 0.0)):
+    for values, there, free in ((near.L, whole.L, whole.L0), (near.R, whole.R, 0.0)):
         slope = _slopes(values, stencil, steps)
-        if coarse is not None and (free is known.L0 or not known.uneven):  # R of tracks is beside that of the plate
-            shares = _shares(whole - free, values[0] - (near.L0 if free is known.L0 else 0.0))
+        if coarse is not None and (free is whole.L0 or not whole.uneven):  # R of tracks is beside that of the plate
+            shares = _shares(there - free, values[0] - (near.L0 if free is whole.L0 else 0.0))
         by_pose.append(slope if coarse is None else slope * shares[..., None])
-    return known, by_pose[0], by_pose[1]
+    return whole, by_pose[0], by_pose[1]
 
 
 def _moved(

@@ -28,7 +28,7 @@ from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import signal_weights
 from sits_mech.chain.simulate import Simulation, aimed_rest, simulated
-from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.magnetics.pose_slopes import Known, pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned
 from sits_mech.quantities import (
@@ -213,15 +213,16 @@ def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
 
 def shown_change(
     sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
-    moved: Moved, direct: Direct, *, quick: bool = False,
+    moved: Moved, direct: Direct, *, known: Known | None = None,
 ) -> ByNumbers:
     """Join both halves: return derivatives of what the coils show at p poses by n numbers.
 
-    The errors of `shown`, shape (p, c, c), include the poses' errors; `quick` as for `pose_slopes`.
+    The errors of `shown`, shape (p, c, c), include the poses' errors; slopes that are `known` are quick ones.
     """
     components: Sequence[str] = POSE if pose.out_of_plane or np.any(moved.pose[:, 3:]) else POSE[:3]
     components = ("d_v",) if is_coaxial(field) else components
-    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick, known=shown)
+    quick, known = known is not None, known or Known(shown, {})
+    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick, known=known)
     ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))
     sizes = (shown.L - shown.L0, shown.R)
     share_L, share_R = (_share(*both) for both in zip((shown.error_L, shown.error_R), sizes, strict=True))

@@ -91,8 +91,8 @@ def gradient_on_grid(
     moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
     reading = read_poses(sensor, field, poses, untilted=False)
     shown = reading.impedance
-    direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers, shown)
-    change = shown_change(sensor, field, shown, pose, numbers, moved, direct, quick=True)
+    direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers, reading.known)
+    change = shown_change(sensor, field, shown, pose, numbers, moved, direct, known=reading.known)
     pair = ("coil", "coil_2")
     dims: dict[str, tuple[str, ...]] = {"pose": ("component",), "L": pair, "R": pair}
     values: Columns = {"pose": (("component",), pose.components)}
