@@ -17,7 +17,7 @@ left unrotated has the same derivatives by the target's place, and none by its r
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,7 +45,7 @@ class Reading:
     shared_untilted: Array
     alone: Array  # (k, p, n), of each pose for itself, by component [unit]
     turned: Array  # (p, r), errors of `combine` of L less the unrotated L, beside what is shared
-    slopes: Mapping[str, tuple[Array, Array]]  # quick ones of L and R by components of poses that have errors
+    slopes: dict[str, tuple[Array, Array]]  # quick ones of L and R by components of poses that have errors
 
     @property
     def known(self) -> Known:

@@ -10,7 +10,7 @@ and R likewise: a percent off where the plate is close, for what errors of a pos
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -33,7 +33,7 @@ class Known(NamedTuple):
     """The impedance at p poses, and its quick slopes by some components, L and R (p, n, n) each."""
 
     impedance: Impedance
-    slopes: Mapping[str, tuple[Array, Array]]
+    slopes: dict[str, tuple[Array, Array]]
 
 
 def pose_slopes(
@@ -44,9 +44,14 @@ def pose_slopes(
 
     What is `known` is not solved for.
     """
-    if known is not None and components and known.slopes.keys() >= set(components):
-        own = [np.stack(parts, axis=-1) for parts in zip(*(known.slopes[name] for name in components), strict=True)]
-        return known.impedance, own[0], own[1]
+    if known is not None and known.slopes and components:
+        every, new = known.slopes, [name for name in components if name not in known.slopes]
+        if new:
+            asked = Known(known.impedance, {})
+            _, *more = pose_slopes(sensor, model, pose, frequency, new, quick=quick, stencil=stencil, known=asked)
+            every = every | {name: (more[0][..., k], more[1][..., k]) for k, name in enumerate(new)}
+        each = [np.stack([every[name][k] for name in components], axis=-1) for k in (0, 1)]
+        return known.impedance, each[0], each[1]
     whole = None if known is None else known.impedance
     stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
