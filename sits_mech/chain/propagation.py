@@ -45,12 +45,7 @@ class Reading:
     shared_untilted: Array
     alone: Array  # (k, p, n), of each pose for itself, by component [unit]
     turned: Array  # (p, r), errors of `combine` of L less the unrotated L, beside what is shared
-    slopes: dict[str, tuple[Array, Array]]  # quick ones of L and R by components of poses that have errors
-
-    @property
-    def known(self) -> Known:
-        """The impedance with these slopes."""
-        return Known(self.impedance, self.slopes)
+    known: Known  # the impedance with its slopes by components of poses that have errors
 
 
 @dataclass(frozen=True)
@@ -138,7 +133,7 @@ def read_poses(
         signals(last.value, L0, weights), np.concatenate([unsure.shared(parts, own), L.shared]),
         np.concatenate([unsure.shared(level, own), last.shared]),
         unsure.alone(parts), shown.own + np.abs(unsure.alone(each)[turns]).sum(axis=0),
-        {name: (by_pose[0][..., k], by_pose[1][..., k]) for k, name in enumerate(names)},
+        Known(impedance, {name: (by_pose[0][..., k], by_pose[1][..., k]) for k, name in enumerate(names)}),
     )
 
 

@@ -28,8 +28,8 @@ from scipy.stats import qmc
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Table
-from sits_mech.synthesis.kinds import STRAIN, figure_words
 from sits_mech.synthesis.prediction import Prediction
+from sits_mech.synthesis.reach import out_of_reach
 from sits_mech.synthesis.space import Design
 
 Solve = Callable[[Design], Answered]
@@ -45,7 +45,6 @@ _THINNER = 0.02  # of a height: what is less is no simpler design
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
-_AT_LEAST = 0.59  # of a resolution by tangents of its logarithm, what came: the least of 78 pairs of designs
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
 
 
@@ -187,40 +186,10 @@ class Search:
         return x
 
     def out_of_reach(self, branch: Branch) -> str:
-        """Return in words which resolution no design of a choice can bring within its limit; "" for none.
-
-        A softer silicone shows a load more, and is strained as much more: by linear theory resolution times strain
-        stays, so that it is the resolution at the end of the data, of all choices that differ by their silicones. It
-        goes with powers of the sizes: tangents of its logarithm at what is solved tell the least of the box, of which
-        `_AT_LEAST` is taken.
-        """
-        best = dict[str, float]()
-        for each in (other for other in self.branches if self._alike(other, branch)):
-            own = each.prediction
-            for solved in own.solved:
-                for name, value in self._least_at_end(own, solved.point).items():
-                    best[name] = min(value, best.get(name, np.inf))
-        for name, value in best.items():
-            if value > self.task.limits[name]:
-                least, limit = figure_words(name, value), figure_words(name, self.task.limits[name])
-                return f"{name} some {least} at the end of a silicone's data, against {limit}"
-        return ""
-
-    def _alike(self, one: Branch, other: Branch) -> bool:
-        """Return whether two choices differ by their silicones at most."""
-        pairs = enumerate(zip(one.choice, other.choice, strict=True))
-        return all(a == b or k == self.silicone for k, (a, b) in pairs)
-
-    def _least_at_end(self, prediction: Prediction, x: Array) -> dict[str, float]:
-        """Return the least of `_at_end` over the box, by the tangents of its logarithm at a point."""
-        here = self._at_end(prediction, x)
-        logs = dict.fromkeys(here, 0.0)
-        for k in range(self.count):
-            there = self._at_end(prediction, x + _CLOSE * np.eye(self.count)[k])
-            for name, value in there.items():
-                slope = np.log(max(value, 1e-300) / max(here[name], 1e-300)) / _CLOSE
-                logs[name] += min(-slope * x[k], slope * (1.0 - x[k]))
-        return {name: here[name] * (_AT_LEAST * float(np.exp(logs[name])) if self.count else 1.0) for name in here}
+        """Return in words which resolution no design of a choice, or of one of another silicone, can reach, or ""."""
+        alike = (each for each in self.branches if all(
+            a == b or k == self.silicone for k, (a, b) in enumerate(zip(each.choice, branch.choice, strict=True))))
+        return out_of_reach(self.task, [each.prediction for each in alike], self.count)
 
     def seen(self, known: Sequence[Answered]) -> list[dict[str, float]]:
         """Return the figures of solved designs, and those predicted at corners of the box and points between."""
@@ -229,12 +198,6 @@ class Search:
         own = [(each.prediction, np.array(x)) for each in self.branches if each.prediction.solved for x in points]
         predicted = [self.task.figures(each.table(x), each.plain(x)) for each, x in own]
         return [*map(self.task.own_figures, known), *predicted]
-
-    def _at_end(self, prediction: Prediction, x: Array) -> dict[str, float]:
-        """Return the limited resolutions of a point, times its strain within the data."""
-        own = self.task.figures(prediction.table(x), prediction.plain(x))
-        strain = min(max(own.get(STRAIN, 1.0), 0.0), 1.0)
-        return {name: own[name] * strain for name in self.task.limits if name.startswith("resolution.") and name in own}
 
     def _begin(self, branch: Branch) -> None:
         """Solve a choice at its start; where that fails, at the next one. What is out of reach of any is not begun."""
