@@ -35,7 +35,7 @@ from threadpoolctl import threadpool_limits
 
 from sits_mech.batch.adaptive import likely
 from sits_mech.batch.run import Case, keys
-from sits_mech.batch.studies.asked import Item, Study
+from sits_mech.batch.studies.asked import Shared, Study
 from sits_mech.cases import attempt, grouped
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.geometry.collision import CLEARANCE
@@ -60,14 +60,6 @@ class Steps(NamedTuple):
     pad: float
     rest: float
     case: float
-
-
-class _Prepared(NamedTuple):
-    """What a case prepares: coils, for one clearance or two, its pad, and the load that brings this to rest."""
-
-    coils: tuple[Hashable, ...]
-    pad: tuple[Item, ...]
-    load: tuple[Item, ...]
 
 
 @dataclass(frozen=True)
@@ -152,15 +144,15 @@ def _missing(study: Study, points: Sequence[Row], cases: Cases | None) -> dict[i
     return {index: name for name, index in first.items() if name not in known}
 
 
-def _prepared(study: Study, points: Mapping[int, Row]) -> dict[int, _Prepared]:
-    """Return what each of some cases prepares."""
+def _prepared(study: Study, points: Mapping[int, Row]) -> dict[int, Shared]:
+    """Return what each of some cases prepares, its coils for one clearance or two."""
     found = {}
     for index, point in points.items():
         own, steps = study.shared(point), list[int]()
         with suppress(ValueError):  # of a scene or a load that is none: a case of its own says so
             if (height := _height(study, point)) > 0.0:
                 steps = [step.item() for step, share in clearances(np.array([height]), CLEARANCE) if share > 0.0]
-        found[index] = _Prepared(tuple((own.coils, step) for step in steps) or (own.coils,), own.pad, own.load)
+        found[index] = own._replace(coils=tuple((own.coils, step) for step in steps) or (own.coils,))
     return found
 
 
@@ -177,7 +169,7 @@ def _height(study: Study, point: Row) -> float:
     return plain[1].standoff + plain[1].thickness / (1.0 + sink)
 
 
-def _to_come(shared: Mapping[int, _Prepared], rows: Mapping[int, Row]) -> list[_Prepared]:
+def _to_come(shared: Mapping[int, Shared], rows: Mapping[int, Row]) -> list[Shared]:
     """Return what the points share that have no row, or one that another try may better."""
     done = {index for index, row in rows.items() if row["lasting"]}
     return [own for index, own in shared.items() if index not in done]
@@ -216,14 +208,14 @@ def noted(folder: Path, processes: int = 1, *, yes: bool = False) -> float | Non
     return seconds
 
 
-def _counted(shared: Collection[_Prepared], chunk: int) -> Forecast:
+def _counted(shared: Collection[Shared], chunk: int) -> Forecast:
     """Return what is left to do, without its seconds."""
     coils = [each for own in shared for each in own.coils]
     kinds = (coils, [own.pad for own in shared], [(own.pad, own.load) for own in shared])
     return Forecast(tuple(tuple(Counter(each).values()) for each in kinds), chunk)
 
 
-def _places(order: Sequence[int], shared: Mapping[int, _Prepared]) -> Iterator[list[int]]:
+def _places(order: Sequence[int], shared: Mapping[int, Shared]) -> Iterator[list[int]]:
     """Yield cases to try of the order of a run: at its ends, in the middle, in the middles between; some at each."""
     halves = (k / 2**level for level in range(1, 5) for k in range(1, 2**level, 2))
     for part in (0.0, 1.0, *halves) if order else ():
@@ -242,7 +234,7 @@ class _Trial:
         self._rows: list[list[float]] = []
         self._seconds: list[float] = []
 
-    def solved(self, point: Row, shared: _Prepared) -> Row:
+    def solved(self, point: Row, shared: Shared) -> Row:
         """Return the row of a case."""
         made: list[set[Hashable]] = [{"process"}, {*shared.coils}, {("pad", shared.pad)}]
         made.append({("rest", shared[1:])} if self._rests else set())

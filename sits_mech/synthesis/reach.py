@@ -19,7 +19,6 @@ from sits_mech.synthesis.kinds import STRAIN, figure_words
 from sits_mech.synthesis.prediction import Prediction
 
 _AT_LEAST = 0.59  # of r by such tangents, what came: the least of 78 pairs of designs of four requirement files
-_STEP = 1e-3  # of the box, for tangents
 
 
 def out_of_reach(task: Task, known: Sequence[Prediction], count: int) -> str:
@@ -43,7 +42,8 @@ def _least(task: Task, prediction: Prediction, x: Array, names: Sequence[str]) -
         strain = min(max(own.get(STRAIN, 1.0), 0.0), 1.0)
         return {name: max(own[name] * strain, 1e-300) for name in names if name in own}
 
-    here, beside = at_end(x), [at_end(x + row) for row in _STEP * np.eye(len(x))]
-    slopes = {name: np.array([np.log(there[name] / here[name]) / _STEP for there in beside]) for name in here}
+    step = float(np.cbrt(np.finfo(float).eps))
+    here, beside = at_end(x), [at_end(x + row) for row in step * np.eye(len(x))]
+    slopes = {name: np.array([np.log(there[name] / here[name]) / step for there in beside]) for name in here}
     most = {name: np.minimum(-slope * x, slope * (1.0 - x)).sum() for name, slope in slopes.items()}
     return {name: here[name] * float(np.exp(fall)) for name, fall in most.items()}
