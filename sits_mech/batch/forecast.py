@@ -3,12 +3,14 @@
     seconds = P s + C p + D q + R r + N c
 
 for P processes, C sets of coils with their plates, D pads with their meshes and R loads that bring a pad to rest, each
-counted in every process that meets it, and N cases. A case prepares what none before it has: those that are tried take
-c and some of s, p, q and r, which are zero or more and follow by least squares; where no two cases share a rest, r is
-part of c. Tried are, at both ends of the run's order, a case, the next one, the first two with the next rest, whose
-second may prepare nothing, and the first with the next pad; then in the middle, if those are less than half of the
-forecast, and at places between, as long as all are less than a fiftieth. What the disk holds of earlier preparations is
-not used. Neglected: what a case costs beside its solve (0.4 ms), and how cases differ between those that are tried.
+counted in every process that meets it, and N cases. Coils are prepared anew for each step of the ladder of clearances
+(magnetics/answer.py) that poses come to, given ones or by linear theory. A case prepares what none before it has: those
+that are tried take c and some of s, p, q and r, which are zero or more and follow by least squares; where no two cases
+share a rest, r is part of c. Tried are, at both ends of the run's order, a case, the next one, the first two with the
+next rest, whose second may prepare nothing, and the first with the next pad; then in the middle, if those are less than
+half of the forecast, and at places between, as long as all are less than a fiftieth. What the disk holds of earlier
+preparations is not used. Neglected: what a case costs beside its solve (0.4 ms), and how cases differ between those
+that are tried.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ import math
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, islice, repeat
 from pathlib import Path
@@ -35,10 +38,15 @@ from sits_mech.batch.run import Case, keys
 from sits_mech.batch.studies.asked import Shared, Study
 from sits_mech.cases import attempt, grouped
 from sits_mech.disk_cache import nothing_kept
+from sits_mech.geometry.collision import CLEARANCE
+from sits_mech.magnetics.answer import clearances
+from sits_mech.mechanics.closed_form import plain_pad
+from sits_mech.mechanics.models import strains_of
 from sits_mech.memory import GIB, input_text, peak_memory
+from sits_mech.quantities import LOAD_ARGUMENTS, Wrench
 from sits_mech.scene.files import write_text
 from sits_mech.store import Cases, Row, case_name, opened
-from sits_mech.units import SceneError
+from sits_mech.units import SceneError, si_value
 
 _NOTE = "plan.json"
 _ON_DISK = 1.4  # of the cases' file, that and the table: 1405 and 432 bytes of 100,000 cases
@@ -58,7 +66,7 @@ class Steps(NamedTuple):
 class Forecast:
     """What the cases take that a study has not yet kept."""
 
-    left: tuple[tuple[int, ...], ...]  # cases of each set of coils, of each pad, of each rest
+    left: tuple[tuple[int, ...], ...]  # cases of each set of coils and clearance, of each pad, of each rest
     chunk: int  # cases that go to a process at once
     steps: Steps = Steps(0.0, 0.0, 0.0, 0.0, 0.0)  # processor seconds of each
     kept: int = 0
@@ -68,7 +76,7 @@ class Forecast:
     @property
     def cases(self) -> int:
         """Cases that are left."""
-        return sum(self.left[0])
+        return sum(self.left[1])
 
     def counts(self, processes: int = 1) -> Steps:
         """Return how often each step is made by so many processes, of which each prepares what it meets."""
@@ -104,10 +112,10 @@ def forecast(
     """
     points, chunk = likely(study), study.request.chunk
     missing = _missing(study, points, cases)
-    shared = {index: study.shared(points[index]) for index in missing}
+    shared = _prepared(study, {index: points[index] for index in missing})
     rows, whole = dict[int, Row](), _counted(shared.values(), chunk)
     trial = _Trial(Case(study), len(whole.left[-1]) < whole.cases)
-    order = list(chain.from_iterable(grouped({index: own.order for index, own in shared.items()})))
+    order = list(chain.from_iterable(grouped({index: study.shared(points[index]).order for index in missing})))
     shares = chain((math.inf, math.inf, 0.5), repeat(0.02))  # of the forecast, that may have been tried before a place
     for near, share in zip(_places(order, shared), shares, strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
@@ -134,6 +142,31 @@ def _missing(study: Study, points: Sequence[Row], cases: Cases | None) -> dict[i
     for index, point in enumerate(points):
         first.setdefault(case_name(key(point), {}), index)
     return {index: name for name, index in first.items() if name not in known}
+
+
+def _prepared(study: Study, points: Mapping[int, Row]) -> dict[int, Shared]:
+    """Return what each of some cases prepares, its coils for one clearance or two."""
+    found = {}
+    for index, point in points.items():
+        own, steps = study.shared(point), list[int]()
+        with suppress(ValueError):  # of a scene or a load that is none: a case of its own says so
+            if (height := _height(study, point)) > 0.0:
+                steps = [step.item() for step, share in clearances(np.array([height]), CLEARANCE) if share > 0.0]
+        found[index] = own._replace(coils=tuple((own.coils, step) for step in steps) or (own.coils,))
+    return found
+
+
+def _height(study: Study, point: Row) -> float:
+    """Return about how high a case has its target [m]: as given, or t/(1 + sink) by linear theory; 0 if unknown."""
+    units, given = study.request.units, study.fixed | point
+    if "dv" in units or not study.request.layer:
+        return si_value(given.get("dv", 0.0), "m")
+    plain = plain_pad(study.case(point)[0].sensor)
+    if plain is None:
+        return 0.0
+    forces = {name: si_value(given.get(key, 0.0), units[key]) for key, name in LOAD_ARGUMENTS.items() if key in units}
+    sink, *_ = strains_of(*plain, Wrench(**forces))
+    return plain[1].standoff + plain[1].thickness / (1.0 + sink)
 
 
 def _to_come(shared: Mapping[int, Shared], rows: Mapping[int, Row]) -> list[Shared]:
@@ -177,7 +210,8 @@ def noted(folder: Path, processes: int = 1, *, yes: bool = False) -> float | Non
 
 def _counted(shared: Collection[Shared], chunk: int) -> Forecast:
     """Return what is left to do, without its seconds."""
-    kinds = ([own.coils for own in shared], [own.pad for own in shared], [(own.pad, own.load) for own in shared])
+    coils = [each for own in shared for each in own.coils]
+    kinds = (coils, [own.pad for own in shared], [(own.pad, own.load) for own in shared])
     return Forecast(tuple(tuple(Counter(each).values()) for each in kinds), chunk)
 
 
@@ -196,15 +230,16 @@ class _Trial:
     """Cases that are solved here one after the other, with their processor seconds."""
 
     def __init__(self, case: Case, rests: bool) -> None:
-        self._case, self._met, self._rests = case, set[object](), rests  # whether some cases share one
+        self._case, self._met, self._rests = case, set[Hashable](), rests  # whether some cases share one
         self._rows: list[list[float]] = []
         self._seconds: list[float] = []
 
     def solved(self, point: Row, shared: Shared) -> Row:
         """Return the row of a case."""
-        made = ("process",), ("coils", shared.coils), ("pad", shared.pad), ("rest", shared[1:])
-        new = [each not in self._met and (self._rests or each[0] != "rest") for each in made]
-        self._met.update(made)
+        made: list[set[Hashable]] = [{"process"}, {*shared.coils}, {("pad", shared.pad)}]
+        made.append({("rest", shared[1:])} if self._rests else set())
+        new = [len(each - self._met) for each in made]
+        self._met.update(*made)
         began = time.process_time()
         with nothing_kept(), threadpool_limits(1):
             row = attempt(self._case, point)

@@ -164,19 +164,18 @@ def taken(
     return seconds | ({} if ahead is None else {layer.name: ahead.seconds}), ahead
 
 
-def table_seconds(sensor: Sensor, loads: Sequence[Wrench], tolerance: float) -> tuple[float, float]:
-    """Return the seconds that each half of a table of loads is to take: by its model's record, or by counts if more.
+def table_seconds(sensor: Sensor, loads: Sequence[Wrench], tolerance: float) -> tuple[list[float], float]:
+    """Return the seconds of each load of a table that is solved, on its model's first meshes, and of the coils.
 
-    Mechanics for a load that is solved, magnetics for all of them; nothing is solved.
+    Pads in space by counts, others by their records; nothing is solved.
     """
     layer = choose_mechanics(sensor, "auto", loads, tolerance)
     question = magnetic_question(sensor, tolerance, loads, loaded=True)
     field = chosen("magnetics", MAGNETICS, sensor, question, loaded=True)
-    first = symmetry_of(sensor).without_images(_solved(loads))
-    step, _ = _rungs("mechanics", MECHANICS[layer.name], layer.tolerance, len(first))
-    ahead = counted(sensor, layer, loads[-1:])
+    ahead = [counted(sensor, layer, [load]) for load in symmetry_of(sensor).without_images(_solved(loads))]
+    each = [MECHANICS[layer.name].rungs[0].each if seen is None else seen.seconds for seen in ahead]
     own, _ = _rungs("magnetics", MAGNETICS[field.name], field.tolerance, len(loads))
-    return max(step.seconds / len(first), 0.0 if ahead is None else ahead.seconds), own.seconds
+    return each, own.seconds
 
 
 def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.magnetics.pose_slopes import Known, pose_slopes
 from sits_mech.mechanics.closed_form import free_rise
 from sits_mech.quantities import POSE, Array, Bounded, Equilibrium, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of
@@ -45,6 +45,7 @@ class Reading:
     shared_untilted: Array
     alone: Array  # (k, p, n), of each pose for itself, by component [unit]
     turned: Array  # (p, r), errors of `combine` of L less the unrotated L, beside what is shared
+    known: Known  # the impedance with its slopes by components of poses that have errors
 
 
 @dataclass(frozen=True)
@@ -101,16 +102,18 @@ def signals_at(found: Signals, index: int) -> Signals:
     return Signals(**{name: float(np.asarray(value)[index]) for name, value in found.known.items()})
 
 
-def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None) -> Reading:
+def read_poses(
+    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None, untilted: bool = True
+) -> Reading:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
     `direct` (m, p, n) is what the shared parts of the poses are of each coil's own inductance besides [unit], in place
-    of what the model's errors share.
+    of what the model's errors share. Where `untilted` is not asked for it is what is read, without another call.
     """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
-    report, flat = found.report, _untilted(model, found, pose)
+    report, flat = found.report, _untilted(model, found, pose) if untilted else found
     if direct is not None:
         found, flat = _own_alone(found), _own_alone(flat)
     _LOG.info("%s: inductances at %d poses, %d unknowns, error %.2g", report.model, len(poses.value), report.unknowns,
@@ -130,6 +133,7 @@ def read_poses(sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: 
         signals(last.value, L0, weights), np.concatenate([unsure.shared(parts, own), L.shared]),
         np.concatenate([unsure.shared(level, own), last.shared]),
         unsure.alone(parts), shown.own + np.abs(unsure.alone(each)[turns]).sum(axis=0),
+        Known(impedance, {name: (by_pose[0][..., k], by_pose[1][..., k]) for k, name in enumerate(names)}),
     )
 
 

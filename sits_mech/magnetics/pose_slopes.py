@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,30 +29,46 @@ STEP = 0.01
 _QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 
 
+class Known(NamedTuple):
+    """The impedance at p poses, and its quick slopes by some components, L and R (p, n, n) each."""
+
+    impedance: Impedance
+    slopes: dict[str, tuple[Array, Array]]
+
+
 def pose_slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
-    quick: bool = False, stencil: Stencil = CENTRAL, known: Impedance | None = None,
+    quick: bool = False, stencil: Stencil = CENTRAL, known: Known | None = None,
 ) -> tuple[Impedance, Array, Array]:
     """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad].
 
-    The impedance is solved for unless it is `known`.
+    What is `known` is not solved for.
     """
+    if known is not None and known.slopes and components:
+        every, new = known.slopes, [name for name in components if name not in known.slopes]
+        if new:
+            asked = Known(known.impedance, {})
+            _, *more = pose_slopes(sensor, model, pose, frequency, new, quick=quick, stencil=stencil, known=asked)
+            every = every | {name: (more[0][..., k], more[1][..., k]) for k, name in enumerate(new)}
+        each = [np.stack([every[name][k] for name in components], axis=-1) for k in (0, 1)]
+        return known.impedance, each[0], each[1]
+    whole = None if known is None else known.impedance
     stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
     bare = coarse or _answering(model)
     near = bare.impedance(Pose.of(places), frequency)
-    if known is None:
+    if whole is None:
         found = near if bare is model else model.impedance(Pose.of(places[:1]), frequency)
         shared = None if found.shared_L is None else found.shared_L[:, 0]
         parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
-        known = replace(found, **parts, shared_L=shared)
+        whole = replace(found, **parts, shared_L=shared)
     by_pose = []
-    for values, whole, free in ((near.L, known.L, known.L0), (near.R, known.R, 0.0)):
+    for values, there, free in ((near.L, whole.L, whole.L0), (near.R, whole.R, 0.0)):
         slope = _slopes(values, stencil, steps)
-        if coarse is not None and (free is known.L0 or not known.uneven):  # R of tracks is beside that of the plate
-            shares = _shares(whole - free, values[0] - (near.L0 if free is known.L0 else 0.0))
+        if coarse is not None and (free is whole.L0 or not whole.uneven):  # R of tracks is beside that of the plate
+            shares = _shares(there - free, values[0] - (near.L0 if free is whole.L0 else 0.0))
         by_pose.append(slope if coarse is None else slope * shares[..., None])
-    return known, by_pose[0], by_pose[1]
+    return whole, by_pose[0], by_pose[1]
 
 
 def _moved(

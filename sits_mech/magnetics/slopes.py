@@ -32,11 +32,11 @@ import numpy as np
 
 from sits_mech.geometry.collision import room
 from sits_mech.magnetics.axis_fem import AxisymmetricFem
-from sits_mech.magnetics.pose_slopes import STEP, pose_slopes, solver_of
+from sits_mech.magnetics.pose_slopes import STEP, Known, pose_slopes, solver_of
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.sheets import Sheets
 from sits_mech.maps.differences import BACKWARD, CENTRAL, FORWARD, SECOND_ORDER, WIDE, best_slopes
-from sits_mech.quantities import POSE, Array, Complex, Impedance, MagneticModel, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import POSE, Array, Complex, MagneticModel, Pose, SolveFailed, SolveReport
 from sits_mech.scene.parameters import Parameter, keys_of, parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
@@ -189,7 +189,7 @@ def by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Ar
 
 def by_lengths(
     sensor: Sensor, model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str],
-    known: Impedance | None = None,
+    known: Known | None = None,
 ) -> list[Array]:
     """Return derivatives of L and R by lengths at poses (p, 6), and their errors, shapes (p, n, n, m) [H/m, ohm/m].
 

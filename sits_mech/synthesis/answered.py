@@ -115,9 +115,8 @@ class Task:
         known = {name: max(figures[name], self.floors.get(name, -np.inf)) for name in self.goal}
         return sum(w * kind_of(name).sign * known[name] / self.scale(name) for name, w in self.goal.items())
 
-    def contradicting(self, known: Sequence[Answered]) -> tuple[str, ...]:
-        """Return in words the pairs of limits that some solved designs hold each, and none both."""
-        rows = [self.own_figures(each) for each in known]
+    def contradicting(self, rows: Sequence[dict[str, float]]) -> tuple[str, ...]:
+        """Return in words the pairs of limits that some designs hold each, and none both, by figures of them."""
         held = {
             name: [row for row in rows if name in row and over(name, row[name], limit) <= 0.0]
             for name, limit in self.limits.items()
@@ -129,7 +128,8 @@ class Task:
                 limit = self.limits[other]
                 nearest = min(beside, key=lambda value: over(other, value, limit))
                 least = f"with the first {other} comes to {figure_words(other, nearest)} against"
-                words.append(f"{one} and {other}: no solved design holds both; {least} {figure_words(other, limit)}")
+                both = "no design holds both, solved or predicted"
+                words.append(f"{one} and {other}: {both}; {least} {figure_words(other, limit)}")
         return tuple(words)
 
     def learned(self, found: Answered) -> Task:

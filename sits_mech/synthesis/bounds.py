@@ -7,9 +7,11 @@ designs
     N = choices + v + 1,      3 where the first design within the limits will do,
 
 of v numbers between bounds, the last one solved finer where something is minimised; of the three, which were one to
-four, the seconds are of two. Each takes what the models' records
-have for its table (chain/plan.py): a load more for the overload, a factor more on each mesh of a load, and half of the
-magnetics again for derivatives; for the first design that will do those of the choice that linear theory strains least.
+four, the seconds are of two. Each takes the loads of its table that are no images of others, each by its own increments
+(chain/prices.py), a load more for the overload, and a factor more on each mesh of a load for derivatives; a finer one
+the overload on all meshes and two loads on a third. Plates are prepared once for all designs that only the pad tells
+apart, with half of it again for derivatives. For the first design that will do the loads are those of the choice that
+linear theory strains least.
 """
 
 from __future__ import annotations
@@ -21,9 +23,8 @@ from itertools import product
 import numpy as np
 from scipy.stats import norm, qmc
 
-from sits_mech.chain.interpolate import loads_of, solved_likely
+from sits_mech.chain.interpolate import loads_of
 from sits_mech.chain.plan import table_seconds
-from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import WRENCH, Array
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.answered import Answered, over
@@ -37,7 +38,9 @@ _LIKELY = 1.2  # strain by linear theory that a start may have: there finer mesh
 _WITHIN = 0.9  # of the data, where a start after a failed one is expected to be
 _BEGUN = 4.0  # seconds of what a process imports and prepares once
 _ALL_MESHES = 8.0  # times a load's seconds, those of the overload on finer meshes (chain/prices.py)
+_COMPARED = 2 * 1.7  # times that: two loads of a finer table on a third mesh, that takes 1.7 of two (chain/prices.py)
 _FACTORS, _AGAIN = 1.25, 1.5  # with derivatives: seconds of a load, with two factors of some eight more; of magnetics
+_BESIDE_PLATES = ("elastomer", "readout")  # parts of a scene that leave plates as they are prepared
 
 
 @dataclass(frozen=True)
@@ -166,12 +169,17 @@ def plan_of(asked: Requirements) -> DesignPlan:
     count = expected_designs(asked, len(good))
     points = sorted((own[0] for own in good.values() if own), key=lambda each: each.strain)
     points = points[: None if asked.goal else 1]
-    each = float(np.mean([_seconds(solver, one.design) for one in points]))
-    finer = float(np.mean([_seconds(Solver(asked, FINE), one.design) for one in points])) if asked.goal else each
+    solved = count if asked.goal else 2
+    (each, coils), (finer, _) = (
+        np.mean([_seconds(one, point.design) for point in points], axis=0) for one in (solver, Solver(asked, FINE))
+    )
+    keys = (*asked.space.names, *asked.space.lists)
+    plates = solved if any(key.partition(".")[0] not in _BESIDE_PLATES for key in keys) else 1
+    seconds = _BEGUN + (solved - 1) * each + (finer if asked.goal else each) + plates * coils
     rows = [each.sizes | {STRAIN: each.strain} for own in good.values() for each in own]
     least = {name: min(row[name] for row in rows) for name in (rows or [{}])[0]}
     words = {asked.space.words(each.design): each.reason for each in left}
-    return DesignPlan(count, _BEGUN + (count - 1 if asked.goal else 1) * each + finer, least, words)
+    return DesignPlan(count, float(seconds), least, words)
 
 
 def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:
@@ -184,16 +192,15 @@ def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:
     )
 
 
-def _seconds(solver: Solver, design: Design) -> float:
-    """Return the processor seconds of a design by the records of its models."""
+def _seconds(solver: Solver, design: Design) -> tuple[float, float]:
+    """Return the processor seconds that a design takes of the mechanics, and of the coils with their plates."""
     sensor, axes = solver.requirements.space.sensor(design), solver.solved
     if not solver.needs_table:
         axes = axes._replace(axes=tuple(axis[-1:] for axis in axes.axes))
     grid = dict(zip(axes.names, axes.axes, strict=True))
-    every = loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH})
-    load, coils = table_seconds(sensor, every, solver.tolerance)
-    overload = load * (_ALL_MESHES if solver.tolerance < COARSE else 1.0)
+    each, coils = table_seconds(sensor, loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH}), solver.tolerance)
+    finely = solver.tolerance < COARSE
+    overload = max(each) * (_ALL_MESHES if finely else 1.0)
     if not solver.needs_table:
-        return overload
-    solved = symmetry_of(sensor).without_images(solved_likely(every))
-    return overload + _FACTORS * load * len(solved) + _AGAIN * coils
+        return overload, 0.0
+    return overload + _FACTORS * sum(each) + finely * _COMPARED * max(each), _AGAIN * coils

@@ -39,7 +39,7 @@ from sits_mech.synthesis.around import landscape_of, prices, sensitivities
 from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, expected_designs, refused
 from sits_mech.synthesis.preview import Preview, preview_of
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
-from sits_mech.synthesis.search import HOPELESS, MOST, Search
+from sits_mech.synthesis.search import MOST, Search
 from sits_mech.synthesis.solve import COARSE, FINE, Solver
 from sits_mech.synthesis.space import Design
 
@@ -119,7 +119,7 @@ def design(
         front_of(task, [*finals, *known]), tuple(known), lost_values(asked, search, known, finals),
         tied_with(search, [*finals, *others, *branch.known], best, space), run.count,
         landscape_of(asked, search, branch.prediction, best), run.notes(best), guards(task, best),
-        causes(asked, task, best) + (() if feasible else task.contradicting([*finals, *known])),
+        causes(asked, task, best) + (() if feasible else task.contradicting(search.seen([*finals, *known]))),
     )
 
 
@@ -175,7 +175,9 @@ class _Run:
         if not self.asked.goal:
             bounds = {choice: bounds_of(self.coarse, choice)[1] for choice in choices}
             choices = tuple(sorted(choices, key=lambda each: min((one.strain for one in bounds[each]), default=np.inf)))
-        return Search(self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed)
+        return Search(
+            self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed, space.silicone
+        )
 
     def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:
         """Solve a design, and report progress."""
@@ -218,27 +220,30 @@ class _Run:
         return sorted(found, key=lambda each: (not search.task.holds(each), search.merit(each)))
 
     def decided(self, task: Task, found: Answered) -> bool:
-        """Return whether a round design holds every limit, or is far from one, whatever its errors are."""
+        """Return whether a round design holds every limit, or exceeds one, whatever its errors are."""
         share, round_ = made_share(task, found), found.design in self.asked.space.rounded(found.design)
-        holds = task.holds(found) and not share.low < self.asked.least_yield
-        return round_ and not task.undecided(found) and (holds or task.worst(found) > HOPELESS)
+        open_ = share.low < self.asked.least_yield <= share.high
+        return round_ and not task.undecided(found) and not open_
 
     def refined(self, search: Search, best: Answered) -> Answered:
-        """Return the best design of a choice, rounded and solved finer; itself where no rounded one is carried."""
+        """Return the best design of a choice, rounded and solved finer; itself where no rounded one is carried.
+
+        The next round design is solved where what it is predicted to gain over this one would make it hold the limits.
+        """
         branch = next(each for each in search.branches if each.choice == best.design.choice)
         wanted = Design(best.design.choice, tuple(search.simplest(branch, best).tolist()))
         tries = sorted(
             self.asked.space.rounded(wanted),
             key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float), slack=0.0),
         )
-        found = []
-        for wanted in tries[:_TRIES]:
+        found, worst = [], [search.worst(branch.prediction, np.array(each.x, dtype=float)) for each in tries[:_TRIES]]
+        for k, wanted in enumerate(tries[:_TRIES]):
             new = self.solve(wanted, FINE)
             if search.task.holds(new) and not made_share(search.task, new).value < self.asked.least_yield:
                 return new
             found.append(new)
-            if new.carried and search.task.worst(new) > HOPELESS:
-                break  # no round design beside it holds either
+            if new.carried and search.task.worst(new) > worst[k] - min(worst[k + 1 :], default=np.inf):
+                break
         chosen = min(found, key=search.merit)
         return chosen if chosen.carried else best
 

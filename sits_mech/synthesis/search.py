@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
@@ -27,15 +28,13 @@ from scipy.stats import qmc
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Table
-from sits_mech.synthesis.kinds import STRAIN, figure_words
 from sits_mech.synthesis.prediction import Prediction
+from sits_mech.synthesis.reach import out_of_reach
 from sits_mech.synthesis.space import Design
 
 Solve = Callable[[Design], Answered]
 MOST = 60
 """Designs that a search solves."""
-HOPELESS = 0.5
-"""Of a limit: where the best prediction of two solved designs exceeds it by more, no other is solved."""
 _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
 _CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
@@ -46,7 +45,6 @@ _THINNER = 0.02  # of a height: what is less is no simpler design
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
-_SHARPER = 1.5  # power of a factor by tangents: half of its logarithm is taken to be missed
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
 
 
@@ -88,6 +86,7 @@ class Search:
     # one, or why there can be none
     most: int = MOST
     seed: int = 0  # of the starts
+    silicone: int | None = None  # place of the silicone in a choice
     branches: list[Branch] = field(default_factory=list)
     solved: int = 0
     missed: list[float] = field(default_factory=list)  # by what first promises were off, limits aside
@@ -153,6 +152,11 @@ class Search:
         worst = max(self.task.excess(figures, table).values(), default=0.0)
         return self.task.aim(figures) + _exceeded(worst, slack)
 
+    def worst(self, prediction: Prediction, x: Array) -> float:
+        """Return the predicted excess of the limit exceeded most at a point, over it."""
+        table, plain = prediction.table(x), prediction.plain(x)
+        return max(self.task.excess(self.task.figures(table, plain), table).values(), default=-1.0)
+
     def as_good(self, merit: float, least: float) -> bool:
         """Return whether a merit is the least one of its own choice, within what is worth a solve."""
         return merit <= least + _GAIN * abs(least)
@@ -181,40 +185,23 @@ class Search:
                 return there
         return x
 
-    def out_of_reach(self) -> str:
-        """Return in words which resolution no design can bring within its limit, by what is solved; "" for none.
+    def out_of_reach(self, branch: Branch) -> str:
+        """Return in words which resolution no design of a choice, or of one of another silicone, can reach, or ""."""
+        alike = (each for each in self.branches if all(
+            a == b or k == self.silicone for k, (a, b) in enumerate(zip(each.choice, branch.choice, strict=True))))
+        return out_of_reach(self.task, [each.prediction for each in alike], self.count)
 
-        A softer silicone shows a load more, and is strained as much more: by linear theory resolution times strain
-        stays, so that it is the resolution at the end of the data. What other sizes do predictions tell over the whole
-        box: of a factor that they promise over a solved design, its power 3/2 is taken.
-        """
-        best = dict[str, float]()
-        for branch in self.branches:
-            own = branch.prediction
-            if not own.solved:
-                continue
-            here = self._at_end(own, own.solved[0].point)
-            for x in self._unit if self.count else ():
-                for name, value in self._at_end(own, x).items():
-                    there = here[name] * min(value / max(here[name], 1e-300), 1.0) ** _SHARPER
-                    best[name] = min(there, best.get(name, np.inf))
-            for name, value in here.items():
-                best[name] = min(value, best.get(name, np.inf))
-        for name, value in best.items():
-            if value > self.task.limits[name]:
-                least, limit = figure_words(name, value), figure_words(name, self.task.limits[name])
-                return f"{name} some {least} at the end of a silicone's data, against {limit}"
-        return ""
-
-    def _at_end(self, prediction: Prediction, x: Array) -> dict[str, float]:
-        """Return the limited resolutions of a point, times its strain within the data."""
-        own = self.task.figures(prediction.table(x), prediction.plain(x))
-        strain = min(max(own.get(STRAIN, 1.0), 0.0), 1.0)
-        return {name: own[name] * strain for name in self.task.limits if name.startswith("resolution.") and name in own}
+    def seen(self, known: Sequence[Answered]) -> list[dict[str, float]]:
+        """Return the figures of solved designs, and those predicted at corners of the box and points between."""
+        corners = product((0.0, 1.0), repeat=self.count) if 2**self.count <= _AT_MOST[0] else ()
+        points = [*corners, *self._unit] if self.count else []
+        own = [(each.prediction, np.array(x)) for each in self.branches if each.prediction.solved for x in points]
+        predicted = [self.task.figures(each.table(x), each.plain(x)) for each, x in own]
+        return [*map(self.task.own_figures, known), *predicted]
 
     def _begin(self, branch: Branch) -> None:
         """Solve a choice at its start; where that fails, at the next one. What is out of reach of any is not begun."""
-        beyond = self.out_of_reach()
+        beyond = self.out_of_reach(branch)
         if beyond:
             design, none = Design(branch.choice, (0.5,) * self.count), np.zeros((self.count, 0, 0))
             branch.known.append(Answered(design, f"left out: {beyond}", None, none, {}, {}))
@@ -254,8 +241,7 @@ class Search:
         """Return whether a choice promises no gain."""
         if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
             return True
-        known = len(branch.prediction.solved) > 1 or self.out_of_reach()
-        if branch.promise.excess > HOPELESS and known:
+        if self.out_of_reach(branch):
             return True
         best = min(self.known, key=self.merit)
         return self.merit(best) - self._hope(branch) < self.worth(best)

@@ -112,6 +112,11 @@ class Space:
         """The keys of the scene that the numbers between bounds stand for."""
         return tuple(each.key for each in self.variables)
 
+    @property
+    def silicone(self) -> int | None:
+        """The place of the silicone in a choice; None where it is the same in all."""
+        return [*self.lists].index(_SILICONE) if _SILICONE in self.lists else None
+
     def values(self, design: Design) -> dict[str, Any]:
         """Return the values of a design by key, as written."""
         listed = {key: values[k] for (key, values), k in zip(self.lists.items(), design.choice, strict=True)}

@@ -46,9 +46,9 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     clock, met = [0.0], set[object]()
 
     def answer(self: Case, **point: object) -> dict[str, float]:
-        shared = self.study.shared(point)
-        new = {None: TRUE.process, ("coils", shared.coils): TRUE.coils, ("pad", shared.pad): TRUE.pad}
-        new[("rest", shared.pad, shared.load)] = TRUE.rest
+        own = forecasts._prepared(self.study, {0: point})[0]
+        new = {None: TRUE.process, ("pad", own.pad): TRUE.pad, ("rest", own.pad, own.load): TRUE.rest}
+        new |= {("coils", each): TRUE.coils for each in own.coils}
         clock[0] += TRUE.case + sum(seconds for what, seconds in new.items() if what not in met)
         met.update(new)
         return {"c": 1.0}
@@ -59,13 +59,13 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def test_steps_follow_from_a_few_cases(slow: list[float], tmp_path: Path) -> None:
-    """Two sets of coils, three pads with each, sixty cases: exactly what all of them take, from nine."""
+    """Two sets of coils at two clearances, three pads with each, sixty cases: exactly what they take, from nine."""
     study = read_study(written(tmp_path, SIMULATE))
     found = forecast(study)
-    assert found.steps == pytest.approx(ALONE, rel=1e-9, abs=1e-9) and found.counts() == (1, 2, 6, 60, 60)
-    assert found.seconds() == pytest.approx(3.0 + 2 * 2.0 + 6 * 0.5 + 60 * 0.4)
+    assert found.steps == pytest.approx(ALONE, rel=1e-9, abs=1e-9) and found.counts() == (1, 4, 6, 60, 60)
+    assert found.seconds() == pytest.approx(3.0 + 4 * 2.0 + 6 * 0.5 + 60 * 0.4)
     assert found.tried == (9, pytest.approx(slow[0])) and found.kept == 0
-    assert found.saved == pytest.approx((59 * 3.0, 58 * 2.0, 54 * 0.5, 0.0, 0.0), abs=1e-6)
+    assert found.saved == pytest.approx((59 * 3.0, 56 * 2.0, 54 * 0.5, 0.0, 0.0), abs=1e-6)
 
 
 def test_counts_come_before_a_case_is_tried_and_then_what_all_takes(slow: list[float], tmp_path: Path) -> None:
@@ -77,7 +77,7 @@ def test_counts_come_before_a_case_is_tried_and_then_what_all_takes(slow: list[f
         told=lambda plan: (said.append(plan), clock.append(slow[0])),
     )
     assert clock[0] == 0.0 and said[0].tried == (0, 0.0)
-    assert plan_words(said[0]) == "60 cases to solve, 0 kept; coils and plates: 2, pads: 6, rests: 60"
+    assert plan_words(said[0]) == "60 cases to solve, 0 kept; coils and plates: 4, pads: 6, rests: 60"
     assert plan_words(said[1]).startswith("tried 4 cases in ") and 0.0 < said[1].seconds() < 2.0 * found.seconds()
     assert found.steps.process == pytest.approx(TRUE.process + 7.0)
 
@@ -87,6 +87,17 @@ def test_a_rest_counts_once_for_all_coils(slow: list[float], tmp_path: Path) -> 
     text = SIMULATE.replace('["8 mm", "10 mm"]', '["8 mm"]').replace("count = 10", "count = 3").replace(', "4 mm"', "")
     found = forecast(read_study(written(tmp_path, text + 'vary.frequency = ["1 MHz", "2 MHz", "3 MHz", "4 MHz"]\n')))
     assert found.steps == pytest.approx(TRUE, rel=1e-9) and found.counts() == (1, 4, 2, 6, 24)
+
+
+def test_coils_are_prepared_for_each_step_of_clearances(tmp_path: Path) -> None:
+    """From 1.8 mm down to 1.51 two preparations blend, below one serves again; a press gets there by linear theory."""
+    text = 'scene = "biorob2018"\nrequest = "{}"\nvary.{} = {}\n'
+    given = read_study(written(tmp_path, text.format("inductance", "dv", '["2 mm", "1.6 mm", "1.4 mm", "0 mm"]')))
+    poses = forecasts._prepared(given, {k: {"dv": height} for k, height in enumerate(given.vary["dv"])})
+    assert [own.coils for own in poses.values()] == [(((), 0),), (((), 0), ((), -1)), (((), -1),), ((),)]
+    pressed = read_study(written(tmp_path, text.format("simulate", "fz", '["0.1 N", "2 N"]')))
+    loads = forecasts._prepared(pressed, {k: {"fz": load} for k, load in enumerate(pressed.vary["fz"])})
+    assert [len(own.coils) for own in loads.values()] == [1, 2]
 
 
 def test_each_process_prepares_what_it_meets(monkeypatch: pytest.MonkeyPatch) -> None:

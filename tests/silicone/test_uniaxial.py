@@ -75,10 +75,11 @@ def test_the_convolution_is_the_integral_by_quadrature(silicone):
 
 
 def test_long_steps_are_divided_and_cost_the_second_order(silicone):
-    """The error of S taken as linear falls by four when its steps are halved."""
+    """The error of S taken as linear falls by four when its steps are halved: pulled and let go, as one may vanish."""
     wet, time = replace(silicone, prony=PRONY), np.array([0.0, 2.0, 3.0])
-    found = [uniaxial_stress(wet, time, np.array([0.0, 0.64, 0.0]), step=h)[-1] for h in (0.04, 0.02, 0.01)]
-    assert (found[0] - found[1]) / (found[1] - found[2]) == pytest.approx(4.0, rel=0.1)
+    found = [uniaxial_stress(wet, time, np.array([0.0, 0.64, 0.0]), step=h) for h in (0.02, 0.01, 0.005)]
+    first, second = np.linalg.norm(np.diff(found, axis=0), axis=1)
+    assert first / second == pytest.approx(4.0, rel=0.02)
 
 
 def test_a_path_that_is_none_is_refused():

@@ -282,10 +282,21 @@ def test_limits_that_contradict_each_other_are_a_pair() -> None:
         plain = {"height": height, STRAIN: strain, "footprint.x": 20e-3, "footprint.y": 20e-3}
         return Answered(Design((0,), (0.5, 0.5)), "", None, np.zeros((2, 0, 0)), plain, {})
 
-    known = [sized(2e-3, 1.6), sized(2.9e-3, 1.2), sized(4e-3, 0.8)]
-    said = "height and strain: no solved design holds both; with the first strain comes to 120 % against 100 %"
+    known = [task.own_figures(sized(*each)) for each in ((2e-3, 1.6), (2.9e-3, 1.2), (4e-3, 0.8))]
+    both = "no design holds both, solved or predicted"
+    said = f"height and strain: {both}; with the first strain comes to 120 % against 100 %"
     assert task.contradicting(known) == (said,)
-    assert task.contradicting([*known, sized(2.9e-3, 0.9)]) == () and task.contradicting([]) == ()
+    assert task.contradicting([*known, task.own_figures(sized(2.9e-3, 0.9))]) == () and task.contradicting([]) == ()
+
+
+def test_an_answer_names_the_pair_of_limits_that_contradict() -> None:
+    """Thick pads show 0.06 mN, thin ones are 1.5 mm high, none both: said with how near the second comes."""
+    vary = ASKED["vary"] | {"elastomer.material": ["ecoflex-00-30"]}
+    limits = {"resolution": {"F_z": "0.06 mN"}, "height": "1.5 mm"}
+    found = design(asked(vary=vary, require=limits, goal={"minimise": "feasible"}))
+    said = [words for words in found.causes if "no design holds both" in words]
+    assert not found.feasible and len(said) == 1
+    assert said[0].startswith("resolution.F_z and height: ") and said[0].endswith(" mm against 1.5 mm")
 
 
 def test_a_guard_is_what_the_scatter_leaves() -> None:

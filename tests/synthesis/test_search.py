@@ -107,7 +107,10 @@ def test_what_no_silicone_reaches_is_not_tried_with_each() -> None:
     """A resolution a hundred times as fine as the first choice has it at its strain: one is solved, and says why."""
     own = TASK.own_figures(solved(Design((0,), (0.5, 0.5))))
     limits = LIMITS | {"resolution.F_z": 0.01 * own["resolution.F_z"] * own["strain"]}
-    search = Search(Task(TASK.judge, limits, {}), [(0,), (1,), (2,)], 2, solved, lambda *_: np.full(2, 0.5))
-    known = search.run()
+    task, start = Task(TASK.judge, limits, {}), lambda *_: np.full(2, 0.5)
+    search = Search(task, [(0,), (1,), (2,)], 2, solved, start, silicone=0)
+    known, each = search.run(), Search(task, [(0,), (1,), (2,)], 2, solved, start)
+    each.run()
+    assert each.solved == 3  # of choices that differ by more each has its own reach
     assert search.solved == 1 and len(known) == 3
     assert all(each.reason.startswith("left out: resolution.F_z some ") for each in known[1:])

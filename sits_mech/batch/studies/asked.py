@@ -26,7 +26,7 @@ _NOT_OF_PAD = ("coils", "conductors", "frequency", "substrate_radius", "readout"
 class Shared(NamedTuple):
     """What a case prepares: coils with their plates, pad with its meshes, and the load that brings this to rest."""
 
-    coils: tuple[Item, ...]
+    coils: tuple[Hashable, ...]
     pad: tuple[Item, ...]
     load: tuple[Item, ...]
 

@@ -20,10 +20,10 @@ import numpy as np
 
 from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.models import MAGNETICS
-from sits_mech.magnetics.pose_slopes import STEP
+from sits_mech.magnetics.pose_slopes import STEP, Known
 from sits_mech.magnetics.slopes import by_frequency, by_lengths
 from sits_mech.maps.differences import CENTRAL
-from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
+from sits_mech.quantities import POSE, Array, MagneticModel, Pose
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
 from sits_mech.scene.sensor import Sensor
 
@@ -44,7 +44,7 @@ class Direct(NamedTuple):
 
 def at_fixed_poses(
     sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter],
-    known: Impedance | None = None,
+    known: Known | None = None,
 ) -> Direct:
     """Return the derivatives of the coils' impedance by n numbers at p fixed poses.
 

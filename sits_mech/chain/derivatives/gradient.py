@@ -10,9 +10,9 @@ depends on all three. Errors: those of the pose's derivatives times the slopes, 
 all of it the relative error of L, or R.
 
 A number that the layer does not have costs the mechanics nothing, nor one that no coil and no plate has the magnetics;
-a length of a plate takes new eddy-current modes. Of images of a load only mirror ones are taken: a scene whose width
-grows is no longer a square. Where target and pad end flush both widths have two derivatives: given is that of a target
-that grows over its pad, and of a pad that shrinks under its target.
+a length of a plate takes new eddy-current modes. Images of a load are those of the symmetry that all numbers keep: a
+scene whose width grows is no longer a square, one whose thickness grows is. Where target and pad end flush both widths
+have two derivatives: given is that of a target that grows over its pad, and of a pad that shrinks under its target.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import signal_weights
 from sits_mech.chain.simulate import Simulation, aimed_rest, simulated
-from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.magnetics.pose_slopes import Known, pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned
 from sits_mech.quantities import (
@@ -156,11 +156,11 @@ def gradient(
     numbers, moving = numbers_of(sensor, names)
     _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, _ = sloped_model(sensor, mechanics, tolerance, [wrench])
-    mirrors = mirrors_of(sensor)
-    rest = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), mirrors)
+    symmetry = symmetry_kept(sensor, moving)
+    rest = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry)
     found, back, field = rest.found, rest.back, rest.field
-    by_pose = layer.slopes(found, moving, sideways=sideways)
-    kept = mirrors.projection(wrench) @ back
+    by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
+    kept = symmetry.projection(wrench) @ back
     simulation = simulated(sensor, field, turned(found, kept, wrench))
     moved = columns_of(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
     one = Pose.of(simulation.equilibrium.pose.components[None])
@@ -182,9 +182,10 @@ def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], l
     return numbers, [number for number, (other, own) in zip(numbers, parts, strict=True) if other != own]
 
 
-def mirrors_of(sensor: Sensor) -> Symmetry:
-    """Return the symmetry that a scene keeps when its sizes change."""
-    return Symmetry("rectangle") if symmetry_of(sensor).mirrored else Symmetry()
+def symmetry_kept(sensor: Sensor, numbers: Sequence[Parameter]) -> Symmetry:
+    """Return the symmetry that a scene keeps when some numbers change: a square whose width grows has two mirrors."""
+    changed = (place.sensor for number in numbers for place in number.stencil().places)
+    return min(map(symmetry_of, (sensor, *changed)), key=lambda each: len(each.images) + (each.kind == "disc"))
 
 
 def columns_of(numbers: Sequence[Parameter], moving: Sequence[Parameter], found: Moved) -> Moved:
@@ -212,15 +213,16 @@ def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
 
 def shown_change(
     sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
-    moved: Moved, direct: Direct, *, quick: bool = False,
+    moved: Moved, direct: Direct, *, known: Known | None = None,
 ) -> ByNumbers:
     """Join both halves: return derivatives of what the coils show at p poses by n numbers.
 
-    The errors of `shown`, shape (p, c, c), include the poses' errors; `quick` as for `pose_slopes`.
+    The errors of `shown`, shape (p, c, c), include the poses' errors; slopes that are `known` are quick ones.
     """
     components: Sequence[str] = POSE if pose.out_of_plane or np.any(moved.pose[:, 3:]) else POSE[:3]
     components = ("d_v",) if is_coaxial(field) else components
-    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick, known=shown)
+    quick, known = known is not None, known or Known(shown, {})
+    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick, known=known)
     ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))
     sizes = (shown.L - shown.L0, shown.R)
     share_L, share_R = (_share(*both) for both in zip((shown.error_L, shown.error_R), sizes, strict=True))

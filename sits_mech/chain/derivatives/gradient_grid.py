@@ -21,10 +21,10 @@ from sits_mech.chain.derivatives.gradient import (
     Moved,
     SlopedModel,
     columns_of,
-    mirrors_of,
     numbers_of,
     shown_change,
     sloped_model,
+    symmetry_kept,
 )
 from sits_mech.chain.interpolate import LoadGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model
@@ -76,11 +76,11 @@ def gradient_on_grid(
     """
     numbers, moving = numbers_of(sensor, names)
     grid = _checked(loads)
-    every, mirrors = loads_of(grid), mirrors_of(sensor)
+    every = loads_of(grid)
     _, by_field = loaded_model(sensor, magnetics, tolerance, every)
     layer, choice = sloped_model(sensor, mechanics, tolerance, every)
     sloped = WithSlopes(layer, tuple(moving))
-    solved = aimed_loads(LoadGrid(sensor, sloped, grid, mirrors, tolerance), magnetics)
+    solved = aimed_loads(LoadGrid(sensor, sloped, grid, symmetry_kept(sensor, moving), tolerance), magnetics)
     field, settled = solved.field, [solved.settled[load] for load in every]
     status, reasons = zip(*(status_of(sensor, one) for one in settled), strict=True)
     good = np.array(status) == OK
@@ -89,10 +89,10 @@ def gradient_on_grid(
     pose = Pose.of(poses.value)
     slopes = np.array([rest.slopes.T for rest in own]).reshape(len(own), len(POSE), len(moving))
     moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
-    reading = read_poses(sensor, field, poses)
+    reading = read_poses(sensor, field, poses, untilted=False)
     shown = reading.impedance
-    direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers, shown)
-    change = shown_change(sensor, field, shown, pose, numbers, moved, direct, quick=True)
+    direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers, reading.known)
+    change = shown_change(sensor, field, shown, pose, numbers, moved, direct, known=reading.known)
     pair = ("coil", "coil_2")
     dims: dict[str, tuple[str, ...]] = {"pose": ("component",), "L": pair, "R": pair}
     values: Columns = {"pose": (("component",), pose.components)}
@@ -126,9 +126,9 @@ def slopes_under(
     By n numbers of the scene, on a model's first meshes. Raises SceneError as `gradient_on_grid`, and without a rest.
     """
     numbers, moving = numbers_of(sensor, names)
-    every, mirrors = loads_of(_checked(loads)), mirrors_of(sensor)
+    every = loads_of(_checked(loads))
     layer, _ = sloped_model(sensor, mechanics, tolerance, every)
-    settled = settle(WithSlopes(layer, tuple(moving)).rough, every, symmetry=mirrors)
+    settled = settle(WithSlopes(layer, tuple(moving)).rough, every, symmetry=symmetry_kept(sensor, moving))
     rests = {load: settled[load].rest for load in every}
     known = {load: rest.slopes for load, rest in rests.items() if rest is not None}
     if not known:

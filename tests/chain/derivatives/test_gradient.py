@@ -6,10 +6,11 @@ from contextlib import AbstractContextManager
 import numpy as np
 import pytest
 
-from sits_mech.chain.derivatives.gradient import Gradient, gradient, mirrors_of
+from sits_mech.chain.derivatives.gradient import Gradient, gradient, symmetry_kept
 from sits_mech.chain.simulate import aimed_rest, simulate
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
@@ -103,7 +104,7 @@ def test_lengths_of_coils_change_what_signals_are_percents_of(sensor: Sensor) ->
 def test_coils_aside_are_the_target_moved_back(sensor: Sensor) -> None:
     """All of them by a star: minus the derivative by d_h of the pose, which stays; the sum signal with it."""
     found = gradient(sensor, LOAD, ("coils.*.centre.0", "elastomer.thickness"), **PLANE)
-    rest = aimed_rest(sensor, LOAD, planar_layer(sensor, 1e-2), ("planar", 1e-2), mirrors_of(sensor))
+    rest = aimed_rest(sensor, LOAD, planar_layer(sensor, 1e-2), ("planar", 1e-2), symmetry_of(sensor))
     pose, field = found.simulation.equilibrium.pose, rest.field
     by_pose = slopes(sensor, field, pose, sensor.frequency, components=["d_h"])
     for own, expected in ((found.L, by_pose.L), (found.R, by_pose.R)):
@@ -112,6 +113,33 @@ def test_coils_aside_are_the_target_moved_back(sensor: Sensor) -> None:
     assert np.all(found.pose[:, 0] == 0.0) and np.any(found.pose[:, 1] != 0.0)
     L0 = np.trace(found.simulation.impedance.L0)
     assert found.signals["dL_v"][0] == pytest.approx(-100.0 * np.trace(by_pose.L[..., 0]) / L0, rel=1e-6)
+
+
+def test_numbers_keep_the_symmetry_that_their_scenes_share() -> None:
+    """A square pad under a square target that grows in one direction alone is a rectangle; a disc stays one."""
+    parts = (
+        'target={shape="disc", diameter="8 mm", material="copper", thickness="0.2 mm"}',
+        'elastomer={diameter="12 mm", material="ecoflex-00-30", thickness="2 mm"}',
+    )
+    square, disc = load_sensor("biorob2018"), load_sensor("biorob2018", parts)
+
+    def kind(sensor: Sensor, *names: str) -> str:
+        """Return the kind that is kept when some numbers change."""
+        return symmetry_kept(sensor, [parameter(sensor, name) for name in names]).kind
+
+    assert kind(square, "modulus", "elastomer.thickness") == "square" and kind(disc, "target.diameter") == "disc"
+    assert kind(square, "modulus", "target.width") == "rectangle"
+
+
+def test_a_load_along_y_on_a_square_has_the_derivatives_of_one_along_x() -> None:
+    """Turned: half the pad is solved for both, and compliances by all components are known of the one along y."""
+    sensor, asked = load_sensor("biorob2018"), {"mechanics": "block", "tolerance": 5e-2}
+    x, y = (gradient(sensor, load, ["modulus"], sideways=True, **asked)
+            for load in (Wrench(F_x=0.1, F_z=0.2), Wrench(F_y=0.1, F_z=0.2)))
+    places, signs = [3, 1, 4, 0, 2, 5], np.array([1.0, 1.0, -1.0, 1.0, -1.0, -1.0])
+    size = np.abs(x.pose).max()
+    np.testing.assert_allclose(y.pose[:, 0], signs * x.pose[places, 0], rtol=0.0, atol=1e-9 * size)
+    assert np.all(np.isfinite(y.compliance))
 
 
 @pytest.mark.slow

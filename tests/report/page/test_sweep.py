@@ -14,6 +14,7 @@ from sits_mech.batch.run import open_sweep, run_study
 from sits_mech.batch.studies.study import read_study
 from sits_mech.cli.main import run
 from sits_mech.report.page import sweep
+from sits_mech.report.tables.cases import case_remarks
 from sits_mech.store import read_table, save_table
 
 STUDY = """scene = ["biorob2018", "biorob2018-w15"]
@@ -54,6 +55,15 @@ def test_numbers_are_those_of_the_table(folder: Path) -> None:
         np.testing.assert_allclose(
             np.array(columns["L[C1]"]["values"], dtype=float), data["L"][..., 0, 0].to_numpy().ravel(), rtol=1e-5
         )
+
+
+def test_what_planar_models_leave_out_stands_there_with_its_size(folder: Path) -> None:
+    """The ends, of how many cases and the largest; netCDF has them case by case."""
+    part = (folder / "report.html").read_text().partition('id="left-out"')[2].partition("</section>")[0]
+    with open_sweep(folder) as data:
+        lines = case_remarks(data)
+    ends = next(line for line in lines if "at most: ends along y: " in line)
+    assert re.search(r"about [\d.]+ of the change", ends) and all(html.escape(line) in part for line in lines)
 
 
 def test_failed_cases_are_repeated_by_their_commands(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
