@@ -82,7 +82,7 @@ _TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth m
 ROUGH = 3e-2
 """The asked error from which the first of them will do; twice what is told where memory cannot hold the second."""
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
-_RIM = 4e-3, 0.0  # of R, and of omega Delta L, where current crowds at the rim and levels show no order
+_RIM = 4e-3, 4e-4  # of R, and of omega Delta L, where current crowds at the rim and levels show no order
 _CLOSE = 0.15, 0.05  # of what is added to both along plates so close to coils that cells are as long as the gap
 _Plates = TypeVar("_Plates")
 
@@ -198,12 +198,11 @@ class Limit:
             return np.zeros_like(value)
         rung, found = self.rung, list[Array]()
         parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
-        shares = (1.0 - self.crowded, 1.0), (_FASTER, 1.0), _RIM, np.multiply(_CLOSE, self.close)
-        for part, smooth, faster, rim, close in zip(parts, *shares, strict=True):
+        for part, faster, rim, close in zip(parts, (_FASTER, 1.0), _RIM, np.multiply(_CLOSE, self.close), strict=True):
             x, error_x = added(part(steps[0]), part(steps[1]), rung.along, _ORDER)
             z, error_z = added(part(steps[2]), part(steps[3]), rung.across, _ORDER)
             between = x - rest(rung.along, _ORDER + faster * self.crowded) * part(steps[1])
-            own = smooth * error_x + np.abs(between) + close * np.abs(x) + error_z
+            own = (1.0 - self.crowded) * error_x + np.abs(between) + close * np.abs(x) + error_z
             if rung.few:
                 own = np.maximum(own, np.abs(x) + np.abs(z))
             own = own + sum(np.abs(part(other)) for other in steps[4:])
