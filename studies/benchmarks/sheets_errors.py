@@ -1,11 +1,11 @@
 """Do stated errors of the three-dimensional model hold, are tolerances met, and is a finer answer better?
 
 Forty scenes by chance (common/sheet_scenes.py: discs, rectangles, frames, foils, blocks, two plates, grounds; 5 kHz to
-25 MHz; gaps of 0.05 to 5 mm) and a small foil at 0.1 mm, asked to three tolerances: true and stated errors of the change
-of L and of R, unknowns, and seconds of the processor from the scene on. References of coaxial discs are axisymmetric finite elements of order 4
-(asked 1e-5, where that fits; order 3 differs from it by no more than stands beside them), kept in
-common/reference_sheets.json; those of all others the same model on far finer divisions, which are made anew (minutes a
-scene) where that file has none.
+25 MHz; gaps of 0.05 to 5 mm) and a small foil at 0.1 mm, asked to three tolerances: true and stated errors of the
+change of L and of R, unknowns, and seconds of the processor from the scene on. References of coaxial discs are
+axisymmetric finite elements of order 4 (asked 1e-5, where that fits; order 3 differs from it by no more than stands
+beside them), kept in common/reference_sheets.json; those of all others the same model on far finer divisions, which are
+made anew (minutes a scene) where that file has none.
 
 Run ``python -m benchmarks.sheets_errors [--coarse] --output DIR``. Table, what holds together, and a picture: errors
 against unknowns and against seconds, each scene a line.

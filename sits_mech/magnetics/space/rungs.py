@@ -74,7 +74,7 @@ LADDER = (
 ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0, step=4 * STEP, few=True)  # where memory is short
 DIVISIONS = 5  # of a plate: levels along and across, one of them twice
 _STEM = 4  # level along on which the sheets are refined
-_ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds
+_ORDER, _FASTER = 2.0, (6.0, 1.0)  # of errors in the cells' size; how much higher for R and L where current crowds
 _CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the skin depth where it begins to
 ACROSS, ACROSS_LEVEL = 0.58, 4.0
 """Sheet at a face over the skin depth, on a level across; on others in proportion."""
@@ -82,7 +82,8 @@ _TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth m
 ROUGH = 3e-2
 """The asked error from which the first of them will do; twice what is told where memory cannot hold the second."""
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
-_RIM = 4e-3, 4e-4  # of R, and of omega Delta L, where current crowds at the rim and levels show no order
+_RIM = 5e-3, 4e-4  # the same of each where current crowds at the rim and levels show no order
+_BETWEEN = 0.5  # error there over what is between order 2 and faster ones
 _CLOSE = 0.15, 0.05  # of what is added to both along plates so close to coils that cells are as long as the gap
 _Plates = TypeVar("_Plates")
 
@@ -157,10 +158,10 @@ class Limit:
     """What the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
 
     `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth; `close` says
-    whether coils are as close as its cells are long. Along a plate the error of R falls like the square of the cells,
-    and much faster where the current of a thick plate crowds at the rim in few of them: both may be, and the error is
-    what is between. Where the levels along show no order, their whole rest is its error; where cells are few, all rests
-    at least.
+    whether coils are as close as its cells are long. Along a plate errors fall like the square of the cells; where the
+    current of a thick plate crowds at the rim in few of them, less than four parts, that of R falls much faster. Three
+    levels do not show which it is, and the error is a share of what is between. Where the levels along are two, their
+    whole rest is its error; where cells are few, all rests at least.
     """
 
     rung: Rung
@@ -185,7 +186,7 @@ class Limit:
         levels = [*values[2::-1]], [stem, *values[3:DIVISIONS]]
         steps = [after - before for each in levels for before, after in pairwise(each)]
         along, across = self.rung.along, self.rung.across
-        faster = _FASTER * self.crowded if along[0] < _STEM else 0.0
+        faster = _FASTER[0] * self.crowded if along[0] < _STEM else 0.0
         of_R, of_L = rest(along, _ORDER + faster), rest(along, _ORDER)
         value = levels[0][-1] + of_R * steps[1].real + 1j * of_L * steps[1].imag
         value = value + levels[1][-1] - stem + rest(across, _ORDER) * steps[3]
@@ -197,12 +198,13 @@ class Limit:
         if not steps:
             return np.zeros_like(value)
         rung, found = self.rung, list[Array]()
+        crowded = self.crowded * (rung.along[0] < rung.along[1])
         parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
-        for part, faster, rim, close in zip(parts, (_FASTER, 1.0), _RIM, np.multiply(_CLOSE, self.close), strict=True):
+        for part, faster, rim, close in zip(parts, _FASTER, _RIM, np.multiply(_CLOSE, self.close), strict=True):
             x, error_x = added(part(steps[0]), part(steps[1]), rung.along, _ORDER)
             z, error_z = added(part(steps[2]), part(steps[3]), rung.across, _ORDER)
             between = x - rest(rung.along, _ORDER + faster * self.crowded) * part(steps[1])
-            own = (1.0 - self.crowded) * error_x + np.abs(between) + close * np.abs(x) + error_z
+            own = (1.0 - crowded) * error_x + _BETWEEN * np.abs(between) + close * np.abs(x) + error_z
             if rung.few:
                 own = np.maximum(own, np.abs(x) + np.abs(z))
             own = own + sum(np.abs(part(other)) for other in steps[4:])
