@@ -209,8 +209,7 @@ class Sheets:
         gap = min(clear)
         asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
-        close = any(plate.close for plate in plates)
-        limit = Limit(replace(rung, single=self.single), thickness, finest, close)
+        limit = Limit(replace(rung, single=self.single), thickness, finest, plates[0].close)
         if sensor.conductors:
             forms = limit.forms(self._together(parts, plates, seen, frequency[0]))
             uneven = None if asked is None else _field_of_all(parts, plates, seen, frequency[0], asked)

@@ -83,7 +83,7 @@ ROUGH = 3e-2
 """The asked error from which the first of them will do; twice what is told where memory cannot hold the second."""
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
 _RIM = 5e-3, 4e-4  # the same of each where current crowds at the rim and levels show no order
-_BETWEEN = 0.5  # error there over what is between order 2 and faster ones
+_BETWEEN = 0.5  # error there over what is between order 2 and faster ones; how much L has of that from four parts on
 _CLOSE = 0.15, 0.05  # of what is added to both along plates so close to coils that cells are as long as the gap
 _Plates = TypeVar("_Plates")
 
@@ -198,15 +198,16 @@ class Limit:
         if not steps:
             return np.zeros_like(value)
         rung, found = self.rung, list[Array]()
-        crowded = self.crowded * (rung.along[0] < rung.along[1])
+        few, ordered = rung.along[0] < _STEM, rung.along[0] < rung.along[1]
+        crowded = self.crowded, self.crowded * (1.0 if few else _BETWEEN)
         parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
-        for part, faster, rim, close in zip(parts, _FASTER, _RIM, np.multiply(_CLOSE, self.close), strict=True):
+        for part, faster, k, rim, close in zip(parts, _FASTER, crowded, _RIM, _CLOSE, strict=True):
             x, error_x = added(part(steps[0]), part(steps[1]), rung.along, _ORDER)
             z, error_z = added(part(steps[2]), part(steps[3]), rung.across, _ORDER)
             between = x - rest(rung.along, _ORDER + faster * self.crowded) * part(steps[1])
-            own = (1.0 - crowded) * error_x + _BETWEEN * np.abs(between) + close * np.abs(x) + error_z
+            own = (1.0 - k * ordered) * error_x + _BETWEEN * np.abs(between) + close * self.close * np.abs(x) + error_z
             if rung.few:
                 own = np.maximum(own, np.abs(x) + np.abs(z))
             own = own + sum(np.abs(part(other)) for other in steps[4:])
-            found.append(own + (_LEFT + rim * self.crowded) * np.abs(part(value)))
+            found.append(own + (_LEFT + rim * k) * np.abs(part(value)))
         return np.asarray(found[0] + 1j * found[1])
