@@ -62,7 +62,6 @@ from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("sheets", "H")
 _OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: benchmarks/extremes.py
-_BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
 
 
@@ -210,7 +209,7 @@ class Sheets:
         gap = min(clear)
         asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
-        limit = Limit(replace(rung, single=self.single), thickness, finest)
+        limit = Limit(replace(rung, single=self.single), thickness, finest, plates[0].close)
         if sensor.conductors:
             forms = limit.forms(self._together(parts, plates, seen, frequency[0]))
             uneven = None if asked is None else _field_of_all(parts, plates, seen, frequency[0], asked)
@@ -219,7 +218,7 @@ class Sheets:
             forms, uneven = alone[0].reactions(alone, seen, frequency[0], limit, asked)
         value, left = forms[0], limit.errors(forms)
         forced = ROUGH / 2 * (rung.along[0] == rung.along[1])
-        left, error, lost = _told(value, left, plates, forced * bool(large), bool(sensor.conductors))
+        error, lost = _errors(value, left, plates, forced * bool(large), bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         uneven = np.zeros((2, *value.shape), dtype=complex) if uneven is None else uneven
         return _Change(value, error, np.stack([left, lost * value]), uneven, unknowns, tuple(notes))
@@ -284,17 +283,16 @@ def _field_of_all(
     return np.concatenate(found, axis=1)
 
 
-def _told(
+def _errors(
     value: Complex, left: Complex, plates: Sequence[Divided], forced: float, among: bool
-) -> tuple[Complex, Complex, float]:
-    """Return errors of divisions that plates are known for, all errors, and what polynomials miss of the change.
+) -> tuple[Complex, float]:
+    """Return all errors, with those of divisions that are `left`, and what polynomials miss of the change.
 
     `forced` is what divisions miss besides that memory forces to be coarse; `among` others plates answer each other.
     """
-    left = (_BETWEEN if among else 1.0) * left.real + 1j * max(plate.margin for plate in plates) * left.imag
     lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if among else (1.0, 1.0)) + forced
     R, X = _shared(left.real) + lost[0] * largest(value.real), _shared(left.imag) + lost[1] * largest(value.imag)
-    return left, R + 1j * X, float(lost.max())
+    return R + 1j * X, float(lost.max())
 
 
 def _shared(error: Array) -> Array:

@@ -21,7 +21,6 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import tensor_grid
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 
-_NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
 _GRID, _STEP = 33, 1e-4  # places along a side; differences of the coils' potential, over the narrower side
 _INSULATING = 0.06  # radius of a permeable plate with holes over its skin depth, at most
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
@@ -54,7 +53,7 @@ class Divided:
     divisions: tuple[Any, ...]  # `Moving`; of a permeable plate all as found, and more that are off by its errors
     thickness: float
     unseen: float
-    margin: float  # of the error of L, over what divisions tell
+    close: bool  # whether it moves so close to the coils that it sees them cell by cell
     notes: tuple[Note, ...]
 
 
@@ -113,14 +112,15 @@ def divided_plate(
         found, *off = prepared_permeable(plate, part.outline, part.susceptibility, own, reached, seen)
         depths = plate.thickness / skin_depth(frequency[0], metal.conductivity, metal.relative_permeability)
         note = Note.of(NoteKind.PERMEABLE, permeability=metal.relative_permeability, depths=float(depths))
-        return Divided((found,) * DIVISIONS + tuple(off), 0.0, 0.0, 1.0, (note,))
+        return Divided((found,) * DIVISIONS + tuple(off), 0.0, 0.0, False, (note,))
     near = sources is not None or is_near(plate, part.outline, clear[0], rung)
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
     asked: Any = plate, part.outline, replace(rung, few=False, step=0.0), scale  # neither divides
     divisions = prepared_near(*asked, sources or clear[1], part.become) if near else prepared(*asked, part.become)
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
-    lost, margin = (0.0, _NEAR) if near and sources is None else (unseen(divisions[0].box), 1.0)
-    return Divided(divisions, thickness, lost, margin, _notes(thickness, divisions[-1].sheets, lost))
+    close = near and sources is None
+    lost = 0.0 if close else unseen(divisions[0].box)
+    return Divided(divisions, thickness, lost, close, _notes(thickness, divisions[-1].sheets, lost))
 
 
 def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[Note, ...]:

@@ -3,14 +3,14 @@
 A rung of the ladder has three levels along the plate and three across; one of each is shared (`star`). A division that
 takes more than the limit of memory gives way to a coarser one (`fitting`).
 
-On levels with cells divided into m_1 < m_2 < m_3 parts along each axis a result behaves like ``y_m = y + a m^-p``, with
-differences d_1 and d_2 and the limit (`added`)
+On levels with cells divided into m_1 < m_2 < m_3 parts along each axis a result behaves like
 
-    q = d_1 / d_2 = (m_1^-p - m_2^-p) / (m_2^-p - m_3^-p),    Y = y_3 + d_2 / ((m_3/m_2)^p - 1),
+    y_m = y + a m^-p + b m^-(p+1),    Y = y_3 + d_2 / ((m_3/m_2)^p - 1),    Y - y = b (...),
 
-of second order p in the cells, but of R along a plate where current crowds at the rim (`Limit`). The limit is linear in
-the levels, so that it is as smooth over poses and frequencies as they are, and is taken of what answers all poses, once
-a frequency (`coupling`). How far the differences are from showing the order is in its error.
+with differences d_1 and d_2, the limit Y of two levels and its error, which is known as the three levels give a, b and
+y (`added`). The order p is 2 along and across, but of R along a plate where current crowds at the rim (`Limit`). The
+limit is linear in the levels, so that it is as smooth over poses and frequencies as they are, and is taken of what
+answers all poses, once a frequency (`coupling`).
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
@@ -31,20 +31,20 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Target
 
-_MISSED, _NEXT = 0.5, 0.15  # error over what the last difference is off the order, and over what is added
+_SAFETY = 1.5  # error over what the next term of an order shows
 
 
 def added(d1: Array, d2: Array, sizes: Sequence[float], order: float) -> tuple[Array, Array]:
     """Return the extrapolated rest ``Y - y_3`` from the differences of three levels, and its error, entry by entry.
 
-    Where the first two of the m in `sizes` are equal, no order is shown, and the error is all of the rest.
+    Where the first two of the m in `sizes` are equal, no next term is shown, and the error is all of the rest.
     """
     more = rest(sizes, order) * d2
     if sizes[0] == sizes[1]:
         return more, np.abs(more)
-    a, b, c = np.asarray(sizes, dtype=float) ** np.full(3, -order)
-    missed = d2 - d1 / ((a - b) / (b - c))
-    return more, (_MISSED * np.abs(missed) + _NEXT * np.abs(more))
+    powers = np.asarray(sizes, dtype=float) ** -np.array([[0.0], [order], [order + 1.0]])
+    w1, _, w3 = np.linalg.solve(powers, (1.0, 0.0, 0.0))  # y = w . (y_1, y_2, y_3)
+    return more, _SAFETY * np.abs(more + w1 * d1 + (1.0 - w3) * d2)
 
 
 def rest(sizes: Sequence[float], order: float) -> float:
@@ -74,19 +74,17 @@ LADDER = (
 ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0, step=4 * STEP, few=True)  # where memory is short
 DIVISIONS = 5  # of a plate: levels along and across, one of them twice
 _STEM = 4  # level along on which the sheets are refined
-_ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds
+_ORDER, _FASTER = 2.0, (6.0, 1.0)  # of errors in the cells' size; how much higher for R and L where current crowds
 _CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the skin depth where it begins to
 ACROSS, ACROSS_LEVEL = 0.58, 4.0
 """Sheet at a face over the skin depth, on a level across; on others in proportion."""
 _TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth map
 ROUGH = 3e-2
 """The asked error from which the first of them will do; twice what is told where memory cannot hold the second."""
-_TRUST = 0.4  # error of Delta L over what `added` says, as measured
-_EVEN = 0.1  # the same of R where current fills the plate, and from there with the thickness over the skin depth
-# Of R and of omega Delta L, what no division shows: everywhere, where current crowds at the faces, in plates of more
-# skin depths than `_DEEP` (from, to); 120 answers of discs by chance, 9 and 2 % of them beyond
-_LEFT = (1e-3, 4e-3, 1.2e-2), (3e-4, 0.0, 3e-3)
-_DEEP = 10.0, 150.0  # skin depths in a plate's thickness, between which the error grows: at 30 L is off by 1e-3
+_LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
+_RIM = 5e-3, 4e-4  # the same of each where current crowds at the rim and levels show no order
+_BETWEEN = 0.5  # error there over what is between order 2 and faster ones; how much L has of that from four parts on
+_CLOSE = 0.15, 0.05  # of what is added to both along plates so close to coils that cells are as long as the gap
 _Plates = TypeVar("_Plates")
 
 
@@ -159,22 +157,22 @@ def star(rung: Rung) -> list[tuple[int, int]]:
 class Limit:
     """What the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
 
-    `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth. Along a
-    plate the error of R falls like the square of the cells, and much faster where the current of a thick plate crowds
-    at the rim in few of them. Where the levels along show no order, their whole rest is its error; where cells are few,
-    all rests at least: of 40 discs by chance 1 is beyond that, 8 and 12 were by the error
-    of finer ones.
+    `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth; `close` says
+    whether coils are as close as its cells are long. Along a plate errors fall like the square of the cells; where the
+    current of a thick plate crowds at the rim in few of them, less than four parts, that of R falls much faster. Three
+    levels do not show which it is, and the error is a share of what is between. Where the levels along are two, their
+    whole rest is its error; where cells are few, all rests at least.
     """
 
     rung: Rung
     thickness: float
     finest: float
+    close: bool = False
 
     @property
-    def orders(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Orders along and across, of R and of L."""
-        crowded = math.prod(x**6 / (1.0 + x**6) for x in (self.thickness / _CROWDED, self.finest / _COARSE))
-        return (_ORDER + _FASTER * crowded, _ORDER), (_ORDER, _ORDER)
+    def crowded(self) -> float:
+        """How far the current of a plate crowds at its rim, from 0 to 1."""
+        return math.prod(x**6 / (1.0 + x**6) for x in (self.thickness / _CROWDED, self.finest / _COARSE))
 
     def forms(self, values: Sequence[Complex]) -> list[Complex]:
         """Return the limit of the divisions' values, and the differences of levels along and across, coarsest first.
@@ -187,10 +185,11 @@ class Limit:
         stem = values[2 - _stem(self.rung)]
         levels = [*values[2::-1]], [stem, *values[3:DIVISIONS]]
         steps = [after - before for each in levels for before, after in pairwise(each)]
-        value = levels[0][-1] + levels[1][-1] - stem
-        for sizes, last, (of_R, of_L) in zip((self.rung.along, self.rung.across), steps[1::2],
-                                             zip(*self.orders, strict=True), strict=True):
-            value = value + rest(sizes, of_R) * last.real + 1j * rest(sizes, of_L) * last.imag
+        along, across = self.rung.along, self.rung.across
+        faster = _FASTER[0] * self.crowded if along[0] < _STEM else 0.0
+        of_R, of_L = rest(along, _ORDER + faster), rest(along, _ORDER)
+        value = levels[0][-1] + of_R * steps[1].real + 1j * of_L * steps[1].imag
+        value = value + levels[1][-1] - stem + rest(across, _ORDER) * steps[3]
         return [value, *steps, *(other - values[0] for other in values[DIVISIONS:])]
 
     def errors(self, forms: Sequence[Complex]) -> Complex:
@@ -198,17 +197,17 @@ class Limit:
         value, *steps = forms
         if not steps:
             return np.zeros_like(value)
-        rung, thickness, found = self.rung, self.thickness, []
-        unordered = rung.along[0] == rung.along[1]
-        skin, deep = min(1.0, thickness / _CROWDED), float(np.interp(thickness, _DEEP, (0.0, 1.0)))
-        trusts = max(_EVEN, 0.7 * skin), _TRUST
+        rung, found = self.rung, list[Array]()
+        few, ordered = rung.along[0] < _STEM, rung.along[0] < rung.along[1]
+        crowded = self.crowded, self.crowded * (1.0 if few else _BETWEEN)
         parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
-        for part, (along, across), trust, left in zip(parts, self.orders, trusts, _LEFT, strict=True):
-            x, error_x = added(part(steps[0]), part(steps[1]), rung.along, along)
-            z, error_z = added(part(steps[2]), part(steps[3]), rung.across, across)
-            own = trust * (error_x + error_z) + unordered * (1.0 - trust) * error_x
+        for part, faster, k, rim, close in zip(parts, _FASTER, crowded, _RIM, _CLOSE, strict=True):
+            x, error_x = added(part(steps[0]), part(steps[1]), rung.along, _ORDER)
+            z, error_z = added(part(steps[2]), part(steps[3]), rung.across, _ORDER)
+            between = x - rest(rung.along, _ORDER + faster * self.crowded) * part(steps[1])
+            own = (1.0 - k * ordered) * error_x + _BETWEEN * np.abs(between) + close * self.close * np.abs(x) + error_z
             if rung.few:
-                own = np.maximum(error_x, np.abs(x)) + np.maximum(error_z, np.abs(z))
+                own = np.maximum(own, np.abs(x) + np.abs(z))
             own = own + sum(np.abs(part(other)) for other in steps[4:])
-            found.append(own + np.dot(left, (1.0, skin**2, deep)) * np.abs(part(value)))
+            found.append(own + (_LEFT + rim * k) * np.abs(part(value)))
         return np.asarray(found[0] + 1j * found[1])

@@ -59,13 +59,42 @@ def test_where_memory_holds_no_default_rung_the_roughest_answers(monkeypatch: py
     assert np.all(abs(rough.R - fine.R) < rough.error_R + fine.error_R)
 
 
-@pytest.mark.parametrize(("along", "L", "R"), [((2, 2, 4), 1.0, 1.0), ((2, 3, 4), 0.4 * 0.15, 0.1 * 0.15)])
-def test_levels_without_an_order_tell_all_of_their_rest(along: tuple[int, int, int], L: float, R: float) -> None:
-    """Of a thin plate whose values y + a / m^2 show it, a share of 0.15 is told, times what such plates showed."""
+@pytest.mark.parametrize(("along", "left"), [((2, 2, 4), 0.01), ((2, 3, 4), 0.0)])
+def test_levels_without_an_order_tell_all_of_their_rest(along: tuple[int, int, int], left: float) -> None:
+    """Of a thin plate whose values y + a / m^2 show it, nothing is left but what no division shows."""
     Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.16 / m**2)]]) for m in (*along[::-1], along[0], along[0])]
     limit = Limit(Rung(along, (1, 2, 3), 7.0), 1e-3, 1.0)
     forms = limit.forms(Z)
     found, error = forms[0], limit.errors(forms)
-    told = error - 1e-3 * found.real - 3e-4j * found.imag  # without what no division shows
     assert found.item() == pytest.approx(1.0 + 1.0j, abs=1e-12)
-    assert told.item() == pytest.approx(0.01 * (R + 1.0j * L), abs=1e-8)
+    assert (error - 5e-5 * found).item() == pytest.approx(left * (1.0 + 1.0j), abs=1e-8)
+
+
+def test_the_error_is_that_of_the_next_order() -> None:
+    """Of values y + a / m^2 + b / m^3 along and across: one and a half times what the limit is off, of L and of R."""
+
+    def Z(m: int, k: int) -> np.ndarray:
+        R, X = 1.0 + 0.3 / m**2 - 0.2 / m**3 - 0.1 / k**3, 2.0 + 0.2 / k**2 + 0.4 / m**3 + 0.3 / k**3
+        return np.array([[R + 1j * X]])
+
+    limit = Limit(Rung((4, 5, 6), (3, 4, 5), 7.0), 1e-3, 1.0)
+    forms = limit.forms([Z(6, 3), Z(5, 3), Z(4, 3), Z(4, 4), Z(4, 5)])
+    off, error = (forms[0] - (1.0 + 2.0j)).item(), (limit.errors(forms) - 5e-5 * forms[0]).item()
+    assert (error.real, error.imag) == pytest.approx((1.5 * abs(off.real), 1.5 * abs(off.imag)), rel=1e-9)
+
+
+@pytest.mark.parametrize(("along", "order", "rim"), [((3, 4, 5), 8, 4e-4), ((4, 5, 6), 2, 2e-4)])
+def test_where_current_crowds_the_error_is_between_orders(
+    along: tuple[int, int, int], order: int, rim: float
+) -> None:
+    """Of R, whose limit is of order 8 in few cells, half of what is between 2 and 8; of L between 2 and 3."""
+    Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.3 / m**2)]]) for m in (*along[::-1], 4, 4)]
+    limit = Limit(Rung(along, (3, 4, 5), 7.0), 1e3, 1e3)
+    forms = limit.forms(Z)
+    last = 0.3 / along[1] ** 2 - 0.3 / along[2] ** 2
+    shown = {p: 1.0 / ((along[2] / along[1]) ** p - 1.0) for p in (2, 3, 8)}
+    assert forms[0].item().imag == pytest.approx(1.0, abs=1e-12)
+    assert forms[0].item().real == pytest.approx(1.0 - (shown[2] - shown[order]) * last, abs=1e-12)
+    own = (limit.errors(forms) - 5.05e-3 * forms[0].real - (5e-5 + rim) * 1j * forms[0].imag).item()
+    expected = 0.5 * last * np.array([shown[2] - shown[8], shown[2] - shown[3]])
+    assert (own.real, own.imag) == pytest.approx(tuple(expected), rel=1e-6)
