@@ -74,7 +74,7 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     _, E_c, E_b = pad_moduli(target, elastomer)
     free = 3.0 * max(abs(layer.free_stretch - 1.0) for layer in elastomer.stack)  # without load
     strains, even = [strains_of(*plain, load) for load in (Wrench(), *loads)], min(1.0, _UNIFORM * thin)
-    more = [elastomer.shear_modulus / layer.silicone.shear_modulus for layer in elastomer.stack]  # strained than the pad
+    more = [elastomer.shear_modulus / layer.silicone.shear_modulus for layer in elastomer.stack]  # strained than it
     return max(
         small_strain_bound(
             layer.silicone, (E_c / own, E_b / own), own * (sink + free), own * shear, own * edge, even

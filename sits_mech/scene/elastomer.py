@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import accumulate
 from typing import Any, Literal
 
 from pydantic import BaseModel, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -24,13 +25,15 @@ from sits_mech.scene.bounds import Friction, Length, Offset, SiliconeOrName, Str
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SLACK, SceneError, shown, si_value
+from sits_mech.units import millimetres as mm
 
 Shape = Literal["box", "cylinder", "pillars"]
 Place = tuple[float, float]
 _OF_EACH = ("material", "thickness", "free_stretch")  # keys of one silicone, which layers have each
-_NOT_BESIDE = dict.fromkeys(_OF_EACH, "each of which has its own") | {
+NOT_BESIDE = dict.fromkeys(_OF_EACH, "each of which has its own") | {
     "edge_radius": "whose edges are sharp", "mesh": "which are meshed here",
 }
+"""Keys that a pad of layers may not have, and why."""
 _THINNEST = 1e-3  # of a pad's thickness, a layer
 _SIZES: dict[Shape, tuple[str, ...]] = {
     "box": ("width", "length"),
@@ -125,7 +128,7 @@ class Elastomer(BaseModel):
         layers = given.get("layers") if isinstance(given, Mapping) else None
         if not layers:
             return given
-        for key, why in _NOT_BESIDE.items():
+        for key, why in NOT_BESIDE.items():
             if given.get(key) is not None:
                 raise SceneError(f"{key} must be left out beside layers, {why}; got {shown(given[key])}")
         each = layers if isinstance(layers, list | tuple) else ()
@@ -174,6 +177,21 @@ class Elastomer(BaseModel):
         """Its layers, from the ground up; itself, where it is of one silicone."""
         own = {"material": self.material, "thickness": self.thickness, "free_stretch": self.free_stretch}
         return self.layers or (Layer.model_construct(**own),)
+
+    @property
+    def interfaces(self) -> tuple[float, ...]:
+        """Heights of its layers' interfaces above its lower face [m]."""
+        return tuple(accumulate(layer.thickness for layer in self.stack[:-1]))
+
+    @property
+    def words(self) -> str:
+        """Its silicones by name for a reader, of layers from the ground up; empty where one has no name."""
+        names = [layer.silicone.name for layer in self.stack]
+        if not self.layers:
+            return names[0]
+        return ", ".join(
+            f"{mm(layer.thickness)} {name or 'own silicone'}" for layer, name in zip(self.stack, names, strict=True)
+        )
 
     @property
     def places(self) -> dict[str, Silicone]:

@@ -34,10 +34,10 @@ class Interface(NamedTuple):
 def interfaces(elastomer: Elastomer) -> tuple[Interface, ...]:
     """Return the interfaces of a pad from the ground up."""
     stack = elastomer.stack
-    heights = np.cumsum([layer.thickness for layer in stack[:-1]]) / elastomer.thickness
+    heights = (height / elastomer.thickness for height in elastomer.interfaces)
     pairs = zip(stack[:-1], stack[1:], strict=True)
     differ = [(a.silicone, a.free_stretch) != (b.silicone, b.free_stretch) for a, b in pairs]
-    return tuple(map(Interface, heights.tolist(), differ))
+    return tuple(map(Interface, heights, differ))
 
 
 def layer_of_cells(elastomer: Elastomer, mesh: MixedMesh) -> Integers | None:
