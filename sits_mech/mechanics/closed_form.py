@@ -137,11 +137,8 @@ def free_rise(sensor: Sensor) -> float:
     plain, pad = plain_pad(sensor), sensor.elastomer
     if pad is None or plain is None:
         return 0.0 if pad is None else sum((each.free_stretch - 1.0) * each.thickness for each in pad.stack)
-    E_c = pad_moduli(*plain)[1]
-    return sum(
-        3.0 * (each.free_stretch - 1.0) * each.thickness * (1.0 - 2.0 * each.silicone.shear_modulus / E_c)
-        for each in pad.stack
-    )
+    mu, E_c = pad.shear_modulus, pad_moduli(*plain)[1]
+    return sum(3.0 * (each.free_stretch - 1.0) * each.thickness * (1.0 - 2.0 * mu / E_c) for each in pad.stack)
 
 
 def tilt_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:

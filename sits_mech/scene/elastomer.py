@@ -175,8 +175,9 @@ class Elastomer(BaseModel):
     @property
     def stack(self) -> tuple[Layer, ...]:
         """Its layers, from the ground up; itself, where it is of one silicone."""
-        own = {"material": self.material, "thickness": self.thickness, "free_stretch": self.free_stretch}
-        return self.layers or (Layer.model_construct(**own),)
+        return self.layers or (Layer.model_construct(
+            material=self.material, thickness=self.thickness, free_stretch=self.free_stretch
+        ),)
 
     @property
     def interfaces(self) -> tuple[float, ...]:

@@ -4,11 +4,15 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.closed_form import pad_moduli, thin_share
+from sits_mech.mechanics.closed_form import free_rise, pad_moduli, thin_share
+from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.mechanics.layer import axisymmetric_pad, planar_layer
-from sits_mech.mechanics.linear import linear_layer
+from sits_mech.mechanics.linear import linear_layer, linear_pad
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.scene.parameters import parameter
+from sits_mech.scene.sensor import SceneError, load_sensor, silicone_of
+from sits_mech.scene.thermal import at_temperature
 
 SOFT, STIFF = 20e3, 80e3  # shear moduli [Pa]
 
@@ -79,7 +83,7 @@ LOAD = Wrench(F_x=0.2, F_z=0.8, M=1e-3)
 def test_layers_of_one_silicone_on_the_same_lines_are_one_to_rounding():
     """Near the sides a pad has a line at half its height anyway."""
     near = 'width="9 mm", length="7 mm"'
-    one, two = (block_pad(sensor(layers, near), 0.1).equilibrium(LOAD) for layers in (ONE, SPLIT))
+    one, two = (block_pad(sensor(layers, near), 0.1).equilibrium(Wrench(F_x=0.05, F_z=0.2)) for layers in (ONE, SPLIT))
     assert two.pose.components == pytest.approx(one.pose.components, rel=1e-9, abs=1e-14)
     assert two.error.components == pytest.approx(one.error.components, rel=1e-6, abs=1e-14)
 
@@ -126,3 +130,75 @@ def test_a_disc_on_two_laws_is_within_a_percent_of_another_code(make, force, exp
     sink = 2.5 - 1e3 * found.pose.d_v
     assert sink == pytest.approx(expected, rel=0.01)
     assert abs(sink - expected) <= 1e3 * found.error.d_v + 5e-4 * abs(expected)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_each_layer_remembers_by_itself(number):
+    """One silicone relaxes, the other does not: what is added under a held load is of the one, less than of both."""
+    relaxing = '{law="neo-hookean", shear_modulus=20e3, bulk_modulus=1e6, prony=[{weight=0.3, time="0.1 s"}]}'
+    plain, times = neo_hooke(SOFT, 50.0), np.array([0.0, 0.0, 10.0])
+    history = LoadHistory(times, np.array([[0, 0, 0, 0, 0, 0], *[[30.0, 100.0, 0, 0, 0, 0]] * 2], dtype=float))
+    strip = ('width="12 mm", length="1 m"', 'width="8 mm", length="1 m"')
+    pads = [[(relaxing, 1.0)] * 2, [(relaxing, 1.0), (plain, 1.0)][:: 1 - 2 * number], [(plain, 1.0)] * 2]
+    moved = []
+    for layers in pads:
+        motion = planar_layer(sensor(layers, *strip), 0.05).in_time(history)
+        d_h = motion.pose.d_h[motion.given]
+        moved.append(float(d_h[-1] - d_h[-2]))
+    assert moved[2] == pytest.approx(0.0, abs=1e-3 * moved[0])
+    assert 0.2 * moved[0] < moved[1] < 0.8 * moved[0]
+
+
+def test_layers_of_one_relaxing_silicone_relax_as_one():
+    relaxing = '{law="neo-hookean", shear_modulus=20e3, bulk_modulus=1e6, prony=[{weight=0.3, time="0.1 s"}]}'
+    history = LoadHistory(np.array([0.0, 0.0, 0.2]), np.array([[0.0] * 6, *[[0.02, 0.1, 0, 0, 0, 0]] * 2]))
+    near = 'width="9 mm", length="7 mm"'
+    each = ([(relaxing, 2.0)], [(relaxing, 1.0)] * 2)
+    one, two = (block_pad(sensor(layers, near), 0.3).in_time(history).pose.components for layers in each)
+    assert two == pytest.approx(one, rel=1e-7, abs=1e-12)
+
+
+def test_layers_that_do_not_relax_alike_are_no_whole():
+    relaxing = '{law="neo-hookean", shear_modulus=20e3, bulk_modulus=1e6, prony=[{weight=0.3, time="0.1 s"}]}'
+    with pytest.raises(SceneError, match="elastomer.layers: must relax alike and have no mullins"):
+        silicone_of(sensor([(relaxing, 1.0), (neo_hooke(SOFT), 1.0)]))
+    assert silicone_of(sensor([(relaxing, 1.0)] * 2)).prony == ((0.3, 0.1),)
+
+
+def test_warm_layers_lift_the_target_each_by_its_own_growth():
+    """Linear: the rise with both is that with each alone; and it is the closed form's to a fifth."""
+    known = 'expansion=3e-4, temperature_range=["250 K", "400 K"]'
+    still = 'expansion=17e-6, temperature_range=["250 K", "400 K"]'  # as copper
+    soft, firm = (
+        [f'{{law="neo-hookean", shear_modulus={mu}, bulk_modulus={100 * mu}, {words}}}' for words in (known, still)]
+        for mu in (20e3, 80e3)
+    )
+    rises = []
+    for below, above in ((0, 0), (0, 1), (1, 0)):
+        warm = at_temperature(sensor([(firm[below], 1.0), (soft[above], 1.0)]), 313.15)
+        found = linear_pad(warm, 0.5).equilibrium(Wrench())
+        rises.append(found.pose.d_v - warm.elastomer.thickness)
+        assert free_rise(warm) == pytest.approx(rises[-1], rel=0.25)
+    assert rises[1] + rises[2] == pytest.approx(rises[0], rel=1e-2)
+
+
+@pytest.mark.slow
+def test_derivatives_by_numbers_of_a_layer_are_those_of_solves():
+    pad, load = sensor(PAIR), Wrench(F_x=0.1, F_z=0.2)
+    model = block_pad(pad, 0.1)
+    names = ("elastomer.layers.0.thickness", "elastomer.layers.1.material.c10", "elastomer.thickness", "modulus")
+    each = [parameter(pad, name) for name in names]
+    found = model.slopes(model.equilibrium(load), each)
+    for column, one in enumerate(each):
+        step = 1e-3 * one.value
+        up, down = (block_pad(one.changed(way * step), 0.1).equilibrium(load).pose.components for way in (1, -1))
+        assert found.pose[:3, column] == pytest.approx((up - down)[:3] / (2.0 * step), rel=1e-4, abs=1e-10)
+
+
+def test_notes_name_the_layer_that_is_stretched_beyond_its_data():
+    ranged = [f'{{law="neo-hookean", shear_modulus={mu}, bulk_modulus={50 * mu}, fitted_range=[0.0, {end}]}}'
+              for mu, end in ((80e3, 0.5), (20e3, 0.1))]
+    pad = sensor([(ranged[0], 1.0), (ranged[1], 1.0)])
+    found = block_pad(pad, 0.1).equilibrium(Wrench(F_x=0.15)).report
+    ends = [note.known["stretch"] for note in found.notes if note.kind is NoteKind.DATA_END]
+    assert ends == [pytest.approx(1.1)] and found.stretch > 1.1

@@ -63,8 +63,8 @@ class Law(NamedTuple):
 
     def after(self, past: Step) -> Law:
         """Return the law of points with a past, one at each quadrature point (silicone/points.py)."""
-        tangent, stress = (of(self.silicone, self.guard, past) for of in (isochoric_energy, isochoric_stress))
-        return self._replace(tangent=tangent, stress=stress, past=past)
+        own = self.silicone, self.guard, past
+        return self._replace(tangent=isochoric_energy(*own), stress=isochoric_stress(*own), past=past)
 
     def part(self, some: slice | Mask) -> Law:
         """Return the law of some of its elements."""

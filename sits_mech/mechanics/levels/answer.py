@@ -188,7 +188,7 @@ def answer(
 
     found, large = refine(levels, chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
     last, spent = len(found) - 1, sum(each.state.iterations for each in found)
-    before, most = (stretched(levels.maker(k), found[k].state.u) for k in (last - 1, last))
+    before, strained = (stretched(levels.maker(k), found[k].state.u) for k in (last - 1, last))
     error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
@@ -196,10 +196,10 @@ def answer(
     if beneath:  # the true target is held there: the error is the whole displacement
         whole = np.max(np.abs(q * scales.lengths[:k]) * lever) / lever
         error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
-    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, most.each), *([large] if large else []))
+    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, strained.each), *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(last).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
-        stretch=most.value, error_stretch=max(abs(most.value - before.value), most.doubt),
+        stretch=strained.value, error_stretch=max(abs(strained.value - before.value), strained.doubt),
     )
     state_kept = np.concatenate([[number], packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
