@@ -52,9 +52,10 @@ def scene_schema() -> Schema:
     found["Conductor"]["properties"]["centre"] = listed(centre, minItems=2, maxItems=3) | said
     for name in ("Elastomer", "Layer"):
         found[name]["properties"]["material"] = {"$ref": "#/$defs/Silicone"}
-    one = {"required": ["material", "thickness"], "properties": {"layers": {"maxItems": 0}}}
-    several = {"required": ["layers"], "properties": dict.fromkeys(NOT_BESIDE, False)}
-    found["Elastomer"] |= {"required": [], "anyOf": [one, several], "allOf": _shapes(_LAYER)}
+    several = {"properties": {"layers": {"minItems": 1}}, "required": ["layers"]}
+    without = {"properties": dict.fromkeys(NOT_BESIDE, False)}
+    layered = {"if": several, "then": without, "else": {"required": ["material", "thickness"]}}
+    found["Elastomer"] |= {"required": [], "allOf": [layered, *_shapes(_LAYER)]}
     found |= {"Silicone": _silicone(), **material_table("neo-hookean").model_json_schema()["$defs"]}
     whole = with_descriptions(schema, Sensor) | {"title": "Scene of sits-mech", "$schema": DIALECT, "$defs": found}
     whole["properties"]["readout"] = {"$ref": "#/$defs/Readout"}

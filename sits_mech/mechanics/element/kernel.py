@@ -152,10 +152,7 @@ class Laws:
         """Return what each law finds for its elements, in moduli of the pad."""
         if self.of is None:
             return found(self.each[0], state)
-        parts = [np.flatnonzero(self.of == k) for k in range(len(self.each))]
-        here = [(law, own) for law, own in zip(self.each, parts, strict=True) if len(own)]
-        if len(here) == 1:
-            return [here[0][0].modulus * each for each in found(here[0][0], state)]
+        here = [(law, own) for k, law in enumerate(self.each) if len(own := np.flatnonzero(self.of == k))]
         several = [
             [law.modulus * each for each in found(law, Kinematics(state.F[own], state.H[own], state.J[own]))]
             for law, own in here
