@@ -8,6 +8,7 @@ from sits_mech.mechanics.closed_form import free_rise, pad_moduli, thin_share
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.mechanics.layer import axisymmetric_pad, planar_layer
 from sits_mech.mechanics.linear import linear_layer, linear_pad
+from sits_mech.mechanics.models import strain_bound
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.parameters import parameter
@@ -202,3 +203,14 @@ def test_notes_name_the_layer_that_is_stretched_beyond_its_data():
     found = block_pad(pad, 0.1).equilibrium(Wrench(F_x=0.15)).report
     ends = [note.known["stretch"] for note in found.notes if note.kind is NoteKind.DATA_END]
     assert ends == [pytest.approx(1.1)] and found.stretch > 1.1
+
+
+@pytest.mark.parametrize("moduli", [(20e3, 200e3), (200e3, 20e3)])
+def test_what_small_strain_leaves_out_of_layers_is_within_its_bound(moduli):
+    pad = sensor([(neo_hooke(mu, 100.0), 1.0) for mu in moduli], *['diameter="8 mm"'] * 2)
+    for load in (Wrench(F_z=0.3), Wrench(F_x=0.1), Wrench(F_x=0.05, F_z=0.15, M=2e-4)):
+        small, finite = (make(pad, 0.1).equilibrium(load) for make in (linear_pad, block_pad))
+        rest, lever = np.array([0.0, 2e-3, 0.0]), np.array([1.0, 1.0, 4e-3])
+        moved = (finite.pose.components[:3] - rest) * lever
+        away = np.abs((small.pose.components - finite.pose.components)[:3] * lever)
+        assert np.max(away) < strain_bound(pad, [load]) * np.max(np.abs(moved))
