@@ -13,8 +13,8 @@ the displacement by less than
 where finite elements show 1.6 to 2.8 times sink/t under pure compression, and up to 0.4 times the larger of shear and
 edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, are excluded. Away from its edges a layer
 shears uniformly, with the law's secant modulus: what shear changes goes with t/w (flush strips under shear of 0.3 and
-0.6: 1e-3 to 7e-3 of it at w/t = 8, 0.3e-3 to 0.5e-3 at 128). Of layers the bound is the largest of any silicone i, which
-is strained by mu/mu_i more than the pad, mu that in series.
+0.6: 1e-3 to 7e-3 of it at w/t = 8, 0.3e-3 to 0.5e-3 at 128). Of layers the bound is the largest of any silicone i,
+strained by mu/mu_i more than the pad, mu that in series.
 
 Ends. Plane strain makes a pad too stiff by the factors of `linear.finite_length_factor` in shear, compression and tilt:
 it leaves (factor - 1) times a displacement out. Beforehand, and of pads that a strip does not stand for at all, the

@@ -149,6 +149,11 @@ class Elastomer(BaseModel):
             raise SceneError(f'friction must be 0 where contact is "never"; got {self.friction:g}')
         if self.weld and self.mesh is None:
             raise SceneError("weld must be false without a mesh; got true")
+        return self
+
+    @model_validator(mode="after")
+    def _resolved(self) -> Elastomer:
+        """Refuse layers that no mesh resolves."""
         for number, layer in enumerate(self.layers):
             if layer.thickness < _THINNEST * self.thickness:
                 least = f"at least {_THINNEST:g} of the pad's, {self.thickness:g} m"

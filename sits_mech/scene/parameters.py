@@ -129,14 +129,8 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
     sensor = at_temperature(sensor)
     if name == MODULUS:
         return Parameter(name, ((name, 1.0),), STEP, _with_constants(sensor, name))
-    if name == STIFFENING:
-        scene = _with_constants(sensor, MODULUS)
-        return Parameter(
-            name, ((name, 0.0),), _STIFFER, scene, lambda share: _remade(scene, lambda own: own.stiffened(share))
-        )
-    if name == THICKNESS and sensor.elastomer is not None and sensor.elastomer.layers:
-        t = sensor.elastomer.thickness
-        return Parameter(name, ((name, t),), STEP * t, sensor, lambda amount: _thicker(sensor, t + amount))
+    if own := _of_pad(sensor, name):
+        return own
     sensor = _with_constants(sensor, name)
     found = [(key, value) for key, value in _ends(scene_table(sensor), name.split("."), ()) if value is not None]
     if not found:
@@ -146,6 +140,19 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
             raise SceneError(f"{key}: must be a number that can go up and down a little; got {shown(value)}")
     size = max(abs(value) for _, value in found) or _size(sensor, bool(_OF_MATERIAL.match(name)))
     return Parameter(name, tuple(found), STEP * size, sensor)
+
+
+def _of_pad(sensor: Sensor, name: str) -> Parameter | None:
+    """Return the parameter that stiffens a pad's silicones, or the thickness of its layers; None for other names."""
+    if name == STIFFENING:
+        scene = _with_constants(sensor, MODULUS)
+        return Parameter(
+            name, ((name, 0.0),), _STIFFER, scene, lambda share: _remade(scene, lambda own: own.stiffened(share))
+        )
+    if name == THICKNESS and sensor.elastomer is not None and sensor.elastomer.layers:
+        t = sensor.elastomer.thickness
+        return Parameter(name, ((name, t),), STEP * t, sensor, lambda amount: _thicker(sensor, t + amount))
+    return None
 
 
 def _by_cause(sensor: Sensor, name: str) -> Parameter:

@@ -145,7 +145,7 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
     beneath = ground_notes(sensor, scales.pose(state.q))
     if beneath:  # the true target is held there: the error is the whole displacement
         error = np.maximum(error, np.abs(pose - scales.pose(np.zeros(k)).components))
-    stretch, before = (max(each.value for each in walk.stretch) for walk in (last, walks[-2]))
+    stretch, before = (float(walk.values.max()) for walk in (last, walks[-2]))
     each = np.max([moment.each for moment in last.stretch], axis=0)
     notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *([large] if large else [])]
     gap, moved = (float(np.max(np.abs(np.array(part) * body.levers))) for part in (first.gap, last.q))
@@ -157,9 +157,8 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
         state.residual, found.relative, 0.0, "converged", tuple(notes), (), min(walk.min_J for walk in walks), stretch,
         abs(stretch - before),
     )
-    stretches = np.array([moment.value for moment in last.stretch])
     wrench, time = np.pad(first.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads, np.array(first.time)
-    return Motion(time, np.array(first.given), wrench, Pose.of(pose), Pose.of(error), stretches, report)
+    return Motion(time, np.array(first.given), wrench, Pose.of(pose), Pose.of(error), last.values, report)
 
 
 class _Walk:
@@ -172,6 +171,11 @@ class _Walk:
         self.far = self.now.state  # farthest state
         self.iterations, self.min_J = 0, np.inf
         self.touches = self.pressed = False
+
+    @property
+    def values(self) -> Array:
+        """Stretch at each moment."""
+        return np.array([each.value for each in self.stretch])
 
     def keep(self, moment: Moment, iterations: int) -> None:
         """Append a moment and make it the present one."""
