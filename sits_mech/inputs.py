@@ -173,7 +173,7 @@ def _must(one: ErrorDetails, model: type[BaseModel]) -> str:
         return "must be given; it is missing"
     must = _KINDS.get(kind, one["msg"].replace("Input should be", "must be", 1))
     if kind in ("tuple_type", "list_type") and _table(model, steps) is not table:
-        must = f"must be a list of tables, as under [[{steps[-1]}]]"
+        must = f"must be a list of tables, as under [[{'.'.join(map(str, steps))}]]"
     return f"{must}; got {shown(one['input'])}"
 
 

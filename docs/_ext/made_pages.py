@@ -112,10 +112,10 @@ def schemas(here: Path, made: Path) -> None:
         write(made / "extra" / "schemas" / f"{name}.schema.json", json.dumps(found, indent=1) + "\n")
     scene = schema_of("scene")
     lines = list(_keys(scene, "Top of the file"))
-    places = {"coils": "Coil", "target": "Target", "elastomer": "Elastomer", "conductors": "Conductor",
-              "readout": "Readout"}
+    places = {"coils": "Coil", "target": "Target", "elastomer": "Elastomer", "elastomer.layers": "Layer",
+              "conductors": "Conductor", "readout": "Readout"}
     for key, part in places.items():
-        title = f"`[[{key}]]`" if key in ("coils", "conductors") else f"`[{key}]`"
+        title = f"`[[{key}]]`" if key in ("coils", "elastomer.layers", "conductors") else f"`[{key}]`"
         lines += _keys(scene["$defs"][part], title)
     write(here / "_pages" / "scene_keys.md", "\n".join(lines))
     asked = schema_of("requirements")

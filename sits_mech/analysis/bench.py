@@ -29,7 +29,7 @@ from sits_mech.readout.converter import FrontEnd, code_of, converter, tank_frequ
 from sits_mech.readout.front_end import front_end
 from sits_mech.readout.loads import answered, varied
 from sits_mech.readout.table_errors import TableErrors, table_errors
-from sits_mech.scene.sensor import SceneError, Sensor, check_provenance, silicone_of
+from sits_mech.scene.sensor import SceneError, Sensor, check_provenance, silicones_of
 from sits_mech.scene.thermal import at_temperature, clock_factor
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
@@ -170,8 +170,7 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
 
 def _table_errors(sensor: Sensor, own: xr.Dataset, forces: Sequence[str]) -> TableErrors:
     """Return the errors of `table_inductances`, with what the silicone's sources differ by."""
-    silicone = silicone_of(sensor)
-    modulus = 0.0 if silicone is None else silicone.modulus_deviation or 0.0
+    modulus = max((each.modulus_deviation or 0.0 for each in silicones_of(sensor)), default=0.0)
     return table_errors(_without_single(own), forces, modulus)
 
 

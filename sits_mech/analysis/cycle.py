@@ -138,7 +138,8 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
     """Return the share of the virgin elastic response that the pad shows."""
     if sensor.elastomer is None:
         return programme.share.copy()
-    silicone = sensor.elastomer.silicone
+    if (silicone := silicone_of(sensor)) is None:
+        return programme.share.copy()
     relaxed = relaxed_share(silicone, programme.time, programme.share)
     target, volume = sensor.target, 0.0
     if target is not None:

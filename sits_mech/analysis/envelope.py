@@ -227,5 +227,5 @@ def _first_loads(sensor: Sensor, planes: Sequence[tuple[str, str]]) -> list[Wren
     """Return the loads to try first in some planes: stresses of the size of the silicone's modulus under the target."""
     if sensor.target is None or sensor.elastomer is None:
         return []  # refused with the model
-    force = sensor.elastomer.silicone.shear_modulus * math.prod(sensor.target.extent)
+    force = sensor.elastomer.shear_modulus * math.prod(sensor.target.extent)
     return [Wrench(**{name: _FIRST[name] * force for name in plane}) for plane in planes]

@@ -22,7 +22,7 @@ A path that ended before is a limit of its own, with the error that its two mesh
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -41,7 +41,7 @@ from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import ends_of, fixed, load_words, request_of, varied
-from sits_mech.scene.sensor import Sensor, known_stretch, silicone_of
+from sits_mech.scene.sensor import Sensor, known_stretch, silicones_of
 from sits_mech.silicone.history import left_share, loop_width
 
 PERIOD = 1.0
@@ -85,8 +85,7 @@ class Limits:
 
 def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
     """Return the limits of a pad from its table (`calibrate`) and its silicone."""
-    silicone = silicone_of(sensor)
-    known = known_stretch(sensor)
+    made, known = silicones_of(sensor), known_stretch(sensor)
     dims, size = data["status"].dims, data["status"].size
     stretch = data["stretch"].transpose(*dims).to_numpy().ravel() if "stretch" in data else np.full(size, np.nan)
     pose, error = (table_poses(data, prefix) for prefix in ("", "error_"))
@@ -101,11 +100,15 @@ def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
         return k, "" if k < 0 else load_words({name: float(row[name]) for name in (*varied(data), *fixed(data))})
 
     (i, where), (j, there) = under(stretch), under(-gap)
-    loop = left = spread = np.nan
-    if silicone is not None:
-        loop, left = loop_width(silicone, PERIOD), left_share(silicone, AFTER)
-        spread = np.nan if silicone.spread is None else 1.0 + silicone.spread
+    loop = _largest(loop_width(each, PERIOD) for each in made)
+    left = _largest(left_share(each, AFTER) for each in made)
+    spread = _largest(1.0 + each.spread for each in made if each.spread is not None)
     return Limits(float(stretch[i]), known, where, float(gap[j]), float(off[j]), there, loop, left, spread)
+
+
+def _largest(values: Iterable[float]) -> float:
+    """Return the largest of the values that are known; nan where none is."""
+    return float(np.fmax.reduce([np.nan, *values]))
 
 
 def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Progress = untold) -> Limits:

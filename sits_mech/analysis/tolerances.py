@@ -196,7 +196,7 @@ def _settled(
     """Return the poses (k, 6) of a layer of another thickness and modulus; NaN where a load fails."""
     if sensor.elastomer is None:
         raise SceneError(f"{sensor.name}: elastomer: must be given; it is missing")
-    layer = sensor.elastomer.model_copy(update={"thickness": sensor.elastomer.thickness + thicker})
+    layer = sensor.elastomer.of_thickness(sensor.elastomer.thickness + thicker)
     solver, _ = mechanical_model(sensor.model_copy(update={"elastomer": layer}), *model)
     found, start = np.full((len(loads), len(POSE)), np.nan), None
     for k, load in enumerate(loads):

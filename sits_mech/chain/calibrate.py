@@ -31,7 +31,7 @@ from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import NoteKind, packed, packed_omissions
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
-from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance
+from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance, silicones_of
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
 from sits_mech.silicone.stability import renewed_notes
 from sits_mech.status import OK, flags_of, marked
@@ -212,8 +212,9 @@ def _marks(
     tolerance, left_out = asked[0], asked[1].report.left_out
     error = 0.0 if goal is None else goal.of(poses_of([rest])) + sized(left_out)
     stretch = np.nan if rest.report.stretch is None else rest.report.stretch
-    if sensor.elastomer is not None and np.isfinite(stretch):
-        notes = renewed_notes(notes, sensor.elastomer.silicone, stretch)
+    made = silicones_of(sensor)
+    if len(made) == 1 and np.isfinite(stretch):  # which of layers are stretched so far is not known between loads
+        notes = renewed_notes(notes, made[0], stretch)
     bounded = not any(item.unbounded for item in (*rest.report.left_out, *left_out))
     between = any(note.kind is NoteKind.INTERPOLATED for note in notes)
     flags = flags_of(error, tolerance, stretch, known_stretch(sensor), interpolated=between, bounded=bounded)

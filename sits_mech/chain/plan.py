@@ -27,7 +27,7 @@ from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative
 from sits_mech.quantities import WRENCH, Equilibrium, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.scene.plausible import check_loads
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, silicones_of
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.silicone.material import implausible
 from sits_mech.units import checked_tolerance
@@ -329,7 +329,8 @@ def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | Forecast | None
     found = list[Note]()
     if sensor.elastomer is not None:
         found += _overhang(sensor)
-        found += (Note.of(NoteKind.STATED, text=text) for text in implausible(sensor.elastomer.silicone))
+        lines = (text for silicone in silicones_of(sensor) for text in implausible(silicone))
+        found += (Note.of(NoteKind.STATED, text=text) for text in lines)
     if not isinstance(seen, Look) and loads and _HELD < bound < math.inf:
         found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
     return tuple(found)

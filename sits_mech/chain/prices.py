@@ -102,8 +102,8 @@ def _expected(sensor: Sensor, load: Wrench) -> tuple[float, bool]:
         return 0.0, False
     target, elastomer = plain
     sink, shear, edge = strains_of(target, elastomer, load)
-    silicone, half = elastomer.silicone, 0.5 * min(*target.extent, *elastomer.extent) / elastomer.thickness
-    reach = min(half, math.sqrt(silicone.bulk_modulus / (12.0 * silicone.shear_modulus)))
+    half = 0.5 * min(*target.extent, *elastomer.extent) / elastomer.thickness
+    reach = min(half, math.sqrt(elastomer.bulk_modulus / (12.0 * elastomer.shear_modulus)))
     near = shape_of(target, elastomer).low_corner and elastomer.contact != "never" and load.F_z > 0.0
     return math.hypot(sink + edge, shear), near and sink * reach > _BULGED
 

@@ -281,15 +281,15 @@ def sensor_of(scene: str, overrides: Overrides, temperature: str | None = None) 
 def sensors_of(scene: str, overrides: Overrides, temperature: str | None, *, one: bool = False) -> list[Sensor]:
     """Return the scene a command is about at each temperature that was written, its own by default."""
     from sits_mech.scene.plausible import bare_lengths, slips
-    from sits_mech.scene.sensor import load_sensor
+    from sits_mech.scene.sensor import load_sensor, silicones_of
     from sits_mech.scene.thermal import at_each
 
     found = load_sensor(scene, overrides.all)
     overrides.check_bare([f"--set {each}" for each in bare_lengths(found, overrides.keys)])
     overrides.note(scene, slips(found))
-    silicone = None if found.elastomer is None else found.elastomer.silicone
-    if silicone is not None and not silicone.name and silicone.spread:
-        warn(f"{scene}: {silicone.source}: moduli of such silicones differ by a factor of {1.0 + silicone.spread:.2g}")
+    for made in silicones_of(found):
+        if not made.name and made.spread:
+            warn(f"{scene}: {made.source}: moduli of such silicones differ by a factor of {1.0 + made.spread:.2g}")
     if temperature is None:
         return at_each(found, [found.temperature])
     if one:

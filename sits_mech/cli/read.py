@@ -27,6 +27,8 @@ from sits_mech.cli.options import (
 from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
 
     from sits_mech.analysis.limits import Limits
@@ -163,7 +165,7 @@ def quality(
     import numpy as np
 
     from sits_mech.report.folder import read_calibration
-    from sits_mech.scene.sensor import silicone_of
+    from sits_mech.scene.sensor import silicones_of
 
     if samples < 2 or samples & (samples - 1):
         raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
@@ -193,7 +195,7 @@ def quality(
         record["components"] = tables.components_record(resolved_components(sensor, data, sizes))
     more = [drift_table(record["drift"])] if "drift" in record else []
     answer(record, [*tables.quality_tables(record), *more], as_json)
-    _warn_of(silicone_of(sensor), sensor.readout, period, noise, has_slopes(data))
+    _warn_of(silicones_of(sensor), sensor.readout, period, noise, has_slopes(data))
     return 0
 
 
@@ -272,14 +274,15 @@ def _scatter(
 
 
 def _warn_of(
-    silicone: Silicone | None, readout: Readout, period: str | None, noise: str | None, drift: bool
+    made: Sequence[Silicone], readout: Readout, period: str | None, noise: str | None, drift: bool
 ) -> None:
     """Tell what scatters of a silicone, and what was not asked for."""
     from sits_mech.report.tables.quality import modulus_words
 
-    if silicone is not None and silicone.spread:
-        warn(f"{silicone.name or 'the silicone'}: {modulus_words(1.0 + silicone.spread)}")
-    if silicone is not None and silicone.has_history and period is None:
+    for silicone in made:
+        if silicone.spread:
+            warn(f"{silicone.name or 'the silicone'}: {modulus_words(1.0 + silicone.spread)}")
+    if any(silicone.has_history for silicone in made) and period is None:
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if not drift:
         warn("drift with temperature: not in this calibration; calibrate --drift adds it")

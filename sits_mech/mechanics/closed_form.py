@@ -52,6 +52,14 @@ J of a disc pi d**4/32. The last term is what a column has, 4 mu in plane strain
 in series. Against the 3D model from S = a/(2 t) = 0.5 to 15: within 8 %, 10 % where K rules. Of tilt the least about
 either axis, ``(0.8 - 0.3 a/b) S**2 + 4 - a/b`` times mu: the 3D model tilts by 0.36 to 0.99 of what it says. J: W. C.
 Young, R. G. Budynas, Roark's Formulas for Stress and Strain, 7th ed. (2002), table 10.1.
+
+Layers are sheared in series, ``t/mu = sum t_i/mu_i``, as columns are, and compressed in series, ``t/K = sum t_i/K_i``.
+Pressed out of a thin pad they flow sideways by u(z) with ``mu(z) u' = p' (z - z_0)``, and u = 0 at both plates: what
+is t**3/(12 mu) of one silicone is of them
+
+    D = int (z - z_0)**2/mu(z) dz,        z_0 = int z/mu(z) dz / int 1/mu(z) dz,
+
+so that the thin terms have ``mu_thin = t**3/(12 D)`` in place of mu. Edges as of one silicone.
 """
 
 from __future__ import annotations
@@ -99,13 +107,25 @@ def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor:
     return bulk_modulus * (1.0 - float(np.tanh(y)) / y)
 
 
+def thin_share(layer: Elastomer) -> float:
+    """Return the modulus mu_thin by which layers are pressed out of a thin pad, over theirs in series."""
+    stack = layer.stack
+    if len(stack) == 1:
+        return 1.0
+    z = np.cumsum([0.0, *(each.thickness for each in stack)])
+    soft = [1.0 / each.silicone.shear_modulus for each in stack]
+    middle = float(np.diff(z**2) @ soft) / 2.0 / float(np.diff(z) @ soft)
+    D = float(np.diff((z - middle) ** 3) @ soft) / 3.0
+    return layer.thickness**3 / (12.0 * D) / layer.shear_modulus
+
+
 def pad_moduli(target: Target, layer: Elastomer) -> tuple[float, float, float]:
     """Return a pad's area [m^2], force over ``area sink/t``, least moment over ``area w/6 theta w/(2 t)`` [Pa]."""
     a, b = sorted(map(min, target.extent, layer.extent))
     S2, r, is_round = (0.5 * a / layer.thickness) ** 2, a / b, target.is_round or layer.is_round
     twist = 0.125 if is_round else 1.0 / 3.0 - 0.21 * r * (1.0 - r**4 / 12.0)
-    forms, mu = (12.0 * twist, 0.8 - 0.3 * r), layer.silicone.shear_modulus
-    E_c, E_b = (1.0 / (1.0 / (mu * (4.0 - r + form * S2)) + 1.0 / layer.silicone.bulk_modulus) for form in forms)
+    forms, mu, thin = (12.0 * twist, 0.8 - 0.3 * r), layer.shear_modulus, thin_share(layer)
+    E_c, E_b = (1.0 / (1.0 / (mu * (4.0 - r + thin * form * S2)) + 1.0 / layer.bulk_modulus) for form in forms)
     return (0.25 * np.pi * a * b, E_c, 0.75 * E_b) if is_round else (a * b, E_c, E_b)
 
 
@@ -114,11 +134,11 @@ def free_rise(sensor: Sensor) -> float:
 
     Of what the 3D model has: 0.98 to 1 of flush pads, 0.92 of tall ones, from 0.81 on where silicone reaches beyond.
     """
-    plain, layer = plain_pad(sensor), sensor.elastomer
-    if layer is None or plain is None:
-        return 0.0 if layer is None else (layer.free_stretch - 1.0) * layer.thickness
-    mu, E_c = layer.silicone.shear_modulus, pad_moduli(*plain)[1]
-    return 3.0 * (layer.free_stretch - 1.0) * layer.thickness * (1.0 - 2.0 * mu / E_c)
+    plain, pad = plain_pad(sensor), sensor.elastomer
+    if pad is None or plain is None:
+        return 0.0 if pad is None else sum((each.free_stretch - 1.0) * each.thickness for each in pad.stack)
+    mu, E_c = pad.shear_modulus, pad_moduli(*plain)[1]
+    return sum(3.0 * (each.free_stretch - 1.0) * each.thickness * (1.0 - 2.0 * mu / E_c) for each in pad.stack)
 
 
 def tilt_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:
@@ -254,6 +274,9 @@ def flush_refusal(target: Target, elastomer: Elastomer) -> Refusal | None:
     if elastomer.mesh is not None or elastomer.kind != "box" or target.shape != "rectangle":
         got = f"a {elastomer.kind} under a {target.shape}"
         return Refusal("elastomer", "be a box under a rectangle for closed-form", got)
+    if len(elastomer.layers) > 1:
+        got = f"{len(elastomer.layers)} layers"
+        return Refusal("elastomer.layers", "be of one silicone for closed-form", got)
     if w - target.extent[0] > _FLUSH * w:
         got = f"a layer {w:g} m wide under a target {target.extent[0]:g} m wide"
         return Refusal("target.width", "cover the layer along x for closed-form", got)

@@ -27,6 +27,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -53,8 +54,10 @@ from sits_mech.quantities import (
     refuse_infinite,
     refuse_out_of_plane,
 )
+from sits_mech.scene.elastomer import Layer
 from sits_mech.scene.parameters import Parameter
-from sits_mech.scene.sensor import Elastomer, Sensor, Target
+from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicones_of
+from sits_mech.silicone.material import silicone_from
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
 
@@ -189,7 +192,7 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
     target, elastomer = pad_parts(sensor)
     if elastomer.mesh is not None:  # a file's name does not tell what is in it
         return _finite_length(sensor)
-    asked = "finite length", target, elastomer, repr(elastomer.silicone)
+    asked = "finite length", target, elastomer, *map(repr, silicones_of(sensor))
     pack, unpack = (lambda found: {"each": astuple(found)}), (lambda made: FiniteLength(*made["each"].tolist()))
     found: FiniteLength = kept(asked, partial(_finite_length, sensor), pack, unpack, __name__)
     return found
@@ -225,10 +228,15 @@ def _factors(sensor: Sensor) -> tuple[Array, float]:
 def _thicker(sensor: Sensor, thickness: float) -> Sensor:
     """Return a scene with a thicker pad of the same ``K t^2`` and shear modulus."""
     _, elastomer = pad_parts(sensor)
-    mu, ratio = elastomer.silicone.shear_modulus, elastomer.thickness / thickness
-    law = {"law": "neo-hookean", "shear_modulus": mu, "bulk_modulus": elastomer.silicone.bulk_modulus * ratio**2}
-    given = elastomer.model_dump() | {"thickness": thickness, "material": law, "edge_radius": None}
-    return sensor.model_copy(update={"elastomer": Elastomer.model_validate(given)})
+    ratio = elastomer.thickness / thickness
+
+    def made(layer: Layer) -> dict[str, Any]:
+        """Return the silicone of a layer with as much of K t^2."""
+        mu, K = layer.silicone.shear_modulus, layer.silicone.bulk_modulus * ratio**2
+        return {"material": silicone_from({"law": "neo-hookean", "shear_modulus": mu, "bulk_modulus": K})}
+
+    pad = elastomer.of_thickness(thickness).remade(made, edge_radius=None)
+    return sensor.model_copy(update={"elastomer": pad})
 
 
 def _shortened(sensor: Sensor) -> tuple[Sensor, float]:

@@ -13,7 +13,8 @@ the displacement by less than
 where finite elements show 1.6 to 2.8 times sink/t under pure compression, and up to 0.4 times the larger of shear and
 edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, are excluded. Away from its edges a layer
 shears uniformly, with the law's secant modulus: what shear changes goes with t/w (flush strips under shear of 0.3 and
-0.6: 1e-3 to 7e-3 of it at w/t = 8, 0.3e-3 to 0.5e-3 at 128).
+0.6: 1e-3 to 7e-3 of it at w/t = 8, 0.3e-3 to 0.5e-3 at 128). Of layers the bound is the largest of any silicone i,
+strained by mu/mu_i more than the pad, mu that in series.
 
 Ends. Plane strain makes a pad too stiff by the factors of `linear.finite_length_factor` in shear, compression and tilt:
 it leaves (factor - 1) times a displacement out. Beforehand, and of pads that a strip does not stand for at all, the
@@ -43,11 +44,12 @@ from sits_mech.mechanics.closed_form import (
     pad_moduli,
     plain_pad,
     small_strain_bound,
+    thin_share,
 )
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Array, Wrench
-from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicone_of
+from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicones_of
 from sits_mech.silicone.history import history_share
 
 if TYPE_CHECKING:
@@ -70,11 +72,15 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     thin = elastomer.thickness / min(map(min, target.extent, elastomer.extent))
     if thin * 2.0 * _SLENDER > 1.0:
         return math.inf
-    silicone, (_, *moduli) = elastomer.silicone, pad_moduli(target, elastomer)
-    free = 3.0 * abs(elastomer.free_stretch - 1.0)  # of the thickness, by which the pad moves without load, at most
-    strains = [strains_of(*plain, load) for load in (Wrench(), *loads)]
+    _, E_c, E_b = pad_moduli(target, elastomer)
+    free = 3.0 * max(abs(layer.free_stretch - 1.0) for layer in elastomer.stack)  # without load
+    strains, even = [strains_of(*plain, load) for load in (Wrench(), *loads)], min(1.0, _UNIFORM * thin)
+    more = [elastomer.shear_modulus / layer.silicone.shear_modulus for layer in elastomer.stack]  # strained than it
     return max(
-        small_strain_bound(silicone, (moduli[0], moduli[1]), sink + free, shear, edge, min(1.0, _UNIFORM * thin))
+        small_strain_bound(
+            layer.silicone, (E_c / own, E_b / own), own * (sink + free), own * shear, own * edge, even
+        )
+        for layer, own in zip(elastomer.stack, more, strict=True)
         for sink, shear, edge in strains
     )
 
@@ -82,7 +88,7 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
 def strains_of(target: Target, elastomer: Elastomer, load: Wrench) -> tuple[float, float, float]:
     """Return sink, shear and displacement of the ends by tilt of a plain pad at small strain, in thicknesses."""
     (w, length), (area, E_c, E_b) = map(min, target.extent, elastomer.extent), pad_moduli(target, elastomer)
-    lever, mu = target.load_height + 0.5 * elastomer.thickness, elastomer.silicone.shear_modulus
+    lever, mu = target.load_height + 0.5 * elastomer.thickness, elastomer.shear_modulus
     along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
     edge = 6.0 * math.hypot(along / w, across / length) / (E_b * area)
     return abs(load.F_z) / (E_c * area), math.hypot(load.F_x, load.F_y) / (mu * area), edge
@@ -131,10 +137,11 @@ def _factors_beforehand(sensor: Sensor) -> tuple[float, ...]:
     if plain is None:
         return ()
     target, elastomer = plain
-    (area, E_c, E_b), mu, K = pad_moduli(*plain), elastomer.silicone.shear_modulus, elastomer.silicone.bulk_modulus
+    (area, E_c, E_b), mu, K = pad_moduli(*plain), elastomer.shear_modulus, elastomer.bulk_modulus
     width = min(target.extent[0], elastomer.extent[0])
     S2, spread = (0.5 * width / elastomer.thickness) ** 2, width * elastomer.extent[1] / area
-    strip = [1.0 / (1.0 / (mu * (4.0 + form * S2)) + 1.0 / K) for form in (4.0, 0.8)]
+    thin = thin_share(elastomer)
+    strip = [1.0 / (1.0 / (mu * (4.0 + thin * form * S2)) + 1.0 / K) for form in (4.0, 0.8)]
     tilt = spread * strip[1] / E_b
     return _by_component(np.array([max(spread, tilt), spread * strip[0] / E_c, tilt]) - 1.0)
 
@@ -217,13 +224,12 @@ def _left_out(sensor: Sensor, question: Question, *, small: bool, flat: bool | N
 
 def _of_loads(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     """Return what loads spare by their symmetry, and what history and other laws would change."""
-    silicone, loads, found = silicone_of(sensor), question.loads, list[Omission]()
-    if loads and silicone is not None and silicone.has_history:
-        share = history_share(silicone)
-        found.append(Omission(OmissionKind.HISTORY, share, Relative.DISPLACEMENT, counts=False))
-    if loads and silicone is not None and silicone.mode_spread:  # a pad stiffens: of the displacement at most as much
-        known = (("percent", f"{100.0 * silicone.mode_spread:.2g}"),)
-        size = silicone.mode_spread
+    made, loads, found = silicones_of(sensor), question.loads, list[Omission]()
+    if loads and (shares := [history_share(each) for each in made if each.has_history]):
+        found.append(Omission(OmissionKind.HISTORY, max(shares), Relative.DISPLACEMENT, counts=False))
+    size = max((each.mode_spread or 0.0 for each in made), default=0.0)
+    if loads and size:  # a pad stiffens: of the displacement at most as much
+        known = (("percent", f"{100.0 * size:.2g}"),)
         found.append(Omission(OmissionKind.LAW, size, Relative.DISPLACEMENT, bound=True, counts=False, numbers=known))
     symmetry, different = symmetry_of(sensor), len(set(loads))
     if loads and symmetry.mirrored and all(load == Wrench(F_z=load.F_z) for load in loads):

@@ -26,6 +26,7 @@ from sits_mech.report.page.parts import figures_part, scene_part, subtitle
 from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.style import figure_bytes
+from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import write_text
 from sits_mech.scene.plausible import slips
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
@@ -186,7 +187,8 @@ def _main_numbers(sensor: Sensor) -> str:
     found = [f"{sensor.frequency / 1e6:.6g} MHz", f"{count} coil{'s' if count > 1 else ''}"]
     for name, part in (("target", sensor.target), ("pad", sensor.elastomer)):
         if part is not None:
-            material = f" of {part.material}" if isinstance(part.material, str) else ""
+            made = part.words if isinstance(part, Elastomer) else part.material
+            material = f" of {made}" if made else ""
             found.append(f"{name}{material}, {1e3 * part.thickness:.4g} mm thick")
     return html.escape(" · ".join([*found, *([] if converter == "none" else [converter])]))
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from pydantic import BaseModel, InstanceOf
+from pydantic import BaseModel, InstanceOf, PlainSerializer
 
 from sits_mech.inputs import Reads, unknown, whole, within
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.plausible import FREQUENCY, LENGTH, PLACE
-from sits_mech.silicone.material import Silicone, silicone_from
+from sits_mech.silicone.material import Silicone, silicone_from, table_of
 from sits_mech.units import SceneError, shown
 
 
@@ -73,7 +73,10 @@ MetalName = Annotated[str, Reads(_metal_name, {"type": "string"})]
 Direction = Annotated[int, Reads(_direction, {"enum": [1, -1]})]
 Point = tuple[Coordinate, Coordinate]
 Place = tuple[Coordinate, Coordinate, Coordinate]
-SiliconeOrName = Annotated[InstanceOf[str] | InstanceOf[Silicone], Reads(_silicone, {"type": ["string", "object"]})]
+SiliconeOrName = Annotated[
+    InstanceOf[str] | InstanceOf[Silicone], Reads(_silicone, {"type": ["string", "object"]}),
+    PlainSerializer(lambda made: table_of(made) if isinstance(made, Silicone) else made),
+]
 _SIZES = ("width", "length", "diameter", "inner_diameter", "pitch", "points")
 
 

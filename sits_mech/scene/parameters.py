@@ -11,6 +11,9 @@ for every entry of a list, or what a catalogued silicone is made of:
                      stays,
     stiffening       what the silicone stiffens by besides, zero as it is: the share k of w + k mu/2 (I1 - 3)^2.
 
+Of a pad of layers the keys are elastomer.layers.0.thickness and elastomer.layers.0.material.c10; elastomer.thickness is
+that of all in proportion, and the last two are of all of them.
+
 Derivatives by it are differences of second order (maps/differences.py) over a step h far below the lengths of the
 scene, on both sides, or on one where the other is no scene (a stand-off below zero) or one of another kind (a target
 that takes other cells).
@@ -18,6 +21,7 @@ that takes other cells).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -34,11 +38,13 @@ MODULUS = "modulus"
 """The parameter that stands for all stresses among a silicone's constants."""
 STIFFENING = "stiffening"
 """The parameter that stands for a silicone that stiffens more with strain than the scene's."""
+THICKNESS = "elastomer.thickness"
+"""The parameter of a pad's thickness, of all layers in proportion."""
 TEMPERATURE = "temperature."
 """What the parameters begin with that stand for a cause of change with temperature."""
 STEP = 1e-6
 """Of the value: what is held nearly incompressible answers a step s with K s besides, K in shear moduli."""
-_MATERIAL = "elastomer.material."
+_OF_MATERIAL = re.compile(r"elastomer\.(layers\.[^.]+\.)?material\.")
 _STIFFER = 1e-4  # step of the stiffening: rounding of the forces is some 1e-12 of the layer's
 _KELVIN = 3e-3  # step of a temperature: some 1e-6 of what it changes
 _REACHES = dict.fromkeys(CAUSES, 6e4) | {"conductivity": 300.0, "modulus": 300.0, "pad": 3e3}  # 1 over coefficients [K]
@@ -82,8 +88,8 @@ class Parameter:
         """Return the scene with the parameter changed by an amount; raise SceneError where that is no scene."""
         if self.become is not None:
             return self.become(amount)
-        if self.name == MODULUS and self.scene.elastomer is not None:
-            return _of_silicone(self.scene, stiffer(self.scene.elastomer.silicone, 1.0 + amount))
+        if self.name == MODULUS:
+            return _remade(self.scene, lambda silicone: stiffer(silicone, 1.0 + amount))
         return changed(self.scene, [f"{key}={value + amount!r}" for key, value in self.numbers])
 
     def scenes(self, places: Iterable[int]) -> dict[int, Sensor]:
@@ -123,9 +129,8 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
     sensor = at_temperature(sensor)
     if name == MODULUS:
         return Parameter(name, ((name, 1.0),), STEP, _with_constants(sensor, name))
-    if name == STIFFENING:
-        scene = _with_constants(sensor, MODULUS)
-        return Parameter(name, ((name, 0.0),), _STIFFER, scene, lambda share: _stiffened(scene, share))
+    if own := _of_pad(sensor, name):
+        return own
     sensor = _with_constants(sensor, name)
     found = [(key, value) for key, value in _ends(scene_table(sensor), name.split("."), ()) if value is not None]
     if not found:
@@ -133,13 +138,21 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
     for key, value in found:
         if not isinstance(value, float):
             raise SceneError(f"{key}: must be a number that can go up and down a little; got {shown(value)}")
-    size = max(abs(value) for _, value in found) or _size(sensor, name.startswith(_MATERIAL))
+    size = max(abs(value) for _, value in found) or _size(sensor, bool(_OF_MATERIAL.match(name)))
     return Parameter(name, tuple(found), STEP * size, sensor)
 
 
-def _stiffened(scene: Sensor, share: float) -> Sensor:
-    """Return a scene whose silicone stiffens more with strain."""
-    return scene if scene.elastomer is None else _of_silicone(scene, scene.elastomer.silicone.stiffened(share))
+def _of_pad(sensor: Sensor, name: str) -> Parameter | None:
+    """Return the parameter that stiffens a pad's silicones, or the thickness of its layers; None for other names."""
+    if name == STIFFENING:
+        scene = _with_constants(sensor, MODULUS)
+        return Parameter(
+            name, ((name, 0.0),), _STIFFER, scene, lambda share: _remade(scene, lambda own: own.stiffened(share))
+        )
+    if name == THICKNESS and sensor.elastomer is not None and sensor.elastomer.layers:
+        t = sensor.elastomer.thickness
+        return Parameter(name, ((name, t),), STEP * t, sensor, lambda amount: _thicker(sensor, t + amount))
+    return None
 
 
 def _by_cause(sensor: Sensor, name: str) -> Parameter:
@@ -157,6 +170,8 @@ def _by_cause(sensor: Sensor, name: str) -> Parameter:
 
 def value_of(sensor: Sensor, key: str) -> float | None:
     """Return the number of a key [SI], also of a count; the first one's of a star; None where the scene gives none."""
+    if key == THICKNESS and sensor.elastomer is not None:
+        return sensor.elastomer.thickness
     if sensor.elastomer is not None:
         sensor = _with_constants(sensor, key)
     here = next((value for _, value in _ends(scene_table(sensor), key.split("."), ()) if value is not None), None)
@@ -209,23 +224,30 @@ def _named(entries: Sequence[Any]) -> dict[str, Any]:
 
 
 def _with_constants(sensor: Sensor, name: str) -> Sensor:
-    """Return a scene with the constants of its silicone, where a name is of them; else unchanged."""
-    if name != MODULUS and not name.startswith(_MATERIAL):
+    """Return a scene with the constants of its silicones, where a name is of them; else unchanged."""
+    if name != MODULUS and not _OF_MATERIAL.match(name):
         return sensor
     if sensor.elastomer is None:
         raise SceneError(f"{name}: needs an elastomer; it is missing")
-    return _of_silicone(sensor, sensor.elastomer.silicone)
+    return _remade(sensor, lambda silicone: silicone)
 
 
 def _size(sensor: Sensor, of_material: bool) -> float:
     """Return the scale of a number that is zero: the shear modulus, or the thickness of the layer or of the plate."""
     if sensor.elastomer is not None:
-        return sensor.elastomer.silicone.shear_modulus if of_material else sensor.elastomer.thickness
+        return sensor.elastomer.shear_modulus if of_material else sensor.elastomer.thickness
     return sensor.target.thickness if sensor.target is not None else sensor.coils[0].outer_diameter
 
 
-def _of_silicone(sensor: Sensor, silicone: Silicone) -> Sensor:
-    """Return a scene whose layer is of a silicone."""
+def _thicker(sensor: Sensor, thickness: float) -> Sensor:
+    """Return a scene whose pad has another thickness [m]."""
+    pad = None if sensor.elastomer is None else sensor.elastomer.of_thickness(thickness)
+    return sensor.model_copy(update={"elastomer": pad})
+
+
+def _remade(sensor: Sensor, change: Callable[[Silicone], Silicone]) -> Sensor:
+    """Return a scene with each of its pad's silicones changed."""
     if sensor.elastomer is None:
         return sensor
-    return sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"material": silicone})})
+    pad = sensor.elastomer.remade(lambda layer: {"material": change(layer.silicone)})
+    return sensor.model_copy(update={"elastomer": pad})

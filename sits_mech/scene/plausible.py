@@ -103,9 +103,10 @@ def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
     """
     if sensor.elastomer is None:
         return
-    silicone, plates = sensor.elastomer.silicone, [sensor.elastomer, *([sensor.target] if sensor.target else [])]
+    plates = [sensor.elastomer, *([sensor.target] if sensor.target else [])]
     sides = [max(plate.extent[k] for plate in plates) for k in (0, 1)]
-    force = max(silicone.bulk_modulus, _SHEAR * silicone.shear_modulus) * sides[0] * sides[1]
+    made = [layer.silicone for layer in sensor.elastomer.stack]
+    force = max(max(each.bulk_modulus, _SHEAR * each.shear_modulus) for each in made) * sides[0] * sides[1]
     for name, values in loads.items():
         most = force if name.startswith("F") else force * max(sides)
         for value in np.ravel(values):
@@ -130,8 +131,8 @@ def _lines(value: Any, name: str, usual: Usual | None) -> Iterator[str]:
     elif isinstance(value, Silicone):
         yield from (*implausible(value), *_falling(value))
     elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
-        for each in value:
-            yield from _found(each, f"{name}.{getattr(each, 'name', '')}.")
+        for number, each in enumerate(value):
+            yield from _found(each, f"{name}.{getattr(each, 'name', number)}.")
     elif usual is not None:
         yield from [line for number in _numbers(value) if (line := usual.slip(name, number))][:1]
 

@@ -39,7 +39,8 @@ __all__ = [
 REFERENCE = 293.15
 """Temperature that the numbers of a scene hold at, 20 degC [K]."""
 _UNSAID = {  # keys of each part that are left out where they have their defaults
-    "elastomer": ("weld", "free_stretch"), "readout": ("capacitance_coefficient", "clock_coefficient"),
+    "elastomer": {"weld": False, "free_stretch": 1.0},
+    "readout": {"capacitance_coefficient": 0.0, "clock_coefficient": 0.0},
 }
 _PARTS: Mapping[str, type[BaseModel]] = {
     "coils": Coil,
@@ -132,13 +133,31 @@ class Sensor(BaseModel):
 
 
 def silicone_of(sensor: Sensor) -> Silicone | None:
-    """Return the silicone of a sensor's pad, None without one."""
-    return None if sensor.elastomer is None else sensor.elastomer.silicone
+    """Return the silicone by whose rate and softening a pad as a whole goes, None without one.
+
+    Raises SceneError for layers that do not relax alike, or soften, each by its own strain.
+    """
+    made = silicones_of(sensor)
+    if len(made) > 1 and (len({each.prony for each in made}) > 1 or any(each.mullins for each in made)):
+        raise SceneError(
+            "elastomer.layers: must relax alike and have no mullins where the pad is taken as a whole; these do not: "
+            "simulate --history --mechanics block follows every point"
+        )
+    return made[0] if made else None
+
+
+def silicones_of(sensor: Sensor) -> tuple[Silicone, ...]:
+    """Return the silicones of a sensor's pad, from the ground up; none without one."""
+    return () if sensor.elastomer is None else tuple(layer.silicone for layer in sensor.elastomer.stack)
 
 
 def known_stretch(sensor: Sensor) -> float:
-    """Return the largest stretch in the data behind the silicone's constants [-]; NaN where that is not known."""
-    return float("nan") if sensor.elastomer is None else sensor.elastomer.silicone.known_stretch
+    """Return the largest stretch in the data behind the silicone's constants [-]; NaN where that is not known.
+
+    Of layers the least one that is known.
+    """
+    known = [made.known_stretch for made in silicones_of(sensor)]
+    return min((each for each in known if each == each), default=float("nan"))
 
 
 def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
@@ -232,8 +251,10 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
         del target["load_height"]
     for plate in filter(None, (target, *table["conductors"])):
         _drop_unset(plate)
-    for part in _UNSAID.keys() & table.keys():
-        _drop_usual(table[part], part)
+    for part, usual in _UNSAID.items():
+        own = table.get(part, {})
+        for each in (own, *own.get("layers", ())):
+            _drop_usual(each, usual)
     if sensor.temperature == REFERENCE:
         del table["temperature"]
     if target is not None and _fills_the_target(sensor):
@@ -248,12 +269,10 @@ def _drop_unset(plate: dict[str, Any]) -> None:
             del plate[key]
 
 
-def _drop_usual(table: dict[str, Any], part: str) -> None:
-    """Leave out the keys of a part that need not be said: those at their defaults."""
-    fields = _PARTS[part].model_fields
-    for key in _UNSAID[part]:
-        if table[key] == fields[key].default:
-            del table[key]
+def _drop_usual(table: dict[str, Any], usual: Mapping[str, Any]) -> None:
+    """Leave out the keys that need not be said: those with their usual values."""
+    for key in [key for key, value in usual.items() if table.get(key) == value]:
+        del table[key]
 
 
 def _fills_the_target(sensor: Sensor) -> bool:
@@ -298,7 +317,8 @@ def check_provenance(sensor: Sensor, attributes: Mapping[str, Any]) -> None:
         return
     own, other = (tomllib.loads(text) for text in (scene_text(sensor), str(attributes["scene"])))
     for each in (own, other):
-        each.get("elastomer", {}).pop("material", None)
+        for made in (pad := each.get("elastomer", {}), *pad.get("layers", ())):
+            made.pop("material", None)
     for part in ("frequency", "coils", "target", "elastomer", "conductors"):
         if own.get(part) != other.get(part):
             name = attributes.get("name", "another")

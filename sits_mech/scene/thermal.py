@@ -27,6 +27,7 @@ from dataclasses import replace
 from typing import Any
 
 from sits_mech.scene.coils import ACROSS, UPRIGHT
+from sits_mech.scene.elastomer import Layer
 from sits_mech.scene.materials import Metal, metals
 from sits_mech.scene.sensor import REFERENCE, Coil, Conductor, Elastomer, SceneError, Sensor, Target
 from sits_mech.silicone.laws import LAWS
@@ -82,12 +83,12 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
             raise _missing(f"coils.{coil.name}.temperature_coefficient", temperature)
     if sensor.elastomer is None:
         return
-    silicone = sensor.elastomer.silicone
     if sensor.elastomer.mesh is not None:
         raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
                          f"{celsius(temperature)}")
-    title = f"elastomer: {silicone.name or 'the silicone'}"
-    _check_known("elastomer.material", silicone, ("expansion", "temperature_range"), title, temperature)
+    for place, silicone in sensor.elastomer.places.items():
+        title = f"elastomer: {silicone.name or 'the silicone'}"
+        _check_known(f"{place}.material", silicone, ("expansion", "temperature_range"), title, temperature)
 
 
 def unknown_coefficients(sensor: Sensor) -> str:
@@ -182,16 +183,17 @@ def _scaled(points: Any, factor: float) -> tuple[tuple[float, ...], ...]:
 
 def _pad(pad: Elastomer, dT: Mapping[str, float], grown: float) -> Elastomer:
     """Return a pad that is warmer under a target that has grown by a factor."""
-    silicone = pad.silicone
-    free = 1.0 + (silicone.expansion or 0.0) * dT["pad"]
-    keys = ("width", "length", "diameter", "pitch", "thickness", "edge_radius")
-    changes: dict[str, Any] = {} if grown == 1.0 else {
-        key: grown * size for key in keys if (size := getattr(pad, key)) is not None
-    }
-    changes["free_stretch"] = pad.free_stretch * free / grown
-    if dT["modulus"]:
-        changes["material"] = stiffer(silicone, 1.0 + dT["modulus"] / REFERENCE)
-    return pad.model_copy(update=changes)
+
+    def warm(layer: Layer) -> dict[str, Any]:
+        """Return what changes of a layer."""
+        silicone = layer.silicone
+        free = 1.0 + (silicone.expansion or 0.0) * dT["pad"]
+        changes = {"thickness": grown * layer.thickness, "free_stretch": layer.free_stretch * free / grown}
+        made = {"material": stiffer(silicone, 1.0 + dT["modulus"] / REFERENCE)} if dT["modulus"] else {}
+        return changes | made
+
+    keys = ("width", "length", "diameter", "pitch", "edge_radius")
+    return pad.remade(warm, **{key: grown * size for key in keys if (size := getattr(pad, key)) is not None})
 
 
 def stiffer(silicone: Silicone, factor: float) -> Silicone:

@@ -38,7 +38,7 @@ from sits_mech.mechanics.models import strain_bound, strains_of
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import WRENCH, Equilibrium, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words
-from sits_mech.scene.sensor import Sensor, known_stretch, silicone_of
+from sits_mech.scene.sensor import Sensor, known_stretch, silicones_of
 from sits_mech.silicone.homogeneous import shear_secant
 
 _SQUEEZED = 0.9  # e_1 at most
@@ -60,15 +60,21 @@ class Overload(NamedTuple):
 def linear_strain(sensor: Sensor, load: Wrench) -> float:
     """Return the largest strain by linear theory over what is known of the silicone; nan where either is not known."""
     gamma, _ = _sheared(sensor, load)
-    return _strained(gamma) / (known_stretch(sensor) - 1.0)
+    pad, made = sensor.elastomer, silicones_of(sensor)
+    shares = [
+        _strained(gamma * (pad.shear_modulus / each.shear_modulus)) / (each.known_stretch - 1.0)
+        for each in made if pad is not None
+    ]
+    return float(np.fmax.reduce([math.nan, *shares]))
 
 
 def strain_at_end(sensor: Sensor, load: Wrench) -> float:
     """Return `linear_strain` of so much of a load that a pad is surely strained to the end of its silicone's data."""
     gamma, squeezed = _sheared(sensor, load)
-    stretch, silicone = known_stretch(sensor), silicone_of(sensor)
-    if silicone is None or not gamma > 0.0 or not stretch > 1.0:
+    stretch, made = known_stretch(sensor), silicones_of(sensor)
+    if len(made) != 1 or not gamma > 0.0 or not stretch > 1.0:
         return math.nan
+    silicone = made[0]
     last = stretch - 1.0 / stretch
     e = min(squeezed * last / gamma, _SQUEEZED)
     secants = (shear_secant(silicone.law, silicone.constants, x) for x in np.linspace(0.0, last, _STRAINS + 1)[1:])
@@ -134,8 +140,8 @@ def _under(sensor: Sensor, load: Wrench, tolerance: float, expected: float, *, f
 
 def beyond(sensor: Sensor, load: Wrench, strain: float, part: float) -> str:
     """Return in words that the strain under a part of a load is beyond what is known of the silicone."""
-    silicone = silicone_of(sensor)
-    name = "the silicone" if silicone is None or not silicone.name else silicone.name
+    names = [silicone.name for silicone in silicones_of(sensor)]
+    name = names[0] if len(names) == 1 and names[0] else "the silicone"
     words = load_words({n: f for n, f in zip(WRENCH, load.components.tolist(), strict=True) if f})
     share = f"{100.0 * part:.2g} % of " if part < 1.0 else ""
     return f"overload: {name} is strained to {strain:.2g} times its data by {share}{words}"

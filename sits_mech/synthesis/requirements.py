@@ -18,7 +18,7 @@ from sits_mech.quantities import WRENCH
 from sits_mech.readout.converter import conversion_time, converter
 from sits_mech.scene.files import read_as
 from sits_mech.scene.parameters import parameter, value_of
-from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicone_of
+from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicones_of
 from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.kinds import KINDS, figure_names, figure_words, kind_of
 from sits_mech.synthesis.space import Space, space_of
@@ -157,11 +157,11 @@ def _check_readings(found: Requirements, sensor: Sensor) -> None:
 def _check_history(space: Space, sensor: Sensor, place: str) -> None:
     """Refuse a hysteresis of silicones whose rate and softening are not known."""
     for other in _of_each(space, sensor, "elastomer.material"):
-        silicone = silicone_of(other)
-        if silicone is not None and not silicone.has_history:
-            name = silicone.name or "the scene's silicone"
-            what = "needs prony or mullins of every silicone"
-            raise SceneError(f"{place}: hysteresis {what}; of {name} both are unknown")
+        for silicone in silicones_of(other):
+            if not silicone.has_history:
+                name = silicone.name or "the scene's silicone"
+                what = "needs prony or mullins of every silicone"
+                raise SceneError(f"{place}: hysteresis {what}; of {name} both are unknown")
 
 
 def _check_temperature(space: Space, sensor: Sensor) -> None:

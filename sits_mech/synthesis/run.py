@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.scene.sensor import SceneError
+from sits_mech.scene.sensor import SceneError, silicones_of
 from sits_mech.synthesis.answer import (
     DesignAnswer,
     causes,
@@ -249,14 +249,14 @@ class _Run:
 
     def notes(self, best: Answered) -> tuple[str, ...]:
         """Return notes on the answer for a designer."""
-        layer, found = self.asked.space.sensor(best.design).elastomer, list[str]()
-        silicone = None if layer is None else layer.silicone
-        if silicone is not None and silicone.spread:
-            found.append(
-                f"the sources of {silicone.name or 'the silicone'} differ by {1.0 + silicone.spread:.3g} in stress: "
-                "forces may be off by as much; measure the own silicone"
-            )
-        if silicone is not None and silicone.mode_spread:
-            known = f"by its tests loads of the silicone are known within {100.0 * silicone.mode_spread:.2g} % only"
-            found.append(f"{known}; a test of another mode narrows it")
+        found = list[str]()
+        for silicone in silicones_of(self.asked.space.sensor(best.design)):
+            if silicone.spread:
+                found.append(
+                    f"the sources of {silicone.name or 'the silicone'} differ by {1.0 + silicone.spread:.3g} in stress:"
+                    " forces may be off by as much; measure the own silicone"
+                )
+            if silicone.mode_spread:
+                known = f"by its tests loads of the silicone are known within {100.0 * silicone.mode_spread:.2g} % only"
+                found.append(f"{known}; a test of another mode narrows it")
         return tuple(found)

@@ -36,7 +36,7 @@ from sits_mech.quantities import Array, SolveFailed
 from sits_mech.readout.loads import answered
 from sits_mech.readout.quality import quality
 from sits_mech.scene.parameters import parameter
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor, silicones_of
 from sits_mech.silicone.history import loop_width
 from sits_mech.status import NOT_CARRIED, OK
 from sits_mech.store import case_path, finish, read_case
@@ -152,7 +152,7 @@ class Solver:
             for name, size in size_of(there).items():
                 slopes[name][k] = (size - plain[name]) / way
         if "hysteresis" in {*self.requirements.limits, *self.requirements.goal} and sensor.elastomer is not None:
-            plain["hysteresis"] = loop_width(sensor.elastomer.silicone)
+            plain["hysteresis"] = max(map(loop_width, silicones_of(sensor)))
         return plain, slopes
 
     @property

@@ -127,7 +127,7 @@ def solver_row(model: str, cells: int) -> list[object]:
         else bonded_block(load_sensor("biorob2018-w15"), cells, 2.5, 0.0).body
     )
     at_rest = rest(body)
-    stiffness, made = timed(lambda: element_stiffness(body.mesh, body.law, body.K, at_rest.u, at_rest.p))
+    stiffness, made = timed(lambda: element_stiffness(body.mesh, body.laws, at_rest.u, at_rest.p))
     numbers, (values, edge) = (body.mesh.dofs,), ((made,), border(body.mesh, body.bonded))
     order, own = timed(lambda: pattern(body.mesh, numbers, body.free, edge))
     sides, _ = own.sides(values, np.eye(len(edge))[:, :3])

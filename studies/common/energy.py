@@ -22,7 +22,7 @@ def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False)
     for body, half in zip((coarse, fine), reversed(halves), strict=True):
         state = unpacked(body, half, scales.load(equilibrium.wrench)[:3])
         parts = sum(part(state.u, state.q).energy for part in body.parts)
-        own = element_forces(body.mesh, body.law, body.K, state.u, None, body.swelling).energy
+        own = element_forces(body.mesh, body.laws, state.u).energy
         energies.append(np.array([own + parts]))
     found = levels.limit(energies).value if limit else energies[-1]
     return scales.force * scales.thickness * float(found[0])

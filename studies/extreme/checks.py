@@ -75,8 +75,8 @@ def energy_of(model: PlanarLayer | BlockPad, found: Equilibrium) -> float:
         return stored(model, found, limit=True)
     elastomer, body = elastomer_of(model), solved_body(model, found)
     u = found.state[1 : 1 + body.mesh.nodes.size]
-    energy, share = element_forces(body.mesh, body.law, body.K, u).energy, model.half.scales.share
-    return float(elastomer.silicone.shear_modulus * elastomer.thickness**3 * energy / share)
+    energy, share = element_forces(body.mesh, body.laws, u).energy, model.half.scales.share
+    return float(elastomer.shear_modulus * elastomer.thickness**3 * energy / share)
 
 
 def work(way: Way, model: PlanarLayer | BlockPad) -> tuple[float, float]:

@@ -59,6 +59,8 @@ def test_scenes_hold_it(path: Path) -> None:
                          "centre": ["0 mm", "-9 mm"]}]},
         {"elastomer": {"material": "ecoflex-00-30", "shape": "pillars", "pitch": "2 mm", "diameter": "1 mm",
                        "thickness": "2 mm"}},
+        {"elastomer": {"width": "20 mm", "length": "20 mm", "layers": [
+            {"material": "rtv615", "thickness": "1 mm"}, {"material": "ecoflex-00-30", "thickness": 1e-3}]}},
     ],
 )
 def test_what_is_read_holds_it(changes: dict[str, Any]) -> None:
@@ -83,6 +85,9 @@ def test_what_is_read_holds_it(changes: dict[str, Any]) -> None:
         {"coils__0__inner_width": "2 mm"},
         {"coils__0__shape": "rectangle"},
         {"elastomer__material": "ecoflex"},
+        {"elastomer__layers": [{"material": "rtv615", "thickness": "1 mm"}]},
+        {"elastomer": {"width": "20 mm", "length": "20 mm", "layers": [{"material": "rtv615"}]}},
+        {"elastomer": {"width": "20 mm", "length": "20 mm"}},
         {"elastomer__material": {"law": "ogden", "mu": 1.0, "bulk_modulus": 1e6}},
         {"readout__idle_coil": "floating"},
     ],

@@ -11,9 +11,12 @@ def test_every_key_of_a_scene_is_described() -> None:
     assert thickness["x-unit"] == "m" and thickness["minimum"] == 1e-9 and "z" in thickness["description"]
     assert shape["enum"] == ["box", "cylinder", "pillars"] and entry("coils.1.turns")["type"] == "integer"
     assert "ecoflex-00-30" in entry("elastomer.material")["enum"] and entry("elastomer.nothing") == {}
-    for name in ("biorob2018-w15", "triaxial-4"):
-        for key in numbers_of(load_sensor(name)):
+    layers = '[{material="rtv615", thickness="1 mm"}, {material="ecoflex-00-30", thickness="1 mm"}]'
+    layered = load_sensor("biorob2018", [f'elastomer={{width="20 mm", length="20 mm", layers={layers}}}'])
+    for sensor in (load_sensor("biorob2018-w15"), load_sensor("triaxial-4"), layered):
+        for key in numbers_of(sensor):
             assert entry(key), key
+    assert entry("elastomer.layers.1.thickness")["x-unit"] == "m"
 
 
 def test_a_slider_of_turns_stops_at_every_number() -> None:

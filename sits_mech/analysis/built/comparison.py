@@ -113,6 +113,6 @@ def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float |
 
     fit = fit_parameters(model, measured.L, free, noise=noise, own=table.own, slopes=lambda p: bench.slopes(p)[row])
     factor = float(fit.values[columns.index("modulus")]) if "modulus" in columns else 1.0
-    stiffness = np.nan if sensor.elastomer is None else factor * sensor.elastomer.silicone.shear_modulus
+    stiffness = np.nan if sensor.elastomer is None else factor * sensor.elastomer.shear_modulus
     bare = table.at(measured.forces[None])[0][0]
     return Comparison(measured, fit, free, model, noise, bare, stiffness, table.error)

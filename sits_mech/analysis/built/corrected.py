@@ -91,8 +91,10 @@ def corrected_sensor(found: Adaptation) -> Sensor:
     if layer is not None:
         thickness, gap = layer.thickness + _value(found, "thickness", 0.0), _value(found, "gap", 0.0)
         film = max(layer.standoff + gap, 0.0)
-        silicone = _silicone(layer.silicone, _value(found, "modulus", 1.0), _value(found, "stiffening", 0.0))
-        layer = layer.model_copy(update={"thickness": thickness, "standoff": film, "material": silicone})
+        modulus, stiffening = _value(found, "modulus", 1.0), _value(found, "stiffening", 0.0)
+        layer = layer.of_thickness(thickness).remade(
+            lambda each: {"material": _silicone(each.silicone, modulus, stiffening)}, standoff=film
+        )
         sensor = sensor.model_copy(update={"elastomer": layer})
     readout = sensor.readout
     keys += [f"readout.lead_inductance={readout.lead_inductance + _value(found, 'lead', 0.0)!r}"]

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.scene.parameters import value_of
-from sits_mech.scene.sensor import SceneError, Sensor, key_unit
+from sits_mech.scene.sensor import SceneError, Sensor, key_unit, silicones_of
 from sits_mech.silicone.laws import LAWS
 from sits_mech.units import quantity, shown, si_unit, split_quantity
 
@@ -123,7 +123,8 @@ def usual_unknowns(sensor: Sensor, models: tuple[str, str], forces: Sequence[str
     absent = set(_ABSENT.get(models[1], ()))
     if models[0] not in _SLOPED:
         absent |= {*LAYER}
-    if sensor.elastomer is None or LAWS[sensor.elastomer.silicone.law].stiffened is None:
+    made = silicones_of(sensor)
+    if not made or any(LAWS[each.law].stiffened is None for each in made):
         absent |= {"stiffening"}
     absent |= {name for name, pair in _PAIRS.items() if not {*pair} <= {*forces}}
     absent |= {name for name in ("modulus", *USUAL) if _stated(sensor, name) == 0.0}
@@ -142,8 +143,8 @@ def _usual(sensor: Sensor, name: str) -> Known:
     if stated:
         return Known(name, float(name in _FACTORS), stated)
     if name == "modulus":
-        scatter = None if sensor.elastomer is None else sensor.elastomer.silicone.modulus_deviation
-        return Known(name, 1.0, _UNKNOWN if scatter is None else scatter)
+        scatter = [each.modulus_deviation for each in silicones_of(sensor)]
+        return Known(name, 1.0, max(_UNKNOWN if own is None else own for own in scatter or [None]))
     of = {"capacitance": sensor.readout.parallel_capacitance}
     if sensor.elastomer is not None:
         of["thickness"] = sensor.elastomer.thickness

@@ -31,7 +31,7 @@ from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, motio
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Note, NoteKind, packed, packed_omissions
 from sits_mech.quantities import POSE, WRENCH, Array, Bounded, MechanicalModel, Pose, Wrench, kept_report
-from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicone_of
+from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicones_of
 
 PARTS = 8
 """Steps over the range of a load that lie between two solved times, at most."""
@@ -93,7 +93,7 @@ def taken_layer(
     Raises SceneError for a named model without memory at every point, where `points` asks for it.
     """
     found = mechanical_model(sensor, mechanics, tolerance, history.loads)
-    softens = sensor.elastomer is not None and sensor.elastomer.silicone.mullins is not None
+    softens = any(each.mullins is not None for each in silicones_of(sensor))
     if isinstance(found[0], TimedModel) or not (points or softens):
         return found
     if mechanics == "auto":
@@ -106,8 +106,8 @@ def taken_layer(
 
 def _unknown(sensor: Sensor) -> tuple[Note, ...]:
     """Note that a silicone without data over time is taken as under slow load."""
-    silicone = silicone_of(sensor)
-    if silicone is None or silicone.has_history:
+    made = silicones_of(sensor)
+    if not made or any(each.has_history for each in made):
         return ()
     return (Note(NoteKind.NO_HISTORY),)
 

@@ -22,7 +22,7 @@ from sits_mech.readout.calibration import OK, Calibration, check_resolved
 from sits_mech.readout.converter import FrontEnd, conversion_time
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
 from sits_mech.readout.loads import answered, load_words, several, varied
-from sits_mech.scene.sensor import SceneError
+from sits_mech.scene.sensor import SceneError, silicone_of
 from sits_mech.silicone.history import retardation
 from sits_mech.version import __version__
 
@@ -162,7 +162,11 @@ def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
             compliance = model.slopes(found, (), sideways=True).compliance
     except SolveFailed as error:
         notes.append(f"compliance: not known: {error}")
-    silicone = sensor.elastomer.silicone if sensor.elastomer is not None else None
+    try:
+        silicone = silicone_of(sensor)
+    except SceneError as error:
+        silicone = None
+        notes.append(str(error))
     prony = np.array(() if silicone is None else silicone.prony, dtype=float).reshape(-1, 2)
     if not prony.size:
         notes.append("relaxation: unknown, the silicone has no prony: time steps show the slow response at once")

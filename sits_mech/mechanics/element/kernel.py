@@ -12,6 +12,9 @@ eliminated element by element, so that the discrete problem is a minimum and its
 J_0 is the volume that the silicone would fill if nothing held it, over the one that it is meshed in: 1, or the cube of
 `elastomer.free_stretch`, where ``K/2 (J/J_0 - 1)**2`` makes K that of the silicone over J_0**2.
 
+A pad of layers has w, K and J_0 by cell, each of one silicone i: ``w = mu_i/mu w_i``, w_i in its own shear moduli; its
+layers are bonded, as u is continuous, and no cell lies in two of them (pad/shapes.py).
+
 Plane strain is the same with ``F_yy = 1``: F has four components then, nine in space (silicone/kinematics.py). With the
 gradients g of the shape functions, ``dF_ij = sum_a g_ja du_ia``, everything is a product of stresses and gradients.
 
@@ -21,13 +24,16 @@ About an axis u = (u_r, u_z) and F is one of space that has five components, the
 
 the mesh of a half meridian has N_a/r as the gradients along t, between those along r and z, for u_r alone.
 
-Unknowns: nodal displacements in thicknesses; energies in shear modulus times thickness to the power of the dimension; K
-in shear moduli. Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Methods and Applications (2013), section
-8.6. Neglected: inertia, gravity.
+Unknowns: nodal displacements in thicknesses; energies in shear modulus mu, of layers that in series, times thickness to
+the power of the dimension; K in shear moduli. Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Methods and
+Applications (2013), section 8.6. Neglected: inertia, gravity.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -44,27 +50,115 @@ _AMONG_NINE, _AMONG_SIX = [0, 4, 2, 6, 8], [0, 1, 2, 3, 5]
 
 
 class Law(NamedTuple):
-    """A silicone's isochoric energy."""
+    """A silicone's isochoric energy [its shear moduli], and what else its elements have."""
 
     tangent: Energy
     stress: Stress
     silicone: Silicone
-    guard: float = 0.0
+    K: float  # bulk modulus over swelling squared, without the guard [its shear moduli]
+    modulus: float = 1.0  # its shear modulus over that of the pad
+    swelling: float = 1.0  # volume of the unconstrained silicone over that of the mesh
+    guard: float = 0.0  # [its shear moduli]
     past: Step | None = None  # of its points, if any
 
     def after(self, past: Step) -> Law:
         """Return the law of points with a past, one at each quadrature point (silicone/points.py)."""
-        return law_of(self.silicone, self.guard, past)
+        own = self.silicone, self.guard, past
+        return self._replace(tangent=isochoric_energy(*own), stress=isochoric_stress(*own), past=past)
 
     def part(self, some: slice | Mask) -> Law:
-        """Return the law of some of the elements."""
+        """Return the law of some of its elements."""
         return self if self.past is None else self.after(self.past.of_elements(some))
 
 
-def law_of(silicone: Silicone, guard: float = 0.0, past: Step | None = None) -> Law:
-    """Return a silicone's isochoric energy, with a guard on J [shear moduli] and a past if given."""
-    tangent, stress = isochoric_energy(silicone, guard, past), isochoric_stress(silicone, guard, past)
-    return Law(tangent, stress, silicone, guard, past)
+def law_of(
+    silicone: Silicone, guard: float = 0.0, modulus: float | None = None, swelling: float = 1.0, *,
+    share: float = 1.0, apart: float = 0.0,
+) -> Law:
+    """Return the law of a silicone with a guard on J [its shear moduli], at most a share of K.
+
+    `modulus`: shear modulus of the pad [Pa], its own by default; `apart`: part of K that acts elsewhere [of the pad's].
+    """
+    mu = silicone.shear_modulus
+    ratio, K = mu / (modulus or mu), silicone.bulk_modulus / mu / swelling**2
+    guard = min(guard, share * K)
+    own = isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)
+    return Law(*own, silicone, K - guard - apart / ratio, ratio, swelling, guard)
+
+
+@dataclass(frozen=True, eq=False)
+class Laws:
+    """The laws of a mesh's elements: of one silicone, or of the layers that the elements lie in."""
+
+    each: tuple[Law, ...]
+    of: Integers | None = None  # (e,), number of each element's law; None where there is one
+
+    @cached_property
+    def K(self) -> Array:
+        """Bulk modulus of each element, or of all, (e, 1) or (1, 1) [shear moduli]."""
+        return self._by_element([law.modulus * law.K for law in self.each])
+
+    @cached_property
+    def swelling(self) -> Array:
+        """J_0 alike."""
+        return self._by_element([law.swelling for law in self.each])
+
+    @property
+    def guarded(self) -> bool:
+        """Whether a guard acts in a law."""
+        return any(law.guard > 0.0 for law in self.each)
+
+    @property
+    def swell(self) -> bool:
+        """Whether a silicone would fill another volume if nothing held it."""
+        return any(law.swelling != 1.0 for law in self.each)
+
+    def swollen(self, part: float) -> Laws:
+        """Return the laws with a part of their swelling."""
+        return replace(self, each=tuple(law._replace(swelling=1.0 + part * (law.swelling - 1.0)) for law in self.each))
+
+    def _by_element(self, values: Sequence[float]) -> Array:
+        """Return values of the laws by element."""
+        found = np.array(values)[:, None]
+        return found if self.of is None else found[self.of]
+
+    def elements(self, number: int) -> slice | Integers:
+        """Return the elements of a law."""
+        return slice(None) if self.of is None else np.flatnonzero(self.of == number)
+
+    def part(self, some: slice | Mask) -> Laws:
+        """Return the laws of some of the elements."""
+        if self.of is None:
+            return Laws(tuple(law.part(some) for law in self.each))
+        taken = np.zeros(len(self.of), dtype=bool)
+        taken[some] = True
+        return Laws(tuple(law.part(taken[self.of == k]) for k, law in enumerate(self.each)), self.of[some])
+
+    def after(self, pasts: Sequence[Step]) -> Laws:
+        """Return the laws of elements whose points have a past, one for each law."""
+        return replace(self, each=tuple(law.after(past) for law, past in zip(self.each, pasts, strict=True)))
+
+    def stress(self, state: Kinematics) -> tuple[Array, Array]:
+        """Return energy density and stress of all elements [shear moduli]."""
+        w, P = self._joined(state, lambda law, own: law.stress(own))
+        return w, P
+
+    def tangent(self, state: Kinematics) -> Array:
+        """Return the tangents of all elements [shear moduli]."""
+        (A,) = self._joined(state, lambda law, own: law.tangent(own)[2:])
+        return A
+
+    def _joined(self, state: Kinematics, found: Callable[[Law, Kinematics], Sequence[Array]]) -> Sequence[Array]:
+        """Return what each law finds for its elements, in moduli of the pad."""
+        if self.of is None:
+            return found(self.each[0], state)
+        here = [(law, own) for k, law in enumerate(self.each) if len(own := np.flatnonzero(self.of == k))]
+        several = [
+            [law.modulus * each for each in found(law, Kinematics(state.F[own], state.H[own], state.J[own]))]
+            for law, own in here
+        ]
+        order = np.argsort(np.concatenate([own for _, own in here]))
+        return [np.concatenate(each)[order] for each in zip(*several, strict=True)]
 
 
 class Deformed(NamedTuple):
@@ -138,44 +232,39 @@ def kinematics(F: Array) -> Kinematics:
     return in_plane(F) if F.shape[-1] == 4 else in_space(F)
 
 
-def element_forces(
-    mesh: MixedMesh, law: Law, K: float, u: Array, known: Deformed | None = None, swelling: float = 1.0
-) -> Forces:
-    """Return energy, forces and pressures at nodal displacements (d n,), K in shear moduli.
-
-    `known` is their deformation if available; `swelling` is J_0.
-    """
+def element_forces(mesh: MixedMesh, laws: Laws, u: Array, known: Deformed | None = None) -> Forces:
+    """Return energy, forces and pressures at nodal displacements (d n,); `known` is their deformation if available."""
     _, F, J = known or deformed(mesh, u)
     if not J.min() > 0.0:
         return Forces(np.inf, np.full(len(u), np.nan), np.full(mesh.chi.shape[:2], np.nan), float(J.min()))
     state = kinematics(F)
-    w, P = law.stress(state)
-    p = K * volumes(mesh, J - swelling)
+    w, P = laws.stress(state)
+    p = laws.K * volumes(mesh, J - laws.swelling)
     P = mesh.inside.weights[..., None] * P + (p[:, None] @ mesh.chi)[:, 0, :, None] * state.H
     forces = summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
-    energy = float((mesh.inside.weights * w).sum() + 0.5 * (p**2).sum() / K)
+    energy = float((mesh.inside.weights * w).sum() + 0.5 * (p**2 / laws.K).sum())
     return Forces(energy, forces, p, float(J.min()))
 
 
-def small_strain_forces(mesh: MixedMesh, law: Law, K: float, u: Array, swelling: float = 1.0) -> Array:
-    """Return the forces (d n,) of small displacements by the law's tangent at rest."""
+def small_strain_forces(mesh: MixedMesh, laws: Laws, u: Array) -> Array:
+    """Return the forces (d n,) of small displacements by the laws' tangents at rest."""
     strains = gradients(mesh, u)
     one = _one(strains)
-    A = law.tangent(kinematics(one[None, None]))[2][0, 0]
-    p = K * volumes(mesh, strains @ one + 1.0 - swelling)
-    P = mesh.inside.weights[..., None] * (strains @ A.T) + (p[:, None] @ mesh.chi)[:, 0, :, None] * one
+    A = laws.tangent(kinematics(np.tile(one, (len(laws.K), 1, 1))))[:, 0]
+    p = laws.K * volumes(mesh, strains @ one + 1.0 - laws.swelling)
+    P = mesh.inside.weights[..., None] * (strains @ A.swapaxes(1, 2)) + (p[:, None] @ mesh.chi)[:, 0, :, None] * one
     return summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
 
 
 def element_stiffness(
-    mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array, known: Deformed | None = None
+    mesh: MixedMesh, laws: Laws, u: Array, pressure: Array, known: Deformed | None = None
 ) -> Array:
     """Return element stiffnesses (e, d k, d k), with pressures (e, m) in the geometric stiffness."""
     (_, F, _), (e, q, _, _), n = known or deformed(mesh, u), mesh.inside.slope.shape, mesh.dofs.shape[1]
     stiffness, count = np.empty((e, n, n)), max(1, POINTS * 81 // (q * F.shape[-1] ** 2))
     for start in range(0, e, count):
         some = slice(start, start + count)
-        _write_stiffness(stiffness[some], mesh.part(some), law.part(some), K, (F[some], pressure[some]))
+        _write_stiffness(stiffness[some], mesh.part(some), laws.part(some), (F[some], pressure[some]))
     return stiffness
 
 
@@ -213,16 +302,16 @@ def _along(mesh: MixedMesh, P: Array) -> Array:
     return (rows @ mesh.inside.slope.reshape(e, q * j, k)).reshape(e, d * k)
 
 
-def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: tuple[Array, Array]) -> None:
+def _write_stiffness(stiffness: Array, mesh: MixedMesh, laws: Laws, at: tuple[Array, Array]) -> None:
     """Write element stiffnesses at F and pressures, block by block: components i and j >= i, mirrored."""
     (e, q, j, k), slope, state = mesh.inside.slope.shape, mesh.inside.slope, kinematics(at[0])
     d = mesh.nodes.shape[1]
-    A = law.tangent(state)[2]
+    A = laws.tangent(state)
     A *= mesh.inside.weights[..., None, None]
     state.add_L(A, (at[1][:, None] @ mesh.chi)[:, 0])
     A = taken_tangents(mesh, A)
     b = mesh.chi @ (taken(mesh, state.H).reshape(e, q, d, j) @ slope).reshape(e, q, d * k)  # pi(H : dF) by du
-    left, volume, by_pressure = slope.reshape(e, q * j, k).swapaxes(1, 2), b.swapaxes(1, 2), K * b
+    left, volume, by_pressure = slope.reshape(e, q * j, k).swapaxes(1, 2), b.swapaxes(1, 2), laws.K[..., None] * b
     for i in range(d):
         own, after = slice(i * k, (i + 1) * k), slice((i + 1) * k, None)
         stress = A[:, :, j * i : j * i + j, j * i :].reshape(e, q, -1, j) @ slope  # component i of P by later ones

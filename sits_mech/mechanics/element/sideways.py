@@ -28,16 +28,16 @@ from functools import lru_cache
 import numpy as np
 
 from sits_mech.mechanics.element.assembly import Pattern, pattern
-from sits_mech.mechanics.element.kernel import Law, deformation, kinematics
+from sits_mech.mechanics.element.kernel import Laws, deformation, kinematics
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.quantities import Array
 
 
-def harmonic_stiffness(mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array) -> Array:
+def harmonic_stiffness(mesh: MixedMesh, laws: Laws, u: Array, pressure: Array) -> Array:
     """Return element stiffnesses (e, 3 k, 3 k) on m, n, c at nodal displacements (2 n,) with pressures (e, m)."""
     (e, q, *_), (along, hoop, up) = mesh.inside.slope.shape, np.moveaxis(mesh.inside.slope, 2, 0)
     state = kinematics(deformation(mesh, u)[0])
-    A = law.tangent(state)[2]
+    A = laws.tangent(state)
     A *= mesh.inside.weights[..., None, None]
     state.add_L(A, (pressure[:, None] @ mesh.chi)[:, 0])
     zero = np.zeros_like(hoop)
@@ -47,7 +47,7 @@ def harmonic_stiffness(mesh: MixedMesh, law: Law, K: float, u: Array, pressure: 
     B = np.concatenate([by_m, by_n, by_c], axis=3)  # dF by the unknowns, (e, q, 9, 3 k)
     volume = mesh.chi @ (state.H[..., None, :] @ B)[:, :, 0]
     found = B.reshape(e, q * 9, -1).swapaxes(1, 2) @ (A @ B).reshape(e, q * 9, -1)
-    return np.asarray(0.5 * (found + K * volume.swapaxes(1, 2) @ volume))
+    return np.asarray(0.5 * (found + laws.K[..., None] * volume.swapaxes(1, 2) @ volume))
 
 
 @lru_cache(maxsize=16)

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
-from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed
+from sits_mech.mechanics.element.kernel import Deformed, Laws, deformation, deformed
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.element.patch import Patch, at_rims, patch_of
 from sits_mech.mechanics.element.target import bonded_displacement
@@ -34,8 +34,7 @@ from sits_mech.quantities import Array, Integers, Mask
 
 ROOM = 2**25
 """Bytes of the states that a body remembers: 25 on the finest mesh of a pad, 800 on its second one."""
-ROUNDING = 1e-5
-"""Of K: the least force that a residual is taken over."""
+_ROUNDING = 1e-5  # of K: the least force that a residual is taken over
 _Found = TypeVar("_Found", bound=Any)
 
 
@@ -48,8 +47,7 @@ class Bonded:
     """
 
     mesh: MixedMesh
-    law: Law  # isochoric energy
-    K: float  # bulk modulus over swelling squared [shear moduli]
+    laws: Laws
     height: float  # of the force above the bonded face [thicknesses]
     free: Integers  # numbers of the unknown displacements
     bonded: Integers  # (n, d), numbers of the bonded nodes' displacements
@@ -61,7 +59,6 @@ class Bonded:
     shared: Callable[[], Pattern] | None = None
     hidden: Callable[[], Pattern] | None = None
     cut: Callable[[], Mask | None] | None = None
-    swelling: float = 1.0  # volume of the unconstrained silicone over that of the mesh
 
     @cached_property
     def pattern(self) -> Pattern:
@@ -73,7 +70,7 @@ class Bonded:
     @cached_property
     def patch(self) -> Patch | None:
         """The cells at its rims that steps may eliminate; None with contact or a guard, and where these are all."""
-        if self.parts or self.law.guard > 0.0 or self.faces.skin is None:
+        if self.parts or self.laws.guarded or self.faces.skin is None:
             return None
         cells = self.cut() if self.cut is not None else None
         if cells is None:
@@ -157,6 +154,11 @@ class Bonded:
     def length(self, step: Array) -> float:
         """Return the displacement of the target's edge in a step (dc, dw) of shape (k,) [thicknesses]."""
         return float(np.linalg.norm(self.levers * step))
+
+    @property
+    def rounding(self) -> float:
+        """The least force that a residual is taken over."""
+        return _ROUNDING * float(self.laws.K.max())
 
     @property
     def size(self) -> int:

@@ -40,7 +40,7 @@ from sits_mech.mechanics.element.kernel import (
 )
 from sits_mech.mechanics.element.patch import Patch
 from sits_mech.mechanics.element.target import moved
-from sits_mech.mechanics.equilibrium.body import ROUNDING, Bonded, State, deformed_state, smallest_volume
+from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, smallest_volume
 from sits_mech.mechanics.equilibrium.linearisation import (
     MIN_J_KEPT,
     Factor,
@@ -77,9 +77,10 @@ def relaxed(body: Bonded, patch: Patch, start: tuple[Array, Array], end: Array, 
     (here, p), way, mesh, inner = start, end - start[0], patch.mesh, patch.inner
     way[inner] = 0.0
     left, damped, before, spent = 1.0 * bool(way.any()), 0.0, np.inf, 0
+    laws = body.laws.part(patch.cells)
     while spent < _MOST:
         known = deformed(mesh, here)
-        forces = element_forces(mesh, body.law.part(patch.cells), body.K, here, known, body.swelling).forces
+        forces = element_forces(mesh, laws, here, known).forces
         size = float(np.linalg.norm(forces[inner]))
         if left == 0.0 and size <= small[1]:
             break
@@ -90,9 +91,9 @@ def relaxed(body: Bonded, patch: Patch, start: tuple[Array, Array], end: Array, 
             break
         pushed = forces + summed(mesh.dofs, (stiffness @ step[mesh.dofs][..., None])[..., 0], len(step))
         step[inner] = factor.solve(-pushed[inner])
-        volume = known.J - body.swelling + (kinematics(known.F).H * gradients(mesh, step)).sum(axis=-1)
+        volume = known.J - laws.swelling + (kinematics(known.F).H * gradients(mesh, step)).sum(axis=-1)
         part = _part(patch, here, step, MIN_J_KEPT * min(float(known.J.min()), 1.0))
-        here, p = here + part * step, p + part * (body.K * volumes(mesh, volume) - p)
+        here, p = here + part * step, p + part * (laws.K * volumes(mesh, volume) - p)
         left, before = left * (1.0 - part * moves), np.inf if moves * part else size
         damped = max(_MORE * damped, _DAMPED) if before == size and part < 1.0 else damped
     return Relaxed(here, p, 1.0 - left)
@@ -119,7 +120,7 @@ def _stable(
     body: Bonded, patch: Patch, at: tuple[Array, Array], damped: float
 ) -> tuple[Factored | None, Array, float, int]:
     """Return the factored K_II + d L_II and K + d L, d as given or the least more without negative pivot; d; tries."""
-    stiffness, tries = element_stiffness(patch.mesh, body.law.part(patch.cells), body.K, *at), 0
+    stiffness, tries = element_stiffness(patch.mesh, body.laws.part(patch.cells), *at), 0
     while damped <= _TOO_STIFF:
         each, tries = (stiffness + damped * patch.laplacian if damped else stiffness), tries + 1
         factor = patch.pattern.factored((each,))
@@ -139,7 +140,7 @@ def eliminated(
     if (patch := body.patch) is None:
         return stepped(body, here, found, factor, way, np.zeros(body.components, dtype=bool), falling=True)
     step, before, best = increments(body, here, factor, way), _outside(patch, found), None
-    size, least, part = max(float(np.linalg.norm(here.load)), ROUNDING * body.K), np.inf, 1.0
+    size, least, part = max(float(np.linalg.norm(here.load)), body.rounding), np.inf, 1.0
     while part > _SHORTEST:
         there = _gone(body, patch, here, (*step, way), part, (_SMALL * size, _LEFT * before))
         if there is not None:

@@ -111,14 +111,18 @@ class Moment:
     """A layer at rest at a time, with the memory of its points."""
 
     state: State
-    memory: Memory
+    memories: tuple[Memory, ...]  # of each silicone's points
 
 
 def begun(body: Bonded) -> Moment:
     """Return a virgin layer, or one long at its present temperature."""
     shape, components = body.mesh.inside.weights.shape, 9 if len(body.mesh.axes) == 3 or body.mesh.hoop else 5
-    memory, state = virgin(body.law.silicone, shape, components), unloaded(body)
-    return Moment(state, memory) if body.swelling == 1.0 else _moment(body, memory, state, np.inf)
+    counts, state = [shape[0]] if body.laws.of is None else np.bincount(body.laws.of).tolist(), unloaded(body)
+    memories = tuple(
+        virgin(law.silicone, (count, *shape[1:]), components)
+        for law, count in zip(body.laws.each, counts, strict=True)
+    )
+    return _moment(body, memories, state, np.inf) if body.laws.swell else Moment(state, memories)
 
 
 def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Held = FREE) -> Moment | PathEnd:
@@ -126,14 +130,18 @@ def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Held = FREE) 
 
     ``dt = 0`` is a sudden load; `goal` (k,) as of a `Path`, scaled, like `held`.
     """
-    law = body.law.after(stepped(body.law.silicone, now.memory, dt))
-    aged, path = replace(body, law=law, shared=cache(lambda: body.pattern)), Path((now.state.load, goal), held)
+    pairs = zip(body.laws.each, now.memories, strict=True)
+    laws = body.laws.after([stepped(law.silicone, memory, dt) for law, memory in pairs])
+    aged, path = replace(body, laws=laws, shared=cache(lambda: body.pattern)), Path((now.state.load, goal), held)
     rule: dict[str, Any] = {"rule": Friction, "parts": _PARTS} if rough(body) else {"smallest": _SHORTEST}
     found = advance(aged, replace(now.state, iterations=0), path, **rule)
-    return found.reason or _moment(body, now.memory, found.state, dt)
+    return found.reason or _moment(body, now.memories, found.state, dt)
 
 
-def _moment(body: Bonded, memory: Memory, state: State, dt: float) -> Moment:
-    """Return a state with what its points remember, a step of time after a memory."""
-    known = deformed_state(body, state)
-    return Moment(replace(state, known=known), remembered(body.law.silicone, memory, dt, kinematics(known.F)))
+def _moment(body: Bonded, memories: tuple[Memory, ...], state: State, dt: float) -> Moment:
+    """Return a state with what its points remember, a step of time after their memories."""
+    known, found = deformed_state(body, state), list[Memory]()
+    for number, (law, memory) in enumerate(zip(body.laws.each, memories, strict=True)):
+        F = known.F[body.laws.elements(number)]
+        found.append(remembered(law.silicone, memory, dt, kinematics(F)))
+    return Moment(replace(state, known=known), tuple(found))

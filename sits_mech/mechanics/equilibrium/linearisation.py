@@ -126,7 +126,7 @@ def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> Aim:
 
 def gradient(body: Bonded, here: State) -> Gradient:
     """Return forces and residuals of a layer with its parts."""
-    found = element_forces(body.mesh, body.law, body.K, here.u, deformed_state(body, here), body.swelling)
+    found = element_forces(body.mesh, body.laws, here.u, deformed_state(body, here))
     terms = [term for part in body.parts if len((term := part(here.u, here.q)).numbers)]
     forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
     pattern, k = body.pattern, body.components
@@ -138,7 +138,7 @@ def gradient(body: Bonded, here: State) -> Gradient:
 
 def factored(body: Bonded, here: State, found: Gradient) -> Factor | None:
     """Linearise about a state and eliminate the free displacements; None if singular."""
-    stiffness = element_stiffness(body.mesh, body.law, body.K, here.u, here.p, deformed_state(body, here))
+    stiffness = element_stiffness(body.mesh, body.laws, here.u, here.p, deformed_state(body, here))
     values = (stiffness, *(term.stiffness for term in found.terms))
     on_bonded = np.zeros((len(body.bonded), 3))
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
@@ -173,7 +173,7 @@ def _beside_axis(body: Bonded, made: _Linear) -> Array:
     """Return the stiffness of a body about an axis on d_y and alpha_x; nan if singular."""
     here, nodes = made.at, body.bonded[:, 0] // 2
     own = harmonic_pattern(body.mesh, nodes.tobytes())
-    each = harmonic_stiffness(body.mesh, body.law, body.K, here.u, here.p)
+    each = harmonic_stiffness(body.mesh, body.laws, here.u, here.p)
     found = sideways_stiffness(own, each, body.mesh.nodes[nodes, 0], made.turning[2, 2])
     return np.full((2, 2), np.nan) if found is None else found
 
@@ -248,8 +248,8 @@ def increments(body: Bonded, here: State, factor: Factor, way: Step) -> tuple[Ar
     linear[body.pattern.free] = way.free
     linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ way.q
     _, F, J = deformed_state(body, here)
-    volume = J - body.swelling + (kinematics(F).H * gradients(body.mesh, linear)).sum(axis=-1)
-    return linear, body.K * volumes(body.mesh, volume)
+    volume = J - body.laws.swelling + (kinematics(F).H * gradients(body.mesh, linear)).sum(axis=-1)
+    return linear, body.laws.K * volumes(body.mesh, volume)
 
 
 def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:

@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import ROUNDING, Bonded, State, deformed_state, rest, smallest_volume
+from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
     Aim,
@@ -194,7 +194,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
 
 def _residual(body: Bonded, here: State, found: Gradient, aim: Aim) -> float:
     """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
-    size = max(float(np.linalg.norm(here.load)), ROUNDING * body.K)
+    size = max(float(np.linalg.norm(here.load)), body.rounding)
     left = float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target))) / size
     left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
     return left if left > SETTLED or np.isfinite(found.energy) else np.inf

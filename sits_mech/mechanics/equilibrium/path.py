@@ -129,7 +129,7 @@ class Swelling(Walk):
 
     def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
         """Return the rest of a body that has swollen by a part."""
-        some = replace(self.body, swelling=1.0 + self.end * (self.body.swelling - 1.0))
+        some = replace(self.body, laws=self.body.laws.swollen(self.end))
         return newton(some, replace(self.here, iterations=0), goal)
 
 
@@ -163,7 +163,7 @@ def advance(body: Bonded, start: State, path: Path, rule: Callable[..., Walk] = 
 
 def unloaded(body: Bonded) -> State:
     """Return the state without load: undeformed, or swollen at once or by parts; undeformed where a part fails."""
-    if body.swelling == 1.0:
+    if not body.laws.swell:
         return rest(body)
     none = np.zeros(body.components)
     found = advance(body, rest(body), Path((none, none)), Swelling)

@@ -6,9 +6,10 @@ enough. States of the first two levels are kept.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from sits_mech.mechanics.levels.family import Levels, Limit, Line
 from sits_mech.mechanics.levels.refine import finer, refine
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Bounded, Equilibrium, Pose, SolveReport
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, silicones_of
 from sits_mech.silicone.stability import layer_notes
 
 _ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
@@ -76,17 +77,36 @@ def enlarged(found: Equilibrium, error: Pose, share: float, *notes: Note) -> Equ
     return replace(found, error=error, report=report)
 
 
-def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
-    """Return the stretch, or reciprocal, that all but a share `apart` of the silicone stays below."""
-    return _stretch_and_doubt(body, u, apart)[0]
+class Stretched(NamedTuple):
+    """The stretch, or reciprocal, that all but a share of a silicone stays below.
+
+    Of layers that of the one nearest to the end of its data, its strain over these times the least that any has: one
+    number that is beyond what is known of the pad (`known_stretch`) where a layer is beyond its own data.
+    """
+
+    value: float
+    doubt: float  # by how much it falls where the share grows by half the cell that has it
+    each: tuple[float, ...]  # own value of each silicone, from the ground up
 
 
-def _stretch_and_doubt(body: Bonded, u: Array, apart: float = _STRETCHED) -> tuple[float, float]:
-    """Return `largest_stretch`, and by how much it falls where the share grows by half the cell that has it.
+def stretched(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> Stretched:
+    """Return the largest stretch of a layer with nodal displacements u, but for a share `apart`."""
+    stretch, weights, laws = most_stretched(body.mesh, u), body.mesh.inside.weights, body.laws
+    own = [laws.elements(number) for number in range(len(laws.each))]
+    found = [_stretch_and_doubt(stretch[some], weights[some], apart) for some in own]
+    known = np.array([law.silicone.known_stretch - 1.0 for law in laws.each])
+    unknown = np.isnan(known)
+    share = np.ones(len(known)) if unknown.all() else np.where(unknown, 0.0, np.nanmin(known) / known)
+    worst = int(np.argmax([factor * (value - 1.0) for factor, (value, _) in zip(share, found, strict=True)]))
+    (value, doubt), factor = found[worst], float(share[worst])
+    return Stretched(value - (1.0 - factor) * (value - 1.0), factor * doubt, tuple(each for each, _ in found))
+
+
+def _stretch_and_doubt(stretch: Array, weights: Array, apart: float) -> tuple[float, float]:
+    """Return the stretch that all but a share of some elements' points (e, q) stays below, and its doubt.
 
     A coarse cell holds more silicone than that share, and its points are of one polynomial.
     """
-    stretch, weights = most_stretched(body.mesh, u), body.mesh.inside.weights
     order, cells = np.argsort(stretch, axis=None), weights.reshape(len(stretch), -1).sum(axis=1)
     below, last = np.cumsum(weights.ravel()[order]), len(order) - 1
 
@@ -107,9 +127,10 @@ def touch_notes(line: Line, body: Bonded, state: State) -> tuple[Note, ...]:
     return face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate)
 
 
-def law_notes(sensor: Sensor, stretch: float) -> tuple[Note, ...]:
-    """Return notes on the silicone's law at a largest stretch: stability, range of its data."""
-    return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, stretch)
+def law_notes(sensor: Sensor, each: Sequence[float]) -> tuple[Note, ...]:
+    """Return notes on the silicones' laws at their largest stretches: stability, range of their data."""
+    pairs = zip(silicones_of(sensor), each, strict=True)
+    return tuple(dict.fromkeys(note for silicone, stretch in pairs for note in layer_notes(silicone, stretch)))
 
 
 def answer(
@@ -167,8 +188,7 @@ def answer(
 
     found, large = refine(levels, chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
     last, spent = len(found) - 1, sum(each.state.iterations for each in found)
-    before = largest_stretch(levels.maker(last - 1), found[last - 1].state.u)
-    stretch, doubt = _stretch_and_doubt(levels.maker(last), found[last].state.u)
+    before, strained = (stretched(levels.maker(k), found[k].state.u) for k in (last - 1, last))
     error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
@@ -176,10 +196,10 @@ def answer(
     if beneath:  # the true target is held there: the error is the whole displacement
         whole = np.max(np.abs(q * scales.lengths[:k]) * lever) / lever
         error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
-    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, stretch), *([large] if large else []))
+    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, strained.each), *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(last).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
-        stretch=stretch, error_stretch=max(abs(stretch - before), doubt),
+        stretch=strained.value, error_stretch=max(abs(strained.value - before.value), strained.doubt),
     )
     state_kept = np.concatenate([[number], packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))

@@ -21,7 +21,7 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.newton import iteration_seconds
 from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
-from sits_mech.mechanics.levels.answer import largest_stretch, law_notes
+from sits_mech.mechanics.levels.answer import law_notes, stretched
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.pair import VERDICT, Solved, first_look, largest_load, last_rest, own_start
 from sits_mech.quantities import Equilibrium
@@ -58,7 +58,7 @@ def refused(line: Line, start: Equilibrium | None, control: Control) -> Solved |
     found, body, limit = last_rest(line, number, look.state), line[number].coarse, look.limit
     own = None if limit is None else (limit[0], math.nan)
     load = None if own is None else largest_load(line, body, control, found, own)
-    laws = law_notes(line.sensor, largest_stretch(body, look.state.u, apart=0.0))
+    laws = law_notes(line.sensor, stretched(body, look.state.u, apart=0.0).each)
     return Solved(found, look.reached, look.reason, load, own, laws, look.reached)
 
 
@@ -74,7 +74,7 @@ def _far(line: Line, number: int, look: Outcome) -> bool:
 
 def _strain(line: Line, number: int, look: Outcome) -> float:
     """Return the strain of a family's first level."""
-    return largest_stretch(line[number].coarse, look.state.u) - 1.0
+    return stretched(line[number].coarse, look.state.u).value - 1.0
 
 
 def _within(line: Line, number: int, control: Control, look: Outcome) -> Solved:
@@ -93,5 +93,5 @@ def _within(line: Line, number: int, control: Control, look: Outcome) -> Solved:
     low, high = (share * (ends / strain) ** (1.0 / power)).tolist()
     rest, limit = last_rest(line, number, found.state), (0.5 * (low + high), 0.5 * (high - low))
     load = largest_load(line, body, control, rest, limit)
-    laws = law_notes(line.sensor, 1.0 + _strain(line, number, look))
+    laws = law_notes(line.sensor, stretched(line[number].coarse, look.state.u).each)
     return Solved(rest, share, PathEnd.BEYOND, load, limit, laws, look.reached)

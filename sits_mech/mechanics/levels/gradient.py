@@ -121,7 +121,7 @@ class _Level(NamedTuple):
             return self.B.T @ found.free + found.target
         T = bonded_tangent(body.X, np.zeros(6))[:, list(body.mesh.axes), : len(q)]
         u[body.bonded] = T @ q
-        forces = small_strain_forces(body.mesh, body.law, body.K, u, body.swelling)
+        forces = small_strain_forces(body.mesh, body.laws, u)
         on_target = np.tensordot(T, forces[body.bonded], axes=((0, 1), (0, 1)))
         on_target = on_target - work_of_load(load, body.height, np.zeros(6))[: len(q)]
         return self.B.T @ forces[body.free] + on_target
@@ -188,7 +188,7 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     else:
         here = unpacked(body, family.states[number], load)
         body = body.near(here.u)
-        here = replace(here, p=element_forces(body.mesh, body.law, body.K, here.u, None, body.swelling).pressure)
+        here = replace(here, p=element_forces(body.mesh, body.laws, here.u).pressure)
     factor = factored(body, here, gradient(body, here))
     if factor is None:
         return None

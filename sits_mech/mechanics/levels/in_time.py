@@ -32,7 +32,7 @@ from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rou
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
 from sits_mech.mechanics.histories import LoadHistory, Motion
-from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes, touch_notes
+from sits_mech.mechanics.levels.answer import Stretched, aim, errors_of, law_notes, stretched, touch_notes
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
 from sits_mech.mechanics.levels.refine import refine
 from sits_mech.notes import Note, NoteKind
@@ -145,8 +145,9 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
     beneath = ground_notes(sensor, scales.pose(state.q))
     if beneath:  # the true target is held there: the error is the whole displacement
         error = np.maximum(error, np.abs(pose - scales.pose(np.zeros(k)).components))
-    stretch, before = (float(np.max(walk.stretch)) for walk in (last, walks[-2]))
-    notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, stretch), *([large] if large else [])]
+    stretch, before = (float(walk.values.max()) for walk in (last, walks[-2]))
+    each = np.max([moment.each for moment in last.stretch], axis=0)
+    notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *([large] if large else [])]
     gap, moved = (float(np.max(np.abs(np.array(part) * body.levers))) for part in (first.gap, last.q))
     notes.append(Note.of(NoteKind.TIMES, count=len(first.time), meshes=len(walks), error=gap / max(moved, 1e-300)))
     if found.relative > line.asked:
@@ -157,7 +158,7 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
         abs(stretch - before),
     )
     wrench, time = np.pad(first.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads, np.array(first.time)
-    return Motion(time, np.array(first.given), wrench, Pose.of(pose), Pose.of(error), np.array(last.stretch), report)
+    return Motion(time, np.array(first.given), wrench, Pose.of(pose), Pose.of(error), last.values, report)
 
 
 class _Walk:
@@ -166,10 +167,15 @@ class _Walk:
     def __init__(self, body: Bonded, held: Held) -> None:
         self.body, self.held, self.now = body, held, begun(body)
         self.q: list[Array] = []  # (k,) each
-        self.stretch: list[float] = []
+        self.stretch: list[Stretched] = []
         self.far = self.now.state  # farthest state
         self.iterations, self.min_J = 0, np.inf
         self.touches = self.pressed = False
+
+    @property
+    def values(self) -> Array:
+        """Stretch at each moment."""
+        return np.array([each.value for each in self.stretch])
 
     def keep(self, moment: Moment, iterations: int) -> None:
         """Append a moment and make it the present one."""
@@ -178,7 +184,7 @@ class _Walk:
         self.q.append(state.q)
         self.far = max(self.far, state, key=lambda each: body.length(each.q))
         self.min_J = min(self.min_J, state.min_J)
-        self.stretch.append(largest_stretch(body, state.u))
+        self.stretch.append(stretched(body, state.u))
         self.touches |= body.touching(state).touch
         self.pressed |= body.pressed(state)
 

@@ -28,12 +28,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from itertools import pairwise
 
 import numpy as np
 
 from sits_mech.geometry.meshing.bricks import Outline
 from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
-from sits_mech.mechanics.element.kernel import deformation, kinematics, law_of, summed, taken, taken_tangents
+from sits_mech.mechanics.element.kernel import deformation, kinematics, summed, taken, taken_tangents
 from sits_mech.mechanics.element.mesh import MixedMesh, about_axis, fanned, section_mesh
 from sits_mech.mechanics.equilibrium.body import Bonded, border
 from sits_mech.mechanics.equilibrium.control import Scales
@@ -47,14 +48,13 @@ from sits_mech.mechanics.pad.fillet import (
     drawn_in,
     fillet_lines,
     graded_lines,
-    graded_segment,
     matched_cells,
 )
 from sits_mech.mechanics.pad.shapes import widened
+from sits_mech.mechanics.pad.stack import GUARD_SHARE, Interface, interfaces, laws_of, layer_of_cells
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
-GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _ENDLESS = 1e6  # thicknesses of half the target along y
 
 
@@ -75,20 +75,20 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     target, elastomer = layer_parts(sensor)
     if elastomer.kind == "pillars":
         raise ValueError("elastomer.shape: must be 'box' or 'cylinder' for a layer in plane strain, got 'pillars'")
-    t, silicone = elastomer.thickness, elastomer.silicone
+    t = elastomer.thickness
     half_layer = elastomer.extent[0] / (2 * t)
     half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = checked(fillet, t) if fillet.radius > 0.0 else fillet
-    own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan, fineness.axial)
-    swelling = elastomer.free_stretch**3
-    K = silicone.bulk_modulus / silicone.shear_modulus / swelling**2
-    guard = min(fineness.guard, GUARD_SHARE * K)
+    own = _numbered(
+        fillet, interfaces(elastomer), fineness.cells, fineness.grading, fineness.fan, fineness.axial
+    )
+    of = layer_of_cells(elastomer, own.mesh)
+    guard = min(fineness.guard, GUARD_SHARE * float(laws_of(elastomer, of).K.min()))
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
-    law = law_of(silicone)
     return Bonded(
-        own.mesh, law, K - guard, target.load_height / t, own.free, own.bonded, own.X, own.faces,
-        parts=parts, guarded=guard > 0.0, swelling=swelling,
+        own.mesh, laws_of(elastomer, of, apart=guard), target.load_height / t, own.free, own.bonded, own.X, own.faces,
+        parts=parts, guarded=guard > 0.0,
         shared=partial(_pattern, own, guard > 0.0, fineness.depth > 0.0),
     )
 
@@ -121,31 +121,41 @@ def top_faces(mesh: MixedMesh, half: float) -> list[Integers]:
     return [face[np.argsort(np.abs(x[face]))] for face in faces]
 
 
-def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool, axial: bool) -> MixedMesh:
+def _mesh(
+    fillet: Fillet, between: tuple[Interface, ...], cells: int, grading: float, fan: bool, axial: bool
+) -> MixedMesh:
     """Mesh layer and target of given half widths, with or without an edge radius, or their half about the axis."""
-    (x, z, corners), least = _lines(fillet, cells, grading), 0.0 if axial else -np.inf
+    (x, z, corners), least = _lines(fillet, between, cells, grading), 0.0 if axial else -np.inf
     mesh = section_mesh(x[x >= least], z, partial(drawn_in, fillet) if fillet.radius > 0.0 else None)
     own = [corner for corner in corners if corner[0] >= least]
     mesh = fanned(mesh, np.array(own)) if fan and own else mesh
     return about_axis(mesh) if axial else mesh
 
 
-def _lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Array, list[tuple[float, float]]]:
+def _lines(
+    fillet: Fillet, between: tuple[Interface, ...], cells: int, grading: float
+) -> tuple[Array, Array, list[tuple[float, float]]]:
     """Return lines along x and z, and the singular corners."""
     _, half_layer, half_target = fillet
     if fillet.radius > 0.0:
         corners = [] if fillet.flush else [(-half_target, 1.0), (half_target, 1.0)]
         return *fillet_lines(fillet, cells, grading), corners
     breaks = [-half_layer, half_layer] if fillet.flush else [-half_layer, -half_target, half_target, half_layer]
-    counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
-    corners = [(-half_layer, 0.0), (half_layer, 0.0), (-half_target, 1.0), (half_target, 1.0)]
-    return graded_lines(breaks, counts, grading), graded_segment(0.0, 1.0, cells, grading), corners
+    levels = [0.0, *(each.height for each in between), 1.0]
+    x, z = (
+        graded_lines(ends, [matched_cells(b - a, 1.0, cells, grading) for a, b in pairwise(ends)], grading)
+        for ends in (breaks, levels)
+    )
+    sides = [(x, each.height) for each in between if each.singular for x in (-half_layer, half_layer)]
+    return x, z, [(-half_layer, 0.0), (half_layer, 0.0), (-half_target, 1.0), (half_target, 1.0), *sides]
 
 
 @lru_cache(maxsize=32)
-def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool, axial: bool) -> _Numbered:
+def _numbered(
+    fillet: Fillet, between: tuple[Interface, ...], cells: int, grading: float, fan: bool, axial: bool
+) -> _Numbered:
     """Make a mesh with bonds and faces, shared by bodies."""
-    mesh = _mesh(fillet, cells, grading, fan, axial)
+    mesh = _mesh(fillet, between, cells, grading, fan, axial)
     x, z = mesh.nodes.T
     half = fillet.half_target
     top = (z > 1.0 - 1e-9) & (np.abs(x) < half + 1e-9)
@@ -186,7 +196,7 @@ def layer_scales(sensor: Sensor, axial: bool = False) -> Scales:
     _, elastomer = layer_parts(sensor)
     t = elastomer.thickness
     deep = t if axial else elastomer.extent[1]
-    return Scales(t, elastomer.silicone.shear_modulus * t * deep, elastomer.standoff)
+    return Scales(t, elastomer.shear_modulus * t * deep, elastomer.standoff)
 
 
 def layer_parts(sensor: Sensor) -> tuple[Target, Elastomer]:

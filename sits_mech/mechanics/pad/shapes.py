@@ -28,6 +28,7 @@ layer. Meshes of m = 1, 2, 2 with a layer, 4, ... nest.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,7 @@ from skfem import MeshHex
 
 from sits_mech.geometry.meshing.bricks import Division, Outline, box_bricks, covered, pillar_bricks, ring_bricks
 from sits_mech.geometry.meshing.crossing import crossing_bricks
+from sits_mech.mechanics.pad.stack import Interface, interfaces
 from sits_mech.quantities import Array
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.sensor import Elastomer, SceneError, Target
@@ -58,6 +60,7 @@ class Shape(NamedTuple):
     plate: Outline  # whole target
     pad: Outline  # of pillars one, about its own middle
     middles: tuple[tuple[float, float], ...] = ()  # (x, y) of the pillars; none for a pad in one piece
+    between: tuple[Interface, ...] = ()  # of its layers
 
     @property
     def flush(self) -> bool:
@@ -84,12 +87,12 @@ class Shape(NamedTuple):
 
 def shape_of(target: Target, elastomer: Elastomer) -> Shape:
     """Return the shape of a pad with its target, a rectangle or a disc."""
-    plate, pad = outlines(target, elastomer)
+    (plate, pad), between = outlines(target, elastomer), interfaces(elastomer)
     if elastomer.kind != "pillars":
-        return Shape(plate, pad)
+        return Shape(plate, pad, between=between)
     t, radius = elastomer.thickness, 0.5 * (elastomer.diameter or 0.0) / elastomer.thickness
     middles = pillar_middles(elastomer, target.extent, plate.is_round)
-    return Shape(plate, Outline(radius, radius, True), tuple((x / t, y / t) for x, y in middles))
+    return Shape(plate, Outline(radius, radius, True), tuple((x / t, y / t) for x, y in middles), between)
 
 
 def half_bricks(shape: Shape, split: int, grading: float, layers: int = 0) -> tuple[MeshHex, Division]:
@@ -97,22 +100,22 @@ def half_bricks(shape: Shape, split: int, grading: float, layers: int = 0) -> tu
 
     Where rims cross there are no layers. Raise SceneError for crossing rims without room for cells.
     """
-    plate, pad, middles = shape
+    plate, pad, middles, between = shape
     ways, own, around = ((split, grading, layers), (1, grading, 0)), covered(plate, pad), _AROUND * split
-    through, base = (lines_through(*way[:2], shape.low_corner, way[2]) for way in ways)
+    through, base = (lines_through(*way[:2], shape.low_corner, way[2], between) for way in ways)
     if middles:
         inside, first = (ring_lines(pad, pad, *way)[0] for way in ways)
         return pillar_bricks(pad, middles, (inside, through), around, split, (first, base))
     if own is None:
         try:
-            lines = (*_crossing_lines(plate, pad, split, grading), lines_through(split, grading, shape.low_corner))
-            return crossing_bricks(plate, pad, lines, around, split)
+            rings, z = _crossing_lines(plate, pad, split, grading), lines_through(split, grading, True, 0, between)
+            return crossing_bricks(plate, pad, (*rings, z), around, split)
         except ValueError as error:
             raise SceneError(f"target: {error}: draw the pad yourself, elastomer.mesh") from None
     if own.is_round or pad.is_round:
         rings, of_base = (ring_lines(own, pad, *way) for way in ways)
         return ring_bricks(own, pad, (*rings, through), around, split, (*of_base, base))
-    boxes = [box_lines(own, pad, *way) for way in ways]
+    boxes = [box_lines(own, pad, *way, between) for way in ways]
     return box_bricks(*boxes[0], base=boxes[1])
 
 
@@ -126,13 +129,16 @@ def cells_of(shape: Shape, split: int, grading: float, layers: int) -> tuple[int
 
     Of pillars those around all of them. Crossing rims count one more outwards: three-sided pieces take more memory.
     """
-    plate, pad, middles = shape
+    plate, pad, middles, between = shape
     own, way, around = covered(plate, pad), (split, grading, layers), 4 * _AROUND * split
-    through, core = len(lines_through(split, grading, shape.low_corner, layers)) - 1, max(1, split // 2)
+    low, core = shape.low_corner, max(1, split // 2)
+    through, up = (
+        len(lines_through(parts, grading, low, more, between)) - 1 for parts, more in ((split, layers), (1, 0))
+    )
     if middles:
         return len(ring_lines(pad, pad, *way)[0]) - 1 + core, around * len(middles), through
     if own is None:
-        outwards, up = (sum(len(lines) for lines in _crossing_lines(plate, pad, 1, grading)) - 1), 1 + shape.low_corner
+        outwards = sum(len(lines) for lines in _crossing_lines(plate, pad, 1, grading)) - 1
         _, division = half_bricks(shape, 1, grading)
         return split * (outwards + 1), split * -(-division.bases // (outwards * up)), split * up
     if own.is_round or pad.is_round:
@@ -194,7 +200,9 @@ def _both_ends(split: int, grading: float, layers: int) -> Array:
     return np.concatenate([lower, 1.0 - lower[-2::-1]])
 
 
-def box_lines(plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0) -> tuple[Array, Array, Array]:
+def box_lines(
+    plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0, between: tuple[Interface, ...] = ()
+) -> tuple[Array, Array, Array]:
     """Return the lines of a box along x, along y from the middle on, and through the thickness.
 
     Half sizes of target and pad in thicknesses; `split` parts of a base cell; grading and layers as in `graded`.
@@ -204,7 +212,8 @@ def box_lines(plate: Outline, pad: Outline, split: int, grading: float, layers: 
         np.concatenate([under_lines(edge, *way), edge + beside_lines(end - edge, *way)[1:]])
         for edge, end in zip(plate[:2], pad[:2], strict=True)
     )
-    return np.concatenate([-x[:0:-1], x]), y, lines_through(split, grading, low_corner(plate, pad), layers)
+    z = lines_through(split, grading, low_corner(plate, pad), layers, between)
+    return np.concatenate([-x[:0:-1], x]), y, z
 
 
 def ring_lines(plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0) -> tuple[Array, Array]:
@@ -241,6 +250,16 @@ def beside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Arr
     return np.concatenate([_REACH * near, np.linspace(_REACH, gap, split + 1)[1:]])
 
 
-def lines_through(split: int, grading: float, both: bool, layers: int = 0) -> Array:
-    """Return the lines through the thickness, graded to the upper face or, for a singular lower corner, to both."""
-    return _both_ends(split, grading, layers) if both else np.asarray(1.0 - graded(split, grading, layers)[::-1])
+def lines_through(
+    split: int, grading: float, both: bool, layers: int = 0, between: tuple[Interface, ...] = ()
+) -> Array:
+    """Return the lines through the thickness, graded to the upper face or, for a singular lower corner, to both.
+
+    Every interface has a line, and lines are graded to it from both sides where it is singular.
+    """
+    ends, found = (Interface(0.0, both), *between, Interface(1.0, True)), [np.zeros(1)]
+    for (low, below), (high, above) in pairwise(ends):
+        own = graded(split, grading, layers) if below or above else np.linspace(0.0, 1.0, split + 1)
+        own = _both_ends(split, grading, layers) if below and above else 1.0 - own[::-1] if above else own
+        found.append(np.append(low + (high - low) * own[1:-1], high))
+    return np.concatenate(found)

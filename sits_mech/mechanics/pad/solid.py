@@ -29,7 +29,7 @@ from sits_mech.geometry.meshing.bricks import Division, Outline, both_halves, wi
 from sits_mech.geometry.meshing.refinement import shape_values
 from sits_mech.mechanics.closed_form import HAIR
 from sits_mech.mechanics.element.assembly import Pattern, pattern
-from sits_mech.mechanics.element.kernel import Law, element_forces, gradients, kinematics, law_of
+from sits_mech.mechanics.element.kernel import element_forces, gradients, kinematics
 from sits_mech.mechanics.element.mesh import BRICK, ORDER, MixedMesh, Points, pressures, solid_mesh
 from sits_mech.mechanics.equilibrium.body import Bonded, State, border
 from sits_mech.mechanics.equilibrium.control import Scales
@@ -37,8 +37,9 @@ from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
-from sits_mech.mechanics.pad.section import GUARD_SHARE, layer_parts
+from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
+from sits_mech.mechanics.pad.stack import laws_of, layer_of_cells
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
@@ -137,33 +138,22 @@ def numbered(
 def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Solid:
     """Return a pad on its mesh; guard and contact depth as in `bonded_block`."""
     target, elastomer = pad_parts(sensor)
-    law, K = scaled_law(sensor, guard)
+    laws = laws_of(elastomer, layer_of_cells(elastomer, own.mesh), guard)
     X = own.mesh.nodes[own.where[1]] * (1.0, 1.0, 0.0)
     body = Bonded(
-        own.mesh, law, K, target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
+        own.mesh, laws, target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
         components=3 if own.half else 6, parts=contacts(own.faces, own.surfaces, depth, elastomer.friction),
         shared=partial(_pattern, own, depth > 0.0),
         hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
-        swelling=elastomer.free_stretch**3,
     )
     return Solid(body, 0.5 if own.half else 1.0, own.division)
 
 
-def scaled_law(sensor: Sensor, guard: float) -> tuple[Law, float]:
-    """Return law and bulk modulus of a pad [shear moduli], the guard in the law."""
-    elastomer = pad_parts(sensor)[1]
-    silicone = elastomer.silicone
-    K = silicone.bulk_modulus / silicone.shear_modulus / elastomer.free_stretch**6
-    guard = min(guard, GUARD_SHARE * K)
-    return law_of(silicone, guard), K - guard
-
-
 def as_in(sensor: Sensor, body: Bonded, guard: float) -> Bonded:
-    """Return a pad on the same nodes with the law and height of load of a changed scene."""
+    """Return a pad on the same nodes with the laws and height of load of a changed scene."""
     target, elastomer = pad_parts(sensor)
-    law, K = scaled_law(sensor, guard)
-    height, swelling = target.load_height / elastomer.thickness, elastomer.free_stretch**3
-    return replace(body, law=law, K=K, height=height, swelling=swelling)
+    height = target.load_height / elastomer.thickness
+    return replace(body, laws=laws_of(elastomer, body.laws.of, guard), height=height)
 
 
 def mirrored(half: Bonded, whole: Bonded, state: State) -> State:
@@ -172,7 +162,7 @@ def mirrored(half: Bonded, whole: Bonded, state: State) -> State:
     own = state.u.reshape(-1, 3)[half.mesh.cells]
     u[whole.mesh.cells] = np.concatenate([own, own * flip])
     q, load = (np.concatenate([part, np.zeros(3)]) for part in (state.q, 2.0 * state.load))
-    p = element_forces(whole.mesh, whole.law, whole.K, u.ravel(), None, whole.swelling).pressure
+    p = element_forces(whole.mesh, whole.laws, u.ravel()).pressure
     return State(u.ravel(), q, p, load, min_J=state.min_J)
 
 
@@ -180,7 +170,7 @@ def pad_scales(sensor: Sensor, share: float) -> Scales:
     """Return SI scales of motions and loads, `share` of the pad meshed."""
     _, elastomer = pad_parts(sensor)
     t = elastomer.thickness
-    return Scales(t, elastomer.silicone.shear_modulus * t**2, elastomer.standoff, share)
+    return Scales(t, elastomer.shear_modulus * t**2, elastomer.standoff, share)
 
 
 def _free_facets(basis: Basis, where: Array) -> Integers:

@@ -25,7 +25,7 @@ from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import KINDS, failures, load_table, remarks, summary_table
 from sits_mech.report.tables.quality import limits_record, limits_table, quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
-from sits_mech.scene.sensor import Coil, Sensor, scene_text
+from sits_mech.scene.sensor import Coil, Sensor, scene_text, silicones_of
 from sits_mech.status import INTERPOLATED, OK, counted, exit_code
 
 PICTURES = {
@@ -128,7 +128,7 @@ def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
             "shear signal can be several times smaller in space: calibrate with --magnetics sheets where it matters."
         )
     layer, target = sensor.elastomer, sensor.target
-    if layer and layer.silicone.has_history:
+    if any(each.has_history for each in silicones_of(sensor)):
         lines.append(
             "The silicone relaxes or softens, the table is its first elastic answer: quality --period says "
             "what a load that comes and goes makes of the forces."

@@ -232,6 +232,8 @@ def _draw_section(axes: Axes, it: Drawing) -> None:
             corners = boxes(pieces[:, 0], pieces[:, 1], plate.bottom, plate.top)
             corners = corners if plate.fixed is None else MM * conductor_cut(plate.fixed, it.plane)
             add_polygons(axes, corners, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
+            for z in _interfaces(it.sensor.elastomer) if plate.name == "pad" else ():
+                axes.hlines(np.full(len(pieces), z), *pieces.T, color="0.3", linewidth=0.5)
     corners, sign = _tracks(it.sensor, it.plane)
     add_polygons(axes, corners, facecolors=np.where(sign > 0.0, *TRACKS).tolist(), linewidth=0)
     axes.plot([it.low[0], it.high[0]], [0.0, 0.0], color="0.5", linewidth=0.3, zorder=0.5)
@@ -246,12 +248,21 @@ def _draw_section(axes: Axes, it: Drawing) -> None:
     axes.annotate(title, (it.low[0], it.high[2]), (0, 6), textcoords="offset points", fontsize=6.5)
 
 
+def _interfaces(pad: Elastomer | None) -> list[float]:
+    """Return the heights of a pad's interfaces [mm]."""
+    return [] if pad is None else [MM * (pad.standoff + height) for height in pad.interfaces]
+
+
 def _levels(it: Drawing) -> list[Span]:
     """Return bottom, top and name of each part and of the stand-off, from below."""
     deep = MM * max(coil.height for coil in it.sensor.coils)
     found = [(-deep, 0.0, "coils"), *((plate.bottom, plate.top, plate.name) for plate in it.plates)]
-    if it.sensor.elastomer is not None and it.sensor.elastomer.standoff > 0.0:
-        found.append((0.0, MM * it.sensor.elastomer.standoff, "stand-off"))
+    pad = it.sensor.elastomer
+    if pad is not None and pad.standoff > 0.0:
+        found.append((0.0, MM * pad.standoff, "stand-off"))
+    if pad is not None and pad.interfaces:
+        ends = [MM * pad.standoff, *_interfaces(pad), MM * (pad.standoff + pad.thickness)]
+        found += [(low, high, f"layer {k}:") for k, (low, high) in enumerate(pairwise(ends), 1)]
     return sorted((level for level in found if np.isfinite(level[1])), key=lambda level: level[0] + level[1])
 
 
@@ -289,8 +300,8 @@ def _list_of_parts(it: Drawing) -> list[str]:
     materials = {"pad": it.sensor.elastomer, "target": it.sensor.target}
     for plate in it.plates:
         part = materials.get(plate.name)
-        made = f", {part.material}" if part is not None and isinstance(part.material, str) else ""
-        lines.append(f"{plate.name}: {plate.sizes}{made}")
+        made = part.words if isinstance(part, Elastomer) else "" if part is None else part.material
+        lines.append(f"{plate.name}: {plate.sizes}{f', {made}' if made else ''}")
     lines.append("tracks in the section: current along +y orange, along -y blue")
     radius = it.sensor.substrate_radius
     return lines + (

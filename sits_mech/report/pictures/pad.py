@@ -43,12 +43,16 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
 
 
 def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[tuple[Array, Array], Integers, Integers]:
-    """Return points along a direction and up, deformed and before, quads of an even grid, and each one's cell."""
-    across, up = _GRID
+    """Return points along a direction and up, deformed and before, quads of a grid, and each one's cell.
+
+    The grid is even, with a line at each interface besides.
+    """
+    across, lines = _GRID[0], np.union1d(np.linspace(0.0, 1.0, _GRID[1] + 1), [each.height for each in shape.between])
+    up = len(lines) - 1
     moved = LinearNDInterpolator(mesh.nodes, u)
     rays = np.linspace(0.0, np.linalg.norm(mesh.nodes[:, :2], axis=1).max(), 20 * across)
     reach = rays[np.isfinite(moved(rays[:, None] * way + (0.0, 0.0, 1e-6))[:, 0])].max()
-    s, z = np.meshgrid(np.linspace(-reach, reach, across + 1), np.linspace(0.0, 1.0, up + 1), indexing="ij")
+    s, z = np.meshgrid(np.linspace(-reach, reach, across + 1), lines, indexing="ij")
     grid = s.ravel()[:, None] * way + z.ravel()[:, None] * (0.0, 0.0, 1.0)
     places = grid + moved(grid)
     first = ((up + 1) * np.arange(across)[:, None] + np.arange(up)).ravel()

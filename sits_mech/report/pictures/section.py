@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 Frame = tuple[tuple[float, float], tuple[float, float]]
 _SHRUNK = 0.9  # volume ratio below which it is said: of a silicone as good as incompressible it is one
 _BESIDE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
+_INTERFACE, _ON = "#c2185b", 1e-6  # colour; of the height, within which a node is on an interface
 _SHOWN = {"displacement": "displacement [mm]", "stretch": "largest principal stretch, or its reciprocal [-]"}
 
 
@@ -54,8 +55,10 @@ def layer_view(
     frame = (left, right), (bottom, top) = _frame(sensor, points, layer)
     height = 0.85 * (top - bottom) / (right - left) + around  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
+        interfaces = list[Any]()
         if mesh is not None:
             _draw_layer(figure, axes, mesh, show, _bonded_edges(sensor, mesh, plane))
+            interfaces = _draw_interfaces(axes, sensor, mesh)
         for corners, sign in tracks:
             add_polygons(axes, MM * corners, facecolors=np.where(sign > 0, *TRACKS).tolist(), linewidth=0)
         for corners, shade in plates:
@@ -67,9 +70,23 @@ def layer_view(
             f"section {plane.words}{beside}", (0.0, 1.0), (0, 2), xycoords="axes fraction", textcoords="offset points",
             fontsize=6,
         )
-        handles = part_handles(sensor.target is not None, bool(sensor.conductors), plane.angle != 0.0)
+        handles = [*part_handles(sensor.target is not None, bool(sensor.conductors), plane.angle != 0.0), *interfaces]
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), handlelength=1.0)
     return figure
+
+
+def _draw_interfaces(axes: Axes, sensor: Sensor, mesh: DeformedSection) -> list[Any]:
+    """Draw where the layers of a deformed pad meet, edges of its cells; return what a legend says of these lines."""
+    from matplotlib.collections import LineCollection
+
+    sides, lines = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2), []
+    up = mesh.rest[:, 1] - mesh.rest[:, 1].min()
+    for height in () if sensor.elastomer is None else sensor.elastomer.interfaces:
+        on = np.abs(up - height) < _ON * up.max()
+        edges = list(MM * mesh.points[sides[on[sides].all(axis=1)]])
+        lines.append(LineCollection(edges, color=_INTERFACE, linewidth=1.2, label="interface of layers"))
+        axes.add_collection(lines[-1])
+    return lines[:1]
 
 
 def _draw_layer(figure: Figure, axes: Axes, mesh: DeformedSection, show: str, edges: Array) -> None:

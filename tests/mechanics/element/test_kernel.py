@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.element.kernel import element_forces, element_stiffness
+from sits_mech.mechanics.element.kernel import Laws, element_forces, element_stiffness
 from sits_mech.mechanics.element.target import (
     between,
     bonded_displacement,
@@ -25,7 +25,7 @@ def test_forces_and_tangent_are_derivatives_of_the_energy(body):
     rng = np.random.default_rng(5)
     n = 2 * len(body.mesh.nodes)
     u, v = 0.01 * rng.normal(size=n), rng.normal(size=n)
-    kernel, h = (body.mesh, body.law, body.K), 1e-6
+    kernel, h = (body.mesh, body.laws), 1e-6
     found = element_forces(*kernel, u)
     stiffness = element_stiffness(*kernel, u, found.pressure)
     up, down = (element_forces(*kernel, u + s * h * v) for s in (1, -1))
@@ -34,33 +34,35 @@ def test_forces_and_tangent_are_derivatives_of_the_energy(body):
     np.add.at(product, body.mesh.dofs, np.einsum("eij,ej->ei", stiffness, v[body.mesh.dofs]))
     difference = (up.forces - down.forces) / (2 * h)
     np.testing.assert_allclose(product, difference, rtol=1e-5, atol=1e-6 * np.abs(difference).max())
-    np.testing.assert_allclose(stiffness, stiffness.transpose(0, 2, 1), atol=1e-9 * body.K)
+    np.testing.assert_allclose(stiffness, stiffness.transpose(0, 2, 1), atol=1e-9 * body.laws.K.max())
 
 
 def test_silicone_that_is_larger_than_its_mesh_is_at_ease_when_it_fills_its_volume(body):
     """Stretched evenly to its volume it bears no pressure; held at the mesh's it does, K (1 - J_0) of its own K."""
     grown, zero = 1.02, np.zeros(2 * len(body.mesh.nodes))
     J_0 = grown ** (3 if body.mesh.hoop else 2)
-    known = (body.mesh, body.law, body.K / J_0**2)
-    even = element_forces(*known, (grown - 1.0) * body.mesh.nodes.ravel(), None, J_0)
-    assert np.abs(even.pressure).max() < 1e-9 * body.K
-    held = element_forces(*known, zero, None, J_0)
+    K, (law,) = float(body.laws.K.max()), body.laws.each
+    laws = Laws((law._replace(K=K / J_0**2, swelling=J_0),))
+    even = element_forces(body.mesh, laws, (grown - 1.0) * body.mesh.nodes.ravel())
+    assert np.abs(even.pressure).max() < 1e-9 * K
+    held = element_forces(body.mesh, laws, zero)
     volume = body.mesh.inside.weights.sum()
-    assert held.energy == pytest.approx(0.5 * body.K * (1.0 / J_0 - 1.0) ** 2 * volume, rel=1e-12)
+    assert held.energy == pytest.approx(0.5 * K * (1.0 / J_0 - 1.0) ** 2 * volume, rel=1e-12)
 
 
 def test_forces_of_swelling_are_derivatives_of_the_energy(body):
     rng = np.random.default_rng(7)
     n = 2 * len(body.mesh.nodes)
     u, v, h = 0.01 * rng.normal(size=n), rng.normal(size=n), 1e-6
-    up, here, down = (element_forces(body.mesh, body.law, body.K, u + s * h * v, None, 1.05) for s in (1, 0, -1))
+    laws = Laws((body.laws.each[0]._replace(swelling=1.05),))
+    up, here, down = (element_forces(body.mesh, laws, u + s * h * v) for s in (1, 0, -1))
     assert (up.energy - down.energy) / (2 * h) == pytest.approx(here.forces @ v, rel=1e-6)
 
 
 def test_inverted_element_has_no_energy(body):
     u = np.zeros(2 * len(body.mesh.nodes))
     u[1::2] = -1.5 * body.mesh.nodes[:, 1]
-    assert np.isinf(element_forces(body.mesh, body.law, body.K, u).energy)
+    assert np.isinf(element_forces(body.mesh, body.laws, u).energy)
 
 
 def test_rigid_target_keeps_its_length_and_sinks_at_its_right_edge():

@@ -52,10 +52,10 @@ def test_its_stiffness_is_a_piece_of_the_layers():
     """Solved for a load on the patch's own displacements, by its own pattern."""
     body = layer(1)
     patch, u, p = body.patch, np.zeros(body.mesh.nodes.size), np.zeros(body.mesh.chi.shape[:2])
-    whole = body.pattern.matrix((element_stiffness(body.mesh, body.law, body.K, u, p),))
+    whole = body.pattern.matrix((element_stiffness(body.mesh, body.laws, u, p),))
     piece = whole[patch.own][:, patch.own].toarray()
     load = np.random.default_rng(1).normal(size=len(patch.inner))
-    own = (element_stiffness(patch.mesh, body.law, body.K, u, p[patch.cells]),)
+    own = (element_stiffness(patch.mesh, body.laws, u, p[patch.cells]),)
     found = patch.pattern.factored(own).solve(load)
     np.testing.assert_allclose(found, np.linalg.solve(piece, load), rtol=1e-6, atol=1e-9)
 

@@ -43,7 +43,7 @@ def rested(level, F_x, F_z):
 
 def inner_forces(body, u):
     mesh = body.patch.mesh
-    return float(np.linalg.norm(element_forces(mesh, body.law, body.K, u).forces[body.patch.inner]))
+    return float(np.linalg.norm(element_forces(mesh, body.laws, u).forces[body.patch.inner]))
 
 
 def test_a_patch_returns_to_the_rest_that_it_was_moved_from():
@@ -66,7 +66,7 @@ def test_a_patch_goes_with_its_boundary_from_the_undeformed_state():
     boundary = np.setdiff1d(patch.mesh.dofs, patch.inner)
     np.testing.assert_allclose(found.u[boundary], state.u[boundary], atol=1e-12)
     assert deformed(patch.mesh, found.u).J.min() > 0.1
-    assert patch.pattern.factored((element_stiffness(patch.mesh, body.law, body.K, found.u, found.p),)).negative == 0
+    assert patch.pattern.factored((element_stiffness(patch.mesh, body.laws, found.u, found.p),)).negative == 0
 
 
 def test_a_patch_that_cannot_follow_says_how_far_it_went():

@@ -111,7 +111,7 @@ def pressed(body, *places):
 
 
 def stored(body, state):
-    elements = element_forces(body.mesh, body.law, body.K, state.u).energy
+    elements = element_forces(body.mesh, body.laws, state.u).energy
     return elements + sum(part(state.u, state.q).energy for part in body.parts)
 
 

@@ -26,7 +26,18 @@ def test_a_moved_mesh_is_the_one_made_anew(scene: str, name: str, whole: bool) -
     np.testing.assert_allclose(moved.mesh.inside.weights, anew.mesh.inside.weights, rtol=1e-11)
     np.testing.assert_allclose(moved.mesh.chi, anew.mesh.chi, atol=1e-12)
     np.testing.assert_allclose(moved.X, anew.X, atol=1e-13)
-    assert (moved.K, moved.height) == (anew.K, anew.height)
+    assert np.array_equal(moved.laws.K, anew.laws.K) and moved.height == anew.height
+
+
+def test_a_thicker_layer_moves_the_nodes_of_both_and_keeps_their_cells() -> None:
+    sheets = '{material="rtv615", thickness="1 mm"}, {material="ecoflex-00-30", thickness="2 mm"}'
+    sensor = load_sensor("biorob2018", [f'elastomer={{width="12 mm", length="12 mm", layers=[{sheets}]}}'])
+    other = parameter(sensor, "elastomer.layers.0.thickness").changed(1e-4)
+    body, anew = (bonded_block(each, 2, layers=1).body for each in (sensor, other))
+    moved = moved_block(body, other, (2, 2.0, 1))
+    np.testing.assert_allclose(moved.mesh.nodes, anew.mesh.nodes, atol=1e-13)
+    np.testing.assert_array_equal(moved.laws.of, anew.laws.of)
+    np.testing.assert_allclose(moved.laws.K, anew.laws.K, rtol=1e-12)
 
 
 def test_other_cells_are_no_moved_ones() -> None:
