@@ -65,13 +65,13 @@ def test_five_scenes_have_five_plans() -> None:
     plans = [plan(scene, loads) for scene, loads in requests]
     told = [(found.mechanics, found.magnetics, found.left_out) for found in plans]
     assert len({str(item) for item in told}) == 5
-    names = ["axisymmetric", "axisymmetric", "sheets", "planar-fem", "sheets"]
+    names = ["axisymmetric", "axisymmetric", "sheets", "sheets", "sheets"]
     assert [found.magnetics.name for found in plans] == names
     whats = [set(kinds(found.left_out)) for found in plans]
-    assert K.NO_TARGET in whats[0] and K.SYMMETRY in whats[2] and K.AIR not in whats[3] and K.POSE_GIVEN in whats[1]
+    assert K.NO_TARGET in whats[0] and K.SYMMETRY in whats[2] and K.TRACKS in whats[3] and K.POSE_GIVEN in whats[1]
     assert skin_depths(SENSOR) > 6.0 > 1.0 > skin_depths(load_sensor("biorob2018", ["frequency=5e3"]))
     assert all(found.seconds > 0.0 and found.error > 0.0 for found in plans)
-    assert [bool(found.unbounded) for found in plans] == [False, False, False, True, False]
+    assert not any(found.unbounded for found in plans)
 
 
 def test_a_plan_without_loads_is_of_given_poses(not_looked_at: None) -> None:
@@ -97,10 +97,10 @@ def test_a_section_has_its_ends_in_the_error_to_expect() -> None:
 
 @pytest.mark.slow
 def test_plane_strain_of_a_pad_is_in_the_error_to_expect() -> None:
-    """4.4 times too stiff in compression, as the factors say: 3.4 displacements are left out; in space none."""
+    """Pressed 8.12 um where the pad in space is pressed 34.97: 3.3 displacements, no less beforehand; in space none."""
     found = plan(SENSOR, [Wrench(F_z=0.3)], mechanics="planar")
     (ends,) = (item for item in found.left_out if item.kind == K.PAD_ENDS)
-    assert ends.size == pytest.approx(3.41, abs=0.02) and ends.counts and found.error > 3.4
+    assert 34.97 / 8.12 - 1.0 < ends.size < 1.3 * (34.97 / 8.12 - 1.0) and ends.counts and found.error > ends.size
     block = next(step for step in found.finer if step.model == "block")
     assert block.whole < 0.1
 
