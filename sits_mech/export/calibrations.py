@@ -6,6 +6,7 @@ Each takes the folder of a calibration, or the sensor and table that `read_calib
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -131,19 +132,27 @@ def adapted_as_read(
 ) -> tuple[Adaptation, str]:
     """Return what readings tell, and what is wrong with strange ones; raise SceneError where they tell nothing.
 
-    `further` makes a longer table where the fit ends at the table's end.
+    `further` makes a longer table where the fit ends at the table's end, twice at most.
     """
-    own = read_with(prior, measured.coded, free).read_by(idle)
-    try:
-        found = as_read(
-            own.sensor, own.data, measured.source, lambda idle: adapted(own.read_by(idle), measured, **noises),
-            lambda: mistake(own, measured, None, **noises),
-        )
-    except EndReached as end:
-        if further is None:
-            raise
-        return adapted_as_read(further(prior, end), measured, noises, free, idle, further)
+    for left in (2, 1, 0):
+        own = read_with(prior, measured.coded, free).read_by(idle)
+        try:
+            found = as_read(
+                own.sensor, own.data, measured.source, partial(_read_by, own, measured, noises),
+                partial(mistake, own, measured, None, **noises),
+            )
+        except EndReached as end:
+            if further is None or not left:
+                raise
+            prior = further(prior, end)
+        else:
+            break
     return found, mistake(own, measured, found, **noises) if found.p_value < STRANGE else ""
+
+
+def _read_by(prior: Prior, measured: Measured, noises: dict[str, Any], idle: str) -> Adaptation:
+    """Return what readings tell with idle coils of one kind."""
+    return adapted(prior.read_by(idle), measured, **noises)
 
 
 def compare(

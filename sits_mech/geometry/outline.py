@@ -70,7 +70,6 @@ def from_above(part: Conductor) -> list[Array]:
 def hull(points: Array) -> Array:
     """Return the corners of the convex hull of points (n, 2), counter-clockwise."""
     from scipy.spatial import ConvexHull  # half as long to come as a scene to be drawn
-
     return points[ConvexHull(points).vertices]
 
 
@@ -149,7 +148,6 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
     lattice = _lattice(cores, grading)
     points = np.vstack([ring[border], lattice])
     from scipy.spatial import Delaunay
-
     simplices = Delaunay(points).simplices
     corners = points[simplices]
     simplices = simplices[inside_loops(cores, corners.mean(1))]
@@ -236,7 +234,6 @@ def _lattice(cores: list[Array], grading: Grading) -> Array:
     """Return points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border."""
     low, high = cores[0].min(0), cores[0].max(0)
     from scipy.spatial import cKDTree
-
     border, found, start = cKDTree(np.vstack(cores)), [np.empty((0, 2))], 0.0
     for level in range(_LEVELS):
         spacing = _TRIANGLE * grading.largest * 2.0**level / grading.parts

@@ -171,7 +171,6 @@ def plan_seams(plan: Plan) -> Seams:
 def _meetings(points: Array, images: Array, tolerance: float) -> Integers:
     """Return pairs of a point and an image at one place."""
     from scipy.spatial import cKDTree
-
     found = cKDTree(points).sparse_distance_matrix(cKDTree(images), tolerance, output_type="ndarray")
     return np.column_stack([found["i"], found["j"]]).astype(int)
 

@@ -118,7 +118,7 @@ def remembered(silicone: Silicone, memory: Memory, dt: float, point: Kinematics)
     w, P = isochoric_stress(silicone)(point)
     softening = _in_moduli(silicone)
     if softening is not None:
-        P = softening.factor(np.minimum(w, memory.most), memory.most)[..., None] * P
+        P = _left(softening, w, memory.most)[0][..., None] * P
     S = _second(P, point)
     kept, gamma = _branches(silicone, dt)
     shape = (-1, *[1] * S.ndim)
@@ -146,10 +146,8 @@ def _softened(elastic: PointState, softening: Softening | None, most: Array) -> 
     """Return a state with softening: energy Phi, stress and tangent."""
     if softening is None:
         return elastic
-    W, P, eta = elastic.w, elastic.P, softening.factor(np.minimum(elastic.w, most), most)
-    D = softening.m + softening.beta * most
-    D = np.where(D > 0.0, D, 1.0)  # nothing was stored yet: W is not below W_max
-    away = np.maximum(most - W, 0.0) / D
+    W, P = elastic.w, elastic.P
+    eta, D, away = _left(softening, W, most)
     phi = W - (_primitive(most / D) - _primitive(away)) * D / softening.r
     slope = np.where(away > 0.0, 2.0 / (_ROOT_PI * softening.r) * np.exp(-(away**2)) / D, 0.0)
 
@@ -160,6 +158,13 @@ def _softened(elastic: PointState, softening: Softening | None, most: Array) -> 
         A += (slope[..., None] * P)[..., :, None] * P[..., None, :]
 
     return PointState(phi, eta[..., None] * P, tangent)
+
+
+def _left(softening: Softening, W: Array, most: Array) -> tuple[Array, Array, Array]:
+    """Return eta, D, (W_max - W)/D; W is rounded to 1e-16, and eta must not be to more than 1e-8: D is no less."""
+    D = np.maximum(softening.m + softening.beta * most, 1e-8)
+    away = np.maximum(most - W, 0.0) / D
+    return 1.0 - erf(away) / softening.r, D, away
 
 
 def _primitive(x: Array) -> Array:

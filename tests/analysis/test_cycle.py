@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,6 +16,13 @@ from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.silicone.history import retardation
 
 PEAK = Wrench(0.2, 1.0)
+
+
+@pytest.fixture(autouse=True)
+def alone(numerics_alone: Callable[[], AbstractContextManager[None]]) -> Iterator[None]:
+    """Loops by models in section: what the ends leave out is as large as a loop's range."""
+    with numerics_alone():
+        yield
 
 
 def sensor(history: str = "") -> Sensor:

@@ -1,10 +1,10 @@
 """Calibrate a table further where the readings of a softer sensor end at it.
 
 A sensor of modulus s, over the scene's, rests under F where the table's rests under F/s: a table on which F/s can be
-followed down to s_0 holds no softer one (`force_maps.moduli`). It is then made to reach F/s_0 `SOFTER` times, and once
-more where the fit ends again, as far as the pad bears that by its first meshes (`envelope.borne_share`). Beyond each
-end of a force stand as many new values as between none and that end: the halves, quarters, ... of the old range are
-then those of parts of the new one (maps/grid.py), so that what was solved is asked for again.
+followed down to s_0 holds no softer one (`force_maps.moduli`). It is then made to reach F/s_0 `SOFTER` times, as far as
+the pad bears that by its first meshes (`envelope.borne_share`). Beyond each end of a force stand as many new values as
+between none and that end: the halves, quarters, ... of the old range are then those of parts of the new one
+(maps/grid.py), so that what was solved is asked for again.
 """
 
 from __future__ import annotations

@@ -1,5 +1,8 @@
 """The full cycle beside the cheap one: alike where the pad answers like a spring, told where not."""
 
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+
 import numpy as np
 import pytest
 
@@ -17,6 +20,13 @@ class Noted(Exception):
 
 
 RATE, SOFT = {"prony": [{"weight": 0.3, "time": 0.5}]}, {"mullins": {"r": 2.0}}
+
+
+@pytest.fixture(autouse=True)
+def alone(numerics_alone: Callable[[], AbstractContextManager[None]]) -> Iterator[None]:
+    """Loops by models in section: what the ends leave out is as large as a loop's range."""
+    with numerics_alone():
+        yield
 
 
 @pytest.mark.parametrize(

@@ -108,3 +108,12 @@ def test_a_load_that_is_not_carried_ends_the_history():
     with pytest.raises(SolveFailed, match=r"at .* s of 2 s") as caught:
         planar_layer(sensor(prony=PRONY), 5e-2).in_time(history([0.0, 2.0], F_z=[0.0, -400.0]))
     assert caught.value.report.status == "history ended"
+
+
+def test_softening_begins_with_the_least_of_loads() -> None:
+    """Without m, after a load that strains by 1e-5: the press that follows ends where it does without that load."""
+    own = sensor(prony=PRONY, mullins={"r": 4.0, "m": 0.0, "beta": 1.0})
+    first, alone = (
+        planar_layer(own, 5e-2).in_time(history(range(3), F_z=loads)) for loads in ([0.0, 1e-5, 0.5], [0.0, 0.0, 0.5])
+    )
+    assert first.pose.d_v[-1] == pytest.approx(alone.pose.d_v[-1], rel=1e-5)
