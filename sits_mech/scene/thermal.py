@@ -81,12 +81,16 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
         _check_range(f"coils.{coil.name}: the tracks' copper", _copper().temperature_range, temperature)
         if coil.conductivity is not None and coil.temperature_coefficient is None:
             raise _missing(f"coils.{coil.name}.temperature_coefficient", temperature)
-    if sensor.elastomer is None:
-        return
-    if sensor.elastomer.mesh is not None:
+    if sensor.elastomer is not None:
+        _check_pad(sensor.elastomer, temperature)
+
+
+def _check_pad(pad: Elastomer, temperature: float) -> None:
+    """Refuse a pad whose sizes or silicones are not known at a temperature."""
+    if pad.mesh is not None:
         raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
                          f"{celsius(temperature)}")
-    for place, silicone in sensor.elastomer.places.items():
+    for place, silicone in pad.places.items():
         title = f"elastomer: {silicone.name or 'the silicone'}"
         _check_known(f"{place}.material", silicone, ("expansion", "temperature_range"), title, temperature)
 

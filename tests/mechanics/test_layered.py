@@ -12,7 +12,7 @@ from sits_mech.mechanics.models import strain_bound
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.parameters import parameter
-from sits_mech.scene.sensor import SceneError, load_sensor, silicone_of
+from sits_mech.scene.sensor import SceneError, load_sensor, scene_table, sensor_from, silicone_of
 from sits_mech.scene.thermal import at_temperature
 
 SOFT, STIFF = 20e3, 80e3  # shear moduli [Pa]
@@ -79,6 +79,16 @@ SPLIT = [(neo_hooke(SOFT, 100.0), 1.0)] * 2
 UNEVEN = [(neo_hooke(SOFT, 100.0), 0.7), (neo_hooke(SOFT, 100.0), 1.3)]
 DISC = ('diameter="10 mm"', 'diameter="8 mm"')
 LOAD = Wrench(F_x=0.2, F_z=0.8, M=1e-3)
+
+
+def test_one_layer_is_the_pad_without_layers_digit_by_digit():
+    one = sensor(ONE)
+    table = scene_table(one)
+    (layer,) = table["elastomer"].pop("layers")
+    plain = sensor_from(table | {"elastomer": table["elastomer"] | layer})
+    assert not plain.elastomer.layers and one.elastomer.layers
+    poses = [block_pad(pad, 0.1).equilibrium(Wrench(F_x=0.05, F_z=0.2)).pose for pad in (one, plain)]
+    assert poses[0] == poses[1]
 
 
 def test_layers_of_one_silicone_on_the_same_lines_are_one_to_rounding():
