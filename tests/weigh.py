@@ -25,8 +25,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 63_390, "core lines": 35_200, "tokens": 546_400, "named numbers": 646, "branching functions": 65,
-    "long signatures": 41, "skipped formats": 0, "large files": 3, "entered in space": 105, "entered in the plane": 109,
+    "lines": 64_160, "core lines": 35_660, "tokens": 552_900, "named numbers": 648, "branching functions": 65,
+    "long signatures": 41, "skipped formats": 0, "large files": 3, "entered in space": 105, "entered in the plane": 110,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)
