@@ -32,7 +32,8 @@ from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalMod
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.units import shown
 
-_BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
+BETWEEN = 0.4
+"""Of the tolerance, what the map between solved loads is given: neighbours do not share its error."""
 _SIGNALS = 0.5  # of that, what the map is given of the signals; chosen: w15 reaches 1.00 % by default, with 1 1.04 %
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 _SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
@@ -92,7 +93,7 @@ def poses_on_grid(
 
     sizes, aim = levers(grid.sensor), goal_of(begun.values()) if begun else None
     weighed = None if aim is None else aim.weights / _SIGNALS
-    part = solve_part(poses, grid.axes, tolerance=_BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
+    part = solve_part(poses, grid.axes, tolerance=BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
     whole = found if part is not None else solved(grid.loads, known=found)
     if refined is not None and first is not layer:
         whole = _finer(grid, refined, whole, goal_of(whole.values()))

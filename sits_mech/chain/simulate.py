@@ -35,6 +35,7 @@ from sits_mech.quantities import (
     Equilibrium,
     Impedance,
     MagneticModel,
+    Mask,
     MechanicalModel,
     PathModel,
     Pose,
@@ -150,17 +151,19 @@ def _flagged(
 
 def flags_over(
     sensor: Sensor, goal: Goal | None, poses: Bounded, stretch: Array, tolerance: float,
-    left_out: Sequence[Omission] = (),
+    left_out: Sequence[Omission] = (), *, interpolated: Mask | bool = False,
 ) -> dict[str, list[str]]:
-    """Return status and flags over time, as `marked`, from poses (p, 6) and stretches (p,).
+    """Return status and flags over time, as `marked`, from poses (p, 6), stretches (p,) and which are `interpolated`.
 
     `left_out` is what both halves leave out; errors of poses hold what the mechanics do.
     """
     known, count, bounded = known_stretch(sensor), len(stretch), not any(item.unbounded for item in left_out)
     more = sized(item for item in left_out if item.relative_to == Relative.CHANGE)
     errors = [0.0 if goal is None else goal.of(poses[k]) + more for k in range(count)]
-    pairs = zip(errors, stretch.tolist(), strict=True)
-    each = [marked(flags_of(own, tolerance, most, known, bounded=bounded)) for own, most in pairs]
+    each = [
+        marked(flags_of(own, tolerance, most, known, interpolated=between, bounded=bounded))
+        for own, most, between in zip(errors, stretch.tolist(), np.broadcast_to(interpolated, count), strict=True)
+    ]
     return {name: [row[name] for row in each] for name in ("status", "flags")}
 
 

@@ -8,12 +8,15 @@ whole (silicone/history.py): each component of the load has crept by itself to a
     q(t) = q_e(Q_e(t)),      Q_e(t) = int_0^t C(t - s) dQ(s),
 
 exact at small strain; the softening of a whole pad is known of proportional loads only, and is refused here.
+
+Of the times of a history some are solved, by default all; the load goes through the others on its way.
 """
 
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -26,6 +29,7 @@ from sits_mech.silicone.history import relaxed_share, retardation
 
 _EARLY, _LATE = 0.1, 10.0  # of the shortest and longest times of a creep: before and after nothing moves
 _A_DECADE = 8  # times of a decade
+_CORNER = 0.5  # of a load's rate: a jump by more is a corner
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,7 @@ class LoadHistory:
 
     time: Array  # (n,), not descending; repeated for a sudden change [s]
     wrench: Array  # (n, 6), in the order of `WRENCH` [N, N m]
+    solved: Mask = field(default_factory=lambda: np.array(True))  # (n,), which times are to be solved
 
     def __post_init__(self) -> None:
         """Validate times and wrenches."""
@@ -41,7 +46,7 @@ class LoadHistory:
             time, wrench = np.asarray(self.time, dtype=float), np.asarray(self.wrench, dtype=float)
         except ValueError:
             raise SceneError("history: must be n times with n x 6 loads; got no numbers, or unlike rows") from None
-        vars(self).update(time=time, wrench=wrench)
+        vars(self).update(time=time, wrench=wrench, solved=np.broadcast_to(self.solved, time.shape))
         if time.ndim != 1 or wrench.shape != (time.size, len(WRENCH)) or time.size < 1:
             raise SceneError(f"history: must be n times with n x 6 loads; got {time.shape} and {wrench.shape}")
         if not (np.all(np.isfinite(time)) and np.all(np.isfinite(wrench))):
@@ -52,16 +57,45 @@ class LoadHistory:
             got = f"{time[row]:g} s after {time[row - 1]:g} s in row {row + 1}"
             raise SceneError(f"history: time must not run back; got {got}")
 
-    def divided(self, parts: int) -> tuple[LoadHistory, Mask]:
-        """Divide steps above 1/parts of a component's range; return the history, and which times are its own."""
-        span = np.maximum(np.ptp(np.vstack([np.zeros(len(WRENCH)), self.wrench]), axis=0), 1e-300)
-        steps = np.max(np.abs(np.diff(self.wrench, axis=0)) / span, axis=1, initial=0.0)
+    def divided(self, parts: int, apart: int = 0) -> tuple[LoadHistory, Mask]:
+        """Return the history with few times to be solved, and which times are its own.
+
+        Steps above 1/parts of a component's range are divided. Solved are corners, and between them times as far apart
+        as the load moves by 1/apart of its range (by default of `parts`), at least one.
+        """
+        steps = np.max(np.abs(np.diff(self.shares, axis=0)), axis=1, initial=0.0)
         counts = np.maximum(np.ceil(parts * steps - 1e-9).astype(int), 1)
         number = np.concatenate([[0], np.cumsum(counts)])  # of the history's own times among all
         every = np.arange(number[-1] + 1)
         time = np.interp(every, number, self.time)
         wrench = np.stack([np.interp(every, number, part) for part in self.wrench.T], axis=1)
-        return LoadHistory(time, wrench), np.isin(every, number)
+        corners = np.isin(every, number[self.corners])
+        solved = corners.copy()
+        moved = (apart or parts) * np.concatenate([[0.0], np.cumsum(np.repeat(steps / counts, counts))])
+        for begin, end in pairwise(np.flatnonzero(corners).tolist()):
+            last = begin
+            for row in range(begin + 1, end):
+                if moved[row + 1] - moved[last] > 1.0 + 1e-9 or (last == begin and 2 * row >= begin + end):
+                    solved[row], last = True, row
+        return LoadHistory(time, wrench, solved), np.isin(every, number)
+
+    @property
+    def shares(self) -> Array:
+        """The loads over the ranges of their components, (n, 6) [-]."""
+        span = np.ptp(np.vstack([np.zeros(len(WRENCH)), self.wrench]), axis=0)
+        return np.asarray(self.wrench / np.maximum(span, 1e-300))
+
+    @property
+    def corners(self) -> Mask:
+        """Which times, (n,), are ends of a leg: first and last, sudden changes, and where the load's rate jumps."""
+        span = np.diff(self.time)
+        rate = np.diff(self.shares, axis=0) / np.where(span > 0.0, span, 1.0)[:, None]
+        size, jump = np.linalg.norm(rate, axis=1), np.linalg.norm(np.diff(rate, axis=0), axis=1)
+        found = np.ones(self.time.size, dtype=bool)
+        found[1:-1] = jump > _CORNER * np.maximum(size[1:], size[:-1])
+        sudden = np.flatnonzero(span <= 0.0)
+        found[sudden] = found[sudden + 1] = True
+        return found
 
     @property
     def loads(self) -> list[Wrench]:
@@ -109,6 +143,8 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     if silicone is not None and silicone.prony:
         history, given = _as_it_creeps(history, retardation(silicone.prony)[1])
         crept = np.stack([relaxed_share(silicone, history.time, part) for part in history.wrench.T], axis=1)
+    solved = history.solved
+    history, given, crept = LoadHistory(history.time[solved], history.wrench[solved]), given[solved], crept[solved]
     found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
     pose, error = (Pose.of(np.array([getattr(each, name).components for each in found])) for name in ("pose", "error"))
     told = ((each.report.iterations, each.report.estimated_error, each.report.stretch) for each in found)
@@ -124,12 +160,14 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
 def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, Mask]:
     """Add times while a pad with some retardation times still moves; return also which are the history's."""
     between, before = list[float](), list[int]()  # times, and the row of the history that each goes before
-    for row, span in enumerate(np.diff(history.time), 1):
+    rows = np.flatnonzero(history.solved)
+    for row, span in zip(rows[:-1], np.diff(history.time[rows]), strict=True):
         first, last = _EARLY * float(times.min()), min(span, _LATE * float(times.max()))
         count = int(np.ceil(_A_DECADE * np.log10(last / first))) if last > first else 0
-        more = history.time[row - 1] + np.geomspace(first, max(last, first), count, endpoint=False)
+        more = history.time[row] + np.geomspace(first, max(last, first), count, endpoint=False)
         between += more.tolist()
-        before += [row] * count
+        before += (row + 1 + np.searchsorted(history.time[row + 1 :], more)).tolist()
     wrench = [np.insert(part, before, np.interp(between, history.time, part)) for part in history.wrench.T]
-    found = LoadHistory(np.insert(history.time, before, between), np.stack(wrench, axis=1))
+    solved = np.insert(history.solved, before, True)
+    found = LoadHistory(np.insert(history.time, before, between), np.stack(wrench, axis=1), solved)
     return found, np.insert(np.ones(history.time.size, dtype=bool), before, False)

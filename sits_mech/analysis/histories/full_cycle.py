@@ -11,20 +11,17 @@ import json
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from sits_mech.analysis.cycle import Programme, loops
-from sits_mech.analysis.histories.response import between, in_time
+from sits_mech.analysis.histories.response import in_time
 from sits_mech.cases import Progress, untold
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory
-from sits_mech.quantities import POSE, WRENCH, Wrench
+from sits_mech.quantities import POSE, Wrench
 from sits_mech.readout.loads import request_of
 from sits_mech.readout.signals import moves, told
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import joined, marked
-
-_STRAIGHT = 1e-9  # of the peak: rounding
 
 
 def full_cycle(
@@ -35,30 +32,15 @@ def full_cycle(
 
     As `load_cycle`, at the programme's times, without ``elastic_share``; errors as `in_time`.
     """
-    corners = _corners(programme)
-    loads = programme.share[corners, None] * peak.components
     data = in_time(
-        sensor, LoadHistory(programme.time[corners], loads), tolerance=tolerance, mechanics=mechanics,
-        magnetics=magnetics, progress=progress, points=True,
+        sensor, LoadHistory(programme.time, programme.share[:, None] * peak.components), tolerance=tolerance,
+        mechanics=mechanics, magnetics=magnetics, progress=progress, points=True,
     )
-    found, solved = {}, data["time"].to_numpy()
-    load = np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
-    signals = [item for name in told(data) for item in (name, f"error_{name}")]
-    for name in (*POSE, *(f"error_{name}" for name in POSE), "L", "error_L", *signals):
-        found[name] = (data[name].dims, between(solved, load, data[name].to_numpy())(programme.time))
-    coords = {"time": programme.time, "coil": data["coil"], "coil_2": data["coil_2"]}
-    full = xr.Dataset({"share": ("time", programme.share), **found, "L0": data["L0"]}, coords, data.attrs)
+    full = data.isel(time=np.flatnonzero(data["given"].to_numpy())).assign(share=("time", programme.share))
     request = request_of(data) | {"peak": vars(peak)}
-    full = full.assign_attrs(marked(joined(data["flags"].to_numpy())))
+    full = full.drop_vars(["given", "status", "flags"]).assign_attrs(marked(joined(data["flags"].to_numpy())))
     full = full.assign_attrs(request=json.dumps(request))
     return labelled(full.assign_attrs({key: item for name in told(full) for key, item in loops(full, name).items()}))
-
-
-def _corners(programme: Programme) -> NDArray[np.int_]:
-    """Return the numbers of the times between which the load goes evenly, by how far it leaves the chord about each."""
-    time, share = np.diff(programme.time), np.diff(programme.share)
-    bends = np.abs(time[:-1] * share[1:] - time[1:] * share[:-1]) > _STRAIGHT * (time[:-1] + time[1:])
-    return np.flatnonzero(np.concatenate([[True], bends, [True]]))
 
 
 def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:

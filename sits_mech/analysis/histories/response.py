@@ -2,40 +2,51 @@
 
     loads Q(t) --(layer with a memory: mechanics/histories.py)--> poses q(t) --(magnetics)--> L(t), signals
 
-The loads of a file are divided where they move by more than a share of their range, so that what lies between two
-solved times is smooth; between them monotone cubics carry each inductance from corner to corner of the load.
+Few rows of a history are solved: corners of the load, and between them as many as it moves by parts of its range.
+Monotone cubics carry each quantity y to the others, from corner to corner. The chord between two solved times a, b is
+off by y[a, b, t] (t - a)(t - b); the cubic is taken to be no worse, with the divided differences about both ends, of
+which one alone may miss a kink between them:
+
+    |y - y_cubic|  <=  (|y[a', a, b]| + |y[a, b, b']|) (t - a)(b - t),        a' < a < b < b' solved
+
+(at a corner twice the other one; on a leg without a time inside, half the change in its middle, what a monotone y may
+be off). Where that is above what solved times leave of the tolerance more rows are solved, by its second order.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import replace
-from itertools import pairwise
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import aim_at
-from sits_mech.chain.goal import farthest
+from sits_mech.chain.goal import Goal, farthest
+from sits_mech.chain.interpolate import BETWEEN
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
-from sits_mech.chain.propagation import read_poses
+from sits_mech.chain.propagation import levers, read_poses, unloaded
 from sits_mech.chain.simulate import counted_omissions, flags_over, omitted_parts
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, motion_of
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.notes import Note, NoteKind, packed, packed_omissions
-from sits_mech.quantities import POSE, WRENCH, Array, Bounded, MechanicalModel, Pose, Wrench, kept_report
+from sits_mech.notes import Note, NoteKind, Omission, packed, packed_omissions
+from sits_mech.quantities import POSE, WRENCH, Array, Bounded, Mask, MechanicalModel, Pose, Wrench, kept_report
+from sits_mech.readout.signals import told
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicones_of
 
 PARTS = 8
 """Steps over the range of a load that lie between two solved times, at most."""
-_CORNER = 0.5  # of a load's rate: a jump by more is a corner
+_BEND = 0.5  # over the square of a range's parts: error of interpolation where y goes with the square of the load
+_LEAST = 0.1  # of the tolerance: what interpolation is given where solved times leave less
 
 
 def in_time(
@@ -54,27 +65,38 @@ def in_time(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, by_field = loaded_model(sensor, magnetics, tolerance, history.loads)
     layer, by_layer = taken_layer(sensor, mechanics, tolerance, history, points=points)
-    divided, own = history.divided(PARTS)
-    motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
-    check_clearance(sensor, motion.pose)
-    aim = aim_at(sensor, magnetics, tolerance, history.loads, farthest(motion.pose))
-    left_out = counted_omissions(sensor, by_layer.name, history.loads)
-    parts = omitted_parts(sensor, left_out, motion.pose.components)
-    motion = replace(motion, error=Pose.of(motion.error.components + np.abs(parts).sum(axis=0)))
-    poses = Bounded.of(motion.pose.components, motion.error.components, parts)
-    reading = read_poses(sensor, field if aim is None else aim.field, poses)
-    columns: dict[str, Any] = {"given": ("time", motion.given & np.isin(motion.time, divided.time[own]))}
-    columns |= {name: ("time", part) for name, part in zip(WRENCH, motion.wrench.T, strict=True)}
-    for kind, pose in (("", motion.pose), ("error_", motion.error)):
-        columns |= {f"{kind}{name}": ("time", part) for name, part in zip(POSE, pose.components.T, strict=True)}
-    found = reading.impedance
-    columns |= {name: (("time", "coil", "coil_2"), getattr(found, name)) for name in ("L", "R", "error_L", "error_R")}
-    columns |= {name: ("time", np.asarray(value)) for name, value in reading.signals.known.items()}
+    divided, own = _foreseen(history, BETWEEN * tolerance)
+    left_out, names = counted_omissions(sensor, by_layer.name, history.loads), sensor.coil_names
+    while True:
+        motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
+        check_clearance(sensor, motion.pose)
+        aim = aim_at(sensor, magnetics, tolerance, history.loads, farthest(motion.pose))
+        pose = motion.pose.components
+        poses = _bounded(sensor, left_out, pose, motion.error.components)
+        reading = read_poses(sensor, field if aim is None else aim.field, poses)
+        found, rows, goal = reading.impedance, _Rows(divided, own, motion), None if aim is None else aim.goal
+        values = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
+        values |= {name: np.asarray(value) for name, value in reading.signals.known.items()}
+        every, off = rows.carried(values | {"pose": pose, "error_pose": motion.error.components,
+                                            "stretch": motion.stretch})
+        near, spent = every["error_pose"][rows.interpolated] - off["pose"], 0.0
+        if goal is not None:
+            spent = goal.magnetics + np.max(near @ np.abs(goal.weights).T, axis=1)
+        most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
+        more = _more(divided, own, motion.time, _share(sensor, goal, pose, values, off) / most)
+        if not more.any():
+            break
+        divided = replace(divided, solved=divided.solved | more)
+    poses, stretch = _bounded(sensor, left_out, every.pop("pose"), every.pop("error_pose")), every.pop("stretch")
+    columns: dict[str, Any] = {"given": ("time", rows.given)}
+    columns |= {name: ("time", part) for name, part in zip(WRENCH, rows.wrench.T, strict=True)}
+    for kind, each in (("", poses.value), ("error_", poses.error)):
+        columns |= {f"{kind}{name}": ("time", part) for name, part in zip(POSE, each.T, strict=True)}
+    columns |= {name: (("time", "coil", "coil_2")[: np.ndim(value)], value) for name, value in every.items()}
     left_out = (*left_out, *found.report.left_out)
-    marks = flags_over(sensor, None if aim is None else aim.goal, poses, motion.stretch, tolerance, left_out)
+    marks = flags_over(sensor, goal, poses, stretch, tolerance, left_out, interpolated=rows.interpolated)
     columns |= {name: ("time", part) for name, part in marks.items()}
-    names = sensor.coil_names
-    data = xr.Dataset(columns, coords={"time": motion.time, "coil": names, "coil_2": names})
+    data = xr.Dataset(columns, coords={"time": rows.time, "coil": names, "coil_2": names})
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes))
     data = data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
@@ -83,6 +105,104 @@ def in_time(
         report=kept_report(motion.report),
     )
     return labelled(data)
+
+
+def _bounded(sensor: Sensor, left_out: Sequence[Omission], pose: Array, error: Array) -> Bounded:
+    """Return poses (p, 6) with errors that hold what the mechanics leave out."""
+    parts = omitted_parts(sensor, left_out, pose)
+    return Bounded.of(pose, error + np.abs(parts).sum(axis=0), parts)
+
+
+def _share(
+    sensor: Sensor, goal: Goal | None, pose: Array, values: Mapping[str, Array], off: Mapping[str, Array]
+) -> Array:
+    """Return errors of interpolation over the signals' range, by poses or of the signals, the larger of both.
+
+    Of poses over the largest displacement where no signal changes.
+    """
+    lever, signals = levers(sensor), told(values)
+    size = np.max(np.abs((pose - unloaded(sensor).components) * lever), initial=1e-300)
+    weights = np.diag(lever / size) if goal is None else np.abs(goal.weights)
+    span = max(*(float(np.ptp(values[name])) for name in signals), 1e-300)
+    return np.asarray(np.max([*(off["pose"] @ weights.T).T, *(off[name] / span for name in signals)], axis=0))
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """All times of an answer: those that are solved, and rows of the history between them."""
+
+    history: LoadHistory
+    own: Mask  # which of its times are rows
+    motion: Motion
+
+    @property
+    def left(self) -> NDArray[np.int_]:
+        """Numbers of the rows that are not solved."""
+        return np.flatnonzero(self.own & ~self.history.solved)
+
+    def _merged(self, solved: NDArray[Any], between: NDArray[Any]) -> NDArray[Any]:
+        """Return what is of solved times and of rows between them, in the order of time."""
+        order = np.argsort(np.concatenate([self.motion.time, self.history.time[self.left]]), kind="stable")
+        return np.concatenate([solved, between])[order]
+
+    @property
+    def time(self) -> Array:
+        """All times [s]."""
+        return self._merged(self.motion.time, self.history.time[self.left])
+
+    @property
+    def wrench(self) -> Array:
+        """Loads, (p, 6)."""
+        return self._merged(self.motion.wrench, self.history.wrench[self.left])
+
+    @property
+    def interpolated(self) -> Mask:
+        """Which times are not solved."""
+        return self._merged(np.zeros(self.motion.time.size, dtype=bool), np.ones(self.left.size, dtype=bool))
+
+    @property
+    def given(self) -> Mask:
+        """Which times are the history's."""
+        own = self.motion.given & np.isin(self.motion.time, self.history.time[self.own])
+        return self._merged(own, np.ones(self.left.size, dtype=bool))
+
+    def carried(self, values: Mapping[str, Array]) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Return values at all times, ``error_`` with the errors of interpolation; and these, at rows between."""
+        corners = np.isin(self.motion.time, self.history.time[self.history.corners])
+        times = self.history.time[self.left]
+        found = {name: Interpolant(self.motion.time, corners, part).at(times) for name, part in values.items()}
+        off = {name: error for name, (_, error) in found.items()}
+        return {
+            name: self._merged(part, found[name][0] + off.get(name.removeprefix("error_"), 0.0) * ("error_" in name))
+            for name, part in values.items()
+        }, off
+
+
+def _foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
+    """Divide a history for errors of interpolation; return also which times are its own.
+
+    Half is for the load's own course in time, which is interpolated first, the other for what a response adds to it.
+    """
+    divided, own = history.divided(PARTS, max(PARTS, int(np.ceil(np.sqrt(_BEND / most)))))
+    load, corners = divided.shares, divided.corners
+    while True:
+        known, left = divided.solved, own & ~divided.solved
+        _, off = Interpolant(divided.time[known], corners[known], load[known]).at(divided.time[left])
+        more = _more(divided, own, divided.time[known], np.max(off, axis=1) / (0.5 * most))
+        if not more.any():
+            return divided, own
+        divided = replace(divided, solved=known | more)
+
+
+def _more(history: LoadHistory, own: Mask, solved: Array, share: Array) -> Mask:
+    """Return which times to solve besides, from solved ones and errors of interpolation over their limit, by row."""
+    left, found = np.flatnonzero(own & ~history.solved), np.zeros(own.size, dtype=bool)
+    inside = np.searchsorted(solved, history.time[left], side="right")
+    for number in np.unique(inside[share > 1.0]):
+        rows = left[inside == number]
+        pieces = int(np.ceil(np.sqrt(share[inside == number].max())))
+        found[rows[np.arange(1, pieces) * len(rows) // pieces]] = True
+    return found
 
 
 def taken_layer(
@@ -120,24 +240,41 @@ def _with_symmetry(sensor: Sensor, motion: Motion) -> Motion:
     return replace(motion, pose=Pose.of(pose), error=Pose.of(error))
 
 
-def between(time: Array, load: Array, values: Array) -> Callable[[Array], Array]:
-    """Return an interpolation from values (m, ...) at rising times (m,), ends held, to all times.
+class Interpolant(NamedTuple):
+    """Values (m, ...) at rising times (m,), monotone cubics from corner to corner of the load, ends held.
 
-    Monotone cubics from corner to corner of the load (m, 6): where its rate jumps, the response has a kink.
+    Where the load's rate jumps, or the load itself, the response has a kink.
     """
-    rate = np.diff(load, axis=0) / np.diff(time)[:, None]
-    size, jump = np.linalg.norm(rate, axis=1), np.linalg.norm(np.diff(rate, axis=0), axis=1)
-    corners = 1 + np.flatnonzero(jump > _CORNER * np.maximum(size[1:], size[:-1]))
-    ends = np.array([0, *corners.tolist(), len(time) - 1])
-    legs = [PchipInterpolator(time[a : b + 1], values[a : b + 1], axis=0) for a, b in pairwise(ends)]
 
-    def at(times: Array) -> Array:
-        """Return values at other times."""
-        held = np.clip(times, time[0], time[-1])
-        leg = np.clip(np.searchsorted(time[ends], held, side="right") - 1, 0, len(legs) - 1)
-        found = np.empty((*held.shape, *values.shape[1:]))
+    time: Array
+    corners: Mask  # (m,), as of a `LoadHistory`
+    values: Array
+
+    def at(self, times: Array) -> tuple[Array, Array]:
+        """Return values and errors of interpolation, (n, ...), at other times (n,)."""
+        held, values = np.clip(times, self.time[0], self.time[-1]), self.values
+        found, error = (np.empty((*held.shape, *values.shape[1:])) for _ in range(2))
+        ends = np.flatnonzero(self.corners)
+        leg = np.clip(np.searchsorted(self.time[ends], held, side="right") - 1, 0, len(ends) - 2)
         for number in np.unique(leg):
-            found[leg == number] = legs[number](held[leg == number])
-        return found
+            part, own = slice(ends[number], ends[number + 1] + 1), leg == number
+            found[own], error[own] = _on_leg(self.time[part], values[part], held[own])
+        return found, error
 
-    return at
+
+def _on_leg(time: Array, values: Array, times: Array) -> tuple[Array, Array]:
+    """Return values and errors of interpolation between the times of one leg."""
+    h, shape = np.diff(time), (-1, *[1] * (values.ndim - 1))
+    if not h.all():  # a sudden change: what comes after it
+        last = np.broadcast_to(values[-1], (len(times), *values.shape[1:]))
+        return last, np.zeros_like(last)
+    if not np.isfinite(values).all():  # an unknown stretch, an unbounded error: the line
+        with np.errstate(invalid="ignore"):
+            last = np.apply_along_axis(partial(np.interp, times, time), 0, values)
+        return last, np.zeros_like(last)
+    slope, second = np.diff(values, axis=0) / h.reshape(shape), np.empty_like(values)
+    second[1:-1] = np.abs(np.diff(slope, axis=0)) / (h[1:] + h[:-1]).reshape(shape)
+    second[[0, -1]] = second[[1, -2]] if len(time) > 2 else np.abs(slope) / h[0]
+    left = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(h) - 1)
+    apart = ((times - time[left]) * (time[left + 1] - times)).reshape(shape)
+    return PchipInterpolator(time, values, axis=0)(times), (second[left] + second[left + 1]) * apart

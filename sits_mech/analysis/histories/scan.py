@@ -34,9 +34,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from sits_mech.analysis.bench import absolute, table_impedance
-from sits_mech.analysis.histories.response import between
+from sits_mech.analysis.histories.response import Interpolant
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.labels import labelled
+from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.notes import Note, NoteKind, packed, unpacked
 from sits_mech.quantities import WRENCH, Array
 from sits_mech.readout.converter import FrontEnd, code_of, converter, frequency_of, tank_frequency, tank_inductance
@@ -179,7 +180,8 @@ def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) ->
     front = replace(front, reference=clock_factor(sensor) * front.reference)
     time, load = data["time"].to_numpy(), np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
     every = np.interp(np.arange(_FINE * (len(time) - 1) + 1) / _FINE, np.arange(len(time)), time)
-    L, R = (between(time, load, part)(every) for part in (seen.L, seen.R))
+    corners = LoadHistory(time, load).corners
+    L, R = (Interpolant(time, corners, part).at(every)[0] for part in (seen.L, seen.R))
     found = scan(front, C, every, L, R, seed=seed)
     dims = ("scan", "coil")
     columns = {"code": found.code, "code_time": found.time, "code_ready": found.ready, "code_L": found.L}

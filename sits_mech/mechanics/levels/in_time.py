@@ -6,7 +6,8 @@ dt, B in two halves of each, each with a memory of its own: the remaining error 
     q = q_B + (q_B - q_A)/3,      error in time = |q_B - q_A|/3,
 
 of the whole walk so far, not of a step. A step that lets it grow by more than a share of the tolerance is repeated,
-shorter; the times of the history are always met, and sudden loads cost one step.
+shorter; the times of the history that are to be solved are always met, and sudden loads cost one step. Both walks take
+the loads of the history at their own times, so that the difference holds what the load does within a step.
 
 Space. Further levels walk in the steps of A, and the first level's correction in time is added to them; poses are
 extrapolated at each time as they are of an elastic layer (family.py), with errors over the largest displacement of the
@@ -23,6 +24,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sits_mech.cases import Progress, untold
 from sits_mech.geometry.collision import ground_notes
@@ -98,7 +100,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
 
     def walked() -> Iterator[_Walk]:
         """Yield the walks of the levels; further ones as long as they get to the end."""
-        first.timed(history.time, goals[:, : levels.coarse.components], share(0))
+        first.timed(history.time, goals[:, : levels.coarse.components], np.flatnonzero(history.solved), share(0))
         yield first
         for level in range(1, count):
             try:
@@ -219,27 +221,27 @@ class _First(_Walk):
         self.next, self.size = np.inf, 1e-300  # step
         self.less = 1.0 if rough(body) else 3.0
 
-    def timed(self, times: Array, loads: Array, tell: Callable[[float], None]) -> None:
-        """Walk with steps limited by the error in time; before the first time there is no load."""
-        ends = [(times[0], np.zeros(loads.shape[1])), *zip(times, loads, strict=True)]
-        for number, ((begin, first), (end, last)) in enumerate(pairwise(ends), 1):
-            self._leg(float(begin), float(end), (first, last))
-            tell(number / len(times))
+    def timed(self, times: Array, loads: Array, rows: NDArray[np.int_], tell: Callable[[float], None]) -> None:
+        """Walk with steps limited by the error in time, to some rows; before the first time there is no load."""
+        self._leg(np.repeat(times[:1], 2), np.array([np.zeros(loads.shape[1]), loads[0]]))
+        for begin, end in pairwise(rows):
+            self._leg(times[begin : end + 1], loads[begin : end + 1])
+            tell(end / len(times))
 
-    def _leg(self, begin: float, end: float, loads: tuple[Array, Array]) -> None:
-        """Walk from one time of the history to the next, or over a sudden load."""
-        span, gone, (first, last) = end - begin, 0.0, loads
+    def _leg(self, times: Array, loads: Array) -> None:
+        """Walk from one time of the history to another, or over a sudden load."""
+        begin, span, gone = float(times[0]), float(times[-1] - times[0]), 0.0
         while True:
             left = span - gone
             count = max(int(np.ceil(left / self.next - _ROUNDING)), 1) if left > 0.0 else 1
             dt, there = left / count, span if count == 1 else gone + left / count
-            shares = [part / span if span > 0.0 else 1.0 for part in (gone, gone + 0.5 * dt, there)]
-            middle, load = (first + (last - first) * share for share in shares[1:])
-            if not self._gone(begin + there, dt, (middle, load), shortest=_SHORTEST * span):
+            between = [np.interp(gone + 0.5 * dt, times - begin, part) for part in loads.T]
+            last = loads[-1] if count == 1 else np.array([np.interp(there, times - begin, part) for part in loads.T])
+            if not self._gone(begin + there, dt, (np.array(between), last), shortest=_SHORTEST * span):
                 continue
             gone = there
-            self.time.append(begin + there)
-            self.load.append(load)
+            self.time.append(float(times[-1]) if count == 1 else begin + there)
+            self.load.append(last)
             self.given.append(count == 1)
             if count == 1:
                 return

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.histories.response import between, in_time, taken_layer
+from sits_mech.analysis.histories.response import Interpolant, in_time, taken_layer
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import Wrench
@@ -54,14 +54,97 @@ def test_softening_takes_a_model_that_has_it():
     assert taken_layer(soft(mullins={"r": 2.0}), "auto", 0.1, small)[1].name == "block"
 
 
+def interpolant(time, share, values):
+    load = np.outer(share, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    return Interpolant(time, LoadHistory(time, load).corners, values)
+
+
 def test_between_times_nothing_overshoots_and_corners_stay():
     time = np.linspace(0.0, 2.0, 17)
     share = 1.0 - np.abs(time - 1.0)
-    load = np.outer(share, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
     values = (share**2)[:, None]
     at = np.linspace(-1.0, 3.0, 401)
-    found = between(time, load, values)(at)
+    found, error = interpolant(time, share, values).at(at)
     exact = np.clip(1.0 - np.abs(np.clip(at, 0.0, 2.0) - 1.0), 0.0, 1.0) ** 2
     np.testing.assert_allclose(found[:, 0], exact, atol=2e-3)  # 2 % at the corner without it
+    assert np.all(np.abs(found[:, 0] - exact) <= error[:, 0] + 1e-15) and error.max() < 1e-2
     assert 0.0 <= found.min() <= found.max() <= 1.0
-    np.testing.assert_allclose(between(time, load, values)(time), values)
+    own, none = interpolant(time, share, values).at(time)
+    np.testing.assert_allclose(own, values)
+    assert np.all(none == 0.0)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        lambda t: 1.0 - 0.3 * np.exp(-t / 0.2),  # creep
+        lambda t: np.sin(1.5 * t) ** 2,
+        lambda t: np.tanh(2.0 * t) + 0.1 * t,  # a pad that stiffens
+        lambda t: 3.0 * t + 1.0,
+    ],
+)
+@pytest.mark.parametrize("time", [np.linspace(0.0, 1.0, 9), np.array([0.0, 0.05, 0.15, 0.35, 0.6, 0.9, 1.0])])
+def test_errors_of_interpolation_hold(law, time):
+    """At 401 times of laws whose values between solved ones are known; two differences on each side or one."""
+    at = np.linspace(0.0, 1.0, 401)
+    found, error = interpolant(time, time, law(time)).at(at)
+    off = np.abs(found - law(at))
+    assert np.all(off <= error + 1e-12)
+    assert error.max() <= 20.0 * off.max() + 1e-12
+
+
+def test_a_kink_between_solved_times_is_seen():
+    """Where softening goes on in the midst of a leg: half of what the cubic is off there at least."""
+    time, at = np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 401)
+    for kink in np.linspace(0.2, 0.8, 13):
+        found, error = interpolant(time, time, np.minimum(time, kink + 0.7 * (time - kink))).at(at)
+        assert error.max() >= 0.5 * np.abs(found - np.minimum(at, kink + 0.7 * (at - kink))).max()
+
+
+def test_after_a_sudden_load_values_are_those_after_it():
+    time, share = np.array([0.0, 1.0, 1.0, 2.0]), np.array([0.0, 0.0, 1.0, 1.0])
+    found, error = interpolant(time, share, share).at(np.array([0.5, 1.0, 1.5]))
+    assert found.tolist() == [0.0, 1.0, 1.0] and not error.any()
+
+
+def smooth(rows):
+    time = np.linspace(0.0, 1.0, rows)
+    return loads(time, *np.outer(np.sin(np.pi * time) ** 2, [0.0, 2.0]))
+
+
+@pytest.fixture
+def alone(numerics_alone):
+    """Errors of the section are larger than any of interpolation."""
+    with numerics_alone():
+        yield
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mechanics", "more"),
+    [("linear", {}), ("linear", {"prony": [{"weight": 0.3, "time": 0.1}]}), ("planar", {"mullins": {"r": 2.0}})],
+)
+def test_rows_between_solved_ones_are_as_if_solved(mechanics, more, alone, monkeypatch):
+    """Within their estimated errors, of a press with every row solved; ten times the rows cost no more solves."""
+    own, asked, models = soft(**more), smooth(61), MODELS | {"mechanics": mechanics}
+    found, dense = (in_time(own, each, **models) for each in (asked, smooth(601)))
+    monkeypatch.setattr(LoadHistory, "divided", lambda self, *_: (self, np.ones(self.time.size, dtype=bool)))
+    every = in_time(own, asked, **models)
+    few, every = (each.isel(time=np.flatnonzero(each["given"].to_numpy())) for each in (found, every))
+    for name in ("d_v", "L_v_percent", "L"):
+        off = np.abs(few[name].to_numpy() - every[name].to_numpy())
+        over, span = off - few[f"error_{name}"].to_numpy(), np.ptp(every[name].to_numpy())
+        assert np.mean(over > 0.0) <= 0.02 and over.max() < 1e-4 * span and off.max() < 4e-3 * span
+    kept = [each["flags"].to_numpy()[each["given"].to_numpy()] for each in (found, dense)]
+    solved = [sum("interpolated" not in row for row in rows) for rows in kept]
+    assert solved[0] < 50 and solved[1] < solved[0] + 12
+    words, before = ({*each["status"].to_numpy()} - {"interpolated"} for each in (few, every))
+    assert words <= before
+
+
+def test_only_rows_that_a_straight_line_misses_are_solved():
+    """All rows of a history that turns at each; ends and one time at least of a straight one."""
+    jagged, straight = (loads(range(9), *((0.0, law(k)) for k in range(9))) for law in (lambda k: k % 2, float))
+    assert jagged.divided(1)[0].solved.all()
+    assert np.flatnonzero(straight.divided(1)[0].solved).tolist() == [0, 4, 8]
+    assert np.flatnonzero(straight.divided(4)[0].solved).tolist() == [0, 2, 4, 6, 8]
