@@ -1,7 +1,7 @@
 """State in one word what an answer is worth to a script, the same in tables, files, JSON and exit codes.
 
     ok               within the tolerance and the silicone's data
-    interpolated     the same, by a smooth map between loads, or cases of a sweep, that were solved
+    interpolated     the same, by a smooth map between loads, times or cases of a sweep that were solved
     above tolerance  an answer whose estimated error is larger than what was asked for
     not bounded      an answer whose model leaves something out that has no size; `left_out` lists it
     beyond data      an answer; the layer is stretched further than the data behind its silicone's constants, or may be

@@ -21,7 +21,7 @@ from sits_mech.quantities import UNITS, WRENCH, Array
 from sits_mech.units import SceneError
 
 _TIMES = ("t", "time")
-_MOST = 20000  # rows: each is solved
+_MOST = 20000  # rows
 
 
 def read_history(path: str | Path) -> LoadHistory:
