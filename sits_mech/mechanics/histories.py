@@ -60,11 +60,11 @@ class LoadHistory:
     def divided(self, parts: int, apart: int = 0) -> tuple[LoadHistory, Mask]:
         """Return the history with few times to be solved, and which times are its own.
 
-        Steps above 1/parts of a component's range are divided. Solved are corners, and between them times as far apart
-        as the load moves by 1/apart of its range (by default of `parts`), at least one.
+        Steps above 1/parts of a component's range that take time are divided. Solved are corners, and between them
+        times as far apart as the load moves by 1/apart of its range (by default of `parts`), at least one.
         """
         steps = np.max(np.abs(np.diff(self.shares, axis=0)), axis=1, initial=0.0)
-        counts = np.maximum(np.ceil(parts * steps - 1e-9).astype(int), 1)
+        counts = np.maximum(np.ceil(parts * steps * (np.diff(self.time) > 0.0) - 1e-9).astype(int), 1)
         number = np.concatenate([[0], np.cumsum(counts)])  # of the history's own times among all
         every = np.arange(number[-1] + 1)
         time = np.interp(every, number, self.time)
