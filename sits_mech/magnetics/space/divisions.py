@@ -11,7 +11,7 @@ q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 f
 
 the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled and reduced, and
 what drives them. A near plate keeps of all k classes of each division what its currents see, c k u^2; those made
-before, and all but the last class, are there beside a division's dense matrices, and 4 c u^2 while that is found.
+before, and all but the last class, are there beside a division's dense matrices, and 3 c u^2 while that is reduced.
 What takes more memory or time than the limits is refused.
 """
 
@@ -57,7 +57,7 @@ _KEPT = 1.1  # of that, from the rim on where cells keep their sizes when a plat
 _SHORTEST = 10.0  # wave number over 1 / distance up to which a field has energy: exp(-20) beyond, 3e-10 of its length
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _GIB = 20.0  # s of processor time that a plate of a GiB takes to prepare, some
-_REDUCED = 3e-10  # s that a class takes to be reduced, with all that it sees, over the cube of its currents
+_REDUCED = 2e-10  # the same of a near plate's class but its kernel, over the cube of its currents: 1.1 and 1.6 seen
 _UNSEEN = 1e-3  # share of the field that may be missed
 _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
 _Scale = tuple[float, float, float, float]  # as of `prepared`
@@ -168,11 +168,11 @@ def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, 
     terms = math.prod(box.order) if seen is Seen.POLYNOMIALS else 1
     dense = [memory_of(plan, z.size - 1, vertical, terms) for plan, z in divisions]
     kernels = sum(kernel_seconds(*divisions[k]) for k in set(first_alike(divisions)))
-    needed, seconds = max(dense), _GIB * max(dense) / GIB + kernels
+    needed = float(np.max(dense))
+    seconds = _GIB * needed / GIB
     if seen is not Seen.POLYNOMIALS:
-        needed, whole = _near_cost(divisions, dense, vertical)
-        seconds += whole
-    return _Family(divisions, box, resolved, vertical, needed, seconds)
+        needed, seconds = _near_cost(divisions, dense, vertical)
+    return _Family(divisions, box, resolved, vertical, needed, seconds + kernels)
 
 
 def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
@@ -184,19 +184,19 @@ def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
     return replace(family, divisions=divisions, box=replace(family.box, half=family.box.half * now / was))
 
 
-def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
-    """Return what the modes of a division take at most, by the module's formula [bytes].
+def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> Array:
+    """Return what a class of a division takes mixed and then reduced, (2,), by the module's formula [bytes].
 
     `sheets` are of the upper half, `depth` is how far from the rim current passes between them [m].
     """
     g, q, n = len(plan.group), polynomials, plan.cells.shape[0] * sheets
     u, c = sheets * most_unknowns(plan, depth), 2 if np.iscomplex(plan.characters).any() else 1
-    dense = max(4.0 * n**2 + 2.0 * n * u + 2.0 * u**2, 5.0 * u**2 + 7.5 * q * u / min(g, 4))
-    return float(_SLACK * 8.0 * (2.0 * g * n * (n + q) + c * dense))
+    dense = np.array([4.0 * n**2 + 2.0 * n * u + 2.0 * u**2, 5.0 * u**2 + 7.5 * q * u / min(g, 4)])
+    return np.asarray(_SLACK * 8.0 * (2.0 * g * n * (n + q) + c * dense))
 
 
 def _near_cost(
-    divisions: Sequence[tuple[Plan, Array]], dense: Sequence[float], depth: float
+    divisions: Sequence[tuple[Plan, Array]], dense: Sequence[Array], depth: float
 ) -> tuple[float, float]:
     """Return the most that a near plate takes [bytes], with dense matrices of its divisions, and to reduce it [s]."""
     first = sorted(set(first_alike(divisions)))
@@ -204,7 +204,8 @@ def _near_cost(
     u = np.array([(z.size - 1) * most_unknowns(plan, depth) for plan, z in different], dtype=float)
     classes, c = np.array([(2 * len(p.characters), 1 + np.iscomplex(p.characters).any()) for p, _ in different]).T
     each = 8.0 * c * u**2
-    making = np.cumsum(classes * each) + 3.0 * each + np.array(dense)[first]
+    mixed, whole = np.array(dense)[first].T
+    making = np.cumsum(classes * each) - each + np.maximum(mixed, whole + 3.0 * each)
     return float(making.max()), _REDUCED * float(classes @ u**3)
 
 

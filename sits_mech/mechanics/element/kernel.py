@@ -276,7 +276,8 @@ def most_stretched(mesh: MixedMesh, u: Array) -> Array:
         greater = np.sqrt(half + np.sqrt(np.maximum(half**2 - J**2, 0.0)))
         smaller = J / greater
     else:
-        greater, _, smaller = np.moveaxis(np.linalg.svd(F.reshape(*J.shape, 3, 3), compute_uv=False), -1, 0)
+        F = F.reshape(*J.shape, 3, 3)
+        smaller, _, greater = np.moveaxis(np.sqrt(np.linalg.eigvalsh(F.swapaxes(-1, -2) @ F)), -1, 0)
     return np.asarray(np.maximum(greater, 1.0 / smaller))
 
 

@@ -111,12 +111,12 @@ def peak(run: Callable[[], object]) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mesh, tolerance", [("cross", 1e-1), (None, 1e-3)])
+@pytest.mark.parametrize("mesh, tolerance", [("cross", 2e-2), (None, 1e-3)])
 def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) -> None:
-    """Of triangles over all of an outline, and of a quarter of a rectangle."""
+    """Of triangles over all of an outline, and of a quarter of a rectangle; a million pairs of prisms take 90 MB."""
     found = family(None if mesh is None else read_outline(MESHES / f"{mesh}.msh"), tolerance)
     (plan, levels), box = found.divisions[0], found.box
-    known = memory_of(plan, levels.size - 1, found.depth, math.prod(box.order))
+    known = memory_of(plan, levels.size - 1, found.depth, math.prod(box.order)).max()
     taken = peak(lambda: prepare_sheets([(plan, levels)], 5.8e7, box, found.resolved, found.depth))
     assert 1 / 1.5 < known / taken < 1.5
 
