@@ -78,7 +78,9 @@ def test_tables_of_three_forces(three_forces: Path, tmp_path: Path) -> None:
     units = {"F_x": "N", "F_z": "N", "F_y": "N", "M": "N m", "d_y": "m", "alpha_x": "rad", "dL_v": "% of L0"}
     units |= {"error_dL_x": "% of L0", "dL_y": "% of L0", "L[C1][C2]": "H/m"}
     text, _ = export(source, "csv", tmp_path / "t.csv")
-    names, *rows = csv.reader(io.StringIO(text.read_text()))
+    headings, *rows = csv.reader(io.StringIO(text.read_text()))
+    assert {f"{name} [{unit}]" for name, unit in units.items()} <= {*headings}
+    names = [heading.partition(" [")[0] for heading in headings]
     y, z = names.index("F_y"), names.index("F_z")
     there = next(row for row in rows if (float(row[y]), float(row[z])) == (0.4, 2.0))
     picked = source.data.sel(F_x=float(there[names.index("F_x")]), F_z=2.0, F_y=0.4)
