@@ -168,4 +168,4 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert (tmp_path / "flat" / "recommended.toml").is_file()
     path.write_text(TEXT.replace("height", "heigth"))
     assert run(["design", str(path), "-o", str(tmp_path / "bad")]) == 2
-    assert "require: must be one of" in capsys.readouterr().err
+    assert "require.heigth: the key must be one of" in capsys.readouterr().err
