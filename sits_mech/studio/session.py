@@ -319,7 +319,7 @@ class Session:
                 self.ends = what
             elif isinstance(question, Table) and question.sensor not in self.visited:
                 self.visited.append(question.sensor)
-            self.update()
+            (self.stop if self.stopped else self.update)()
         elif isinstance(question, Figures) and kind == "failed":
             self._refused[question.key] = f"not judged: {what}"
             self.draw(self.view())

@@ -148,6 +148,8 @@ def test_requirements_are_judged_and_searched(session: tuple[Session, Waiting, l
     tab.find(text)
     tab.stop()
     assert solver.asked == [] and views[-1].state == "stopped" and tab.search is None
+    solver.told(table, "done", base.data)  # on its way as it stopped
+    assert solver.asked == [] and views[-1].state == "stopped" and tab.stopped
     with pytest.raises(SceneError, match="loads.F_q: "):
         tab.require(text.replace("F_z", "F_q"))
 
