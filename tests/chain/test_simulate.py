@@ -413,14 +413,18 @@ def test_a_simulation_is_flagged_by_what_both_halves_leave_out(
 
 @pytest.mark.slow
 def test_plane_strain_and_a_section_hold_what_space_has() -> None:
-    """A plate of 15 mm under 2 N: 90.5 um in space, 12 in plane strain, whose error holds the difference."""
+    """A plate of 15 mm under 2 N: 90.5 um in space, 12 in plane strain, whose error holds the difference.
+
+    By closed forms, as so much is left out: they say 1.04 to 1.8 times of it.
+    """
     sensor = load_sensor("biorob2018", ['target.width="15 mm"'])
     flat = simulate(sensor, Wrench(F_z=2.0), **SECTION)
     pose, error = flat.equilibrium.pose, flat.equilibrium.error
-    assert 2e-3 - pose.d_v < 15e-6 and abs(2e-3 - 90.5e-6 - pose.d_v) < error.d_v < 100e-6
+    left = abs(2e-3 - 90.5e-6 - pose.d_v)
+    assert 2e-3 - pose.d_v < 15e-6 and 1.04 * left < error.d_v < 1.8 * left
     assert flat.status == "above tolerance"
     kinds = [[item.kind for item in report.left_out] for report in (flat.equilibrium.report, flat.impedance.report)]
-    assert kinds == [[OmissionKind.PAD_ENDS], [OmissionKind.PLATE_ENDS]]
+    assert kinds == [[OmissionKind.PAD_ENDS], [OmissionKind.PLATE_ENDS, OmissionKind.TRACKS]]
 
 
 @pytest.mark.slow
@@ -465,9 +469,10 @@ def test_a_tolerance_that_is_not_to_be_had_is_refused_or_answered_with_what_is()
     sensor, load, asked = load_sensor("biorob2018-w15"), Wrench(0.5, 2.0), 1e-5
     with pytest.raises(SceneError, match=r"one that can be reached at F_x = 0.5 N, F_z = 2 N, .* s, which best takes$"):
         simulate(sensor, load, tolerance=asked, best=False, **SECTION)
-    known = simulate(sensor, load, tolerance=1e-3, **SECTION)
-    assert known.promise is not None and (known.promise.error > 1e-3) == (known.status == "above tolerance")
-    assert simulate(sensor, load, tolerance=asked, **SECTION).flags == ("above tolerance",)
+    for tolerance, kept in ((1e-3, True), (asked, False)):  # the flags hold the ends of plane strain as well
+        found = simulate(sensor, load, tolerance=tolerance, **SECTION)
+        assert found.promise is not None and (found.promise.error < tolerance) is kept
+        assert found.flags == ("above tolerance",)
 
 
 @dataclass(frozen=True)
