@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from sits_mech.chain.models import loaded_model
 from sits_mech.chain.simulate import simulate
 from sits_mech.cli.main import run
 from sits_mech.geometry.collision import Collision
@@ -25,8 +26,10 @@ def sheared(sensor):
 
 @pytest.mark.slow
 def test_a_load_in_the_plane_is_that_of_the_plane_chain(sensor, sheared):
-    there = sheets(sensor, 1e-2).impedance(sheared.equilibrium.pose, sensor.frequency)
-    np.testing.assert_allclose(sheared.impedance.L, there.L, rtol=1e-7)
+    there, _ = loaded_model(sensor, "sheets", 1e-2, (sheared.equilibrium.wrench,))
+    np.testing.assert_allclose(
+        sheared.impedance.L, there.impedance(sheared.equilibrium.pose, sensor.frequency).L, rtol=1e-7
+    )
     plane = simulate(sensor, Wrench(0.3, 1.0, 1e-4), magnetics="sheets")
     for name in ("L", "R"):
         one, two = getattr(plane.impedance, name), getattr(sheared.impedance, name)
@@ -36,11 +39,19 @@ def test_a_load_in_the_plane_is_that_of_the_plane_chain(sensor, sheared):
 
 
 @pytest.mark.slow
-def test_shear_along_y_over_turned_coils_is_shear_along_x(sheared):
-    """Pad, target and mesh are their own image under a quarter turn, and so are the coils' rings."""
+def test_shear_along_y_over_turned_coils_is_shear_along_x(sensor, sheared):
+    """Pad, target and mesh are their own image under a quarter turn, and so are the coils' rings.
+
+    Where their tracks see the metal's field does not turn with them, by a small part of the error.
+    """
     turned = load_sensor("biorob2018", ["coils.C1.centre=[0, -0.004]", "coils.C2.centre=[0, 0.004]"])
     found = simulate(turned, Wrench(F_y=0.3, F_z=1.0, M_x=-1e-4))
-    np.testing.assert_allclose(found.impedance.L, sheared.impedance.L, rtol=1e-6)
+    one, other = (
+        sheets(scene, 1e-2).impedance(each.equilibrium.pose, sensor.frequency)
+        for scene, each in ((sensor, sheared), (turned, found))
+    )
+    np.testing.assert_allclose(other.L, one.L, rtol=1e-6)
+    assert np.all(np.abs(found.impedance.L - sheared.impedance.L) < 0.1 * sheared.impedance.error_L)
     np.testing.assert_allclose(found.impedance.R, sheared.impedance.R, rtol=0, atol=1e-3 * sheared.impedance.R.max())
 
 
