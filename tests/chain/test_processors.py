@@ -21,7 +21,7 @@ def core_types() -> list[str]:
 
 def calibrated(core_type: str, folder: Path) -> xr.Dataset:
     """Return the default calibration as a core type finds it."""
-    words = [sys.executable, "-m", "sits_mech", "calibrate", "biorob2018-w15", "-o", str(folder)]
+    words = [sys.executable, "-m", "sits_mech", "calibrate", "biorob2018-w15", "--accept", "-o", str(folder)]
     environment = os.environ | {"OPENBLAS_CORETYPE": core_type, "OPENBLAS_NUM_THREADS": "1"}
     subprocess.run(words, env=environment, check=True, capture_output=True, timeout=600)
     return xr.load_dataset(folder / "result.nc")
