@@ -208,7 +208,8 @@ def test_a_process_that_is_killed(tmp_path: Path) -> None:
     assert done.stdout == "" and done.stderr.count("\n") == 1 and "those that are kept stay" in done.stderr
     kept = []
     data = sm.sweep(path, folder=out, progress=lambda done, of: kept.append(done))
-    assert set(data["status"].values.ravel()) == {"ok"} and (data["seconds"] > 0.0).all()
+    assert set(data["status"].values.ravel()) == {"above tolerance"}  # all answered; bars leave out the ends
+    assert (data["seconds"] > 0.0).all()
 
 
 KILLED = """
