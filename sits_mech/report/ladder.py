@@ -35,7 +35,7 @@ def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
         parts.append(f"errors below {span} cannot be reached{_share(len(reached), count)}")
     elif not reached:
         parts.append(f"errors below {power(_finest(ladders[0]).tolerance)} were not requested")
-    return f"ask {'; '.join(parts)}" if parts else "no tolerance of the ladder can be reached"
+    return ("ask " if held else "") + "; ".join(parts) if parts else "no tolerance of the ladder can be reached"
 
 
 def _share(some: int, count: int) -> str:

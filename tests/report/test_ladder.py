@@ -17,6 +17,7 @@ from sits_mech.report.ladder import power, rung_line, sentence
          "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 3e-3 were not requested"),
         ([[(1e-2, 8e-3, 0.3), (3e-3, 4e-3, 1.1)], [(1e-2, 1e-3, 0.5), (3e-3, 1e-3, 0.6)]],
          "ask 1e-2: 0.3 to 0.5 s; 3e-3: 0.6 s (1 of 2); errors below 4e-3 cannot be reached (1 of 2)"),
+        ([[(1e-2, 8e-2, 0.3), (3e-3, 6e-2, 1.1)]], "errors below 6e-2 cannot be reached"),
         ([[(1e-2, math.inf, 0.3)]], "no tolerance of the ladder can be reached"),
     ],
 )
