@@ -24,6 +24,7 @@ from sits_mech.cli import options
 from sits_mech.cli.console import show
 from sits_mech.cli.main import commands, run
 from sits_mech.cli.options import LoadGrid
+from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
@@ -112,35 +113,40 @@ def test_inductance_over_a_range(capsys: Capture) -> None:
 
 @pytest.mark.slow
 def test_terminals_in_henry_and_ohm(capsys: Capture) -> None:
-    """The lead adds to L and R; the record has what each coil shows."""
+    """The lead adds to L and R; the record has what each coil shows. Uneven current is in R already."""
     words = ("inductance", "biorob2018", "--dv", "5 mm", "--model", "sheets", "--tolerance", "1e-2", "--frequency")
     found = answer(capsys, *words, "10 kHz", "--set", 'readout.idle_coil="open"', "--set", "readout.lead_resistance=2")
     seen = found["terminals"]
     own = {"own_capacitance", "self_resonance"}
     assert set(seen) == {"L", "R", "R_ac", "Q", "delta_L_ac", "apparent", "tank_frequency"} | own
     np.testing.assert_allclose(seen["L"], np.diagonal(found["L"]), rtol=1e-14)
-    np.testing.assert_allclose(seen["R"], np.diagonal(found["R"]) + seen["R_ac"] + 2.0, rtol=1e-14)
+    R_dc = [track_resistance(coil) for coil in load_sensor("biorob2018").coils]
+    np.testing.assert_allclose(seen["R"], np.diagonal(found["R"]) + R_dc + 2.0, rtol=1e-14)
+    assert np.all(np.array(seen["R_ac"]) > R_dc)
 
 
 @pytest.mark.slow
 def test_pose_against_independent_numbers(capsys: Capture) -> None:
-    """Neo-Hookean 30 kPa, K = 30 MPa, 20/15/2 mm, 267 N/m and 4050 N/m at the target's bottom face.
+    """Neo-Hookean 30 kPa, K = 30 MPa, 20/15/2 mm, 267 N/m and 4050 N/m at the target's bottom face, in plane strain.
 
     Source: NGSolve 6.2 (four discretisations) and FElupe 11.3; bars as given there. A length of 1 m makes newtons N/m.
     """
     overrides = (
-        'elastomer.material={law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"}', "elastomer.width=0.02",
-        "elastomer.length=1.0", "elastomer.thickness=0.002", "target.width=0.015", "target.load_height=0.0",
+        'elastomer.material={law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"}',
+        'elastomer.width="20 mm"', 'elastomer.length="1 m"', 'elastomer.thickness="2 mm"', 'target.width="15 mm"',
+        'target.length="1 m"', 'target.load_height="0 mm"',
     )
     tokens = [word for override in overrides for word in ("--set", override)]
-    found = answer(capsys, "pose", "biorob2018", "--fx", "267 N", "--fz", "4050 N", *tokens)
+    words = ("pose", "biorob2018", "--fx", "267 N", "--fz", "4050 N", "--model", "planar", "--accept")
+    found = answer(capsys, *words, *tokens)
     assert set(found) >= {"pose", "wrench", "report"}
     assert set(found["report"]) == REPORT | {"min_J", "stretch", "error_stretch"}
     assert found["wrench"] == {"F_x": 267.0, "F_z": 4050.0, "M": 0.0, "F_y": 0.0, "M_x": 0.0, "M_z": 0.0}
     bars = {"d_h": (0.985277906103095e-3, 4.5e-6), "d_v": (2e-3 - 0.2032309354297509e-3, 4.0e-6)}
     for name, (expected, bar) in (bars | {"alpha": (0.0020452455720867636, 5.0e-4)}).items():
         assert abs(found["pose"][name] - expected) <= bar + found["error"][name]
-    assert found["report"]["estimated_error"] < 3e-2  # a crease at the target's edge
+    (ends,) = found["report"]["left_out"]
+    assert found["report"]["estimated_error"] - ends["size"] < 3e-2  # a crease at the target's edge
 
 
 @pytest.mark.slow
@@ -150,8 +156,8 @@ def test_explain_solves_the_ladder_of_a_load(capsys: Capture) -> None:
     assert run([*words, "--json"]) == 0
     out, err = capsys.readouterr()
     found = json.loads(out)
-    assert [rung["tolerance"] for rung in found["ladder"]] == [1e-1, 3e-2, 1e-2] and "rungs" in err
-    assert found["ladder"][-1]["difference"] == 0.0 and found["ladder_sentence"].startswith("ask 1e-1: ")
+    assert [rung["tolerance"] for rung in found["ladder"]] == [1e-1, 3e-2, 1e-2] and "2 to come" in err
+    assert found["ladder"][-1]["difference"] == 0.0 and found["ladder_sentence"].endswith(" cannot be reached")
     assert run(words) == 0 and "from finest" in capsys.readouterr().out
     assert run(["explain", "biorob2018", "--ladder"]) == 2 and "ladder: must have a load" in capsys.readouterr().err
     failing = Rung(1e-1, 1.0, math.nan, math.nan, math.nan, math.nan, "SolveFailed: not carried; and why")
@@ -370,7 +376,7 @@ def test_a_load_too_large(capsys: Capture) -> None:
     assert run(["pose", *asked, "--model", "planar"]) == 3
     out, err = capsys.readouterr()
     found = json.loads(out)
-    assert err.startswith("not converged") and found["report"]["status"] != "converged"
+    assert err.splitlines()[1].startswith("not converged") and found["report"]["status"] != "converged"
     assert 0.0 <= found["wrench"]["F_z"] < 5000.0 and 0.0 < found["pose"]["d_v"] <= 2e-3
     assert set(found["error"]) == set(found["pose"]) and found["message"] in err
     assert run(["simulate", *asked, "--mechanics", "linear", "--magnetics", "planar"]) == 3
@@ -744,7 +750,7 @@ def test_over_temperature(capsys: Capture, tmp_path: Path) -> None:
     assert np.all(np.diff(heights) > 10 * 300e-6 * 2e-3)
     folder = str(tmp_path / "calibration")
     grid = ("--fx", "-0.2 N:0.2 N:3", "--fz", "0 N:1 N:3")
-    assert run(["calibrate", "biorob2018", *grid, *models, "--drift", "-o", folder]) == 0
+    assert run(["calibrate", "biorob2018", *grid, *models, "--drift", "--accept", "-o", folder]) == 0
     capsys.readouterr()
     drift = answer(capsys, "quality", folder)["drift"]
     assert drift["F_x"]["gain"]["by_cause"]["modulus"] == pytest.approx(-1.0 / 293.15, rel=0.05)
@@ -756,8 +762,8 @@ def test_over_temperature(capsys: Capture, tmp_path: Path) -> None:
     left = told["error_by_temperature"]["F_z"]
     assert told["forces"]["F_z"] == pytest.approx(0.5, abs=left) and 0.0 < left < 0.005
     assert blind["forces"]["F_z"] < 0.45 and "error_by_temperature" not in blind
-    assert run(["invert", folder, *reading, "--temperature", "30 degC"]) == 0
-    assert "from the temperature" in capsys.readouterr().out
+    assert run(["invert", folder, *reading, "--temperature", "30 degC", "--budget"]) == 0
+    assert "the correction for temperature" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
