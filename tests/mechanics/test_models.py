@@ -108,12 +108,14 @@ def test_ends_of_long_pads_are_small_beforehand() -> None:
 
 @pytest.mark.slow
 def test_plane_strain_of_the_published_pad_is_four_times_too_stiff() -> None:
-    """3.4 displacements of d_v are left out; beforehand no less than half of that."""
+    """3.4 displacements of d_v are left out; as it is so much closed forms say it, 1.04 to 1.8 times as large."""
     sensor = load_sensor("biorob2018")
     sizes = [next(item for item in left_out(sensor, [PRESSED], "planar", closely=closely)
                   if item.kind == OmissionKind.PAD_ENDS) for closely in (True, False)]
-    assert sizes[0].size == pytest.approx(3.41, abs=0.02) and sizes[0].parts[1] == sizes[0].size
-    assert 2.0 < sizes[1].size < 7.0 and all(item.counts and not item.held for item in sizes)
+    close = _factors_closely(sensor)
+    assert max(close) == close[1] == pytest.approx(3.41, abs=0.02)
+    assert sizes[0] == sizes[1] and 1.04 * close[1] < sizes[0].parts[1] == sizes[0].size < 1.8 * close[1]
+    assert all(item.counts and not item.held for item in sizes)
 
 
 def test_a_pad_has_factors_where_a_plane_layer_stands_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
