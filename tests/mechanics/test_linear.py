@@ -97,7 +97,7 @@ def test_answers_are_proportional_and_errors_grow_with_the_load():
 @pytest.mark.slow
 def test_loads_that_are_not_small_are_refused():
     pad = linear_pad(box(), 1e-2)
-    with pytest.raises(SolveFailed, match="too large for one compliance.*ask for block") as caught:
+    with pytest.raises(SolveFailed, match="too large for one compliance, got Wrench") as caught:
         pad.equilibrium(Wrench(5.0, 60.0))
     assert caught.value.report.status == "strains too large"
     with pytest.raises(ValueError, match="finite"):
