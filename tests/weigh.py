@@ -25,7 +25,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 64_160, "core lines": 35_660, "tokens": 552_900, "named numbers": 648, "branching functions": 65,
+    "lines": 64_330, "core lines": 35_710, "tokens": 554_800, "named numbers": 650, "branching functions": 67,
     "long signatures": 41, "skipped formats": 0, "large files": 3, "entered in space": 105, "entered in the plane": 110,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
