@@ -106,7 +106,8 @@ def distinct(row: Sequence[Rung]) -> list[Rung]:
 def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     """Write error against seconds, a panel a question.
 
-    A point is the true error, hollow where its reference cannot judge it; a bar goes from there to the estimate.
+    A point is the true error, hollow where its reference is not five times better, absent where it is worse; a bar goes
+    from there to the estimate.
 
     Parameters
     ----------
@@ -129,7 +130,7 @@ def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> list[End]:
     ends = list[End]()
     for number, (model, row) in enumerate(curves_of(rungs).items()):
         colour, mark = f"C{number % 7}", MARKS[number % len(MARKS)]
-        points = [one for one in distinct(row) if math.isfinite(one.error)]
+        points = [one for one in distinct(row) if one.resolved <= one.error < math.inf]
         if not points:
             continue
         errors = [max(one.error, _LEAST) for one in points]
