@@ -141,7 +141,7 @@ def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> list[End]:
         ends.append((model, colour, points[-1].seconds, errors[-1]))
     axes.set(xscale="log", yscale="log", ylabel="relative error [-]")
     axes.set_title(title, fontsize=9)
-    axes.margins(x=0.05, y=0.1)
+    axes.margins(x=0.05, y=0.2)
     axes.set_xlim(right=axes.get_xlim()[1] * (axes.get_xlim()[1] / axes.get_xlim()[0]) ** 0.5)
     return ends
 
