@@ -229,6 +229,8 @@ class SolveReport:
     stretch, error_stretch : float or None
         Largest principal stretch, or reciprocal, that all but 0.1 % of the layer stays below; the last mesh's change,
         or what half a cell more than that share makes.
+    creased : bool
+        Whether rims crease so that no finer mesh would rest.
     """
 
     model: str
@@ -243,6 +245,7 @@ class SolveReport:
     min_J: float | None = None
     stretch: float | None = None
     error_stretch: float | None = None
+    creased: bool = False
 
 
 class Ended(StrEnum):

@@ -8,8 +8,7 @@ the plane of ten, those of tables of nine; `benchmarks/promises.py` draws other 
 results. Seconds are of processor time on one core of the machine that `benchmarks/solve_costs.py` ran on, within a
 factor of some three elsewhere.
 
-Rims in space that crease take no third mesh (`Levels.creased`, by J on two). J of the second alone tells as much: below
-0.4 in all eight that took none of 25 loads on four pads, and in one of the other 17.
+Rims in space that crease take no third mesh (`Levels.creased`, by J on two).
 
 Of a grid those loads count that a smooth map is solved at (maps/grid.py). Where faces touch under the largest load
 there is none: other loads are solved without contact, or with a guard, on families of meshes that differ by their
@@ -50,7 +49,6 @@ _FURTHER = {"block": ((2.7, 0.25), (8.0, 0.2)), "planar": _IN_PLANE, "axisymmetr
 _NONE = ((0.0, 1.0),)  # of a model with one set of meshes
 _ONCE, _EACH = 0.05, 8e-6  # seconds of two meshes, and for each iteration and unknown of the finer one
 _WANDERED = 24  # iterations of two meshes beyond which no finer one was seen to settle
-_CREASED = 0.4  # J on the second mesh of a pad in space below which there is no third
 _MEAN, _COMPARED = 0.65, 2  # of the largest load's seconds, those of a load of a table; loads that are compared
 SURE = 3.0
 """Times a predicted error: of 74 loads none reached less than 0.39 of it, so that what is farther away is missed."""
@@ -158,7 +156,7 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
     With it what they take over the first two, and the error that they leave.
     """
     shares: Sequence[tuple[float, float]] = _FURTHER.get(first.model, _NONE)
-    if count == 1 and first.model == "block" and (first.min_J or 1.0) < _CREASED:
+    if count == 1 and first.creased:
         return count, 0.0, error
     wandered = first.iterations > _WANDERED
     alone = [(count, times, share * error) for times, share in shares]

@@ -200,6 +200,7 @@ def answer(
     report = SolveReport(
         "", len(levels.maker(last).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
         stretch=strained.value, error_stretch=max(abs(strained.value - before.value), strained.doubt),
+        creased=levels.creased(states),
     )
     state_kept = np.concatenate([[number], packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
