@@ -22,7 +22,7 @@ _Value = TypeVar("_Value")
 
 
 @dataclass(frozen=True)
-class Limit:
+class ProcessLimit:
     """A limit of a process and of those it starts, in an environment variable; raises ValueError unless positive."""
 
     variable: str
@@ -45,8 +45,8 @@ class Limit:
         os.environ[self.variable] = repr(limit)
 
 
-MEMORY = Limit("SITS_MECH_MEMORY", 4.0, "GiB", "memory")
-SECONDS = Limit("SITS_MECH_SECONDS", 200.0, "seconds", "seconds")  # of processor time, a step
+MEMORY = ProcessLimit("SITS_MECH_MEMORY", 4.0, "GiB", "memory")
+SECONDS = ProcessLimit("SITS_MECH_SECONDS", 200.0, "seconds", "seconds")  # of processor time, a step
 
 
 def beyond_memory(needed: float) -> str:
@@ -77,7 +77,9 @@ def latest(most: int, owned: bool = False) -> Callable[[Callable[..., _Value]], 
             with lock:
                 new = key not in found
                 found[key] = value = function(*given) if new else found.pop(key)
-                while new and (len(found) > most or (not owned and len(found) > 1 and beyond_memory(held(found)))):
+                while new and (
+                    len(found) > most or (not owned and len(found) > 1 and beyond_memory(array_bytes(found)))
+                ):
                     del found[next(iter(found))]
             return value
 
@@ -87,7 +89,7 @@ def latest(most: int, owned: bool = False) -> Callable[[Callable[..., _Value]], 
     return keeping
 
 
-def held(value: object) -> int:
+def array_bytes(value: object) -> int:
     """Return the bytes of the arrays of a value and of all that is in it, each once."""
     import numpy as np  # that help does without
 

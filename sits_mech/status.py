@@ -56,7 +56,7 @@ def joined(rows: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(found, key=WORDS.index, reverse=True)) or (OK,)
 
 
-def kind_of(status: str, reason: str) -> str:
+def failure_kind(status: str, reason: str) -> str:
     """Return a failure in words, numbers as #, by which failures of one kind are alike."""
     return f"{status}: {_NUMBER.sub('#', reason)}"
 

@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 
 from sits_mech.magnetics.space.classes import driven
 from sits_mech.magnetics.space.divisions import prepared_near
-from sits_mech.magnetics.space.rungs import LADDER, Rung
+from sits_mech.magnetics.space.rungs import LADDER, PlateRung
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.scene.sensor import load_sensor
 
 
-def draw_currents(path: Path, rung: Rung) -> None:
+def draw_currents(path: Path, rung: PlateRung) -> None:
     """Current density of a plate of 8 x 8 x 0.2 mm, 0.2 mm above a coil, 5 MHz: on its lower face, and in a section."""
     places = [f'coils.{name}.centre=["{x} mm", "0 mm"]' for name, x in (("C1", 0), ("C2", 30))]
     sensor = load_sensor("biorob2018", ['target.width="8 mm"', *places])

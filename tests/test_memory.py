@@ -11,10 +11,10 @@ from sits_mech.memory import (
     GIB,
     MEMORY,
     SECONDS,
+    array_bytes,
     beyond_memory,
     check_seconds,
     give_back,
-    held,
     input_text,
     latest,
 )
@@ -73,9 +73,9 @@ def test_arrays_are_held_once_wherever_they_are():
 
     whole, part = np.zeros(100), Part()
     part.own, part.views, part.itself = {"at": [whole, whole.T]}, (whole[:10], whole[10:].reshape(9, 10)), part
-    assert held(part) == held((part, [part])) == whole.nbytes
-    assert held((whole, np.frombuffer(b"12345678"), "text", None, 1.0)) == whole.nbytes + 8
-    assert held(whole[:1]) == whole.nbytes
+    assert array_bytes(part) == array_bytes((part, [part])) == whole.nbytes
+    assert array_bytes((whole, np.frombuffer(b"12345678"), "text", None, 1.0)) == whole.nbytes + 8
+    assert array_bytes(whole[:1]) == whole.nbytes
 
 
 def test_what_a_plate_keeps_goes_with_it():

@@ -43,7 +43,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A table of a file: the cells of the lines above its names, its columns, and its rows as they are written."""
 
     source: str
@@ -59,7 +59,7 @@ class Table:
 
 def read_tables(
     path: str | Path, what: str, known: Callable[[Sequence[Column]], _Known]
-) -> list[tuple[Table, _Known]]:
+) -> list[tuple[TextTable, _Known]]:
     """Return the tables of a file below each row of names by which anything is `known`; none without such a row.
 
     `what` the file must be. Raise SceneError when it cannot be read.
@@ -78,29 +78,29 @@ def read_tables(
     return []
 
 
-def _table(source: str, lines: Sequence[str], k: int, separator: str) -> Table:
+def _table(source: str, lines: Sequence[str], k: int, separator: str) -> TextTable:
     """Return the table whose names are line k."""
     first = k + 1 + bool(_unit_row(lines[k + 1 : k + 2], separator))
     rows = [line for line in lines[first:] if not line.lstrip().startswith("#")]
-    above = [cells_of(line, separator) for line in lines[:k]]
-    return Table(source, above, _columns(lines, k, separator), rows, separator)
+    above = [line_cells(line, separator) for line in lines[:k]]
+    return TextTable(source, above, _columns(lines, k, separator), rows, separator)
 
 
 def _may_name(line: str, separator: str, again: bool) -> bool:
     """Whether a line may hold names of columns, `again` after others: then none of its cells is a number."""
     if line.lstrip().startswith("#") or not any(letter.isalpha() for letter in line):
         return False
-    return not (again and any(_is_number(cell, separator) for cell in cells_of(line, separator)))
+    return not (again and any(_is_number(cell, separator) for cell in line_cells(line, separator)))
 
 
 def names_found(path: str | Path, what: str) -> str:
     """Return, for messages, the row of words that stands above the first two rows of numbers of a file."""
     for lines, separator in _ways(path, what):
-        counts = [sum(_is_number(cell, separator) for cell in cells_of(line, separator)) for line in lines[:1000]]
+        counts = [sum(_is_number(cell, separator) for cell in line_cells(line, separator)) for line in lines[:1000]]
         for k in range(1, len(counts) - 1):
             if min(counts[k : k + 2]) > 1 and (words := [j for j in range(k) if not counts[j]]):
                 last = words[-1] if not _unit_row([lines[words[-1]]], separator) or len(words) < 2 else words[-2]
-                return printable(", ".join(filter(None, cells_of(lines[last], separator))))
+                return printable(", ".join(filter(None, line_cells(lines[last], separator))))
     return "no row of names above rows of numbers"
 
 
@@ -149,7 +149,7 @@ def _columns(lines: Sequence[str], k: int, separator: str) -> list[Column]:
     """Return the columns by the names in a line, and units by the next line where it holds them."""
     below = _unit_row(lines[k + 1 : k + 2], separator)
     columns = []
-    for place, title in enumerate(cells_of(lines[k], separator)):
+    for place, title in enumerate(line_cells(lines[k], separator)):
         name, unit = titled(title)
         if own := "".join(below[place : place + 1]):  # and brackets in the title may say which strain it is
             name, unit = name if is_unit(unit) else title.casefold(), own
@@ -159,7 +159,7 @@ def _columns(lines: Sequence[str], k: int, separator: str) -> list[Column]:
 
 def _unit_row(lines: Sequence[str], separator: str) -> list[str]:
     """Return the units of a line whose cells hold them, most of them known; none of another line."""
-    units = [_unit(cell) for line in lines for cell in cells_of(line, separator)]
+    units = [_unit(cell) for line in lines for cell in line_cells(line, separator)]
     written = [unit for unit in units if unit]
     if not written or any(_is_number(unit, separator) for unit in written):
         return []
@@ -169,13 +169,13 @@ def _unit_row(lines: Sequence[str], separator: str) -> list[str]:
 def _is_number(cell: str, separator: str) -> bool:
     """Whether a cell is a number."""
     try:
-        number(cell, separator)
+        cell_number(cell, separator)
     except ValueError:
         return False
     return True
 
 
-def cells_of(line: str, separator: str) -> list[str]:
+def line_cells(line: str, separator: str) -> list[str]:
     """Return the cells of a line without quotes and spaces about them."""
     try:
         return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
@@ -183,7 +183,7 @@ def cells_of(line: str, separator: str) -> list[str]:
         return []
 
 
-def number(cell: str, separator: str) -> float:
+def cell_number(cell: str, separator: str) -> float:
     """Return the number of a cell; raise ValueError where there is none."""
     return float(cell if separator == "," else cell.replace(",", "."))
 
@@ -192,12 +192,12 @@ def number_rows(lines: Sequence[str], separator: str, places: Sequence[int], sou
     """Return the numbers, or nan, at some places of rows that hold them, (n, places); grouped digits are refused."""
     rows = list[list[float]]()
     for line in lines:
-        cells = cells_of(line, separator)
+        cells = line_cells(line, separator)
         own, odd = [cells[place] for place in places if place < len(cells)], list[str]()
         rows.append([])
         for cell in own:
             try:
-                rows[-1].append(number(cell, separator))
+                rows[-1].append(cell_number(cell, separator))
             except ValueError:
                 odd.append(cell)
         if odd and all(map(_GROUPED.fullmatch, odd)):

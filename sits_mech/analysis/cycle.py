@@ -24,7 +24,7 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from sits_mech.chain.aimed import aim_at
 from sits_mech.chain.goal import farthest
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.propagation import Reading, poses_of, read_poses
+from sits_mech.chain.propagation import PoseReadings, poses_of, read_poses
 from sits_mech.chain.simulate import flags_over, with_omissions
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.labels import labelled
@@ -102,7 +102,7 @@ def load_cycle(
         **provenance(sensor), notes=packed(_notes(sensor)), left_out=packed_omissions(left_out),
         request=json.dumps(request),
         frequency=sensor.frequency, **reading.impedance.convention, **marks,
-        **{key: item for name in told(data) for key, item in loops(data, name).items()},
+        **{key: item for name in told(data) for key, item in loop_widths(data, name).items()},
     )
     return labelled(data)
 
@@ -147,7 +147,7 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
     return softened_share(silicone.mullins, curve.energy, np.clip(relaxed, 0.0, 1.0), volume=volume)
 
 
-def _carried(curve: ElasticCurve, poses: Bounded, reading: Reading, elastic: Array) -> dict[str, Any]:
+def _carried(curve: ElasticCurve, poses: Bounded, reading: PoseReadings, elastic: Array) -> dict[str, Any]:
     """Return pose, inductance and signals over time, each with its error, as columns of a table."""
     found, shown = reading.impedance, reading.signals
     values: dict[str, tuple[Any, Any]] = {name: (poses.value[:, k], poses.error[:, k]) for k, name in enumerate(POSE)}
@@ -164,7 +164,7 @@ def _carried(curve: ElasticCurve, poses: Bounded, reading: Reading, elastic: Arr
     return columns
 
 
-def loops(data: xr.Dataset, name: str) -> dict[str, list[float]]:
+def loop_widths(data: xr.Dataset, name: str) -> dict[str, list[float]]:
     """Return the widths of all loops of a signal over ``share`` in percent of its range, and their errors, by key."""
     share, signal, error = (data[key].to_numpy() for key in ("share", name, f"error_{name}"))
     found = [_loop(share[part], signal[part], error[part]) for part in _cycles(share)]

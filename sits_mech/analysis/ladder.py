@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.cases import Progress, untold
-from sits_mech.chain.propagation import levers, unloaded
+from sits_mech.chain.propagation import levers, unloaded_pose
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.mechanics.levels.answer import relative
@@ -27,7 +27,7 @@ from sits_mech.units import SceneError, checked_tolerance
 TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # that are asked for one by one
 
 
-class Asked(NamedTuple):
+class LadderPoint(NamedTuple):
     """Tolerance asked, estimated error of the answer, infinite without one, and processor time [s]."""
 
     tolerance: float
@@ -41,7 +41,7 @@ class Asked(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Rung:
+class LadderStep:
     """A load solved to one tolerance; errors are nan without an answer."""
 
     tolerance: float  # asked
@@ -53,15 +53,15 @@ class Rung:
     status: str = "converged"  # or why there is no answer
 
     @property
-    def asked(self) -> Asked:
+    def asked(self) -> LadderPoint:
         """The part of it that the sentence of a ladder needs."""
-        return Asked(self.tolerance, self.estimated if self.status == "converged" else math.inf, self.seconds)
+        return LadderPoint(self.tolerance, self.estimated if self.status == "converged" else math.inf, self.seconds)
 
 
 def ladder(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
-    progress: Progress = untold, each: Callable[[Rung, int], None] = lambda *_: None,
-) -> list[Rung]:
+    progress: Progress = untold, each: Callable[[LadderStep, int], None] = lambda *_: None,
+) -> list[LadderStep]:
     """Solve a load, not zero, at every tolerance from 0.1 down to a tenth of the asked one.
 
     `each` is called with a rung when it is solved, without differences from the finest, and how many follow. Raises
@@ -71,11 +71,11 @@ def ladder(
         raise SceneError("ladder: must have a load, such as fz = 1 N, whose answer is solved at every rung; none came")
     least = 0.0999 * checked_tolerance(tolerance)
     asked = [one for one in TOLERANCES if one > least]
-    rungs, answers = list[Rung](), list[Simulation | None]()
+    rungs, answers = list[LadderStep](), list[Simulation | None]()
     for number, one in enumerate(asked, 1):
         progress(number - 1, len(asked))
         seconds, found, status = _solved(sensor, wrench, one, mechanics, magnetics)
-        rungs.append(_compared(sensor, Rung(one, seconds, status=status), found, found))
+        rungs.append(_compared(sensor, LadderStep(one, seconds, status=status), found, found))
         answers.append(found)
         each(rungs[-1], len(asked) - number)
     progress(len(asked), len(asked))
@@ -106,7 +106,7 @@ def _solved(
     return time.process_time() - began, found, "converged"
 
 
-def _compared(sensor: Sensor, rung: Rung, found: Simulation | None, finest: Simulation | None) -> Rung:
+def _compared(sensor: Sensor, rung: LadderStep, found: Simulation | None, finest: Simulation | None) -> LadderStep:
     """Return a rung with its estimates, and differences from the finest answer; as it is without an answer."""
     if found is None or finest is None:
         return rung
@@ -114,7 +114,7 @@ def _compared(sensor: Sensor, rung: Rung, found: Simulation | None, finest: Simu
     change = np.max(np.abs(best - L.L0))
     end = finest.equilibrium.pose.components
     error, away = found.equilibrium.error.components, np.abs(found.equilibrium.pose.components - end)
-    own, off = (relative(each, end - unloaded(sensor).components, lever) for each in (error, away))
+    own, off = (relative(each, end - unloaded_pose(sensor).components, lever) for each in (error, away))
     return replace(
         rung, estimated=float(np.max(L.error_L) / change), difference=float(np.max(np.abs(L.L - best)) / change),
         estimated_pose=own, difference_pose=off,

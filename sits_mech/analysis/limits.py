@@ -33,7 +33,7 @@ from scipy.optimize import brentq
 from sits_mech.analysis.bench import table_poses
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
-from sits_mech.chain.propagation import unloaded
+from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.geometry.collision import clearance, room
 from sits_mech.mechanics.equilibrium.outcome import PathEnd
 from sits_mech.mechanics.loads import RefinedModel
@@ -210,7 +210,7 @@ class _Search:
 
     def _margins(self, there: Equilibrium) -> list[tuple[float, Note]]:
         """Return each margin with its limit."""
-        coils = float(room(self.sensor, there.pose)) / float(room(self.sensor, unloaded(self.sensor)))
+        coils = float(room(self.sensor, there.pose)) / float(room(self.sensor, unloaded_pose(self.sensor)))
         found = [(coils, Note.of(NoteKind.LIMIT_COILS, plates=bool(self.sensor.conductors)))]
         if there.report.stretch is not None and np.isfinite(self.known):
             left = (self.known - there.report.stretch) / (self.known - 1.0)

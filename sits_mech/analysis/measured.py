@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.columns import Table, cells_of, names_found, number_rows, read_tables
+from sits_mech.analysis.columns import TextTable, line_cells, names_found, number_rows, read_tables
 from sits_mech.quantities import POSE, UNITS, WRENCH, Array, shown_unit
 from sits_mech.readout.converter import Converter, fault, frequency_of, tank_inductance
 from sits_mech.units import SceneError, quantity
@@ -147,7 +147,7 @@ def read_units(
         raise SceneError(f"{path}: must have columns unit and {forces[0]}; got {', '.join(file.columns)}")
     place, rows = file.columns["unit"][0], dict[str, list[str]]()
     for line in file.rows:
-        if name := "".join(cells_of(line, file.separator)[place : place + 1]):
+        if name := "".join(line_cells(line, file.separator)[place : place + 1]):
             rows.setdefault(name, []).append(line)
     if not rows:
         raise SceneError(f"{path}: must have a row with the name of its unit; got none")
@@ -161,7 +161,7 @@ def _written(path: str | Path, forces: Sequence[str]) -> _Written:
     """Return the rows of a file as they are written."""
     needs = (*(name.lower() for name in forces[:1]), "d_v")
     must = f"a column {f'{forces[0]}, or d_v of a pose,' if forces else 'd_v, of a pose,'} and one for each coil"
-    table, columns = table_of(path, "a readable measurement", needs, f"{must}, such as L1 [uH]")
+    table, columns = table_with(path, "a readable measurement", needs, f"{must}, such as L1 [uH]")
     return _Written(str(path), table.rows, table.separator, columns)
 
 
@@ -227,7 +227,9 @@ def _poses(sheet: Sheet) -> Array:
     return poses
 
 
-def table_of(path: str | Path, what: str, needs: Sequence[str], must: str) -> tuple[Table, dict[str, tuple[int, str]]]:
+def table_with(
+    path: str | Path, what: str, needs: Sequence[str], must: str
+) -> tuple[TextTable, dict[str, tuple[int, str]]]:
     """Return a file's table below the names that have one of those needed, and its columns; refuse a file without.
 
     `what` the file must be, and what it `must` have; columns as of `Sheet`. Names that come again further below are
@@ -248,7 +250,7 @@ def _name(written: str) -> str:
     return _OURS.get(re.sub(r"[\s_]", "", written), written)
 
 
-def _table_columns(table: Table, needed: Sequence[str]) -> dict[str, tuple[int, str]]:
+def _table_columns(table: TextTable, needed: Sequence[str]) -> dict[str, tuple[int, str]]:
     """Return place and unit of each column by its name in small letters, those of loads and poses as ours are written.
 
     Raise SceneError where a column of a load, a pose, a coil or one needed comes twice.

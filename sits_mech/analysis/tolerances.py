@@ -57,7 +57,7 @@ class Spread:
     failed: int  # points without answers, whose part of the box is that of the nearest ones
 
 
-def design(deviations: ArrayLike, count: int) -> Array:
+def evaluation_points(deviations: ArrayLike, count: int) -> Array:
     """Return the deviations at which to evaluate, (count, p), the first zero; a power of two fills the box evenly."""
     s, power = np.asarray(deviations, dtype=float), int(np.ceil(np.log2(count)))
     unit = qmc.Sobol(len(s), rng=np.random.default_rng(0)).random_base2(power)[: count - 1]
@@ -65,7 +65,7 @@ def design(deviations: ArrayLike, count: int) -> Array:
 
 
 def spread(names: Sequence[str], deviations: ArrayLike, points: ArrayLike, values: ArrayLike) -> Spread:
-    """Return mean, scatter and shares of answers (m, q), where finite, at points (m, p) of `design`; or ValueError."""
+    """Return mean, scatter and shares of answers (m, q), where finite, at `evaluation_points` (m, p); or ValueError."""
     s, x, y = (np.asarray(item, dtype=float) for item in (deviations, points, values))
     good = np.isfinite(y).all(axis=1)
     found = fit_map(names, x[good], y[good], simplex=len(s) > 2)
@@ -87,7 +87,7 @@ def _shares(found: SmoothMap, s: Array, samples: int) -> tuple[Array, Array]:
     """Return first-order and total shares, shape (q, p) each."""
     q = found.coefficients.shape[1]
     first, total = np.full((2, q, len(s)), np.nan)
-    scale = np.ptp(found.at(_within(found, design(s, 64))), axis=0)
+    scale = np.ptp(found.at(_within(found, evaluation_points(s, 64))), axis=0)
     moves = np.flatnonzero(scale > _STILL * np.maximum(np.abs(found.at(np.zeros(len(s)))), 1e-300))
     if moves.size == 0:
         return first, total
@@ -154,7 +154,7 @@ def force_spread(
     asked = np.vstack([np.zeros((1, len(cal.forces))), np.asarray(loads, dtype=float)])  # the first one is tared
     held = fixed(data.isel({name: 0 for name in varied(data) if name not in cal.forces}))
     wrenches = [Wrench(**held | dict(zip(cal.forces, load, strict=True))) for load in asked.tolist()]
-    points = design(list(deviations.values()), samples)
+    points = evaluation_points(list(deviations.values()), samples)
     request = request_of(data)
     layer = cache(partial(_settled, sensor, wrenches, (request["mechanics"], request["tolerance"])))
     poses = []

@@ -54,7 +54,7 @@ def likely(study: Study) -> list[Row]:
     return [points[index] for axes, numbers in _grids(study.vary) for index in _at(axes, numbers, likely_part(axes))]
 
 
-def refined(data: xr.Dataset, asked: Adaptive) -> str:
+def refinement_summary(data: xr.Dataset, asked: Adaptive) -> str:
     """Return in a line how many cases of a table were solved, and how well the others are known."""
     count, whole = int(np.isfinite(data["seconds"]).sum()), data["status"].size
     if count == whole:

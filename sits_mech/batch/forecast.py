@@ -52,7 +52,7 @@ _NOTE = "plan.json"
 _ON_DISK = 1.4  # of the cases' file, that and the table: 1405 and 432 bytes of 100,000 cases
 
 
-class Steps(NamedTuple):
+class StepCounts(NamedTuple):
     """Of each step of a study a number: how often it is made, or the processor seconds that it takes."""
 
     process: float
@@ -68,7 +68,7 @@ class Forecast:
 
     left: tuple[tuple[int, ...], ...]  # cases of each set of coils and clearance, of each pad, of each rest
     chunk: int  # cases that go to a process at once
-    steps: Steps = Steps(0.0, 0.0, 0.0, 0.0, 0.0)  # processor seconds of each
+    steps: StepCounts = StepCounts(0.0, 0.0, 0.0, 0.0, 0.0)  # processor seconds of each
     kept: int = 0
     tried: tuple[int, float] = (0, 0.0)  # cases, and their processor seconds
     memory: float | None = None  # of a process [bytes]
@@ -78,10 +78,10 @@ class Forecast:
         """Cases that are left."""
         return sum(self.left[1])
 
-    def counts(self, processes: int = 1) -> Steps:
+    def counts(self, processes: int = 1) -> StepCounts:
         """Return how often each step is made by so many processes, of which each prepares what it meets."""
         coils, pads, rests = (sum(min(processes, -(-own // self.chunk)) for own in counts) for counts in self.left)
-        return Steps(processes + (processes > 1) if self.cases else 0, coils, pads, rests, self.cases)
+        return StepCounts(processes + (processes > 1) if self.cases else 0, coils, pads, rests, self.cases)
 
     def seconds(self, processes: int = 1) -> float:
         """Return the processor seconds of all that is left, on so many processes."""
@@ -96,9 +96,9 @@ class Forecast:
         return first + (whole - first) / min(processes, cores or os.cpu_count() or 1)
 
     @property
-    def saved(self) -> Steps:
+    def saved(self) -> StepCounts:
         """The seconds that cases do not take because they share a process, coils, a pad or its rest."""
-        return Steps(*((self.cases - count) * each for count, each in zip(self.counts(), self.steps, strict=True)))
+        return StepCounts(*((self.cases - count) * each for count, each in zip(self.counts(), self.steps, strict=True)))
 
 
 def forecast(
@@ -253,8 +253,8 @@ class _Trial:
         return sum(self._seconds)
 
     @property
-    def steps(self) -> Steps:
+    def steps(self) -> StepCounts:
         """The processor seconds of each step."""
         if not self._rows:
-            return Steps(0.0, 0.0, 0.0, 0.0, 0.0)
-        return Steps(*nnls(np.array(self._rows), np.array(self._seconds))[0].tolist())
+            return StepCounts(0.0, 0.0, 0.0, 0.0, 0.0)
+        return StepCounts(*nnls(np.array(self._rows), np.array(self._seconds))[0].tolist())

@@ -19,7 +19,7 @@ import xarray as xr
 
 from sits_mech.batch.run import TABLE, open_sweep
 from sits_mech.batch.studies.written import SCENE
-from sits_mech.status import ANSWERED, UNFINISHED, kind_of
+from sits_mech.status import ANSWERED, UNFINISHED, failure_kind
 from sits_mech.store import STORE
 from sits_mech.units import SceneError
 
@@ -70,7 +70,7 @@ def _look(folder: Path) -> tuple[int, int, int, list[str]]:
         states, reasons = (data[name].to_numpy().ravel().tolist() for name in ("status", "reason"))
         groups = _groups(data["status"])
     failures = Counter(
-        kind_of(state, reason) for state, reason in zip(states, reasons, strict=True)
+        failure_kind(state, reason) for state, reason in zip(states, reasons, strict=True)
         if state not in (*ANSWERED, UNFINISHED)
     )
     told = [*groups, *(f"{number} {kind}" for kind, number in failures.items())]

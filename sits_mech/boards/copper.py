@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.boards.stackup import METRES, Layer
+from sits_mech.boards.stackup import METRES, CopperLayer
 from sits_mech.quantities import Array
 
 GRID = 1e-9  # the step of a board's places [m]
@@ -63,7 +63,7 @@ class Board:
     """A board: its nets and copper, the layers from the top down."""
 
     name: str  # of its file
-    stack: Mapping[str, Layer]
+    stack: Mapping[str, CopperLayer]
     nets: tuple[str, ...]
     tracks: tuple[Track, ...]
     holes: tuple[Hole, ...]
@@ -76,7 +76,7 @@ class Board:
         return sorted({self.footprints[track.footprint] for track in tracks if track.footprint >= 0} - {""})
 
 
-def place(point: Iterable[float]) -> str:
+def board_point(point: Iterable[float]) -> str:
     """Return a point as KiCad shows it: millimetres, y down."""
     x, y = point
     return f"({x / METRES:.4f}, {-y / METRES + 0.0:.4f}) mm"

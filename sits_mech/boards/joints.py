@@ -74,7 +74,7 @@ class Joints:
         return self._named_first.get(number)
 
 
-def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING, where: str = "") -> Joints:
+def connections(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING, where: str = "") -> Joints:
     """Return where tracks meet each other and holes, ends within `nearness` [m] being one.
 
     Raise SceneError, which begins with `where`, when tracks are so short that they would shrink to a point; without

@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.boards.copper import Board, Hole, Track, Zone, place
+from sits_mech.boards.copper import Board, Hole, Track, Zone, board_point
 from sits_mech.boards.lines import strip
 from sits_mech.boards.sexpr import Node, child, children, numbers, read_expression, texts
-from sits_mech.boards.stackup import METRES, Layer, stack
+from sits_mech.boards.stackup import METRES, CopperLayer, stack
 from sits_mech.boards.versions import FOOTPRINTS, copper_layers, is_filled, pen, three_points, version_of
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, printable
@@ -80,7 +80,7 @@ class _Reader:
     layers: Mapping[str, str]
     nets: Mapping[float, str]
 
-    def board(self, tree: Node, layers: Mapping[str, Layer], notes: tuple[str, ...]) -> Board:
+    def board(self, tree: Node, layers: Mapping[str, CopperLayer], notes: tuple[str, ...]) -> Board:
         """Return the board of a file."""
         tracks = self.tracks([*children(tree, "segment", "arc"), *_drawings(tree, "gr_")], _BOARD)
         holes = [self.via(node) for node in children(tree, "via")]
@@ -145,7 +145,7 @@ class _Reader:
             found = strip(corners) if len(corners) > 3 and is_filled(node) else None
             return found and ([*map(np.array, pairwise(found[0]))], found[1] + self.border(node))
         points = frame.onto(three_points(node, where))
-        (width,) = numbers(child(node, "stroke") or node, "width", 1, f"{where} at {place(points[0])}")
+        (width,) = numbers(child(node, "stroke") or node, "width", 1, f"{where} at {board_point(points[0])}")
         return [points], METRES * width
 
     def border(self, node: Node) -> float:

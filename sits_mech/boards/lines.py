@@ -27,7 +27,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import Voronoi
 
-from sits_mech.boards.copper import GRID, Track, place
+from sits_mech.boards.copper import GRID, Track, board_point
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
 
@@ -49,13 +49,15 @@ def flattened(track: Track, chord_error: float, where: str) -> Array:
     short = np.hypot(*np.transpose([a, b - a, b])) < GRID
     if short.any():
         came = "three equal points" if short[0] and short[2] else "two equal points"
-        raise SceneError(f"{where}: the arc at {place(points[0])} must have a radius and two ends; got {came}")
+        raise SceneError(f"{where}: the arc at {board_point(points[0])} must have a radius and two ends; got {came}")
     cross = float(a[0] * b[1] - a[1] * b[0])
     along = float(a @ b) / float(b @ b)
     if abs(cross) <= _STRAIGHT * float(b @ b) and 0.0 < along < 1.0:
         return points[[0, 2]]
     if abs(cross) <= 1e-12 * float(b @ b):
-        raise SceneError(f"{where}: the arc at {place(points[0])} must pass its middle between its ends; got a line")
+        raise SceneError(
+            f"{where}: the arc at {board_point(points[0])} must pass its middle between its ends; got a line"
+        )
     squares = np.array([a @ a, b @ b])
     arm = np.array([b[1] * squares[0] - a[1] * squares[1], a[0] * squares[1] - b[0] * squares[0]]) / (2.0 * cross)
     radius, first = float(np.hypot(*arm)), math.atan2(-arm[1], -arm[0])

@@ -16,8 +16,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from sits_mech.boards.copper import Board, Hole, Track, place
-from sits_mech.boards.joints import ROUNDING, Joints, joined, merged
+from sits_mech.boards.copper import Board, Hole, Track, board_point
+from sits_mech.boards.joints import ROUNDING, Joints, connections, merged
 from sits_mech.boards.lines import flattened, length_of, longest_way, spaced
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown
@@ -72,7 +72,7 @@ def parts(joints: Joints) -> tuple[Joints, ...]:
 def pieces(board: Board) -> tuple[Joints, ...]:
     """Return all copper of a board that hangs together."""
     holes = [hole for hole in board.holes if hole.layers]
-    return parts(joined(board.tracks, holes)) if board.tracks else ()
+    return parts(connections(board.tracks, holes)) if board.tracks else ()
 
 
 def of_net(board: Board, net: str) -> Copper:
@@ -122,7 +122,7 @@ def _away(piece: Joints, point: Array, layer: str) -> float:
 
 def alone(board: Board, piece: Joints) -> Copper:
     """Return a piece of copper as that of a coil, named by its net or its footprint, if any."""
-    at = f"{place(piece.tracks[0].points[0])} on {piece.tracks[0].layer}"
+    at = f"{board_point(piece.tracks[0].points[0])} on {piece.tracks[0].layer}"
     names = [*sorted(piece.track_nets), *board.references(piece.tracks), ""]
     return _together(board, [piece], names[0], f"copper at {at}")
 
@@ -137,14 +137,14 @@ def drawn(track: Track) -> Array:
 
 def turns(piece: Joints) -> float:
     """Return how often the longest way through a piece turns: the reach of its direction over 2 pi."""
-    line = along(piece)
+    line = longest_path(piece)
     steps = np.diff(spaced(line, _STEP * max(track.width for track in piece.tracks)), axis=0) if len(line) else line
     steps = steps[np.hypot(*steps.T) > 0.0]
     return float(np.ptp(np.unwrap(np.arctan2(*steps.T[::-1])))) / (2.0 * np.pi) if len(steps) else 0.0
 
 
 @lru_cache(maxsize=4096)
-def along(piece: Joints) -> Array:
+def longest_path(piece: Joints) -> Array:
     """Return the longest of the shortest ways between two joints of a piece, as points (n, 2) [m]."""
     lines = [drawn(track) for track in piece.tracks]
     known, places = np.unique(piece.numbers, return_inverse=True)

@@ -29,9 +29,9 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.boards.copper import GRID, Board, Zone, place
+from sits_mech.boards.copper import GRID, Board, Zone, board_point
 from sits_mech.boards.route import Route, Run
-from sits_mech.boards.stackup import Layer
+from sits_mech.boards.stackup import CopperLayer
 from sits_mech.quantities import Array
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.outlines import polygon, signed_area
@@ -105,11 +105,11 @@ def _clear(pour: Pour, zone: Zone, routes: Sequence[Route], name: str) -> tuple[
             if at is None:
                 continue
             if zone.drawn:
-                return [], [f"{pour.title}: left out, it is drawn and touches {found.title} at {place(at)}"]
+                return [], [f"{pour.title}: left out, it is drawn and touches {found.title} at {board_point(at)}"]
             if pour.net not in found.end_nets:
                 raise SceneError(
                     f"{name}: {found.title}: its track must be clear of the {pour.title}; got one that touches it at "
-                    f"{place(at)}"
+                    f"{board_point(at)}"
                 )
             said = [f"{pour.title}: cut {1e3 * _CLEAR:g} mm clear of {found.title}, which ends in it"]
     return (_cut(pour, routes) if said else [pour]), said
@@ -165,14 +165,14 @@ DIGITS = 10  # of lengths: a tenth of the board's own step
 class _Frame:
     """Where pours go: heights of the layers, the scene's origin on the board (2,), its z = 0, the coils' size [m]."""
 
-    stack: Mapping[str, Layer]
+    stack: Mapping[str, CopperLayer]
     origin: Array
     top: float
     size: float
 
 
 def plates(
-    sensor: Sensor, poured: Sequence[Pour], stack: Mapping[str, Layer], origin: Array, top: float
+    sensor: Sensor, poured: Sequence[Pour], stack: Mapping[str, CopperLayer], origin: Array, top: float
 ) -> tuple[list[dict[str, Any]], tuple[str, ...]]:
     """Return the conductors that stand for pours, clear of the sensor's coils, and notes on them.
 
@@ -187,7 +187,7 @@ def plates(
     if small:
         all_of = f"{1e6 * sum(small):.3g} mm2 together"
         notes.append(f"{len(small)} pours of less than {1e6 * least:.3g} mm2: left out, {all_of}")
-    waiting = together([item for item in poured if item.area >= least], frame.size)
+    waiting = merged_pours([item for item in poured if item.area >= least], frame.size)
     while waiting:
         pour = waiting.pop(0)
         table, said = _table(pour, frame)
@@ -219,7 +219,7 @@ def _fitting(
     return plate
 
 
-def together(poured: Sequence[Pour], size: float) -> list[Pour]:
+def merged_pours(poured: Sequence[Pour], size: float) -> list[Pour]:
     """Return pours, those of a layer whose boxes overlap as one, the largest first; `size` is the coils' [m]."""
     found = sorted(poured, key=attrgetter("area"), reverse=True)
     pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))

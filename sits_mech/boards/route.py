@@ -14,8 +14,8 @@ from itertools import product
 
 import numpy as np
 
-from sits_mech.boards.copper import Track, place
-from sits_mech.boards.joints import ROUNDING, End, Joints, joined
+from sits_mech.boards.copper import Track, board_point
+from sits_mech.boards.joints import ROUNDING, End, Joints, connections
 from sits_mech.boards.lines import flattened, length_of, spaced, thinned
 from sits_mech.boards.pieces import Copper, parts
 from sits_mech.quantities import Array
@@ -59,7 +59,9 @@ def route(copper: Copper, chord_error: float) -> Route:
         raise SceneError(f"{where}: must have tracks, or copper drawn to its pads; got none")
     for track in copper.tracks:
         if not track.width > 0.0:
-            raise SceneError(f"{where}: the track at {place(track.points[0])} must have a width; got {track.width:g} m")
+            raise SceneError(
+                f"{where}: the track at {board_point(track.points[0])} must have a width; got {track.width:g} m"
+            )
         flattened(track, chord_error, where)
     piece, chain, left_out = _path(copper)
     lines = [flattened(piece.tracks[k], chord_error, where)[:: 1 if e == 0 else -1] for k, e in chain]
@@ -77,7 +79,7 @@ def _path(copper: Copper) -> tuple[Joints, list[End], tuple[str, ...]]:
     refusal = None
     for nearness in (ROUNDING, _CARELESS * min(track.width for track in copper.tracks)):
         try:
-            piece, left_out = _longest(joined(copper.tracks, copper.holes, nearness, copper.where), copper)
+            piece, left_out = _longest(connections(copper.tracks, copper.holes, nearness, copper.where), copper)
             return piece, _walk(piece, copper.where), left_out
         except SceneError as error:
             refusal = refusal or error
@@ -115,14 +117,14 @@ def _length(piece: Joints) -> float:
 
 def _ends(piece: Joints) -> str:
     """Return where a piece ends, for a reader."""
-    return " to ".join(sorted(_name(piece, end) for end in piece.loose())) or place(piece.tracks[0].points[0])
+    return " to ".join(sorted(_name(piece, end) for end in piece.loose())) or board_point(piece.tracks[0].points[0])
 
 
 def _gap(one: Joints, other: Joints) -> str:
     """Return where the ends of two pieces are that are nearest to each other, for a reader."""
     ends = [[piece.point(end) for end in piece.loose()] or [piece.tracks[0].points[0]] for piece in (one, other)]
     a, b = min(product(*ends), key=lambda pair: float(np.hypot(*(pair[1] - pair[0]))))
-    return f"{place(a)} and {place(b)}"
+    return f"{board_point(a)} and {board_point(b)}"
 
 
 def _walk(joints: Joints, where: str) -> list[End]:
@@ -133,11 +135,11 @@ def _walk(joints: Joints, where: str) -> list[End]:
             k, e = ends[0]
             raise SceneError(
                 f"{where}: must be one path without branches; got {len(ends)} tracks that meet at "
-                f"{place(joints.point((k, e)))} on {joints.tracks[k].layer}"
+                f"{board_point(joints.point((k, e)))} on {joints.tracks[k].layer}"
             )
     loose = joints.loose()
     if not loose:
-        at = place(joints.point((0, 0)))
+        at = board_point(joints.point((0, 0)))
         layer = joints.tracks[0].layer
         raise SceneError(f"{where}: must be one path with two ends; got a loop through {at} on {layer}")
     chain = [_first(joints, loose)]
@@ -167,7 +169,7 @@ def _name(joints: Joints, end: End) -> str:
     hole = joints.hole(int(joints.numbers[end]))
     if hole is not None and hole.name:
         return hole.name
-    return f"{place(joints.point(end))} on {joints.tracks[end[0]].layer}"
+    return f"{board_point(joints.point(end))} on {joints.tracks[end[0]].layer}"
 
 
 def _runs(joints: Joints, chain: Sequence[End], lines: Sequence[Array]) -> tuple[Run, ...]:

@@ -20,7 +20,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sits_mech.boards.copper import Board, place
+from sits_mech.boards.copper import Board, board_point
 from sits_mech.boards.joints import ROUNDING
 from sits_mech.boards.kicad import read_board
 from sits_mech.boards.lines import length_of
@@ -207,7 +207,7 @@ def touching(found: Route) -> tuple[str, ...]:
         along = [starts[k] + np.cumsum(lengths[k]) - lengths[k] / 2 for k in mine]
         at = _first([found.runs[k] for k in mine], np.concatenate(along))
         if at is not None:
-            where = f"on {layer} at {place(at)}"
+            where = f"on {layer} at {board_point(at)}"
             notes.append(f"{found.title}: its turns touch {where}: a short circuit of the board, not of the scene")
     return tuple(notes)
 

@@ -32,7 +32,7 @@ def read_expression(path: Path) -> Node:
     if not text.lstrip().startswith("("):
         start = shown(text.lstrip()[:40]) if text.strip() else "nothing"
         raise SceneError(f"{_name(path)}: must be a board file of KiCad, which starts with (kicad_pcb; got {start}")
-    found = expression(text)
+    found = parse_expression(text)
     if found is None:
         raise SceneError(f"{_name(path)}: must be one expression with matching parentheses; got a file that is cut off")
     return found
@@ -43,7 +43,7 @@ def _name(path: Path) -> str:
     return printable(str(path))
 
 
-def expression(text: str) -> Node | None:
+def parse_expression(text: str) -> Node | None:
     """Return the expression that a text holds, None where its parentheses do not match."""
     stack: list[Node] = [[]]
     for quoted, bracket, word in _TOKEN.findall(text):

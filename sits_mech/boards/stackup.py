@@ -20,7 +20,7 @@ METRES = 1e-3  # metres in a millimetre
 
 
 @dataclass(frozen=True)
-class Layer:
+class CopperLayer:
     """A copper layer."""
 
     z: float  # of its middle [m]
@@ -29,7 +29,7 @@ class Layer:
     gap: float = math.nan  # sum of t / eps over them [m]; NaN likewise
 
 
-def permittivity(layers: Iterable[Layer]) -> float | None:
+def permittivity(layers: Iterable[CopperLayer]) -> float | None:
     """Return the relative permittivity between the uppermost and the lowest of some layers; None where unknown."""
     ordered = sorted(layers, key=lambda layer: layer.z)
     lower, upper = ordered[0], ordered[-1]
@@ -37,7 +37,7 @@ def permittivity(layers: Iterable[Layer]) -> float | None:
     return (lower.above - upper.above) / gap if gap > 0.0 else None
 
 
-def stack(tree: Node, where: str) -> tuple[dict[str, Layer], tuple[str, ...]]:
+def stack(tree: Node, where: str) -> tuple[dict[str, CopperLayer], tuple[str, ...]]:
     """Return the copper layers from the top down, and assumptions; raise SceneError without layers or thickness."""
     names = tuple(copper_layers(tree).values())
     if not names:
@@ -50,7 +50,7 @@ def stack(tree: Node, where: str) -> tuple[dict[str, Layer], tuple[str, ...]]:
     return _even(tree, names, where)
 
 
-def _listed(stackup: Node, where: str) -> dict[str, Layer]:
+def _listed(stackup: Node, where: str) -> dict[str, CopperLayer]:
     """Return the layers of a stack-up; sublayers of a dielectric are in its one entry."""
     found = {}
     depth, above, gap = 0.0, 0.0, 0.0
@@ -61,7 +61,7 @@ def _listed(stackup: Node, where: str) -> dict[str, Layer]:
         if kind == "copper" and not thickness > 0.0:
             raise SceneError(f"{where}: stackup: {name} must have a thickness above 0 mm; got {sum(sheets):g} mm")
         if kind == "copper":
-            found[name] = Layer(-depth - thickness / 2, thickness, above, gap)
+            found[name] = CopperLayer(-depth - thickness / 2, thickness, above, gap)
         elif found:
             relative = _values(node, "epsilon_r")
             known = len(relative) == len(sheets) and min(relative, default=0.0) > 0.0
@@ -76,7 +76,7 @@ def _values(node: Node, key: str) -> list[float]:
     return [float(item[1]) for item in children(node, key) if isinstance(item[1], float)]
 
 
-def _even(tree: Node, names: tuple[str, ...], where: str) -> tuple[dict[str, Layer], tuple[str, ...]]:
+def _even(tree: Node, names: tuple[str, ...], where: str) -> tuple[dict[str, CopperLayer], tuple[str, ...]]:
     """Return layers of usual copper, evenly over the board's thickness."""
     general, given = child(tree, "general") or [], _THICKNESS
     if child(general, "thickness") is not None:
@@ -84,7 +84,7 @@ def _even(tree: Node, names: tuple[str, ...], where: str) -> tuple[dict[str, Lay
     if not given > len(names) * _COPPER:
         raise SceneError(f"{where}: thickness must be above {len(names)} times 35 um; got {given:g} m")
     pitch = (given - _COPPER) / max(len(names) - 1, 1)
-    layers = {name: Layer(-_COPPER / 2 - k * pitch, _COPPER) for k, name in enumerate(names)}
+    layers = {name: CopperLayer(-_COPPER / 2 - k * pitch, _COPPER) for k, name in enumerate(names)}
     apart = f", {pitch / METRES:.4g} mm apart" if len(names) > 1 else ""
     thick = f"thickness {given / METRES:g} mm"
     note = f"{where}: no whole stack-up: copper of 35 um assumed on {', '.join(names)}{apart} ({thick})"

@@ -12,10 +12,10 @@ from itertools import groupby
 
 import numpy as np
 
-from sits_mech.boards.copper import Board, place
+from sits_mech.boards.copper import Board, board_point
 from sits_mech.boards.joints import ROUNDING, Joints
 from sits_mech.boards.lines import length_of
-from sits_mech.boards.pieces import COARSE, FEW, TURNS, Copper, alone, along, of_footprint, of_net, pieces, turns
+from sits_mech.boards.pieces import COARSE, FEW, TURNS, Copper, alone, longest_path, of_footprint, of_net, pieces, turns
 from sits_mech.boards.route import Route, route
 from sits_mech.boards.stackup import METRES
 from sits_mech.quantities import Array
@@ -25,7 +25,7 @@ _MOST = 40  # that are listed
 
 
 @dataclass(frozen=True)
-class Winding:
+class CoilCandidate:
     """What looks like a coil."""
 
     turns: float
@@ -42,12 +42,12 @@ class Winding:
     def text(self) -> str:
         """Return what it is in a line, for a reader."""
         nets = f", nets {' and '.join(self.nets)}" if self.nets else ", no net"
-        return f"{self.take} ({1e3 * self.length:.4g} mm, {self.turns:.1f} turns at {place(self.middle)}{nets})"
+        return f"{self.take} ({1e3 * self.length:.4g} mm, {self.turns:.1f} turns at {board_point(self.middle)}{nets})"
 
 
-def windings(board: Board) -> tuple[Winding, ...]:
+def windings(board: Board) -> tuple[CoilCandidate, ...]:
     """Return what looks like a coil, that of most turns first."""
-    found = [(turns(piece), piece, along(piece)) for piece in pieces(board)]
+    found = [(turns(piece), piece, longest_path(piece)) for piece in pieces(board)]
     most = sorted((each for each in found if each[0] >= TURNS), key=lambda each: -each[0])[:_MOST]
     return tuple(_winding(board, *each) for each in most)
 
@@ -60,7 +60,7 @@ def hint(board: Board) -> str:
     return f"what looks like a coil: {listed}" if found else "nothing of its copper looks like a coil"
 
 
-def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding:
+def _winding(board: Board, number: float, piece: Joints, line: Array) -> CoilCandidate:
     """Return a piece as what looks like a coil."""
     low, high = line.min(axis=0), line.max(axis=0)
     layers = tuple(dict.fromkeys(track.layer for track in piece.tracks))
@@ -69,7 +69,7 @@ def _winding(board: Board, number: float, piece: Joints, line: Array) -> Winding
         line = np.vstack([run.points for run in path.runs])
         layers = tuple(layer for layer, _ in groupby(run.layer for run in path.runs))
     take, nets = _take(board, piece, path), tuple(sorted(piece.track_nets | piece.hole_nets))
-    return Winding(number, layers, length_of(line), (low + high) / 2, high - low, nets, take, refusal, path)
+    return CoilCandidate(number, layers, length_of(line), (low + high) / 2, high - low, nets, take, refusal, path)
 
 
 def _take(board: Board, piece: Joints, path: Route | None) -> str:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.chain.goal import HALF, Goal, goal_at
-from sits_mech.chain.interpolate import LoadGrid, poses_on_grid, solved_likely, worst
+from sits_mech.chain.interpolate import LayerGrid, poses_on_grid, solved_likely, worst
 from sits_mech.chain.models import MAGNETICS, loaded_model
 from sits_mech.chain.prices import SURE, Look, expected, touches
 from sits_mech.chain.propagation import poses_of
@@ -108,7 +108,7 @@ class AimedLoads(NamedTuple):
     goal: Goal | None = None  # None where no signal changes
 
 
-def aimed_loads(grid: LoadGrid, magnetics: str, *, best: bool = True) -> AimedLoads:
+def aimed_loads(grid: LayerGrid, magnetics: str, *, best: bool = True) -> AimedLoads:
     """Solve a grid of loads to a tolerance of the signals' full scale.
 
     `magnetics` is the magnetic model's name as asked for. A tolerance that cannot be reached is answered with what is;
@@ -122,7 +122,7 @@ def aimed_loads(grid: LoadGrid, magnetics: str, *, best: bool = True) -> AimedLo
 
     def aimed(some: Iterable[Settled]) -> Aim | None:
         """Return the aim of the table from some of its loads; None where they tell nothing."""
-        poses = clear(sensor, some)
+        poses = readable_poses(sensor, some)
         return aim_at(sensor, magnetics, grid.tolerance, loads, poses) if poses else None
 
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):
@@ -147,13 +147,13 @@ def aimed_loads(grid: LoadGrid, magnetics: str, *, best: bool = True) -> AimedLo
     found = poses_on_grid(grid, after=after, begun=begun)
     if aim is None:
         field = loaded_model(sensor, magnetics, grid.tolerance, loads)[0]
-        goal = goal_at(sensor, field, clear(sensor, found.values()))
+        goal = goal_at(sensor, field, readable_poses(sensor, found.values()))
         return AimedLoads(found, field, grid.tolerance, goal=goal)
     reached = np.nan if planned is None else worst(found.values(), aim.goal) + aim.goal.magnetics
     return AimedLoads(found, aim.field, aim.asked, planned, float(reached), aim.goal)
 
 
-def clear(sensor: Sensor, settled: Iterable[Settled]) -> list[Pose]:
+def readable_poses(sensor: Sensor, settled: Iterable[Settled]) -> list[Pose]:
     """Return the poses of the loads that have a reading."""
     return [one.rest.pose for one in settled if one.rest and status_of(sensor, one)[0] == OK]
 

@@ -15,11 +15,11 @@ import numpy as np
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import AimedLoads, aimed_loads, status_of
 from sits_mech.chain.columns import Columns, of_readings, of_rests, over_grid
-from sits_mech.chain.derivatives.gradient import SlopedModel, numbers_of
+from sits_mech.chain.derivatives.gradient import SlopedModel, scene_numbers
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.interpolate import LoadGrid, checked_values, loads_of
+from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.chain.simulate import with_omissions
@@ -124,7 +124,7 @@ def calibrate(
         numbers = _by_temperature(sensor, by_layer.name, layer)
         layer = WithSlopes(layer, tuple(numbers[1]))
     keep = (folder, kept_key(sensor, by_layer.name, tolerance, drift=drift))
-    asked = LoadGrid(sensor, layer, axes, symmetry_of(sensor), tolerance, keep, progress)
+    asked = LayerGrid(sensor, layer, axes, symmetry_of(sensor), tolerance, keep, progress)
     found = aimed_loads(asked, magnetics, best=best)
     by_name = found.field, by_field.name, found.asked
     slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if drift else None
@@ -228,4 +228,4 @@ def _by_temperature(sensor: Sensor, name: str, layer: MechanicalModel) -> tuple[
     said = unknown_coefficients(sensor)
     if said:
         raise SceneError(f"drift: {said}")
-    return numbers_of(sensor, CHAINED)
+    return scene_numbers(sensor, CHAINED)

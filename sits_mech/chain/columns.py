@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sits_mech.chain.propagation import Reading, signal_weights
+from sits_mech.chain.propagation import PoseReadings, signal_weights
 from sits_mech.quantities import POSE, Bounded, Equilibrium
 from sits_mech.readout.signals import signal_changes, signals
 from sits_mech.scene.sensor import Sensor
@@ -42,7 +42,7 @@ def of_rests(rests: Sequence[Equilibrium], *, leaves: bool) -> Columns:
     return found
 
 
-def of_readings(sensor: Sensor, reading: Reading, poses: Bounded) -> Columns:
+def of_readings(sensor: Sensor, reading: PoseReadings, poses: Bounded) -> Columns:
     """Return impedances and signals of p readings, with the parts of their errors.
 
     Signed parts that loads share, the magnetic model's last, those of each load alone, and errors of what the rotation

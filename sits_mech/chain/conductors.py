@@ -17,7 +17,7 @@ import numpy as np
 from sits_mech.description import added
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.magnetics.axis_fem import AxisymmetricFem
-from sits_mech.magnetics.pose_slopes import within
+from sits_mech.magnetics.pose_slopes import inner_model
 from sits_mech.magnetics.remote import remote_bounds
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.notes import Omission, OmissionKind
@@ -130,4 +130,4 @@ def _omission(part: Conductor, size: float) -> Omission:
 
 def is_coaxial(field: MagneticModel) -> bool:
     """Return whether the model keeps a disc on its coil's axis: shifts and tilts change nothing there."""
-    return isinstance(within(field), Axisymmetric | AxisymmetricFem)
+    return isinstance(inner_model(field), Axisymmetric | AxisymmetricFem)

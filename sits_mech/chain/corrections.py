@@ -40,7 +40,7 @@ _EFFECTIVE = 2.0  # of what the change shows of the first meshes' errors, how mu
 _STILL = 1e-3  # of the farthest, a displacement that counts
 
 
-def corrected(
+def corrected_loads(
     settled: Mapping[Wrench, Settled], finer: Callable[[Wrench], Settled], levers: Array, at_rest: Array
 ) -> dict[Wrench, Settled]:
     """Return what comes of loads with poses and errors corrected by finer meshes.

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.chain.conductors import is_coaxial
-from sits_mech.chain.propagation import diagonals, own_inductances, signal_weights, unloaded
-from sits_mech.magnetics.pose_slopes import pose_slopes, within
+from sits_mech.chain.propagation import diagonals, own_inductances, signal_weights, unloaded_pose
+from sits_mech.magnetics.pose_slopes import inner_model, pose_slopes
 from sits_mech.quantities import POSE, Array, Bounded, MagneticModel, Pose, SolveFailed
 from sits_mech.readout.signals import rows_of
 from sits_mech.scene.sensor import Sensor
@@ -57,7 +57,7 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     """
     if sensor.elastomer is None:
         return None
-    at_rest, field = unloaded(sensor), within(field)
+    at_rest, field = unloaded_pose(sensor), inner_model(field)
     farthest = max(poses, key=lambda pose: np.hypot(np.hypot(pose.d_h, pose.d_y), pose.d_v - at_rest.d_v))
     some = Pose.of(np.array([pose.components for pose in (farthest, at_rest, *poses)]))
     names = ("d_v",) if is_coaxial(field) else POSE if some.out_of_plane else POSE[:3]

@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 
 from sits_mech.cases import Progress, untold
-from sits_mech.chain.corrections import corrected
+from sits_mech.chain.corrections import corrected_loads
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.prices import MANY_ON_THREE, further
-from sits_mech.chain.propagation import levers, poses_of, unloaded
+from sits_mech.chain.propagation import levers, poses_of, unloaded_pose
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
-from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle, settled_again, upright
+from sits_mech.mechanics.loads import RefinedModel, Settled, allowed_by_symmetry, first_key, settle, settled_again
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
@@ -41,7 +41,7 @@ _FEW = 3  # loads that are solved on all meshes each: one more than are compared
 
 
 @dataclass(frozen=True)
-class LoadGrid:
+class LayerGrid:
     """Loads of a grid on a layer."""
 
     sensor: Sensor
@@ -64,7 +64,7 @@ class LoadGrid:
 
 
 def poses_on_grid(
-    grid: LoadGrid, *, after: Callable[[Iterable[Settled]], Goal | None] | None = None,
+    grid: LayerGrid, *, after: Callable[[Iterable[Settled]], Goal | None] | None = None,
     begun: Mapping[Wrench, Settled] | None = None,
 ) -> dict[Wrench, Settled]:
     """Return what comes of every load of a grid, solved or interpolated.
@@ -105,7 +105,7 @@ def poses_on_grid(
 
 
 def _finer(
-    grid: LoadGrid, layer: RefinedModel, rough: dict[Wrench, Settled], goal: Goal | None
+    grid: LayerGrid, layer: RefinedModel, rough: dict[Wrench, Settled], goal: Goal | None
 ) -> dict[Wrench, Settled]:
     """Return what comes of loads with what finer meshes change; unchanged where the first are good enough."""
     wanted, most = 0.0 if goal is None else goal.left(grid.tolerance), worst(rough.values(), goal)
@@ -119,11 +119,11 @@ def _finer(
         deepest = 99 if alone or grid.tolerance < MANY_ON_THREE else 3
         model = grid.layer if goal is None else layer.towards(goal.weights, share, deepest)
         own = (grid.keep[0], grid.keep[1] if grid.few else f"{grid.keep[1]} {share:.3g}")
-        return upright(settled_again(model, rough, load, own), grid.symmetry, load)
+        return allowed_by_symmetry(settled_again(model, rough, load, own), grid.symmetry, load)
 
     if alone:
         return _each(layer.rough, rough, again, grid.symmetry)
-    return corrected(rough, again, levers(grid.sensor), unloaded(grid.sensor).components)
+    return corrected_loads(rough, again, levers(grid.sensor), unloaded_pose(grid.sensor).components)
 
 
 def _alone(rough: Mapping[Wrench, Settled], goal: Goal, wanted: float) -> bool:
@@ -208,7 +208,7 @@ def _between(part: SolvedPart, settled: Mapping[Wrench, Settled], symmetry: Symm
     most = max(rest.report.estimated_error for rest in solved)
     report = SolveReport("interpolated", 0, 0, 0.0, most, 0.0, notes=(Note(NoteKind.INTERPOLATED),))
     return {
-        load: upright(Settled(Equilibrium(
+        load: allowed_by_symmetry(Settled(Equilibrium(
             load, Pose.of(place[:end]), Pose.of(size), np.zeros(0),
             replace(report, min_J=float(place[end]), stretch=float(line[end])),
             line[end + 1 :].reshape(-1, end), slopes=place[end + 1 :].reshape(-1, end),

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
-from sits_mech.chain.propagation import unloaded
+from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.description import Cost, Description, Question, Refusal, total
 from sits_mech.magnetics.models import MODELS as MAGNETIC
 from sits_mech.magnetics.tracks import Tracked
@@ -213,7 +213,7 @@ def choose_magnetics(
     ask = partial(chosen, "magnetics", MAGNETICS, question=question, name=name, loaded=loaded)
     if name != "auto" or not sensor.conductors:
         return sensor, ask(sensor)
-    pose = question.pose if question.pose is not None else None if sensor.elastomer is None else unloaded(sensor)
+    pose = question.pose if question.pose is not None else None if sensor.elastomer is None else unloaded_pose(sensor)
     if pose is None or sensor.target is None or sensor.substrate_radius is not None:
         return sensor, ask(sensor)
     bare = ask(sensor.model_copy(update={"conductors": ()}))

@@ -17,8 +17,8 @@ from sits_mech.chain.models import (
     chosen,
     magnetic_question,
 )
-from sits_mech.chain.prices import Forecast, Look, forecast, look
-from sits_mech.chain.propagation import poses_of, unloaded
+from sits_mech.chain.prices import LoadForecast, Look, forecast_load, look
+from sits_mech.chain.propagation import poses_of, unloaded_pose
 from sits_mech.chain.simulate import check_way
 from sits_mech.description import Description, Question, sized
 from sits_mech.magnetics.ends import ROUGH
@@ -39,7 +39,7 @@ _OUTLINE = 15.0  # seconds more for each fixed plate of any outline: no symmetry
 
 
 @dataclass(frozen=True)
-class Step:
+class PlannedHalf:
     """A half of the chain on a rung of its model's ladder."""
 
     half: str  # "mechanics" or "magnetics"
@@ -79,8 +79,8 @@ class Plan:
 
     mechanics: Choice | None
     magnetics: Choice
-    steps: tuple[Step, ...]
-    finer: tuple[Step, ...]
+    steps: tuple[PlannedHalf, ...]
+    finer: tuple[PlannedHalf, ...]
     left_out: tuple[Omission, ...]
     error: float
     unbounded: tuple[Omission, ...]
@@ -135,17 +135,19 @@ def plan(
     )
 
 
-def counted(sensor: Sensor, choice: Choice | None, loads: Sequence[Wrench], *, via: bool = False) -> Forecast | None:
+def counted_cost(
+    sensor: Sensor, choice: Choice | None, loads: Sequence[Wrench], *, via: bool = False
+) -> LoadForecast | None:
     """Return what one load, or the last on a path `via` others, takes by counts; None of other models and tables."""
     if choice is None or choice.name != "block" or not (via or len(loads) == 1):
         return None
-    return forecast(sensor, loads)
+    return forecast_load(sensor, loads)
 
 
-def taken(
+def planned_seconds(
     sensor: Sensor, loads: Sequence[Wrench], *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str | None = "auto",
-) -> tuple[dict[str, float], Forecast | None]:
+) -> tuple[dict[str, float], LoadForecast | None]:
     """Return the seconds that each half of a load, or a path of some, is to take by counts, by its model's name.
 
     With what the counts are of a pad in space. Nothing is solved; `magnetics` None: the target's pose alone.
@@ -153,7 +155,7 @@ def taken(
     sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
     check_way(sensor, loads)
     layer = choose_mechanics(sensor, mechanics, loads, asked)
-    ahead = counted(sensor, layer, loads, via=True)
+    ahead = counted_cost(sensor, layer, loads, via=True)
     halves = [(layer, MECHANICS)]
     if magnetics is not None:
         question = magnetic_question(sensor, asked, loads, loaded=True)
@@ -172,7 +174,7 @@ def table_seconds(sensor: Sensor, loads: Sequence[Wrench], tolerance: float) -> 
     layer = choose_mechanics(sensor, "auto", loads, tolerance)
     question = magnetic_question(sensor, tolerance, loads, loaded=True)
     field = chosen("magnetics", MAGNETICS, sensor, question, loaded=True)
-    ahead = [counted(sensor, layer, [load]) for load in symmetry_of(sensor).without_images(_solved(loads))]
+    ahead = [counted_cost(sensor, layer, [load]) for load in symmetry_of(sensor).without_images(_solved(loads))]
     each = [MECHANICS[layer.name].rungs[0].each if seen is None else seen.seconds for seen in ahead]
     own, _ = _rungs("magnetics", MAGNETICS[field.name], field.tolerance, len(loads))
     return each, own.seconds
@@ -185,8 +187,8 @@ def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
 
 def _halves(
     sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench],
-    seen: Look | Forecast | None,
-) -> Iterator[tuple[Step, list[Step]]]:
+    seen: Look | LoadForecast | None,
+) -> Iterator[tuple[PlannedHalf, list[PlannedHalf]]]:
     """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
     layer, field = chosen
     if layer is not None:
@@ -201,28 +203,31 @@ def _halves(
     yield _as_seen(step, seen), finer
 
 
-def _rungs(half: str, model: Description, own: float, count: int, more: float = 0.0) -> tuple[Step, list[Step]]:
+def _rungs(
+    half: str, model: Description, own: float, count: int, more: float = 0.0
+) -> tuple[PlannedHalf, list[PlannedHalf]]:
     """Return a half on the rung of a tolerance, and on the next two."""
 
-    def step(at: float) -> Step:
+    def step(at: float) -> PlannedHalf:
         question = Question(at, loads=(Wrench(),) * count)
-        return Step(half, model.name, at, model.reached(at), model.cost(question).seconds + more)
+        return PlannedHalf(half, model.name, at, model.reached(at), model.cost(question).seconds + more)
 
     finer = [max(rung.tolerance, model.least) for rung in model.rungs]
     return step(own), [step(at) for at in list(dict.fromkeys(at for at in finer if at < own))[:2]]
 
 
 def _better(
-    chosen: tuple[Choice | None, Choice], pairs: Sequence[tuple[Step, list[Step]]], left_out: Sequence[Omission],
+    chosen: tuple[Choice | None, Choice], pairs: Sequence[tuple[PlannedHalf, list[PlannedHalf]]],
+    left_out: Sequence[Omission],
     error: float,
-) -> tuple[Step, ...]:
+) -> tuple[PlannedHalf, ...]:
     """Return other models and finer rungs of the ones taken by which the error would be smaller, with that error."""
-    found = list[Step]()
+    found = list[PlannedHalf]()
     for own, finer in pairs:
         choice = next(each for each in chosen if each is not None and each.name == own.model)
         rest = error - own.error - sized(item for item in left_out if item.half == own.half)
         found += (
-            Step(own.half, each.model.name, each.tolerance, each.error, each.cost.seconds, rest + each.error)
+            PlannedHalf(own.half, each.model.name, each.tolerance, each.error, each.cost.seconds, rest + each.error)
             for each in choice.candidates if each.cost is not None and each.model.name != own.model
         )
         found += (replace(step, whole=error - own.error + step.error) for step in finer)
@@ -271,7 +276,7 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
     if field.name == "sheets" and sensor.conductors:  # seconds among other metal
         return question
     try:
-        rest = unloaded(sensor)
+        rest = unloaded_pose(sensor)
         found = MAGNETICS[field.name](sensor, ROUGH).impedance(rest, sensor.frequency)
     except (SolveFailed, ValueError):
         return question
@@ -280,12 +285,12 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
 
 def _seen(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
-) -> Look | Forecast | None:
+) -> Look | LoadForecast | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
 
     Its counts where these meshes are dear.
     """
-    ahead = counted(sensor, choice, loads)
+    ahead = counted_cost(sensor, choice, loads)
     if ahead is not None and ahead.seconds > _LOOKED:
         return ahead
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
@@ -312,18 +317,18 @@ def _seen(
     return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
 
 
-def _as_seen(step: Step, seen: Look | Forecast | None) -> Step:
+def _as_seen(step: PlannedHalf, seen: Look | LoadForecast | None) -> PlannedHalf:
     """Return a step as the load's first meshes show it, or as it is counted."""
     if seen is None:
         return step
-    if isinstance(seen, Forecast):
+    if isinstance(seen, LoadForecast):
         return replace(step, seconds=seen.seconds) if step.half == "mechanics" else step
     if step.half == "mechanics":
         return replace(step, error=seen.error, seconds=seen.seconds)
     return step if seen.magnetics is None else replace(step, error=seen.magnetics)
 
 
-def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | Forecast | None) -> tuple[Note, ...]:
+def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | LoadForecast | None) -> tuple[Note, ...]:
     """Return what speaks against a request, beside what was seen of it."""
     bound = strain_bound(sensor, loads)
     found = list[Note]()

@@ -63,7 +63,7 @@ _BULGED = math.pi / 8.0  # of the thickness squared, what a wall bulges by to a 
 _SOFTER = 8  # increments of a leg of a path with friction
 
 
-class Forecast(NamedTuple):
+class LoadForecast(NamedTuple):
     """What a load is to take at finite strain, by counts alone."""
 
     unknowns: tuple[int, int]  # of its first two meshes
@@ -73,7 +73,7 @@ class Forecast(NamedTuple):
     most: float  # with finer ones, and contact
 
 
-def forecast(sensor: Sensor, loads: Sequence[Wrench]) -> Forecast:
+def forecast_load(sensor: Sensor, loads: Sequence[Wrench]) -> LoadForecast:
     """Return what the last of some loads on a path [N, N m] takes of a pad in space; nothing is meshed or solved."""
     from sits_mech.mechanics.block import pad_family
 
@@ -88,7 +88,7 @@ def forecast(sensor: Sensor, loads: Sequence[Wrench]) -> Forecast:
     seconds = _ONCE + _FIRST * parts ** (1.0 if rough else _FARTHER) * _EACH * size + touching * pressed
     most = _FURTHER["block"][-1][0] * (seconds + (not touching) * pressed)
     seconds, most = (min(each, SECONDS.get()) for each in (seconds, most))
-    return Forecast((first, second), math.ceil(parts), touching, seconds, most)
+    return LoadForecast((first, second), math.ceil(parts), touching, seconds, most)
 
 
 def _unknowns(cells: tuple[int, ...]) -> int:

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.magnetics.pose_slopes import Known, pose_slopes
+from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.mechanics.closed_form import free_rise
 from sits_mech.quantities import POSE, Array, Bounded, Equilibrium, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of
@@ -35,7 +35,7 @@ _ROTATION = tuple(POSE.index(name) for name in ("alpha", "alpha_x", "alpha_z"))
 
 
 @dataclass(frozen=True)
-class Reading:
+class PoseReadings:
     """Impedance and signals of many poses with all errors; signed parts of errors of each coil's own inductance."""
 
     impedance: Impedance
@@ -45,7 +45,7 @@ class Reading:
     shared_untilted: Array
     alone: Array  # (k, p, n), of each pose for itself, by component [unit]
     turned: Array  # (p, r), errors of `combine` of L less the unrotated L, beside what is shared
-    known: Known  # the impedance with its slopes by components of poses that have errors
+    known: KnownImpedance  # the impedance with its slopes by components of poses that have errors
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class _Uncertain:
         return np.asarray(np.abs(self.shared(parts, direct)).sum(axis=0) + np.abs(self.alone(parts)).sum(axis=0))
 
 
-def unloaded(sensor: Sensor) -> Pose:
+def unloaded_pose(sensor: Sensor) -> Pose:
     """Return the pose without load, of warm or swollen silicone by closed form; at the coil plane without a layer."""
     warm = at_temperature(sensor)
     layer = warm.elastomer
@@ -104,7 +104,7 @@ def signals_at(found: Signals, index: int) -> Signals:
 
 def read_poses(
     sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None, untilted: bool = True
-) -> Reading:
+) -> PoseReadings:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
     `direct` (m, p, n) is what the shared parts of the poses are of each coil's own inductance besides [unit], in place
@@ -128,12 +128,12 @@ def read_poses(
     error_R = found.error_R + unsure.total(whole_R)
     impedance = replace(found, error_L=error_L, error_R=error_R, shared_L=None)
     level = np.where(turns[:, None, None], 0.0, parts)
-    return Reading(
+    return PoseReadings(
         impedance, signals(L.value, L0, weights, shown.error + unsure.total(each, combine(own, weights))),
         signals(last.value, L0, weights), np.concatenate([unsure.shared(parts, own), L.shared]),
         np.concatenate([unsure.shared(level, own), last.shared]),
         unsure.alone(parts), shown.own + np.abs(unsure.alone(each)[turns]).sum(axis=0),
-        Known(impedance, {name: (by_pose[0][..., k], by_pose[1][..., k]) for k, name in enumerate(names)}),
+        KnownImpedance(impedance, {name: (by_pose[0][..., k], by_pose[1][..., k]) for k, name in enumerate(names)}),
     )
 
 

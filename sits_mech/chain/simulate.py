@@ -19,7 +19,7 @@ from sits_mech.chain.aimed import Promise, aim_at
 from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.models import MECHANICS, loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
-from sits_mech.chain.propagation import poses_of, read_poses, signals_at, unloaded
+from sits_mech.chain.propagation import poses_of, read_poses, signals_at, unloaded_pose
 from sits_mech.description import Question, added, by_component, sized
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
@@ -201,7 +201,7 @@ def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tup
 
 def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:
     """Return what omissions are worth of poses (..., 6), with signs; shape (m, ..., 6) [m, rad]."""
-    moved = pose - unloaded(sensor).components
+    moved = pose - unloaded_pose(sensor).components
     sizes = [by_component(item, moved) for item in left_out if not item.held and not item.unbounded]
     return np.array(sizes).reshape(-1, *pose.shape)
 

@@ -40,7 +40,7 @@ Rigs = Literal["weights", "press", "stage", "use"]
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Known:
+class PriorOptions:
     """What is known of sensor and bench beforehand."""
 
     free: Annotated[str, Parameter(help='What is unknown: "modulus, gap=0+-0.3 mm"; by default all that may be.')] = ""
@@ -84,7 +84,7 @@ def adapt(
     rig: Annotated[Rigs | None, Parameter(help="What loads are made with (stage); use: read without a bench.")] = None,
     weights: Annotated[str, Parameter(help='Of --plan: the weights at hand, "50 g, 100 g, 200 g".')] = "",
     step: Annotated[Quantity | None, Parameter(help='Of --plan: loads are multiples of it, "0.5 N".')] = None,
-    known: Known = Known(), idle: Idle = None,
+    known: PriorOptions = PriorOptions(), idle: Idle = None,
     check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
     strict: Annotated[bool, flag("Refuse readings that hardly are of such a sensor.")] = False,
     grow: Annotated[bool, flag("Calibrate further where readings of a softer sensor end at the table.")] = False,
@@ -160,7 +160,7 @@ def lot(
     limit: Annotated[Quantity, Parameter(help="Error of a good unit on 90 % of loads, over each range.")] = "2 %",
     plan: Annotated[int, Parameter(help="Loads that the next units may be read under, at most.")] = 2,
     rig: Annotated[Rigs, Parameter(help="What these are made with.")] = "stage",
-    known: Known = Known(), output: Output = None, as_json: Json = False,
+    known: PriorOptions = PriorOptions(), output: Output = None, as_json: Json = False,
 ) -> int:
     """What do units of one production share? Readings of some say how few loads the next ones need.
 
@@ -202,21 +202,21 @@ def lot(
 def _plan(prior: Prior, asked: tuple[int, str, str, str | None], noises: dict[str, Any], as_json: bool) -> int:
     """Answer which loads to read: how many, on which rig, of which weights or multiples of a step."""
     from sits_mech.analysis.built.load_plan import Bench, plan_loads
-    from sits_mech.report.tables.built import plan_record, plan_tables
+    from sits_mech.report.tables.built import adapt_plan_record, adapt_plan_tables
 
     count, rig, weights, step = asked
     chosen = plan_loads(prior, count, rig, bench=Bench.written(weights, step), **noises)
-    answer(plan_record(chosen), plan_tables(chosen), as_json)
+    answer(adapt_plan_record(chosen), adapt_plan_tables(chosen), as_json)
     return 0
 
 
 def _checked(found: Adaptation, count: int) -> str:
     """Return in words how far the approximation of a posterior is from its samples."""
-    from sits_mech.analysis.built.adaptation import sampled
+    from sits_mech.analysis.built.adaptation import laplace_error
 
     if count < 2:
         raise SceneError(f"--check: must be two or more samples; got {count}")
-    by = sampled(found, count)
+    by = laplace_error(found, count)
     return (f"posterior by {count} samples ({100.0 * by.settled:.0f} % of them settled): means within {by.shift:.2g} "
             f"deviations, widths within {100.0 * by.width:.0f} %, of forces within {100.0 * by.force_width:.0f} %")
 

@@ -33,11 +33,11 @@ def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
     title = "last converged state" if error.half == "mechanics" else "pose of the target"
     tables = [] if error.last is None else [equilibrium_table(error.last, title)]
     answer(failure_record(error, whole), tables, as_json)
-    fault(f"not converged ({error.report.status}): {error}")
+    print_fault(f"not converged ({error.report.status}): {error}")
     return EXIT_NO_ANSWER
 
 
-def ended(statuses: Sequence[str], accept: bool) -> int:
+def exit_code_of(statuses: Sequence[str], accept: bool) -> int:
     """Return the exit code of answers, and say on stderr where they are no good without a look."""
     code = exit_code(statuses, accept)
     if code == EXIT_DOUBTFUL:
@@ -53,10 +53,10 @@ def answer(record: dict[str, Any], tables: Sequence[Any], as_json: bool) -> None
         sys.stdout.write(json_text(record) + "\n")
         return
     for table in tables:
-        show(table)
+        print_table(table)
 
 
-def show(table: Any) -> None:
+def print_table(table: Any) -> None:
     """Print a table on stdout, or text as it is; where it is no terminal nothing is cut, numbers stay on one line."""
     from rich.console import Console
 
@@ -101,15 +101,15 @@ def kept_promise(planned: tuple[float, float], took: tuple[float, float]) -> str
 def warn(*lines: str) -> None:
     """Print notes on stderr, unless they are not wanted."""
     if not QUIET.get():
-        fault(*lines)
+        print_fault(*lines)
 
 
-def fault(*lines: str) -> None:
+def print_fault(*lines: str) -> None:
     """Print on stderr why there is no answer."""
     sys.stderr.writelines(f"{line}\n" for line in lines)
 
 
-def written(paths: Sequence[Path], as_json: bool, notes: Sequence[str] = (), **figures: Any) -> None:
+def print_written(paths: Sequence[Path], as_json: bool, notes: Sequence[str] = (), **figures: Any) -> None:
     """Answer what was written, with figures of it: a record for a program, notes on stderr for a reader."""
     warn(*notes, *(f"written to {path}" for path in paths))
     if as_json:
@@ -136,10 +136,10 @@ def solving(
 
     `magnetics` None: the target's pose alone is asked for.
     """
-    from sits_mech.chain.plan import taken
+    from sits_mech.chain.plan import planned_seconds
     from sits_mech.report.tables.plan import taken_words
 
-    warn(taken_words(*taken(sensor, loads, tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)))
+    warn(taken_words(*planned_seconds(sensor, loads, tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)))
     if any(isinstance(each, _Teller) for each in logging.getLogger(_ROOT).handlers):
         yield
         return

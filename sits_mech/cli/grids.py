@@ -15,15 +15,15 @@ from cyclopts import Parameter
 
 from sits_mech.cli.console import (
     answer,
-    ended,
+    exit_code_of,
     kept_promise,
     not_converged,
+    print_table,
+    print_written,
     progress_bar,
-    show,
     terminal_width,
     warn,
     write,
-    written,
 )
 from sits_mech.cli.options import (
     Accept,
@@ -36,8 +36,8 @@ from sits_mech.cli.options import (
     Scene,
     Warmth,
     app,
-    check_asked,
     check_readable,
+    check_request,
     flag,
     output_of,
     sensor_of,
@@ -74,7 +74,7 @@ def calibrate(
 
     sensor = sensor_of(scene, overrides, temperature)
     components = loads.components(sensor)
-    check_asked(sensor, components, **asdict(models))
+    check_request(sensor, components, **asdict(models))
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
 
     from sits_mech.chain.calibrate import calibrate as calibrated
@@ -101,13 +101,15 @@ def calibrate(
         said = remarks(data)
         width, whole = terminal_width(), load_table(data)
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
-            show(part)
-        show(summary_table(data))
+            print_table(part)
+        print_table(summary_table(data))
     statuses, reached = data["status"].to_numpy().ravel().tolist(), float(data.attrs.get("reached", nan))
-    written([folder], as_json, [*notes, *said, *missing], statuses=dict(Counter(statuses)), error=reached, seconds=took)
+    print_written(
+        [folder], as_json, [*notes, *said, *missing], statuses=dict(Counter(statuses)), error=reached, seconds=took
+    )
     if "planned" in data.attrs:
         warn(kept_promise(data.attrs["planned"], (took, reached)))
-    return ended(statuses, accept)
+    return exit_code_of(statuses, accept)
 
 
 @app.command
@@ -165,7 +167,7 @@ def sweep(
         warn(f"planned: {planned:.3g} s of processor time; taken: {taken:.3g} s")
     if as_json:
         answer({"written": [str(output)], "statuses": dict(Counter(statuses)), "seconds": taken}, [], True)
-    return ended(statuses, accept)
+    return exit_code_of(statuses, accept)
 
 
 @app.command
@@ -215,7 +217,7 @@ def _swept(asked: Study, output: Path, executor: Executor | None, as_json: bool)
 
 def _ran(study: Study, folder: Path, executor: Executor | None, as_json: bool) -> xr.Dataset:
     """Run a study, print the table of its cases and what is to know about them, and return it."""
-    from sits_mech.batch.adaptive import refined
+    from sits_mech.batch.adaptive import refinement_summary
     from sits_mech.batch.run import cases_aside, run_study
     from sits_mech.report.tables.cases import case_failures, case_remarks, case_table
     from sits_mech.store import STORE
@@ -223,11 +225,11 @@ def _ran(study: Study, folder: Path, executor: Executor | None, as_json: bool) -
     with progress_bar("cases") as progress:
         data = run_study(study, folder, executor=executor, progress=progress)
     if not as_json:
-        show(case_table(data))
+        print_table(case_table(data))
     aside = 0 if study.adaptive else cases_aside(study, folder)
     others = f"not in this table: {aside} finished case(s) of other values, kept in {folder / STORE}"
     others += " (latin: other samples for each number; sobol keeps them)" if study.combined == "latin" else ""
-    chosen = [refined(data, study.adaptive)] if study.adaptive else []
+    chosen = [refinement_summary(data, study.adaptive)] if study.adaptive else []
     notes = [*_left_out(study), *chosen, *([others] if aside else [])]
     warn(*case_remarks(data), *case_failures(data), *notes, f"written to {folder}")
     return data
@@ -281,7 +283,7 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
         found = forecast(study, cases, beside=beside, told=tell)
         if cases is not None:
             note(found, cases)
-    show(plan_table(found, study.name, processes, cluster=dask is not None))
+    print_table(plan_table(found, study.name, processes, cluster=dask is not None))
     warn(*_left_out(study))
     if study.adaptive:
         warn(f"adaptive: planned are the first cases of {study.count}; where the result bends more of them are solved")

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, deliver, show, solving, warn
+from sits_mech.cli.console import answer, deliver, print_table, solving, warn
 from sits_mech.cli.options import (
     Json,
     Load,
@@ -19,8 +19,8 @@ from sits_mech.cli.options import (
     Overrides,
     Scene,
     app,
-    check_asked,
     check_readable,
+    check_request,
     flag,
     output_of,
     sensor_of,
@@ -38,10 +38,10 @@ def catalog() -> int:
     from sits_mech.scene.materials import metals, silicones
     from sits_mech.scene.sensor import catalogue
 
-    show(key_table("sensors", list(catalogue().items())))
-    show(key_table("silicones", [(name, f"{item.law}: {item.source}") for name, item in silicones().items()]))
+    print_table(key_table("sensors", list(catalogue().items())))
+    print_table(key_table("silicones", [(name, f"{item.law}: {item.source}") for name, item in silicones().items()]))
     lines = [(name, f"{item.conductivity:.3g} S/m: {item.source}") for name, item in metals().items()]
-    show(key_table("metals", lines))
+    print_table(key_table("metals", lines))
     return 0
 
 
@@ -56,9 +56,9 @@ def doctor(*, clear: Annotated[bool, flag("Clear the cache of prepared plates.")
     from sits_mech.report.tables.solves import key_table
 
     if clear:
-        show(f"removed {disk_cache.clear()} files from {disk_cache.folder()}")
+        print_table(f"removed {disk_cache.clear()} files from {disk_cache.folder()}")
     parts = examine()
-    show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
+    print_table(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
     return 0 if healthy(parts) else 2
 
 
@@ -125,7 +125,7 @@ def explain(
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N" --ladder
     """
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
-    check_asked(sensor, vars(wrench), **asdict(models))
+    check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.ladder import ladder as solved
     from sits_mech.chain.plan import plan

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from sits_mech.cli.console import QUIET, fault, logged, warn
+from sits_mech.cli.console import QUIET, logged, print_fault, warn
 from sits_mech.cli.kept_help import asks_help, keep_help, kept_help
 from sits_mech.disk_cache import keep_by_default
 
@@ -65,13 +65,13 @@ def run(tokens: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left has no reader
         return UNREAD
     except (ValueError, OSError) as error:
-        fault(f"error: {' '.join(str(error).split())}")
+        print_fault(f"error: {' '.join(str(error).split())}")
         return 2
     except MemoryError as error:
-        fault(f"error: memory: must hold what is asked for; {' '.join(str(error).split())}".rstrip("; "))
+        print_fault(f"error: memory: must hold what is asked for; {' '.join(str(error).split())}".rstrip("; "))
         return 2
     except KeyboardInterrupt:
-        fault("interrupted: finished loads are kept; the same command goes on from them")
+        print_fault("interrupted: finished loads are kept; the same command goes on from them")
         return 130
     finally:
         QUIET.reset(before)
@@ -123,7 +123,7 @@ def main() -> None:
     if sys.stderr is None:  # closed by the shell
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     if sys.stdout is None:
-        fault("error: stdout: must be open, it takes the answer; got a closed one (>/dev/null is open)")
+        print_fault("error: stdout: must be open, it takes the answer; got a closed one (>/dev/null is open)")
         sys.exit(2)
     code = run()
     gc.freeze()  # else the interpreter's end searches all once more

@@ -297,7 +297,7 @@ def sensors_of(scene: str, overrides: Overrides, temperature: str | None, *, one
     return at_each(found, quantity_range(temperature, "K", "--temperature"))
 
 
-def check_asked(
+def check_request(
     sensor: Sensor, loads: Mapping[str, Any], tolerance: float, mechanics: str = "auto", magnetics: str = "auto"
 ) -> None:
     """Refuse a load or a tolerance beyond any sense, and models that there are not, before solvers are imported."""

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, deliver, not_converged, progress_bar, warn, written
+from sits_mech.cli.console import answer, deliver, not_converged, print_written, progress_bar, warn
 from sits_mech.cli.options import (
     Case,
     Folder,
@@ -23,8 +23,8 @@ from sits_mech.cli.options import (
     Quantity,
     Scene,
     app,
-    check_asked,
     check_readable,
+    check_request,
     flag,
     output_of,
     pose_of,
@@ -57,13 +57,13 @@ def view(
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
 
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.request import Request, draw
+    from sits_mech.report.pictures.request import PictureSettings, draw
 
     try:
-        draw(kind, sensor, Request(load.wrench(), pose, hertz, coil, show or "displacement"), path)
+        draw(kind, sensor, PictureSettings(load.wrench(), pose, hertz, coil, show or "displacement"), path)
     except SolveFailed as error:
         return not_converged(error, as_json)
-    written([path], as_json)
+    print_written([path], as_json)
     return 0
 
 
@@ -154,7 +154,7 @@ def export(
         notes = form.write(Source(sensor, data, load.wrench()), path)
     except SolveFailed as error:
         return not_converged(error, as_json)
-    written([path], as_json, notes)
+    print_written([path], as_json, notes)
     return 0
 
 
@@ -178,9 +178,9 @@ def design(
     from sits_mech.report.design import write_design
     from sits_mech.report.folder import cases_folder, prepare_folder
     from sits_mech.report.tables.design import (
+        design_plan_tables,
         design_record,
         design_tables,
-        plan_tables,
         preview_record,
         preview_table,
     )
@@ -193,7 +193,7 @@ def design(
     check_most(most)
     if plan:
         planned = plan_of(asked)
-        answer(asdict(planned), plan_tables(planned), as_json)
+        answer(asdict(planned), design_plan_tables(planned), as_json)
         return 0
     if output is None:
         raise SceneError("--output: must be a folder for the answer and solved designs; it is missing")
@@ -245,14 +245,14 @@ def report(folder: Folder, *, case: Case = None, output: Output = None, as_json:
         from sits_mech.report.page.sweep import write_sweep
 
         scenes = [f"scene of failed cases written to {scene}" for scene in write_sweep(folder, path)]
-        written([path], as_json, scenes)
+        print_written([path], as_json, scenes)
         return 0
     sensor, data = read_calibration(folder, case)
 
     from sits_mech.report.page.html import write_html
 
     write_html(sensor, data, folder, path)
-    written([path], as_json)
+    print_written([path], as_json)
     return 0
 
 
@@ -273,7 +273,7 @@ def studio(
 
     Example: sits-mech studio biorob2018-w15
     """
-    from sits_mech.scene.files import read_table
+    from sits_mech.scene.files import read_toml
     from sits_mech.scene.sensor import load_sensor
 
     text = ""
@@ -283,13 +283,13 @@ def studio(
         from sits_mech.synthesis.requirements import read_requirements
 
         read_requirements(required)
-        text, named = required.read_text(encoding="utf-8"), str(read_table(required)["scene"])
+        text, named = required.read_text(encoding="utf-8"), str(read_toml(required)["scene"])
         beside = required.parent / named
         scene = scene or (str(beside) if beside.is_file() else named)
     scene = scene or _FIRST
     design = Path(scene) / "recommended.toml"
     source = str(design) if design.is_file() else scene
-    check_asked(load_sensor(source), {}, **asdict(models))
+    check_request(load_sensor(source), {}, **asdict(models))
     if not 0 <= port < 65536:
         raise SceneError(f"--port: must be from 0 to 65535; got {port}")
     try:

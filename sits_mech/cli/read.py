@@ -64,7 +64,7 @@ def invert(
 
     Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
     """
-    from sits_mech.cli.readings import Asked, given_codes, given_inductances, given_texts, other_convention
+    from sits_mech.cli.readings import CalibratedReading, given_codes, given_inductances, given_texts, other_convention
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
 
@@ -81,7 +81,7 @@ def invert(
     from sits_mech.chain.derivatives.temperature import read_at
     from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
 
-    def asked_of(table: xr.Dataset) -> Asked:
+    def asked_of(table: xr.Dataset) -> CalibratedReading:
         """Return the reading beside a table in its unit."""
         return given_codes(sensor, table, texts, clock) if code else given_inductances(sensor, table, texts, idle)
 

@@ -25,7 +25,7 @@ Texts = Sequence[tuple[str, str]]  # of each coil in its order: the option that 
 
 
 @dataclass(frozen=True)
-class Asked:
+class CalibratedReading:
     """A reading and the calibration in its unit."""
 
     cal: Calibration
@@ -106,7 +106,7 @@ def _named(coils: Sequence[str], option: str, text: str) -> tuple[int, str, str]
     return list(coils).index(name), f"{option} {name}", value
 
 
-def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts, idle: str | None) -> Asked:
+def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts, idle: str | None) -> CalibratedReading:
     """Return written inductances and the calibration at the terminals, in henry."""
     from sits_mech.analysis.bench import convention, self_inductances, terminal_calibration, with_idle
 
@@ -114,7 +114,7 @@ def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts, idle: str 
     per_metre, even = str(data.attrs["unit_L"]) == "H/m", self_inductances(sensor)
     scales = [(float(m), float(L0)) if per_metre else None for m, L0 in zip(free, even, strict=True)]
     each = [_inductance(cal, k, written, scales[k]) for k, written in enumerate(texts)]
-    return Asked(cal, np.array(each), cal.L0, convention(with_idle(sensor, idle)))
+    return CalibratedReading(cal, np.array(each), cal.L0, convention(with_idle(sensor, idle)))
 
 
 def other_convention(sensor: Sensor, data: xr.Dataset, values: Array, idle: str | None) -> str:
@@ -145,7 +145,7 @@ def _inductance(cal: Calibration, k: int, written: tuple[str, str], scale: tuple
     return found
 
 
-def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | None) -> Asked:
+def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | None) -> CalibratedReading:
     """Return written codes and the calibration in codes."""
     from sits_mech.analysis.bench import code_calibration, convention, sensor_front_end
 
@@ -153,7 +153,7 @@ def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | Non
     cal, below = code_calibration(sensor, data, clock=hertz), sensor_front_end(sensor, data, clock=hertz)[0].below
     part = converter(sensor.readout.converter)
     values = np.array([_code(cal, k, written, part) for k, written in enumerate(texts)])
-    return Asked(cal, values, -0.5 * (values + below), convention(sensor, "codes of the converter"))
+    return CalibratedReading(cal, values, -0.5 * (values + below), convention(sensor, "codes of the converter"))
 
 
 def _code(cal: Calibration, k: int, written: tuple[str, str], part: Converter | None = None) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, ended, kept_promise, not_converged, solving, warn
+from sits_mech.cli.console import answer, exit_code_of, kept_promise, not_converged, solving, warn
 from sits_mech.cli.options import (
     Accept,
     Best,
@@ -29,7 +29,7 @@ from sits_mech.cli.options import (
     Warmths,
     Way,
     app,
-    check_asked,
+    check_request,
     pose_of,
     sensor_of,
     sensors_of,
@@ -54,7 +54,7 @@ def pose(
     """
     sensor, via = sensor_of(scene, overrides, temperature), way.loads()
     loads = [*via, load.wrench()]
-    check_asked(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
+    check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.plan import omissions
@@ -74,7 +74,7 @@ def pose(
     flags = rest_flags(sensor, found, tolerance)
     tables = [equilibrium_table(found, flags=flags), *left_out_tables(unsolved)]
     answer(equilibrium_record(found, unsolved) | status_record(flags), tables, as_json)
-    return ended(flags[:1], accept)
+    return exit_code_of(flags[:1], accept)
 
 
 @app.command
@@ -91,7 +91,7 @@ def inductance(
 
     sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
-    check_asked(sensor, {}, tolerance, magnetics=magnetics)
+    check_request(sensor, {}, tolerance, magnetics=magnetics)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
 
     from sits_mech.analysis.spectrum import at_terminals, spectrum
@@ -115,14 +115,14 @@ def inductance(
         flags = flags_of(report_of(data.attrs["report"]).estimated_error, tolerance, bounded=bounded)
         record = spectrum_record(pose, data, unsolved) | status_record(flags)
         answer(record, [spectrum_table(data), *beside], as_json)
-        return ended(flags[:1], accept)
+        return exit_code_of(flags[:1], accept)
     flags = flags_of(found.report.estimated_error, tolerance, bounded=bounded)
     seen, missing = at_terminals(sensor, found)
     names = sensor.coil_names
     tables = [impedance_table(names, found, flags), *beside, terminal_table(names, seen, missing)]
     record = impedance_record(pose, found, unsolved, seen, more=missing)
     answer(record | status_record(flags), tables, as_json)
-    return ended(flags[:1], accept)
+    return exit_code_of(flags[:1], accept)
 
 
 @app.command
@@ -141,7 +141,7 @@ def simulate(
     """
     (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
     via = way.loads()
-    check_asked(sensor, vars(wrench), **asdict(models))
+    check_request(sensor, vars(wrench), **asdict(models))
     if history is not None:
         if load != Load() or via or others or not best or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --no-best, --picture, some temperatures")
@@ -179,7 +179,7 @@ def simulate(
     if found.promise is not None:
         planned, *took = found.promise
         warn(kept_promise((planned.seconds, planned.error), (took[0], took[1])))
-    return ended(found.flags[:1], accept)
+    return exit_code_of(found.flags[:1], accept)
 
 
 def over_temperature(
@@ -208,7 +208,7 @@ def over_temperature(
     if drawn is not None and slopes is not None:
         save_figure(drift_figure(coils, T, found, (middle.temperature, slopes)), drawn)
         warn(f"written to {drawn}")
-    return ended([each.status for each in found], accept)
+    return exit_code_of([each.status for each in found], accept)
 
 
 @app.command

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from sits_mech.cli.console import answer, ended, not_converged, progress_bar, warn
+from sits_mech.cli.console import answer, exit_code_of, not_converged, progress_bar, warn
 from sits_mech.cli.options import (
     Accept,
     Json,
@@ -18,7 +18,7 @@ from sits_mech.cli.options import (
     Quantity,
     Scene,
     app,
-    check_asked,
+    check_request,
     flag,
     sensor_of,
 )
@@ -53,7 +53,7 @@ def in_time(
     if folder is not None:
         warn(*write_history(sensor, data, folder))
         warn(f"written to {folder}")
-    return ended(data["status"].to_numpy().tolist(), accept)
+    return exit_code_of(data["status"].to_numpy().tolist(), accept)
 
 
 @app.command
@@ -75,7 +75,7 @@ def cycle(
     output = output and checked_file(output)
     drawn = None if picture is None else checked_picture(picture, "--picture")
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
-    check_asked(sensor, vars(load.wrench()), **asdict(models))
+    check_request(sensor, vars(load.wrench()), **asdict(models))
 
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.analysis.histories.full_cycle import full_cycle
@@ -104,4 +104,4 @@ def cycle(
     if drawn is not None:
         save_figure(loop_curves(data), drawn)
         warn(f"written to {drawn}")
-    return ended([data.attrs["status"]], accept)
+    return exit_code_of([data.attrs["status"]], accept)

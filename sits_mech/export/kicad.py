@@ -33,7 +33,7 @@ _PAD, _HOLE = 1.0e-3, 0.6e-3  # of the pads at a coil's ends [m]
 
 
 @dataclass(frozen=True)
-class Track:
+class TrackRun:
     """A run of copper on one layer: arcs through points, shape (2 m + 1, 2), or straight lines along them [m]."""
 
     layer: str
@@ -43,7 +43,7 @@ class Track:
 
 
 @dataclass(frozen=True)
-class Hole:
+class PlatedHole:
     """A plated hole with its copper ring; ``number`` is "" for a via [m]."""
 
     place: Array
@@ -56,8 +56,8 @@ class Hole:
 class Winding:
     """A coil on the board: tracks and holes, in the sensor's coordinates x, y."""
 
-    tracks: tuple[Track, ...]
-    holes: tuple[Hole, ...]
+    tracks: tuple[TrackRun, ...]
+    holes: tuple[PlatedHole, ...]
 
 
 def write_kicad(source: Source, path: Path) -> tuple[str, ...]:
@@ -69,11 +69,11 @@ def write_kicad(source: Source, path: Path) -> tuple[str, ...]:
     windings = [winding(sensor, number) for number in range(len(sensor.coils))]
     write_text(path, _footprint(sensor, windings, path.stem))
     holes = f"vias {MM * _VIA:g}/{MM * _DRILL:g} mm, pads {MM * _PAD:g}/{MM * _HOLE:g} mm"
-    layers = ", ".join(copper_layers(sensor.coils[0].layers))
+    layers = ", ".join(layers_of_coil(sensor.coils[0].layers))
     return (f"{holes}; layers of the board, from the top: {layers}; for KiCad 7 or later",)
 
 
-def copper_layers(count: int) -> tuple[str, ...]:
+def layers_of_coil(count: int) -> tuple[str, ...]:
     """Return the board's names of a coil's layers, from the top down."""
     return ("F.Cu", *(f"In{k}.Cu" for k in range(1, count - 1)), "B.Cu")[: max(count, 1)]
 
@@ -91,7 +91,7 @@ def winding(sensor: Sensor, number: int) -> Winding:
     outside = _outer_ends(coil, first, turned, number)
     tracks = []
     holes = list({(hole.place[0], hole.place[1]): hole for hole in outside}.values())
-    for k, layer in enumerate(copper_layers(coil.layers)):
+    for k, layer in enumerate(layers_of_coil(coil.layers)):
         angle, inwards = first + (k // 2) * turned, k % 2 == 0
         via = _polar(np.array([inner]), np.array([angle]))
         spiral = _spiral(coil, angle, inwards)
@@ -100,10 +100,10 @@ def winding(sensor: Sensor, number: int) -> Winding:
         for line, arcs in (
             ([*before, spiral[:1]], False), ([spiral], coil.is_round), ([spiral[-1:], *after], False)
         ):
-            tracks += [Track(layer, np.vstack(line), arcs, coil.track_width)] if sum(map(len, line)) > 1 else []
+            tracks += [TrackRun(layer, np.vstack(line), arcs, coil.track_width)] if sum(map(len, line)) > 1 else []
         if inwards:
             last = str(2 * number + 2) if k == coil.layers - 1 else ""
-            holes.append(Hole(via[0], _VIA, _DRILL, last))
+            holes.append(PlatedHole(via[0], _VIA, _DRILL, last))
     return _placed(coil, tracks, holes)
 
 
@@ -141,7 +141,7 @@ def _nearest(rim: Array) -> float:
     return float(np.hypot(*(rim + share[:, None] * step).T).min())
 
 
-def _outer_ends(coil: Coil, first: float, turned: float, number: int) -> list[Hole]:
+def _outer_ends(coil: Coil, first: float, turned: float, number: int) -> list[PlatedHole]:
     """Return where each layer ends outside the coil, about its centre: pads for the coil's ends, vias between pairs."""
     edge = _reach(coil)[1] + coil.track_width / 2 + coil.track_gap
     far = edge + _PAD / 2
@@ -151,14 +151,14 @@ def _outer_ends(coil: Coil, first: float, turned: float, number: int) -> list[Ho
         angle = first + (k // 2) * turned
         if k in (0, coil.layers - 1) and (k == 0 or k % 2):
             place = _polar(far, angle + (aside if k else -aside))[0]
-            found.append(Hole(place, _PAD, _HOLE, str(2 * number + 1 + (k > 0))))
+            found.append(PlatedHole(place, _PAD, _HOLE, str(2 * number + 1 + (k > 0))))
         else:
             between = first + ((k + 1) // 2 - 0.5) * turned
-            found.append(Hole(_polar(edge + _VIA / 2, between)[0], _VIA, _DRILL))
+            found.append(PlatedHole(_polar(edge + _VIA / 2, between)[0], _VIA, _DRILL))
     return found
 
 
-def _placed(coil: Coil, tracks: list[Track], holes: list[Hole]) -> Winding:
+def _placed(coil: Coil, tracks: list[TrackRun], holes: list[PlatedHole]) -> Winding:
     """Return a coil about its own centre at its place in the sensor."""
     centre = np.asarray(coil.centre)
     return Winding(
@@ -234,7 +234,7 @@ def _footprint(sensor: Sensor, windings: list[Winding], name: str) -> str:
     return "\n".join([*lines, ")", ""])
 
 
-def _copper(track: Track) -> list[str]:
+def _copper(track: TrackRun) -> list[str]:
     """Return the lines of one run of copper."""
     end = f'(stroke (width {_number(track.width)}) (type solid)) (layer "{track.layer}"))'
     p = [_point(point) for point in track.points]
@@ -244,7 +244,7 @@ def _copper(track: Track) -> list[str]:
     return [f"  (fp_line (start {a}) (end {b}) {end}" for a, b in zip(p[:-1], p[1:], strict=True)]
 
 
-def _hole(hole: Hole) -> str:
+def _hole(hole: PlatedHole) -> str:
     """Return the line of a pad or a via."""
     size = _number(hole.diameter)
     mask = ' "*.Mask"' if hole.number else ""

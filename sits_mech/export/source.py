@@ -57,7 +57,7 @@ def resting_load(source: Source) -> Wrench:
     return Wrench(**found)
 
 
-def resting_pose(source: Source) -> Pose:
+def interpolated_pose(source: Source) -> Pose:
     """Return the pose under the source's load, linear between the table's loads.
 
     Raise SceneError when the load is outside the table, or next to one without a result.

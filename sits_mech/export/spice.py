@@ -19,7 +19,7 @@ import numpy as np
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.models import magnetic_model
-from sits_mech.export.source import Source, resting_load, resting_pose
+from sits_mech.export.source import Source, interpolated_pose, resting_load
 from sits_mech.quantities import UNITS, Array, Impedance, Pose
 from sits_mech.readout.loads import load_words, varied
 from sits_mech.scene.files import write_text
@@ -32,7 +32,7 @@ def write_spice(source: Source, path: Path) -> tuple[str, ...]:
     Raise SceneError when the load is outside the table, a scene does not fit the 3D model or the write fails;
     SolveFailed.
     """
-    pose = resting_pose(source)
+    pose = interpolated_pose(source)
     name = source.request["magnetics"]
     if source.data.attrs["unit_L"] != "H":
         name = "sheets"

@@ -28,7 +28,7 @@ from sits_mech.mechanics.layer import PlanarLayer, axisymmetric_pad, deformed_me
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words, points, varied, wrench_of
-from sits_mech.report.pictures.cuts import coil_cut, placed, target_cut
+from sits_mech.report.pictures.cuts import coil_cut, target_cut, target_points
 from sits_mech.report.pictures.pad import deformed_pad
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
@@ -133,8 +133,8 @@ def _solid(model: BlockPad, found: Equilibrium, still: Equilibrium) -> list[Piec
         corners = np.vstack([np.column_stack([rim, np.full(k, z)]) for z in (0.0, target.thickness)])
         faces = [("polygon", np.array([number[::-1], k + number]))]
         faces.append(("quad", np.column_stack([number, np.roll(number, -1), k + np.roll(number, -1), k + number])))
-        there = placed(corners, found.pose)
-        pieces.append(Piece(_TARGET, there, there - placed(corners, _rest(model.sensor)), faces, np.ones(2 + k)))
+        there = target_points(corners, found.pose)
+        pieces.append(Piece(_TARGET, there, there - target_points(corners, _rest(model.sensor)), faces, np.ones(2 + k)))
     return [*pieces, *(piece for coil in model.sensor.coils for piece in _winding(coil))]
 
 

@@ -28,7 +28,7 @@ from sits_mech.quantities import POSE, Array, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.apart import from_windings
 from sits_mech.scene.sensor import Conductor, Sensor, Target
-from sits_mech.scene.solids import Solid, separation
+from sits_mech.scene.solids import BoxedPart, separation
 
 _SIDES = 128  # of what stands for a disc
 _SOFT = 0.1  # of the clearance: the rise of a side below which it counts in square
@@ -141,7 +141,7 @@ def gap_to_plate(sensor: Sensor, target: Target, pose: Pose, number: int) -> Arr
     half = np.array([*target.extent, target.thickness]) / 2.0
     middle = places + turns[:, :, 2] * half[2]
     plate, part = fixed_solids(sensor)[1][number], sensor.conductors[number]
-    gap = separation(Solid("target", half, turns, middle), plate)
+    gap = separation(BoxedPart("target", half, turns, middle), plate)
     if target.shape == part.shape == "rectangle":
         return gap
     for k in np.flatnonzero(gap <= _TOUCH * max(*part.extent, *target.extent)):
@@ -177,16 +177,16 @@ def _half_spaces(plate: Target | Conductor) -> Array:
     return np.vstack([sides, faces])
 
 
-def fixed_solids(sensor: Sensor) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:
+def fixed_solids(sensor: Sensor) -> tuple[tuple[BoxedPart, ...], tuple[BoxedPart, ...]]:
     """Return the boxes around the coils, or their layers, and those around the fixed plates."""
     coils = tuple(
-        Solid.level(coil.name, (*coil.extent, high - low), (*coil.centre, (low + high) / 2))
+        BoxedPart.level(coil.name, (*coil.extent, high - low), (*coil.centre, (low + high) / 2))
         for coil in sensor.coils for low, high in coil.spans
     )
     return coils, tuple(part.box for part in sensor.conductors)
 
 
-def nearest(solid: Solid, others: Sequence[Solid]) -> float:
+def smallest_gap(solid: BoxedPart, others: Sequence[BoxedPart]) -> float:
     """Return the smallest separation from other boxes over all poses [m]; infinite without others."""
     return min((float(separation(solid, other).min()) for other in others), default=np.inf)
 
@@ -228,12 +228,12 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
     """Return the target, if any, at its poses and the fixed plates; Collision if it touches one or the coil plane."""
     coils, plates = fixed_solids(sensor)
     parts: list[PlacedPlate] = []
-    moving: list[Solid] = []
+    moving: list[BoxedPart] = []
     if sensor.target is not None and places.size:
         t = sensor.target.thickness
         half = np.array([*np.abs(target_outline(sensor.target, outline).rim).max(0), t / 2])
         _check_above(sensor.target, outline, turns, places)
-        moving = [Solid("target", half, turns, places + turns[:, :, 2] * t / 2)]
+        moving = [BoxedPart("target", half, turns, places + turns[:, :, 2] * t / 2)]
         sides = turns[:, 2, :2] * half[:2]
         sides = np.hypot(*sides.T)[:, None] if sensor.target.is_round else sides
         gap = smooth_height(places[:, 2] + np.minimum(turns[:, 2, 2] * t, 0.0), sides)
@@ -249,8 +249,8 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         parts = [PlacedPlate(*found, susceptibility=sensor.target.metal.susceptibility)]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
         drawn = part.loops and not part.is_turned
-        windings = from_windings(part, sensor.coils) if drawn else nearest(solid, coils)
-        beside = max(nearest(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(part.extent))
+        windings = from_windings(part, sensor.coils) if drawn else smallest_gap(solid, coils)
+        beside = max(smallest_gap(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(part.extent))
         anchor = min(beside, max(windings, _EASY * min(part.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         place = solid.places - solid.turns[:, :, 2] * part.thickness / 2

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.geometry.sheet_plan import BEYOND, Grading, Plan, graded_axis
+from sits_mech.geometry.sheet_plan import BEYOND, CellPlan, Grading, graded_axis
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.outlines import Loop, circle, edges, first_crossing, inside_loops, read_loops, signed_area
@@ -100,7 +100,7 @@ def read_outline(path: str | Path, group: str | None = None) -> Outline:
     return Outline(read_loops(path, group))
 
 
-def outline_plan(outline: Outline, grading: Grading) -> Plan:
+def outline_plan(outline: Outline, grading: Grading) -> CellPlan:
     """Divide a plate of any outline; ValueError if rims cross or touch, or the metal is too narrow to divide."""
     crossing = first_crossing(outline.loops)
     if crossing is not None:
@@ -122,7 +122,7 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
     raise ValueError("outline: could not be triangulated; rims must not touch and corners must not be needle-sharp")
 
 
-def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, grading: Grading) -> Plan | None:
+def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, grading: Grading) -> CellPlan | None:
     """Return rim quadrilaterals and inner triangles; None if the triangles do not fit the quadrilaterals."""
     nodes: list[Array] = []
     cells: list[Integers] = []
@@ -161,7 +161,7 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
     cells.append(np.column_stack([triangles, triangles[:, 2]]))
     loop_of = np.concatenate([*marks, np.full(lattice.shape[0], -1)])
     every = np.vstack([ring, lattice])
-    return Plan(every, np.vstack(cells), loop_of, np.eye(2)[None], np.ones((1, 1), complex), np.ones(1))
+    return CellPlan(every, np.vstack(cells), loop_of, np.eye(2)[None], np.ones((1, 1), complex), np.ones(1))
 
 
 def _offset(loop: Array, depth: float) -> Array:

@@ -17,7 +17,7 @@ from sits_mech.scene.sensor import Conductor, Sensor, Target
 
 
 @dataclass(frozen=True)
-class Plate:
+class PlateSection:
     """One conducting or permeable part in the section."""
 
     name: str
@@ -40,15 +40,15 @@ class Plate:
         return self.placed(np.array([-a, a, a + 1j * t, -a + 1j * t]))
 
 
-def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
+def section_plates(sensor: Sensor, pose: Pose) -> tuple[PlateSection, ...]:
     """Return the plates that the plane y = 0 cuts, the target at `pose` first."""
     plates = []
     if sensor.target is not None:
         target, metal = sensor.target, sensor.target.metal
         place, width = complex(float(pose.d_h), float(pose.d_v)), target.extent[0]
         plates.append(
-            Plate("target", place, float(pose.alpha), width, target.thickness, metal.conductivity,
-                  metal.relative_permeability, target.net_current == "zero")
+            PlateSection("target", place, float(pose.alpha), width, target.thickness, metal.conductivity,
+                         metal.relative_permeability, target.net_current == "zero")
         )
     for part in sensor.conductors:
         width, metal = cut_width(part), part.metal
@@ -56,8 +56,8 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
             middle = complex(part.centre[0], part.centre[2])
             bottom = middle - 0.5j * part.thickness * np.exp(-1j * part.alpha)
             plates.append(
-                Plate(f"conductors.{part.name}", complex(bottom), part.alpha, width, part.thickness, metal.conductivity,
-                      metal.relative_permeability, True)
+                PlateSection(f"conductors.{part.name}", complex(bottom), part.alpha, width, part.thickness,
+                             metal.conductivity, metal.relative_permeability, True)
             )
     return tuple(plates)
 

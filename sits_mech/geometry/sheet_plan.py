@@ -51,7 +51,7 @@ class Grading:
 
 
 @dataclass(frozen=True)
-class Plan:
+class CellPlan:
     """Cells of a plate's outline, or of the part of it that its symmetry repeats."""
 
     nodes: Array  # (n, 2) [m]
@@ -63,7 +63,7 @@ class Plan:
     tensor: tuple[Array, Array] | None = None  # half-axis nodes of a rectangle's quadrant [m]
 
 
-def rectangle_plan(width: float, length: float, grading: Grading) -> Plan:
+def rectangle_plan(width: float, length: float, grading: Grading) -> CellPlan:
     """Return a quadrant of a rectangle, `width` along x and `length` along y [m]."""
     x, y = (graded_axis(size / 2, grading) for size in (width, length))
     nodes = tensor_grid(x, y).reshape(-1, 2)
@@ -72,10 +72,10 @@ def rectangle_plan(width: float, length: float, grading: Grading) -> Plan:
     rim = np.isclose(nodes[:, 0], x[-1], rtol=1e-12, atol=0) | np.isclose(nodes[:, 1], y[-1], rtol=1e-12, atol=0)
     group = np.array([np.diag(signs) for signs in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))])
     characters = np.array([[1, p, q, p * q] for p in (1, -1) for q in (1, -1)], dtype=complex)
-    return Plan(nodes, cells, np.where(rim, 0, -1), group, characters, np.ones(4), (x, y))
+    return CellPlan(nodes, cells, np.where(rim, 0, -1), group, characters, np.ones(4), (x, y))
 
 
-def disc_plan(diameter: float, grading: Grading, *, orders: int, inner: float = 0.0) -> Plan:
+def disc_plan(diameter: float, grading: Grading, *, orders: int, inner: float = 0.0) -> CellPlan:
     """Return one of n equal sectors of a disc, or of a ring of an inner diameter [m]; classes are the angular orders.
 
     n is from the largest cell. The polygon has the disc's area. Classes above `orders` are left out.
@@ -97,7 +97,7 @@ def disc_plan(diameter: float, grading: Grading, *, orders: int, inner: float = 
     group = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in turns])
     order = np.arange(min(orders, n // 2) + 1)
     weights = np.where((order == 0) | (2 * order == n), 1.0, 2.0)
-    return Plan(nodes, cells, loop, group, np.exp(1j * np.outer(order, turns)), weights)
+    return CellPlan(nodes, cells, loop, group, np.exp(1j * np.outer(order, turns)), weights)
 
 
 def _radii(inner: float, outer: float, grading: Grading) -> Array:
@@ -110,7 +110,7 @@ def _radii(inner: float, outer: float, grading: Grading) -> Array:
     return middle + np.concatenate([-back[:0:-1], out])
 
 
-def stretched(plan: Plan, growth: tuple[float, float], rim: float) -> Plan:
+def with_rim(plan: CellPlan, growth: tuple[float, float], rim: float) -> CellPlan:
     """Return a rectangle's or disc's plan with its rim moved and the same cells, unchanged within `rim` [m] of it.
 
     `growth` is of the half sides along x and y, or twice that of the radius [m]; `rim` at most half way to the middle.
@@ -151,7 +151,7 @@ class Seams:
     edges: Integers  # (k, 3) g, edge e, edge f: the cell of e borders the image by g of that of f
 
 
-def plan_seams(plan: Plan) -> Seams:
+def plan_seams(plan: CellPlan) -> Seams:
     """Find the nodes and edges that a plan shares with its images and the edges between its own cells."""
     tolerance = 1e-8 * float(np.abs(plan.nodes).max())
     a, b = plan.nodes[plan.cells].reshape(-1, 2), plan.nodes[np.roll(plan.cells, -1, axis=1)].reshape(-1, 2)
@@ -175,7 +175,7 @@ def _meetings(points: Array, images: Array, tolerance: float) -> Integers:
     return np.column_stack([found["i"], found["j"]]).astype(int)
 
 
-def standing_nodes(plan: Plan, seams: Seams, character: Complex) -> tuple[Integers, Complex]:
+def standing_nodes(plan: CellPlan, seams: Seams, character: Complex) -> tuple[Integers, Complex]:
     """Return, for each node, the node that stands for it and the factor on that node's stream function.
 
     ``psi(g x) = chi(g) det(g) psi(x)``, as the current turns; a node that is its own image otherwise has factor 0.

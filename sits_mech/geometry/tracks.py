@@ -32,7 +32,7 @@ _ROUND = 64  # facets of a ring
 
 
 @dataclass(frozen=True)
-class Tracks:
+class TrackBars:
     """Straight bars in planes z = const, in series."""
 
     start: Array  # (n, 3) in the order of a positive current [m]
@@ -50,11 +50,11 @@ class Tracks:
         """Unit vectors along x and y, shape (n, 2)."""
         return (self.end - self.start)[:, :2] / self.length[:, None]
 
-    def moved(self, x: float, y: float) -> Tracks:
+    def moved(self, x: float, y: float) -> TrackBars:
         """Return them shifted along x and y [m]."""
-        return Tracks(self.start + (x, y, 0.0), self.end + (x, y, 0.0), self.width, self.thickness)
+        return TrackBars(self.start + (x, y, 0.0), self.end + (x, y, 0.0), self.width, self.thickness)
 
-    def strands(self, across: tuple[Array, Array], through: tuple[Array, Array]) -> list[tuple[Tracks, float]]:
+    def strands(self, across: tuple[Array, Array], through: tuple[Array, Array]) -> list[tuple[TrackBars, float]]:
         """Return filaments across widths and through thicknesses, at places from -1 to 1, each with its share.
 
         Those of tracks that go on where others end meet in a mitre, of up to a third of a turn.
@@ -72,7 +72,7 @@ class Tracks:
                 place + 0.5 * np.column_stack([out * self.width[:, None] * aside, up * self.thickness])
                 for place, aside in zip((self.start, self.end), ends, strict=True)
             )
-            found.append((Tracks(start, end, self.width, self.thickness), share * part))
+            found.append((TrackBars(start, end, self.width, self.thickness), share * part))
         return found
 
 
@@ -106,12 +106,12 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
 
 
 @lru_cache(maxsize=256)
-def coil_tracks(coil: Coil, windings: str = "rings") -> Tracks:
+def coil_tracks(coil: Coil, windings: str = "rings") -> TrackBars:
     """Return the straight tracks of a coil in the scene, as `coil_lines`; kept for later."""
     lines = coil_lines(coil, windings)
     start, end = (np.vstack([line[some] for line, _ in lines]) for some in (slice(None, -1), slice(1, None)))
     width = np.concatenate([np.full(len(line) - 1, width) for line, width in lines])
-    return Tracks(start, end, width, np.full(len(start), coil.track_thickness))
+    return TrackBars(start, end, width, np.full(len(start), coil.track_thickness))
 
 
 def track_length(coil: Coil) -> float:

@@ -215,7 +215,7 @@ def _finite(kind: Kind, react: Callable[[Pose, float], Reaction], pose: Pose, fr
     )
 
 
-def sizes(Z: Complex) -> Array:
+def magnitudes(Z: Complex) -> Array:
     """Return the magnitudes of the real and the imaginary parts, along a new first axis."""
     return np.abs(np.stack([Z.real, Z.imag]))
 

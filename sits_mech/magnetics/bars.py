@@ -36,9 +36,16 @@ from scipy.constants import mu_0
 
 from sits_mech.description import Refusal
 from sits_mech.geometry.collision import CLEARANCE, smooth_height
-from sits_mech.geometry.plates import Plate, distance, metal_parts, outline_refusal, return_radius, section_plates
+from sits_mech.geometry.plates import (
+    PlateSection,
+    distance,
+    metal_parts,
+    outline_refusal,
+    return_radius,
+    section_plates,
+)
 from sits_mech.geometry.tracks import coil_bars, section_refusal
-from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving, sizes
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, magnitudes, serving
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, depth, free_space_inductance, section_alone
 from sits_mech.magnetics.section.coupling import (
@@ -95,7 +102,7 @@ class PlanarBars:
             cells = max(cells, bars)
         change, check = both
         _check_bounds(change.imag / (2 * np.pi * frequency), change.real, free_space_inductance(self.sensor), cells)
-        errors = np.max(sizes(change - check), axis=(-2, -1)) / np.max(sizes(change), axis=(-2, -1))
+        errors = np.max(magnitudes(change - check), axis=(-2, -1)) / np.max(magnitudes(change), axis=(-2, -1))
         errors = _SAFETY[:, None] * errors + math.exp(-resolution.terms)
         error = errors[0][:, None, None] * largest(change.real) + 1j * (errors[1][:, None, None] * largest(change.imag))
         missed = errors[1].max() > self.tolerance
@@ -165,7 +172,7 @@ def _gaps_among(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
     ]
 
 
-def _placed(sensor: Sensor, pose: Pose) -> Iterator[tuple[Plate, ...]]:
+def _placed(sensor: Sensor, pose: Pose) -> Iterator[tuple[PlateSection, ...]]:
     """Yield all plates of the section, pose by pose."""
     for d_h, d_v, alpha in zip(pose.d_h, pose.d_v, pose.alpha, strict=True):  # type: ignore[arg-type]
         yield section_plates(sensor, Pose(float(d_h), float(d_v), float(alpha)))
@@ -202,7 +209,7 @@ def _among_others(
 
 
 def _answering(
-    plates: Sequence[Plate], resolution: Resolution, clear: Sequence[float], top: float
+    plates: Sequence[PlateSection], resolution: Resolution, clear: Sequence[float], top: float
 ) -> tuple[SectionPlate, ...]:
     """Return plates, each prepared for its clearance from all else, up to a frequency."""
     found = []

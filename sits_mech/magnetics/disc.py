@@ -38,9 +38,9 @@ from scipy.special import j0, j1
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import paired_mutual
-from sits_mech.magnetics.coils.ring_field import spectrum
+from sits_mech.magnetics.coils.ring_field import source_spectrum
 from sits_mech.magnetics.modes import Modes, eddy_modes
-from sits_mech.magnetics.space.fields import chebyshev, chebyshev_points, to_coefficients
+from sits_mech.magnetics.space.fields import chebyshev_points, chebyshev_values, to_coefficients
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
@@ -101,7 +101,7 @@ class Disc:
         total, (low, high) = np.zeros((count, d_v.size), dtype=complex), np.log(self.gaps)
         for modes in self.modes:
             coupling = modes.coupling.reshape(self.sources, -1, modes.tau.size)[:count]
-            fields = chebyshev((2 * np.log(d_v) - low - high) / (high - low), coupling.shape[1])
+            fields = chebyshev_values((2 * np.log(d_v) - low - high) / (high - low), coupling.shape[1])
             seen = fields @ coupling
             total += (seen * seen[0]) @ (omega**2 / (1.0 + 1j * omega * modes.tau))
         return total
@@ -215,7 +215,7 @@ def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
     sources = 1 + 2 * len(problem.places)
     total = [np.zeros((2, sources * count, row.r.size - 1)) for row in rows]
     for k, weight in _waves(problem):
-        S = np.vstack([spectrum(coil_sections(problem.coil), k), _dipoles(problem, k)])
+        S = np.vstack([source_spectrum(coil_sections(problem.coil), k), _dipoles(problem, k)])
         c = (S[:, None] * (weight * mu_0 / 2 * np.exp(-np.outer(gaps, k)))).reshape(sources * count, -1)
         for row, flux in zip(rows, total, strict=True):
             near = problem.thickness / 2 - row.high

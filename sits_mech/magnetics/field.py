@@ -29,13 +29,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sits_mech.description import Refusal
-from sits_mech.geometry.plates import Plate, outline_refusal, return_radius, section_plates
+from sits_mech.geometry.plates import PlateSection, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.section.coils import Track, coil_potentials, depth, section_alone, tracks
+from sits_mech.magnetics.section.coils import CoilBars, coil_potentials, depth, section_alone, tracks
 from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
-from sits_mech.magnetics.section.mesh import Division, Fineness, divide_plane, outline_samples
+from sits_mech.magnetics.section.mesh import DividedPlane, Fineness, divide_plane, outline_samples
 from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
@@ -56,9 +56,9 @@ _SMALL_SHARE = 0.1  # of the estimated error: a plate with less keeps its cells
 class PlanarField:
     """The field at one pose and frequency."""
 
-    plates: tuple[Plate, ...]  # target first, if there is one
-    coils: tuple[Track, ...]
-    division: Division
+    plates: tuple[PlateSection, ...]  # target first, if there is one
+    coils: tuple[CoilBars, ...]
+    division: DividedPlane
     solution: FieldSolution  # of order 3
     coarse: FieldSolution  # of order 2, for the error
     omega: float  # [rad/s]
@@ -171,7 +171,7 @@ def not_representable(sensor: Sensor) -> Refusal | None:
     return section_refusal(sensor.coils) or outline_refusal(sensor)
 
 
-def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> PlanarField:
+def _adapted(model: PlanarFem, plates: tuple[PlateSection, ...], omega: float) -> PlanarField:
     """Divide, solve at both orders and refine until the tolerance is met."""
     began = time.process_time()
     coils, ground = tracks(model.sensor), return_radius(model.sensor)
@@ -222,7 +222,7 @@ def _finer(fineness: tuple[Fineness, ...], found: PlanarField) -> tuple[Fineness
     return tuple(f.times(_FINER) if more else f for f, more in zip(fineness, needed, strict=True))
 
 
-def _check_coils(coils: tuple[Track, ...], ground: float | None) -> None:
+def _check_coils(coils: tuple[CoilBars, ...], ground: float | None) -> None:
     """Refuse coils beyond the grounded circle."""
     for coil in coils:
         corners = np.array([1 + 1j, 1 - 1j, -1 + 1j, -1 - 1j])

@@ -101,7 +101,7 @@ class Reduced:
             b = np.swapaxes(induced if other is None else other, -1, -2)
             return np.asarray(lower**2 * (X.real @ b + 1j * (X.imag @ b)))
 
-        return beyond(resolved, omega, self.highest)
+        return reaction_at(resolved, omega, self.highest)
 
     def answer(self, induced: Array, omega: float) -> Complex:
         """Return ``(1 + j omega T)^-1 W^T c`` of what fields induce, (..., n, m)."""
@@ -134,7 +134,7 @@ def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = N
     return Modes(np.maximum(tau, 0.0), B @ V, scale[:, None] * V)
 
 
-def beyond(reaction: Callable[[float], Complex], omega: float, highest: float) -> Complex:
+def reaction_at(reaction: Callable[[float], Complex], omega: float, highest: float) -> Complex:
     """Return a reaction at an angular frequency, from lower ones if that is above the highest; see `Reduced`."""
     if omega <= highest:
         return reaction(omega)

@@ -29,7 +29,7 @@ STEP = 0.01
 _QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 
 
-class Known(NamedTuple):
+class KnownImpedance(NamedTuple):
     """The impedance at p poses, and its quick slopes by some components, L and R (p, n, n) each."""
 
     impedance: Impedance
@@ -38,7 +38,7 @@ class Known(NamedTuple):
 
 def pose_slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
-    quick: bool = False, stencil: Stencil = CENTRAL, known: Known | None = None,
+    quick: bool = False, stencil: Stencil = CENTRAL, known: KnownImpedance | None = None,
 ) -> tuple[Impedance, Array, Array]:
     """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad].
 
@@ -47,7 +47,7 @@ def pose_slopes(
     if known is not None and known.slopes and components:
         every, new = known.slopes, [name for name in components if name not in known.slopes]
         if new:
-            asked = Known(known.impedance, {})
+            asked = KnownImpedance(known.impedance, {})
             _, *more = pose_slopes(sensor, model, pose, frequency, new, quick=quick, stencil=stencil, known=asked)
             every = every | {name: (more[0][..., k], more[1][..., k]) for k, name in enumerate(new)}
         each = [np.stack([every[name][k] for name in components], axis=-1) for k in (0, 1)]
@@ -96,13 +96,13 @@ def _slopes(values: Array, stencil: Stencil, steps: Array) -> Array:
 
 def solver_of(model: Any) -> Any:
     """Return what answers for a scene: the model itself, or the one that it adds errors to."""
-    model = within(model)
+    model = inner_model(model)
     if not hasattr(model, "sensor"):
         raise ValueError(f"lengths: need a model that can be made for another scene, got {type(model).__name__}")
     return model
 
 
-def within(model: Any) -> Any:
+def inner_model(model: Any) -> Any:
     """Return the model that another adds errors to; itself, if it adds none."""
     while hasattr(model, "model"):
         model = model.model
@@ -118,7 +118,7 @@ def _answering(model: Any) -> Any:
 
 def _coarse(model: Any) -> Sheets | None:
     """Return the model by a plate's coarsest division; None of one that has no other."""
-    model = within(model)
+    model = inner_model(model)
     if not isinstance(model, Sheets) or model.single:
         return None
     found = model.beside(model.sensor, single=True)

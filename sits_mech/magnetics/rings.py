@@ -23,7 +23,7 @@ import numpy as np
 from sits_mech.description import Refusal
 from sits_mech.geometry.collision import CLEARANCE
 from sits_mech.geometry.stations import stations
-from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, served, serving, sizes
+from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, magnitudes, served, serving
 from sits_mech.magnetics.axis.coaxial import check_coaxial, not_coaxial
 from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
@@ -106,7 +106,7 @@ class Axisymmetric:
     def _too_many(self, discs: Sequence[Disc], limit: _Limits) -> SolveFailed:
         """Return the error of a division that asks for more rings than fit."""
         rings = discs[-1].rings if discs else 0
-        reached = float((_error(limit) / sizes(limit[-1][-1])).max()) if len(discs) > 1 else 1.0
+        reached = float((_error(limit) / magnitudes(limit[-1][-1])).max()) if len(discs) > 1 else 1.0
         report = SolveReport("axisymmetric", rings, len(discs), 0.0, reached, 0.0, "too many rings")
         return SolveFailed(
             f"axisymmetric: tolerance {self.tolerance:g} asks for more than the {2 * _MOST} rings that fit; reached "
@@ -169,7 +169,7 @@ def _limits(discs: Sequence[Disc], d_v: Array, frequency: float) -> _Limits:
 def _holds(limit: _Limits, tolerance: float) -> bool:
     """Tell whether the last limit is as good as asked, the resistance ten times less."""
     asked = np.array([[10 * tolerance], [tolerance]])
-    return bool(limit[1]) and bool(np.all(_error(limit) <= asked * sizes(limit[1][-1])))
+    return bool(limit[1]) and bool(np.all(_error(limit) <= asked * magnitudes(limit[1][-1])))
 
 
 def _error(levels: _Limits) -> Array:
@@ -179,7 +179,7 @@ def _error(levels: _Limits) -> Array:
     before. With one limit alone it is half of what the extrapolation adds.
     """
     values, limit = levels
-    steps = [sizes(limit[0] - values[1]), *(sizes(fine - coarse) for coarse, fine in pairwise(limit))]
+    steps = [magnitudes(limit[0] - values[1]), *(magnitudes(fine - coarse) for coarse, fine in pairwise(limit))]
     if len(steps) == 1:
         return _ALONE * steps[0]
     before, last = steps[-2:]

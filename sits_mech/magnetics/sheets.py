@@ -46,11 +46,11 @@ from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.space.far import Asked as Field
+from sits_mech.magnetics.space.far import FieldRequest as Field
 from sits_mech.magnetics.space.fields import HELD
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.plates import Asked, Divided, divided_plate, holed, saturation_notes
-from sits_mech.magnetics.space.rungs import ROUGH, Limit, Rung, fitting
+from sits_mech.magnetics.space.plates import Divided, PlateRequest, divided_plate, holed, saturation_notes
+from sits_mech.magnetics.space.rungs import ROUGH, ImpedanceLimit, PlateRung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
@@ -162,15 +162,15 @@ class Sheets:
             free &= one.metal.relative_permeability == 1.0
         return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
 
-    def _kind(self, part: PlacedPlate) -> Asked:
+    def _kind(self, part: PlacedPlate) -> PlateRequest:
         """Return a plate as it is to be divided."""
         if self.like is not None and self.like.target is not None:
             become = part.plate if part.plate != self.like.target else None
-            return Asked(self.like.target, part.outline, part.susceptibility, None, become)
+            return PlateRequest(self.like.target, part.outline, part.susceptibility, None, become)
         fixed = part.windings > 0.0
         axes = tuple(map(tuple, part.turns[0].tolist()))
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings, axes) if fixed else None
-        return Asked(part.plate, part.outline, part.susceptibility, seen, None)
+        return PlateRequest(part.plate, part.outline, part.susceptibility, seen, None)
 
     def _winding_notes(self) -> tuple[Note, ...]:
         """Note how far spiral windings are from rings, and what free tracks are without."""
@@ -182,11 +182,11 @@ class Sheets:
 
     def _plates(
         self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]
-    ) -> tuple[list[Divided], Rung, tuple[Note, ...]]:
+    ) -> tuple[list[Divided], PlateRung, tuple[Note, ...]]:
         """Return the plates as they are divided, for `_change`, the rung, and notes on finer ones."""
         asked = [(part.plate, part.outline) for part in parts]
 
-        def divided(rung: Rung) -> list[Divided]:
+        def divided(rung: PlateRung) -> list[Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)
             own, beyond, like = replace(rung, single=self.single), min(clear[1:], default=0.0), self.like or self.sensor
             return [divided_plate(like, kind, own, (near, beyond), frequency) for kind, near in each]
@@ -209,7 +209,7 @@ class Sheets:
         gap = min(clear)
         asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
-        limit = Limit(replace(rung, single=self.single), thickness, finest, plates[0].close)
+        limit = ImpedanceLimit(replace(rung, single=self.single), thickness, finest, plates[0].close)
         if sensor.conductors:
             forms = limit.forms(self._together(parts, plates, seen, frequency[0]))
             uneven = None if asked is None else _field_of_all(parts, plates, seen, frequency[0], asked)

@@ -32,7 +32,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import room
 from sits_mech.magnetics.axis_fem import AxisymmetricFem
-from sits_mech.magnetics.pose_slopes import STEP, Known, pose_slopes, solver_of
+from sits_mech.magnetics.pose_slopes import STEP, KnownImpedance, pose_slopes, solver_of
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.sheets import Sheets
 from sits_mech.maps.differences import BACKWARD, CENTRAL, FORWARD, SECOND_ORDER, WIDE, best_slopes
@@ -189,7 +189,7 @@ def by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Ar
 
 def by_lengths(
     sensor: Sensor, model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str],
-    known: Known | None = None,
+    known: KnownImpedance | None = None,
 ) -> list[Array]:
     """Return derivatives of L and R by lengths at poses (p, 6), and their errors, shapes (p, n, n, m) [H/m, ohm/m].
 

@@ -17,7 +17,7 @@ def terms(degrees: Sequence[int], simplex: bool) -> NDArray[np.int_]:
     return found[(found / np.maximum(degrees, 1)).sum(axis=1) <= 1.0 + 1e-9] if simplex else found
 
 
-def design(x: Array, powers: NDArray[np.int_]) -> Array:
+def design_matrix(x: Array, powers: NDArray[np.int_]) -> Array:
     """Return every term at every point, shape (m, k)."""
     tables = [chebyshev(x[:, i], int(powers[:, i].max()))[0] for i in range(x.shape[1])]
     return np.asarray(np.prod([values[powers[:, i]].T for i, values in enumerate(tables)], axis=0))

@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.maps.chebyshev import chebyshev, design, terms
+from sits_mech.maps.chebyshev import chebyshev, design_matrix, terms
 from sits_mech.quantities import Array, tensor_grid
 
 _HIGHEST = 12  # degree: beyond it a map over loads has no use
@@ -140,7 +140,7 @@ def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simpl
     groups, counts = _lines(x), [int(_numbered(column).max()) + 1 for column in x.T]
     highest = [min(_HIGHEST, n - 3 if n > 5 else max(1, n - 2)) for n in counts]
     degrees = _chosen(x, y / sizes, groups, highest, simplex)
-    off = _predicted(design(x, terms(degrees, simplex)), y, groups)
+    off = _predicted(design_matrix(x, terms(degrees, simplex)), y, groups)
     if off is None:
         raise ValueError(f"points: must be more, or in general position, for a map of {len(names)}; got {len(p)}")
     error = np.max(np.abs(off), axis=0, initial=0.0)
@@ -150,7 +150,7 @@ def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simpl
     rms = np.sqrt(np.mean(off**2, axis=0)) if min(counts) > 2 else np.full_like(sizes, np.inf)
     error = np.where(np.isfinite(rms), error, np.inf)
     powers = terms(degrees, simplex)
-    coefficients = np.linalg.lstsq(design(x, powers), y, rcond=None)[0]
+    coefficients = np.linalg.lstsq(design_matrix(x, powers), y, rcond=None)[0]
     return SmoothMap(tuple(names), low, high, powers, coefficients, error, rms)
 
 
@@ -210,7 +210,7 @@ def _uncertainty(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[in
     def fitted(i: int, degree: int) -> Array:
         """Return the outputs of the map of another degree in one variable."""
         powers = terms([*degrees[:i], degree, *degrees[i + 1 :]], simplex)
-        return np.asarray(design(fine, powers) @ np.linalg.lstsq(design(x, powers), y, rcond=None)[0])
+        return np.asarray(design_matrix(fine, powers) @ np.linalg.lstsq(design_matrix(x, powers), y, rcond=None)[0])
 
     each, whole = list[Array](), fitted(0, degrees[0])
     for i, (degree, count) in enumerate(zip(degrees, counts, strict=True)):
@@ -231,7 +231,7 @@ def _fewer(degree: int) -> int:
 
 def _score(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], powers: NDArray[np.int_]) -> float:
     """Return the root mean square error of predicting, at least what counts as exact; inf with too many terms."""
-    off = _predicted(design(x, powers), y, groups)
+    off = _predicted(design_matrix(x, powers), y, groups)
     return np.inf if off is None or not len(off) else max(float(np.sqrt(np.mean(off**2))), _EXACT)
 
 

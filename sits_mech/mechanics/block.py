@@ -35,17 +35,25 @@ import numpy as np
 from sits_mech.cases import Progress, untold
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
-from sits_mech.mechanics.equilibrium.body import Bonded, packed
+from sits_mech.mechanics.equilibrium.body import Bonded, pack_state
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import starts
-from sits_mech.mechanics.levels.family import EARLY, Levels, Line, contact_depth, kept, of_one_pad
-from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
+from sits_mech.mechanics.levels.family import EARLY, Levels, Line, cache_changes, contact_depth, of_one_pad
+from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.settle import finished, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
-from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales
+from sits_mech.mechanics.pad.solid import (
+    Solid,
+    bonded_block,
+    ignored_edge,
+    mirrored,
+    moved_block,
+    pad_parts,
+    pad_scales,
+)
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.quantities import Array, Equilibrium
 from sits_mech.scene.parameters import Parameter
@@ -119,7 +127,7 @@ class BlockPad(Controlled):
                     solved = settled(self.whole, of_both_halves(self, solved.found), controls)
             else:
                 solved = settled(self.whole if out_of_plane else self.half, start, controls)
-        notes = (*solved.found.report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor))
+        notes = (*solved.found.report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
         report = replace(solved.found.report, model="block", seconds=time.process_time() - began, notes=notes)
         solved = solved._replace(found=replace(solved.found, report=report))
         return finished(control, solved, "pad", self.tolerance if self.goal is None else None)
@@ -130,19 +138,19 @@ class BlockPad(Controlled):
         began, whole = time.process_time(), any(load.out_of_plane for load in history.loads)
         found = motion_in_time(self.whole if whole else self.half, history, tell)
         report = replace(found.report, model="block", seconds=time.process_time() - began)
-        notes = (*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor))
+        notes = (*report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
         return replace(found, report=replace(report, notes=notes))
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
-        """Return the derivatives of a pose by its load and by scene parameters; raises as `pose_slopes`.
+        """Return the derivatives of a pose by its load and by scene parameters; raises as `equilibrium_slopes`.
 
         `sideways` adds those by F_y, M_x and M_z of half a pad.
         """
         number, size = int(found.state[0]), found.state.size - 1
         line = self.half if self.half[number].size == size else self.whole
         scales = partial(pad_scales, share=line.scales.share)
-        return pose_slopes(solved_family(line, found, scales, sideways), found, parameters)
+        return equilibrium_slopes(solved_family(line, found, scales, sideways), found, parameters)
 
     def _is_whole(self, start: Equilibrium | None) -> bool:
         """Whether a start is a state of the whole pad."""
@@ -231,7 +239,8 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
     terms = np.column_stack([(split * 2.0**layers) ** -order, split**-_INSIDE])
     sideways = EARLY if shape.flush or crosses(shape) else _WITHIN
     return Levels(
-        terms, cells, lambda level: made(level).body, carrier, _SHARE, kept(changed), _RESTED, _OPENS, sideways, _LEAST
+        terms, cells, lambda level: made(level).body, carrier, _SHARE, cache_changes(changed), _RESTED, _OPENS,
+        sideways, _LEAST
     )
 
 
@@ -250,5 +259,5 @@ def of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
         return found
     states = starts(half, pad.half.scales, found)
     bodies = ((half.fine, whole.fine), (half.coarse, whole.coarse))
-    both = [packed(mirrored(*pair, state)) for pair, state in zip(bodies, states, strict=True)]
+    both = [pack_state(mirrored(*pair, state)) for pair, state in zip(bodies, states, strict=True)]
     return replace(found, state=np.concatenate([[number], *both]))

@@ -38,10 +38,10 @@ from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.equilibrium.control import Control, Controlled, under
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.family import Line
-from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
+from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.settle import finished, settled
-from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, meshes_in_line
+from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, section_families
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.quantities import Array, Equilibrium, Pose, refuse_out_of_plane
 from sits_mech.scene.parameters import Parameter
@@ -107,12 +107,12 @@ class PlanarLayer(Controlled):
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
-        """Return the derivatives of a pose by its load and by scene parameters; raises as `pose_slopes`.
+        """Return the derivatives of a pose by its load and by scene parameters; raises as `equilibrium_slopes`.
 
         Out-of-plane derivatives are unknown, whatever `sideways` says.
         """
         scales = partial(layer_scales, axial=self.axial)
-        return pose_slopes(solved_family(self.line, found, scales), found, parameters)
+        return equilibrium_slopes(solved_family(self.line, found, scales), found, parameters)
 
     def _check(self, control: Control) -> None:
         """Refuse what leaves the plane, or the axis."""
@@ -129,7 +129,7 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
 
     Raise ValueError for a scene without target or elastomer, or a tolerance outside (0, 1).
     """
-    return PlanarLayer(sensor, tolerance, meshes_in_line(sensor, tolerance), edge_effect(sensor))
+    return PlanarLayer(sensor, tolerance, section_families(sensor, tolerance), edge_effect(sensor))
 
 
 @one_thread
@@ -140,7 +140,7 @@ def axisymmetric_pad(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     """
     if refusal := coaxial_refusal(sensor):
         raise SceneError(f"{sensor.name}: {refusal}")
-    line = meshes_in_line(sensor, tolerance, axial=True)
+    line = section_families(sensor, tolerance, axial=True)
     return PlanarLayer(sensor, tolerance, line, edge_effect(sensor, axial=True), axial=True)
 
 

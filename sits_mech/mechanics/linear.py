@@ -36,10 +36,10 @@ from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.newton import correction
-from sits_mech.mechanics.equilibrium.newton import small_strain as undeformed
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance as undeformed
 from sits_mech.mechanics.levels.answer import errors_of, relative
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
+from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, equilibrium_slopes
 from sits_mech.mechanics.levels.refine import refine
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
@@ -111,14 +111,14 @@ class SmallStrain:
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
-        """Return the derivatives of a pose by its load and by scene parameters; raises as `pose_slopes`.
+        """Return the derivatives of a pose by its load and by scene parameters; raises as `equilibrium_slopes`.
 
         `sideways` adds those by F_y, M_x and M_z of half a pad.
         """
         flat = len(self.levels.coarse.mesh.axes) == 2
         scales = layer_scales if flat else partial(pad_scales, share=self.scales.share)
         family = Family(self.levels, scales, self.sensor, small=len(self.compliances), sideways=sideways)
-        return pose_slopes(family, found, parameters)
+        return equilibrium_slopes(family, found, parameters)
 
     @property
     def stiffness(self) -> tuple[Array, float]:

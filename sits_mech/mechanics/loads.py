@@ -77,7 +77,7 @@ def settle(
             solved, back = symmetry.standard(load)
             if solved not in found:
                 own = (begun or {}).get(solved) or _settled(layer, solved, keep, partial(_nearest, found, solved))
-                found[solved] = upright(own, symmetry, solved)
+                found[solved] = allowed_by_symmetry(own, symmetry, solved)
             if load != solved:
                 found[load] = _image(found[solved], solved, load, back)
         progress(done, len(asked))
@@ -110,7 +110,7 @@ def kept_rest(keep: tuple[Path | None, str], wrench: Wrench) -> Equilibrium | No
     return next((_read(wrench, row).rest for row in rows if row is not None and row["status"] == OK), None)
 
 
-def upright(settled: Settled, symmetry: Symmetry, load: Wrench) -> Settled:
+def allowed_by_symmetry(settled: Settled, symmetry: Symmetry, load: Wrench) -> Settled:
     """Return what came of a load without what its symmetry forbids."""
     return settled if settled.rest is None else replace(settled, rest=symmetrised(settled.rest, symmetry, load))
 

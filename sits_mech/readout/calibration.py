@@ -24,7 +24,7 @@ from sits_mech.maps.domain import Domain, domain_of, hull_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import WRENCH, Array, Wrench, shown_unit, tensor_grid
 from sits_mech.readout.inversion import AMBIGUOUS as AMBIGUOUS
-from sits_mech.readout.inversion import MARGIN, Inverse, Search
+from sits_mech.readout.inversion import MARGIN, Inverse, InverseSearch
 from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
 from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
@@ -206,9 +206,9 @@ class Calibration:
         return answers * self._half[:, None]
 
     @cached_property
-    def search(self) -> Search:
+    def search(self) -> InverseSearch:
         """Search for the forces of readings."""
-        return Search(self.map, self.domain, self.weights, self.full_scale, self.seeds)
+        return InverseSearch(self.map, self.domain, self.weights, self.full_scale, self.seeds)
 
     def inverse(self, L: ArrayLike) -> Inverse:
         """Return the forces that show inductances.

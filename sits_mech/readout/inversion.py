@@ -78,7 +78,7 @@ class Inverse:
 
 
 @dataclass(frozen=True)
-class Search:
+class InverseSearch:
     """The inverse of a map in scaled forces; fields as of `Calibration`."""
 
     map: SmoothMap

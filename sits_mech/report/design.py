@@ -53,11 +53,11 @@ _MEANINGS = {
 
 def write_design(asked: Requirements, found: DesignAnswer, folder: Path) -> list[str]:
     """Write a search's result to an existing folder; return what could not be written; raise SceneError."""
-    sensor = named(asked, found.best, "recommended")
+    sensor = named_sensor(asked, found.best, "recommended")
     save_sensor(sensor, folder / "recommended.toml")
     (folder / "front").mkdir(exist_ok=True)
     for number, each in enumerate(found.front, 1):
-        save_sensor(named(asked, each, f"front {number}"), folder / "front" / f"{number:02d}.toml")
+        save_sensor(named_sensor(asked, each, f"front {number}"), folder / "front" / f"{number:02d}.toml")
     data = design_table(asked, found)
     save_table(data, folder / "designs.nc")
     data.to_dataframe().to_csv(folder / "designs.csv", index=False)
@@ -73,7 +73,7 @@ def write_design(asked: Requirements, found: DesignAnswer, folder: Path) -> list
     return missed
 
 
-def named(asked: Requirements, found: Answered, words: str) -> Sensor:
+def named_sensor(asked: Requirements, found: Answered, words: str) -> Sensor:
     """Return the sensor of a design under a name that says what it is."""
     sensor = asked.space.sensor(found.design)
     return sensor.model_copy(update={"name": f"{sensor.name}, {words}: {asked.space.words(found.design)}"})

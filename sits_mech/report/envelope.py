@@ -30,7 +30,7 @@ def envelope_record(found: Envelope) -> dict[str, Any]:
             "plane": list(ray.plane),
             "angle": ray.angle,
             "force": {name: getattr(ray.force, name) for name in ray.plane},
-            "error": ray.error * size_of(ray.force),
+            "error": ray.error * force_size(ray.force),
             "limit": sentence(ray.limit),
         }
         for ray in found.rays
@@ -43,7 +43,7 @@ def envelope_table(found: Envelope) -> Table:
     rows, first = [], dict[tuple[str, ...], Ray]()
     for ray in found.rays:
         alike = (f"{(v if name == 'F_z' else abs(v)) + 0.0:.9g}" for name, v in vars(ray.force).items())
-        apart = "" if math.isfinite(size_of(ray.force)) else f"{ray.plane}{ray.angle}"
+        apart = "" if math.isfinite(force_size(ray.force)) else f"{ray.plane}{ray.angle}"
         first.setdefault((sentence(ray.limit), *alike, apart), ray)
     for ray in first.values():
         forces = {name: value for name, value in vars(ray.force).items() if value}
@@ -74,7 +74,7 @@ def envelope_figure(found: Envelope, name: str) -> Figure:
     limits = list(dict.fromkeys(ray.limit for ray in found.rays))
     with new_figure(0.95 * len(planes), rows=len(planes)) as (figure, every):
         for plane, axes in zip(planes, every, strict=True):
-            own = [ray for ray in found.rays if ray.plane == plane and math.isfinite(size_of(ray.force))]
+            own = [ray for ray in found.rays if ray.plane == plane and math.isfinite(force_size(ray.force))]
             if own:
                 _draw_plane(axes, own, limits)
         figure.suptitle(f"{name}\nforces within all limits; bars along rays: estimated error")
@@ -82,6 +82,6 @@ def envelope_figure(found: Envelope, name: str) -> Figure:
         return figure
 
 
-def size_of(force: Wrench) -> float:
+def force_size(force: Wrench) -> float:
     """Return the size of a force [N]."""
     return math.hypot(force.F_x, force.F_y, force.F_z)

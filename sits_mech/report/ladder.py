@@ -6,16 +6,16 @@ import math
 from collections.abc import Sequence
 from itertools import chain
 
-from sits_mech.analysis.ladder import Asked, Rung
+from sits_mech.analysis.ladder import LadderPoint, LadderStep
 
 
-def rung_line(rung: Rung, left: int) -> str:
+def rung_line(rung: LadderStep, left: int) -> str:
     """Return a rung in a line, with how many follow."""
     came = f"error {rung.estimated:.2g}" if rung.status == "converged" else rung.status.partition(";")[0]
     return f"{power(rung.tolerance)}: {came}, {rung.seconds:.2g} s" + (f"; {left} to come" if left else "")
 
 
-def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
+def ladder_sentence(ladders: Sequence[Sequence[LadderPoint]]) -> str:
     """Summarize ladders: "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 1e-3 cannot be reached".
 
     A tolerance counts where the answer's own estimate is within it; where only some of several ladders reach it, how
@@ -53,6 +53,6 @@ def _span(ends: Sequence[str]) -> str:
     return ends[0] if ends[0] == ends[-1] else f"{ends[0]} to {ends[-1]}"
 
 
-def _finest(row: Sequence[Asked]) -> Asked:
+def _finest(row: Sequence[LadderPoint]) -> LadderPoint:
     """Return the rung of the least tolerance."""
     return min(row, key=lambda one: one.tolerance)

@@ -21,7 +21,7 @@ from sits_mech.inputs import unknown
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import several
 from sits_mech.report.folder import check_table
-from sits_mech.report.page.explorer import Asked, explorer, page_file
+from sits_mech.report.page.explorer import RequiredLines, explorer, page_file
 from sits_mech.report.page.parts import figures_part, scene_part, subtitle
 from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.drawing import scene_drawing
@@ -149,7 +149,7 @@ def _sensor_of(data: xr.Dataset, sensor: Sensor | None) -> Sensor:
 
 
 def calibration_page(
-    sensor: Sensor, data: xr.Dataset, head: str = "", asked: Asked | None = None, below: str | None = None
+    sensor: Sensor, data: xr.Dataset, head: str = "", asked: RequiredLines | None = None, below: str | None = None
 ) -> str:
     """Return a calibration as one HTML text for a frame: below `head` the report's explorer, then figures of merit.
 

@@ -28,7 +28,7 @@ from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.outlines import Loop, circle, crossing, polygon
 from sits_mech.scene.parts import Conductor, Target
-from sits_mech.scene.solids import Solid, separation
+from sits_mech.scene.solids import BoxedPart, separation
 from sits_mech.units import SceneError
 from sits_mech.units import millimetres as mm
 
@@ -48,7 +48,7 @@ class Prism:
     is_round: bool = False  # a cylinder of the diameter `extent`, not a box
     loops: tuple[Loop, ...] = ()  # rim and holes of an outline, instead [m]
     tracks: tuple[tuple[Array, float], ...] = ()  # free tracks (k, 2), half widths; count beside outlines [m]
-    box: Solid | None = None  # of a plate that is turned, instead of all but its heights
+    box: BoxedPart | None = None  # of a plate that is turned, instead of all but its heights
 
 
 def check_parts(
@@ -159,10 +159,10 @@ def _above(part: Prism, other: Prism) -> float:
     return max(other.bottom - part.top, part.bottom - other.top)
 
 
-def _box(part: Prism) -> Solid:
+def _box(part: Prism) -> BoxedPart:
     """Return the box around a part."""
     size, middle = (*part.extent, part.top - part.bottom), (*part.middle, (part.top + part.bottom) / 2)
-    return part.box or Solid.level(part.name, size, middle)
+    return part.box or BoxedPart.level(part.name, size, middle)
 
 
 def gap_beside(first: Prism, second: Prism) -> float:

@@ -47,7 +47,7 @@ _DRAWN = (*SIDES, "D")
 _LAYERED = ("layers", "turns", "track_gap", "layer_pitch", "layer_z", "directions")
 
 
-class Shape(NamedTuple):
+class CoilShape(NamedTuple):
     """Keys of the coils of a shape beside those of all coils: sizes that must be given, and what else may be."""
 
     needed: tuple[str, ...]
@@ -60,11 +60,11 @@ class Shape(NamedTuple):
 
 
 SHAPES = {
-    "circle": Shape(("inner_diameter",), (*_LAYERED, "winding")),
-    "rectangle": Shape(("inner_width", "inner_length"), ("corner_radius", *_LAYERED)),
-    **dict.fromkeys(SIDES, Shape(("inner_diameter",), ("alpha_z", *_LAYERED))),
-    "D": Shape(("inner_width", "inner_length"), ("alpha_z", *_LAYERED)),
-    "path": Shape(("path",), ("path_widths",)),
+    "circle": CoilShape(("inner_diameter",), (*_LAYERED, "winding")),
+    "rectangle": CoilShape(("inner_width", "inner_length"), ("corner_radius", *_LAYERED)),
+    **dict.fromkeys(SIDES, CoilShape(("inner_diameter",), ("alpha_z", *_LAYERED))),
+    "D": CoilShape(("inner_width", "inner_length"), ("alpha_z", *_LAYERED)),
+    "path": CoilShape(("path",), ("path_widths",)),
 }
 ACROSS = ("inner_diameter", "inner_width", "inner_length", "corner_radius", "track_width", "track_gap")
 """Lengths in the board's plane, whatever the shape."""

@@ -32,7 +32,7 @@ _STDOUT = ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 _MOST_LINKS = 40  # as many as the system follows
 
 
-def read_table(path: Path) -> Table:
+def read_toml(path: Path) -> Table:
     """Return the tables of the TOML file `path`; raise SceneError when it cannot be read or is not TOML."""
     try:
         found = tomllib.loads(input_text(path, "a readable scene file", _LONGEST))
@@ -65,7 +65,7 @@ def read_as(path: Path, meaning: Callable[[Table, Path], Meant]) -> Meant:
 
     Raises SceneError in one line: the file, the key, what it must be, what came.
     """
-    table = read_table(path)
+    table = read_toml(path)
     try:
         return meaning(table, path.parent)
     except SceneError as error:

@@ -50,7 +50,7 @@ _KELVIN = 3e-3  # step of a temperature: some 1e-6 of what it changes
 _REACHES = dict.fromkeys(CAUSES, 6e4) | {"conductivity": 300.0, "modulus": 300.0, "pad": 3e3}  # 1 over coefficients [K]
 
 
-class Place(NamedTuple):
+class Perturbation(NamedTuple):
     """A changed scene, the amount of its change, and its weight in a derivative."""
 
     sensor: Sensor
@@ -64,7 +64,7 @@ class SceneStencil(NamedTuple):
     A stencil of maps/differences.py, which has weights of numbered places alone, at the scenes of a parameter.
     """
 
-    places: tuple[Place, ...]
+    places: tuple[Perturbation, ...]
     own: float
 
 
@@ -114,7 +114,7 @@ class Parameter:
         for rule in SECOND_ORDER:
             beside = {m: share / h for m, share in rule.shares.items() if m}
             if beside.keys() <= there.keys():
-                places = tuple(Place(there[m], m * h, weight) for m, weight in beside.items())
+                places = tuple(Perturbation(there[m], m * h, weight) for m, weight in beside.items())
                 return SceneStencil(places, rule.shares[0] / h)
         raise SceneError(f"{self.name}: must be a number that can be changed a little; no scene of this kind is beside")
 

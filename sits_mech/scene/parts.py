@@ -40,7 +40,7 @@ from sits_mech.scene.bounds import (
 )
 from sits_mech.scene.materials import Metal, metals
 from sits_mech.scene.outlines import Loop, check_rims, circle, with_rims_of_mesh
-from sits_mech.scene.solids import Solid
+from sits_mech.scene.solids import BoxedPart
 from sits_mech.units import SceneError
 from sits_mech.units import millimetres as mm
 
@@ -242,10 +242,10 @@ class Conductor(Plate, _Named):
         return rotation_matrix(np.array([self.alpha_x, self.alpha, self.alpha_z]))
 
     @property
-    def box(self) -> Solid:
+    def box(self) -> BoxedPart:
         """The box around it, sides along its own axes."""
         half = np.array([*self.extent, self.thickness]) / 2
-        return Solid(f"conductors.{self.name}", half, self.turn[None], np.array([self.centre]))
+        return BoxedPart(f"conductors.{self.name}", half, self.turn[None], np.array([self.centre]))
 
     @property
     def span(self) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Frequency, Length, Name, Temperature
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer
-from sits_mech.scene.files import overridden, read_table, write_text, written
+from sits_mech.scene.files import overridden, read_toml, write_text, written
 from sits_mech.scene.materials import Metal
 from sits_mech.scene.parts import Conductor, Readout, Target, Tolerances
 from sits_mech.silicone.material import Silicone
@@ -183,7 +183,7 @@ def catalogue() -> dict[str, str]:
     >>> sm.catalogue()["biorob2018"]
     'BioRob 2018 two-axis SITS, target 8 mm wide'
     """
-    return {name: str(read_table(path)["name"]) for name, path in _catalogue_files().items()}
+    return {name: str(read_toml(path)["name"]) for name, path in _catalogue_files().items()}
 
 
 def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
@@ -217,7 +217,7 @@ def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
         raise SceneError(
             f"{shown(str(source))[1:-1]}: no such file; a scene of the catalogue {unknown(str(source), files)}"
         )
-    return sensor_from(overridden(_found(read_table(path), path.parent), overrides), str(source))
+    return sensor_from(overridden(_found(read_toml(path), path.parent), overrides), str(source))
 
 
 def load_beside(folder: Path, source: str, overrides: Sequence[str] = ()) -> Sensor:

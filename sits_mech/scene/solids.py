@@ -13,7 +13,7 @@ from sits_mech.quantities import Array
 
 
 @dataclass(frozen=True)
-class Solid:
+class BoxedPart:
     """A box around a part in its p places; p = 1 if it does not move."""
 
     name: str  # as in the scene
@@ -22,12 +22,12 @@ class Solid:
     places: Array  # (p, 3) of the middle [m]
 
     @classmethod
-    def level(cls, name: str, size: tuple[float, ...], place: tuple[float, ...]) -> Solid:
+    def level(cls, name: str, size: tuple[float, ...], place: tuple[float, ...]) -> BoxedPart:
         """Return a box along x, y and z that does not move, by its sizes and its middle [m]."""
         return cls(name, np.array(size) / 2, np.eye(3)[None], np.array([place]))
 
 
-def separation(first: Solid, second: Solid) -> Array:
+def separation(first: BoxedPart, second: BoxedPart) -> Array:
     """Return the width of the widest slab between two boxes, negative where they overlap; one a pose [m].
 
     At most their distance, and positive exactly where there is one (separating axes: the boxes' and their products).

@@ -49,7 +49,7 @@ def scene_schema() -> Schema:
     found["Conductor"]["allOf"].append(_if("shape", "outline", points))
     centre = quantity_schema("m", minimum=-1e3, maximum=1e3)
     said = {"description": "x, z or x, y, z of the plate's middle [m]."}
-    found["Conductor"]["properties"]["centre"] = listed(centre, minItems=2, maxItems=3) | said
+    found["Conductor"]["properties"]["centre"] = list_schema(centre, minItems=2, maxItems=3) | said
     for name in ("Elastomer", "Layer"):
         found[name]["properties"]["material"] = {"$ref": "#/$defs/Silicone"}
     several = {"properties": {"layers": {"minItems": 1}}, "required": ["layers"]}
@@ -62,7 +62,7 @@ def scene_schema() -> Schema:
     return whole
 
 
-def listed(items: Schema, **more: Any) -> Schema:
+def list_schema(items: Schema, **more: Any) -> Schema:
     """Return the schema of a list."""
     return {"type": "array", "items": items, **more}
 

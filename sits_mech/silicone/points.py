@@ -49,7 +49,7 @@ _THIRD = 1.0 / 3.0  # of the trace, in space and in plane strain
 
 
 @dataclass(frozen=True)
-class Memory:
+class PointMemory:
     """Memory of points, c = 5 components in plane strain and 9 in space [shear moduli]."""
 
     Q: Array  # (n, ..., c), stress of each branch
@@ -58,7 +58,7 @@ class Memory:
 
 
 @dataclass(frozen=True)
-class Step:
+class TimeStep:
     """The past of points in their energy at the end of a time step; a `Past` of energy.py."""
 
     stiff: float  # 1 + sum gamma_i
@@ -66,11 +66,11 @@ class Step:
     most: Array  # (...), W_max [shear moduli]
     softening: Softening | None  # m in shear moduli
 
-    def part(self, some: slice) -> Step:
+    def part(self, some: slice) -> TimeStep:
         """Return that of some points, counted along one axis."""
         return replace(self, h=self.h.reshape(-1, self.h.shape[-1])[some], most=self.most.reshape(-1)[some])
 
-    def of_elements(self, some: slice | Mask) -> Step:
+    def of_elements(self, some: slice | Mask) -> TimeStep:
         """Return that of some elements, the first axis."""
         return replace(self, h=self.h[some], most=self.most[some])
 
@@ -100,20 +100,20 @@ class Step:
         return PointState(self.stiff * soft.w + 0.5 * a * s, P, tangent)
 
 
-def virgin(silicone: Silicone, shape: tuple[int, ...], components: int) -> Memory:
+def virgin(silicone: Silicone, shape: tuple[int, ...], components: int) -> PointMemory:
     """Return the memory of virgin points of a shape; 5 components in the plane, 9 in space."""
     branches = len(silicone.prony)
-    return Memory(np.zeros((branches, *shape, components)), np.zeros((*shape, components)), np.zeros(shape))
+    return PointMemory(np.zeros((branches, *shape, components)), np.zeros((*shape, components)), np.zeros(shape))
 
 
-def stepped(silicone: Silicone, memory: Memory, dt: float) -> Step:
+def past_after(silicone: Silicone, memory: PointMemory, dt: float) -> TimeStep:
     """Return the past in the energies at the end of a time step dt >= 0 [s]; 0 is a sudden load."""
     kept, gamma = _branches(silicone, dt)
     h = np.tensordot(kept, memory.Q, axes=1) - gamma.sum() * memory.S
-    return Step(1.0 + float(gamma.sum()), h, memory.most, _in_moduli(silicone))
+    return TimeStep(1.0 + float(gamma.sum()), h, memory.most, _in_moduli(silicone))
 
 
-def remembered(silicone: Silicone, memory: Memory, dt: float, point: Kinematics) -> Memory:
+def remembered(silicone: Silicone, memory: PointMemory, dt: float, point: Kinematics) -> PointMemory:
     """Return the memory at the end of a time step, in the deformation there."""
     w, P = isochoric_stress(silicone)(point)
     softening = _in_moduli(silicone)
@@ -123,7 +123,7 @@ def remembered(silicone: Silicone, memory: Memory, dt: float, point: Kinematics)
     kept, gamma = _branches(silicone, dt)
     shape = (-1, *[1] * S.ndim)
     Q = kept.reshape(shape) * memory.Q + gamma.reshape(shape) * (S - memory.S)
-    return Memory(Q, S, np.maximum(memory.most, w))
+    return PointMemory(Q, S, np.maximum(memory.most, w))
 
 
 def _branches(silicone: Silicone, dt: float) -> tuple[Array, Array]:

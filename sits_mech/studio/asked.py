@@ -12,7 +12,7 @@ import xarray as xr
 
 from sits_mech.quantities import UNITS, Array, tensor_grid
 from sits_mech.readout.loads import varied
-from sits_mech.report.page.explorer import Asked
+from sits_mech.report.page.explorer import RequiredLines
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.answer import Figure, Share, figures_of, made_share
 from sits_mech.synthesis.answered import Answered, Task
@@ -86,13 +86,13 @@ def glanced(asked: Requirements, sensor: Sensor, data: xr.Dataset, like: Judged 
         return None
 
 
-def lines(judged: Judged, sensor: Sensor, data: xr.Dataset) -> Asked:
+def lines(judged: Judged, sensor: Sensor, data: xr.Dataset) -> RequiredLines:
     """Return the requirements as lines over the explorer of a table."""
     asked, own = judged.asked, size_of(sensor)
     top = 0.0 if sensor.elastomer is None else sensor.elastomer.standoff + sensor.elastomer.thickness
     top += 0.0 if sensor.target is None else sensor.target.thickness
     height = asked.limits.get("height")
-    return Asked(asked.loads, None if height is None else top - own["height"] + height, _curves(judged, data))
+    return RequiredLines(asked.loads, None if height is None else top - own["height"] + height, _curves(judged, data))
 
 
 def _curves(judged: Judged, data: xr.Dataset) -> list[dict[str, Any]]:

@@ -69,7 +69,7 @@ class Form:
 
     def _field(self, key: str, value: Any) -> None:
         """Make the field of a key: a choice where there is one, its unit beside it, what it means on top."""
-        said, name = entry(key), key.rpartition(".")[2]
+        said, name = form_entry(key), key.rpartition(".")[2]
         written = json.dumps(value) if isinstance(value, str) else str(value)
         if len(written) > _LONG:
             return
@@ -142,7 +142,7 @@ def _schema() -> dict[str, Any]:
     return scene_schema()
 
 
-def entry(key: str) -> dict[str, Any]:
+def form_entry(key: str) -> dict[str, Any]:
     """Return what the scene's schema says of a dotted key: description, x-unit, minimum, maximum, enum."""
     found = [_schema()]
     for part in key.split("."):

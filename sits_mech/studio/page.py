@@ -25,7 +25,7 @@ from sits_mech.studio.form import Form
 from sits_mech.studio.guard import Guard
 from sits_mech.studio.questions import ends_asked
 from sits_mech.studio.session import Session, View
-from sits_mech.studio.solver import Solver
+from sits_mech.studio.solver import SolverProcess
 
 _COLOURS = {"drawing": "grey", "preview": "orange", "solved": "green"}
 _STALE = "document.querySelectorAll('#sits-frames iframe').forEach(one => one.classList.add('stale'))"
@@ -42,7 +42,7 @@ def serve(
     `models` are the mechanical and the magnetic one and the tolerance of the signals, `required` the text of a
     requirement file.
     """
-    token, solver = secrets.token_urlsafe(24), Solver()
+    token, solver = secrets.token_urlsafe(24), SolverProcess()
     port = port or _free_port()
     query = urlencode({"token": token, "scene": source})
     address = f"http://127.0.0.1:{port}/?{query}"
@@ -64,7 +64,7 @@ def _free_port() -> int:
         return int(found.getsockname()[1])
 
 
-def _opened(solver: Solver, models: tuple[str, str, float], required: str) -> None:
+def _opened(solver: SolverProcess, models: tuple[str, str, float], required: str) -> None:
     """Make the page of a tab, of the scene and the keys that its address names."""
     query = dict(ui.context.client.request.query_params)
     asked = {key: value for key, value in query.items() if key not in ("token", "scene")}
@@ -75,7 +75,8 @@ class _Page:
     """The elements of a tab, and what they do."""
 
     def __init__(
-        self, solver: Solver, models: tuple[str, str, float], source: str, asked: Mapping[str, str], required: str
+        self, solver: SolverProcess, models: tuple[str, str, float], source: str, asked: Mapping[str, str],
+        required: str
     ) -> None:
         self.client = ui.context.client
         self.loop = asyncio.get_running_loop()
@@ -117,7 +118,7 @@ class _Page:
         self.form = Form(self.session, self._tried)
         with ui.expansion("scene file").classes("w-full"):
             self.text = ui.textarea().classes("w-full sits-text").props("outlined dense")
-            _button("take over", lambda: self._does(lambda: self.session.take(sensor_of(str(self.text.value)))))
+            _button("take over", lambda: self._does(lambda: self.session.take(sensor_from_text(str(self.text.value)))))
         with ui.expansion("required", value=bool(required), on_value_change=self._begins_to_require).classes("w-full"):
             self.required = ui.textarea(value=required).classes("w-full sits-text").props("outlined dense")
             with ui.row():
@@ -238,7 +239,7 @@ def _button(words: str, act: Callable[[], None]) -> ui.button:
     return ui.button(words, on_click=act).props("dense flat no-caps")
 
 
-def sensor_of(text: str) -> Sensor:
+def sensor_from_text(text: str) -> Sensor:
     """Return the sensor of a scene file's text; SceneError for anything wrong."""
     try:
         return sensor_from(tomllib.loads(text), "scene file")

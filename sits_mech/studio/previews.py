@@ -37,7 +37,7 @@ _COILS = ("coil", "coil_2")
 
 
 @dataclass(frozen=True)
-class Solved:
+class SolvedScene:
     """A scene with its table, and derivatives by some of its numbers where they are known: see `gradient_on_grid`."""
 
     sensor: Sensor
@@ -79,7 +79,7 @@ class Solved:
         return values.reshape(-1, *values.shape[len(loads) :])
 
 
-def preview(base: Solved, others: Sequence[Solved], sensor: Sensor) -> xr.Dataset | None:
+def preview(base: SolvedScene, others: Sequence[SolvedScene], sensor: Sensor) -> xr.Dataset | None:
     """Return the table of a changed scene as it is expected, errors with what is guessed; None where nothing tells.
 
     `others` are tables over the loads of `base`.
@@ -153,8 +153,8 @@ def _of_both(one: Sequence[Array], other: Sequence[Array]) -> Array:
     return found
 
 
-def _table(base: Solved, sensor: Sensor, own: tuple[Array, Array], rest: tuple[Array, Array]) -> xr.Dataset:
-    """Return the first table with other numbers, as of `Solved.shown`, each with what is left open of it."""
+def _table(base: SolvedScene, sensor: Sensor, own: tuple[Array, Array], rest: tuple[Array, Array]) -> xr.Dataset:
+    """Return the first table with other numbers, as of `SolvedScene.shown`, each with what is left open of it."""
     loads, found = varied(base.data), {}
     shape, L0 = tuple(base.data.sizes[name] for name in loads), np.diagonal(base.data["L0"].to_numpy())
     n, count = len(L0), len(base.pose)

@@ -31,7 +31,7 @@ Told = Callable[..., None]
 
 
 @dataclass(frozen=True)
-class Question(ABC):
+class StudioQuestion(ABC):
     """A scene under loads, by models: mechanical and magnetic one, tolerance of the signals."""
 
     sensor: Sensor
@@ -58,7 +58,7 @@ class Question(ABC):
         """Return the answer."""
 
 
-class Borne(Question):
+class Borne(StudioQuestion):
     """Which of the loads that `calibrate` takes by default does the pad bear? Of no loads; answers with ranges."""
 
     def answer(self, told: Told) -> dict[str, tuple[float, float]]:
@@ -72,7 +72,7 @@ class Borne(Question):
         return {name: ends_of(name, share * size) for name, size in most.items()}
 
 
-class Table(Question):
+class TableQuestion(StudioQuestion):
     """What does the sensor show?"""
 
     def answer(self, told: Told) -> xr.Dataset:
@@ -84,7 +84,7 @@ class Table(Question):
 
 
 @dataclass(frozen=True)
-class Slopes(Question):
+class SlopesQuestion(StudioQuestion):
     """How does that change with numbers of the scene?"""
 
     numbers: tuple[str, ...]
@@ -102,7 +102,7 @@ class Slopes(Question):
 
 
 @dataclass(frozen=True)
-class Figures(Question):
+class Figures(StudioQuestion):
     """What are its figures of merit, by the loads of requirements?"""
 
     asked: Requirements
@@ -124,7 +124,7 @@ class Figures(Question):
 
 
 @dataclass(frozen=True)
-class Search(Question):
+class SearchQuestion(StudioQuestion):
     """Which sensor holds requirements best? What was solved stands in a folder, for when it is stopped."""
 
     asked: Requirements
@@ -164,7 +164,7 @@ def grid_of(low: float, high: float) -> tuple[float, ...]:
     return tuple(np.linspace(low, high, _ACROSS).tolist())
 
 
-def _kept(question: Question, make: Callable[[], xr.Dataset]) -> xr.Dataset:
+def _kept(question: StudioQuestion, make: Callable[[], xr.Dataset]) -> xr.Dataset:
     """Return a dataset that was made before, or make and keep it."""
 
     def pack(data: xr.Dataset) -> Mapping[str, Any]:

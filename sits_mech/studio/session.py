@@ -13,14 +13,23 @@ from sits_mech.quantities import LOAD_ARGUMENTS, UNITS, WRENCH
 from sits_mech.scene.files import literal
 from sits_mech.scene.parameters import keys_of, numbers_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_sensor
-from sits_mech.studio.questions import Borne, Figures, Question, Search, Slopes, Table, ends_of, grid_of
-from sits_mech.studio.solver import Solver
+from sits_mech.studio.questions import (
+    Borne,
+    Figures,
+    SearchQuestion,
+    SlopesQuestion,
+    StudioQuestion,
+    TableQuestion,
+    ends_of,
+    grid_of,
+)
+from sits_mech.studio.solver import SolverProcess
 
 if TYPE_CHECKING:  # these come with the first table: the first picture does not wait for them
     import xarray as xr
 
     from sits_mech.studio.asked import Judged
-    from sits_mech.studio.previews import Solved
+    from sits_mech.studio.previews import SolvedScene
     from sits_mech.synthesis.answer import DesignAnswer
     from sits_mech.synthesis.requirements import Requirements
 
@@ -86,7 +95,7 @@ class Session:
     """
 
     def __init__(
-        self, solver: Solver, tab: str, draw: Callable[[View], None], models: tuple[str, str, float],
+        self, solver: SolverProcess, tab: str, draw: Callable[[View], None], models: tuple[str, str, float],
         later: Callable[..., Any],
     ) -> None:
         self.solver, self.tab, self.draw, self.models, self.later = solver, tab, draw, models, later
@@ -96,12 +105,12 @@ class Session:
         self.visited = list[Sensor]()
         self.moved, self.stopped = "", False
         self.asked: Requirements | None = None
-        self.search: Search | None = None
+        self.search: SearchQuestion | None = None
         self.tried = list[str]()  # designs of the search, in words
         self.found: DesignAnswer | None = None
         self._refused: dict[tuple[Any, ...], str] = {}  # why figures cannot be told
         self._glances: dict[tuple[Any, ...], Judged | None] = {}  # by the requirements of now
-        self._tables: dict[tuple[Any, ...], Solved] = {}
+        self._tables: dict[tuple[Any, ...], SolvedScene] = {}
         self._shown: tuple[tuple[Any, ...], View] | None = None
         self._far = _Far(0.0)
 
@@ -148,7 +157,7 @@ class Session:
         from sits_mech.studio.asked import read_asked
 
         self.asked = read_asked(text, self.sensor)
-        self.search, self.found = Search(self.sensor, (), self.models, self.asked, self.solver.folder), None
+        self.search, self.found = SearchQuestion(self.sensor, (), self.models, self.asked, self.solver.folder), None
         self.tried = []
         self._judge()
 
@@ -175,11 +184,11 @@ class Session:
         """The grid of loads; empty where the pad is to say it."""
         return tuple((name, grid_of(*ends)) for name, ends in self.ends.items())
 
-    def question(self, sensor: Sensor, numbers: tuple[str, ...] = ()) -> Question:
+    def question(self, sensor: Sensor, numbers: tuple[str, ...] = ()) -> StudioQuestion:
         """Return what to ask of a scene under the loads: its table, or slopes by numbers."""
         if numbers:
-            return Slopes(sensor, self.loads, self.models, numbers)
-        return (Table if self.loads else Borne)(sensor, self.loads, self.models)
+            return SlopesQuestion(sensor, self.loads, self.models, numbers)
+        return (TableQuestion if self.loads else Borne)(sensor, self.loads, self.models)
 
     @property
     def keys(self) -> dict[str, str] | None:
@@ -220,7 +229,7 @@ class Session:
         usual = kept.kind if kept.data is not None else "waits for its first table"
         return replace(kept, state=state or why or usual)
 
-    def _made(self, own: Question, known: list[Solved]) -> View:
+    def _made(self, own: StudioQuestion, known: list[SolvedScene]) -> View:
         """Return a view of the scene by tables that are known."""
         if self.loads and own.key in self.solver.kept:
             data = self.solver.kept[own.key]
@@ -238,7 +247,7 @@ class Session:
         """The question for the figures that are required."""
         return None if self.asked is None else Figures(self.sensor, (), self.models, self.asked)
 
-    def _judged(self, data: xr.Dataset, base: Solved | None = None) -> Judged | None:
+    def _judged(self, data: xr.Dataset, base: SolvedScene | None = None) -> Judged | None:
         """Return figures of the scene with what is required of them, at a glance where they are not solved."""
         asked, question = self.asked, self._figures
         if asked is None or question is None:
@@ -269,7 +278,7 @@ class Session:
         asked = [(each, each is wishes[0]) for each in wishes if each is not None and each.key not in known]
         self.solver.ask(self.tab, asked, self._heard)
 
-    def _behind(self) -> list[Question]:
+    def _behind(self) -> list[StudioQuestion]:
         """Return what may be solved while nobody waits: slopes where there are none, tables beside a slider."""
         numbers, found = self._numbers, []
         base = next((each for each in self._known() if each.slopes is not None), None)
@@ -288,11 +297,11 @@ class Session:
         given = numbers_of(self.sensor)
         return tuple(key for key in _SLOPED if isinstance(given.get(key), float))
 
-    def _known(self) -> list[Solved]:
+    def _known(self) -> list[SolvedScene]:
         """Return the tables of the scenes that were seen, under these loads, with their slopes, latest first."""
         if not self.visited:
             return []
-        from sits_mech.studio.previews import Solved
+        from sits_mech.studio.previews import SolvedScene
 
         kept, numbers, found = self.solver.kept, self._numbers, []
         for sensor in reversed(self.visited):
@@ -300,24 +309,24 @@ class Session:
             if own in kept:
                 known = self._tables.get(own)
                 if known is None or known.slopes is not kept.get(by):
-                    known = self._tables[own] = Solved(sensor, kept[own], kept.get(by))
+                    known = self._tables[own] = SolvedScene(sensor, kept[own], kept.get(by))
                 found.append(known)
         self._tables = {own: known for own, known in self._tables.items() if own in kept}
         return found
 
-    def _heard(self, question: Question, kind: str, what: Any) -> None:
+    def _heard(self, question: StudioQuestion, kind: str, what: Any) -> None:
         """Hand over what the solver says in its thread; a tab that is gone hears nothing."""
         with suppress(RuntimeError):
             self.later(self._told, question, kind, what)
 
-    def _told(self, question: Question, kind: str, what: Any) -> None:
+    def _told(self, question: StudioQuestion, kind: str, what: Any) -> None:
         """Take what the solver says."""
-        if isinstance(question, Search):
+        if isinstance(question, SearchQuestion):
             self._searched(kind, what)
         elif kind == "done":
             if isinstance(question, Borne):
                 self.ends = what
-            elif isinstance(question, Table) and question.sensor not in self.visited:
+            elif isinstance(question, TableQuestion) and question.sensor not in self.visited:
                 self.visited.append(question.sensor)
             (self.stop if self.stopped else self.update)()
         elif isinstance(question, Figures) and kind == "failed":

@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from sits_mech.memory import give_back
-from sits_mech.studio.questions import Question
+from sits_mech.studio.questions import StudioQuestion
 
 _KEPT = 40  # answers in memory, at most
 _PATIENCE = 3.0  # seconds that an answer has to be interrupted: no factor of the catalogue's pads takes half of it
@@ -35,7 +35,7 @@ class _Wish:
     """A question of a tab, and whom to tell."""
 
     tab: str
-    question: Question
+    question: StudioQuestion
     urgent: bool
     told: Callable[[str, Any], None]
     stopped: threading.Event = field(default_factory=threading.Event)
@@ -108,7 +108,7 @@ class _Sender(logging.Handler):
             self._send(record.getMessage())
 
 
-class Solver:
+class SolverProcess:
     """One process that solves, and the questions that wait for it."""
 
     def __init__(self) -> None:
@@ -125,7 +125,8 @@ class Solver:
         self._thread.start()
 
     def ask(
-        self, tab: str, questions: Sequence[tuple[Question, bool]], told: Callable[[Question, str, Any], None]
+        self, tab: str, questions: Sequence[tuple[StudioQuestion, bool]],
+        told: Callable[[StudioQuestion, str, Any], None]
     ) -> None:
         """Replace what a tab wants: questions in their order, those that are urgent before others' that are not.
 

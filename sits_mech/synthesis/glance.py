@@ -12,7 +12,7 @@ from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Judge, Table
 from sits_mech.synthesis.loads import Loads, Operator
 from sits_mech.synthesis.requirements import Requirements
-from sits_mech.synthesis.solve import Solver, errors_of
+from sits_mech.synthesis.solve import Solver, figure_errors
 from sits_mech.synthesis.space import Design, size_of
 
 
@@ -32,7 +32,7 @@ def at_a_glance(
     if like is None or like.table is None:
         own, repeated, rate = solver.converter(sensor, data)
         noise = np.hypot(own, repeated)
-        known = errors_of(sensor, data, noise)
+        known = figure_errors(sensor, data, noise)
     else:
         noise, rate, known = like.table.noise, like.plain["rate"], {}
     none = np.zeros((0, *L.shape))

@@ -13,7 +13,7 @@ from sits_mech.quantities import UNITS, shown_unit
 INVERSE, STRAIN = "inverse", "strain"
 
 
-class Kind(NamedTuple):
+class FigureKind(NamedTuple):
     """A kind of figure; {} in its units is that of a component of the load."""
 
     unit: str = ""  # SI
@@ -33,33 +33,33 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    "resolution": Kind(
+    "resolution": FigureKind(
         "{}", "m{}", 1e3, of="load", scatters=True, meaning="One standard deviation of a reading, at the worst load"
     ),
-    "error": Kind(
+    "error": FigureKind(
         of="load", scatters=True,
         meaning="Misreading at the worst load that `yield` of the sensors made stay below, over the component's range",
     ),
-    "drift": Kind("{}/K", "m{}/K", 1e3, of="load", meaning="Of zero, with temperature"),
-    "crosstalk_before_inverse": Kind(meaning="What another component feigns in a linear readout, over the range"),
-    "hysteresis": Kind(exact=True, meaning="Width of the loop under a load that comes and goes in a second"),
-    "rate": Kind("Hz", "Hz", 1.0, least=True, exact=True, title="readings a second", meaning="Readings a second"),
-    "height": Kind("m", "mm", 1e3, exact=True, meaning="Of the box around all parts at rest"),
-    "footprint": Kind("m", "mm", 1e3, of="axes", exact=True, meaning="Of that box, along x and along y"),
+    "drift": FigureKind("{}/K", "m{}/K", 1e3, of="load", meaning="Of zero, with temperature"),
+    "crosstalk_before_inverse": FigureKind(meaning="What another component feigns in a linear readout, over the range"),
+    "hysteresis": FigureKind(exact=True, meaning="Width of the loop under a load that comes and goes in a second"),
+    "rate": FigureKind("Hz", "Hz", 1.0, least=True, exact=True, title="readings a second", meaning="Readings a second"),
+    "height": FigureKind("m", "mm", 1e3, exact=True, meaning="Of the box around all parts at rest"),
+    "footprint": FigureKind("m", "mm", 1e3, of="axes", exact=True, meaning="Of that box, along x and along y"),
     # whether there is one load for each reading; the silicone's largest strain under the overload, over what is known
-    INVERSE: Kind("", "", 1.0, least=True, exact=True, title="one load for each reading (1: evenly)"),
-    STRAIN: Kind(title="strain under the overload, of its data"),
+    INVERSE: FigureKind("", "", 1.0, least=True, exact=True, title="one load for each reading (1: evenly)"),
+    STRAIN: FigureKind(title="strain under the overload, of its data"),
 }
 ASKED = tuple(key for key in KINDS if key not in (INVERSE, STRAIN))
 """Kinds that requirements may limit."""
 
 
-def kind_of(name: str) -> Kind:
+def kind_of(name: str) -> FigureKind:
     """Return the kind of a figure."""
     return KINDS[name.partition(".")[0]]
 
 
-def unit_of(name: str) -> str:
+def figure_unit(name: str) -> str:
     """Return a figure's unit in SI."""
     return kind_of(name).unit.format(UNITS.get(name.partition(".")[2], ""))
 

@@ -228,7 +228,7 @@ class Solver:
         by_x = np.array([each[name] * size for name, size in zip(space.names, width, strict=True)])
         return replace(
             found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | more, converter=own_noise,
-            error=found.error | errors_of(sensor, data, noise),
+            error=found.error | figure_errors(sensor, data, noise),
         )
 
     def _mechanics(self, choice: tuple[int, ...], sensor: Sensor) -> str:
@@ -268,7 +268,7 @@ def _beside(design: Design) -> list[tuple[Design, float]]:
     return [(design.moved(k, way), way) for k, way in enumerate(ways)]
 
 
-def errors_of(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
+def figure_errors(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
     """Return errors of the figures from those of a table; empty where it has too few loads for a calibration."""
     try:
         cal = sensor_calibration(sensor, data)

@@ -42,7 +42,7 @@ from sits_mech.inputs import (
     within,
 )
 from sits_mech.quantities import UNITS, WRENCH
-from sits_mech.synthesis.kinds import ASKED, KINDS, Kind, figure_names, unit_of
+from sits_mech.synthesis.kinds import ASKED, KINDS, FigureKind, figure_names, figure_unit
 from sits_mech.units import SceneError, shown, si_value
 
 FIGURES = (*figure_names(WRENCH), "footprint")
@@ -124,14 +124,14 @@ def _said(kind: Any, default: Any, words: str, **more: Any) -> tuple[Any, Any]:
     return kind, Field(default, description=words, **more)
 
 
-def _limit(key: str, kind: Kind) -> tuple[Any, Any]:
+def _limit(key: str, kind: FigureKind) -> tuple[Any, Any]:
     """Return the limit of a kind of figure."""
     words = f"{kind.meaning}; at {'least' if kind.least else 'most'}."
     if kind.of == "axes":
         return _said(Annotated[Any, Reads(partial(_sides, kind.unit), _two(kind.unit))], None, words)
     if not kind.of:
         return _said(Annotated[float, positive(kind.unit)], None, words)
-    each: Any = {name: (Annotated[float, positive(unit_of(f"{key}.{name}"))], None) for name in WRENCH}
+    each: Any = {name: (Annotated[float, positive(figure_unit(f"{key}.{name}"))], None) for name in WRENCH}
     return _said(create_model(key, __config__=FORM, **each), None, words)
 
 

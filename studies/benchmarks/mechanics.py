@@ -27,7 +27,7 @@ from sits_mech.mechanics.equilibrium.body import border, rest
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import settle
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import SolveReport, Wrench
@@ -123,7 +123,7 @@ def timed(call: Callable[[], Result]) -> tuple[float, Result]:
 def solver_row(model: str, cells: int) -> list[object]:
     """Return one row: a stiffness at rest factored and solved for the three sides of the target, both ways."""
     body = (
-        bonded_body(load_sensor("biorob2018"), Fineness(cells, 1.5)) if model == "section"
+        bonded_body(load_sensor("biorob2018"), SectionFineness(cells, 1.5)) if model == "section"
         else bonded_block(load_sensor("biorob2018-w15"), cells, 2.5, 0.0).body
     )
     at_rest = rest(body)

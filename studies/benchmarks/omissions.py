@@ -28,7 +28,7 @@ from threadpoolctl import threadpool_limits
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.interpolate import LoadGrid, loads_of, poses_on_grid
+from sits_mech.chain.interpolate import LayerGrid, loads_of, poses_on_grid
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
 from sits_mech.chain.plan import plan
 from sits_mech.chain.propagation import read_poses
@@ -129,7 +129,7 @@ def loads_between(count: int) -> Saving:
     sensor = load_sensor("biorob2018-w15")
     grid = {"F_x": np.linspace(-1.0, 1.0, count).tolist(), "F_z": np.linspace(0.0, 4.0, count).tolist()}
     own = symmetry_of(sensor)
-    some, few = timed(lambda: poses_on_grid(LoadGrid(sensor, mechanical_model(sensor)[0], grid, own, 1e-2)))
+    some, few = timed(lambda: poses_on_grid(LayerGrid(sensor, mechanical_model(sensor)[0], grid, own, 1e-2)))
     all_, many = timed(lambda: settle(mechanical_model(sensor)[0], loads_of(grid), symmetry=own))
     return Saving("loads between solved ones", few, many, apart(sensor, all_, some), 1e-2, ROUNDING)
 

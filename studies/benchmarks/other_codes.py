@@ -44,7 +44,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.newton import SETTLED, newton
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body, layer_scales
 from sits_mech.mechanics.pad.solid import bonded_block, pad_scales
 from sits_mech.quantities import Wrench
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
@@ -119,7 +119,7 @@ def own_solve(sensor: Sensor, asked: Question, cells: int, grading: float, split
         solid = bonded_block(sensor, cells, grading)
         body, scales = solid.body, pad_scales(sensor, solid.share)
     else:
-        body, scales = bonded_body(sensor, Fineness(cells, grading, split)), layer_scales(sensor)
+        body, scales = bonded_body(sensor, SectionFineness(cells, grading, split)), layer_scales(sensor)
     state = newton(body, rest(body), scales.load(Wrench(*asked.case.load[:2]))[:3]).state
     if not state.residual <= SETTLED or not state.min_J > 0.0:
         raise ArithmeticError(f"residual {state.residual:.1e}")

@@ -37,7 +37,7 @@ Row = dict[str, Any]
 STORED = Path(__file__).parents[1] / "common" / "reference_sheets.json"
 ASKED, COARSE = (1e-2, 3e-3, 1e-3), (1e-1,)
 AXIS = (1e-5, 1e-4, 1e-3)  # tolerances of the axisymmetric model, the first that its unknowns carry
-FINER, OUTLINES = rungs.Rung(along=(7, 8, 9), across=(5, 6, 7), terms=11.0), ((3, 6, 9),) * 2
+FINER, OUTLINES = rungs.PlateRung(along=(7, 8, 9), across=(5, 6, 7), terms=11.0), ((3, 6, 9),) * 2
 
 
 def reference(number: int) -> complex:

@@ -21,7 +21,7 @@ from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.parameters import numbers_of
 from sits_mech.scene.sensor import changed, load_sensor
-from sits_mech.studio.previews import Solved, open_share, preview
+from sits_mech.studio.previews import SolvedScene, open_share, preview
 from sits_mech.studio.session import BESIDE, View
 from sits_mech.studio.shown import frame
 
@@ -32,7 +32,7 @@ LEAST = 95.0  # of the numbers within their errors [%]
 NOISE = 1e-3  # of the range: what two solves within their own errors may differ by
 
 
-def held(found: Any, true: Solved) -> tuple[float, float]:
+def held(found: Any, true: SolvedScene) -> tuple[float, float]:
     """Return the share of numbers that are within their error, and the largest error of a signal over its range."""
     inside, worst = list[Array](), 0.0
     for name in NAMES:
@@ -56,13 +56,13 @@ def main() -> None:
     sensor, random = load_sensor("biorob2018-w15"), np.random.default_rng(0)
     keys = KEYS[::2] if coarse else KEYS
 
-    def solved(*changes: str) -> Solved:
+    def solved(*changes: str) -> SolvedScene:
         """Return the sensor changed with its table."""
         scene = changed(sensor, changes)
-        return Solved(scene, calibrate(scene, **loads, **models))
+        return SolvedScene(scene, calibrate(scene, **loads, **models))
 
     own = numbers_of(sensor)
-    base = Solved(sensor, solved().data, gradient_on_grid(sensor, keys, loads, **models))
+    base = SolvedScene(sensor, solved().data, gradient_on_grid(sensor, keys, loads, **models))
     frame(View("solved", sensor, base.data, ""), base.data)  # what the first one prepares stays
     beside = [solved(f"{key}={share * own[key]!r}") for key in keys for share in BESIDE]
     rows = list[dict[str, Any]]()

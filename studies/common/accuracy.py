@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 from common.references import FINER
 from threadpoolctl import threadpool_info
 
-from sits_mech.analysis.ladder import Asked
+from sits_mech.analysis.ladder import LadderPoint
 from sits_mech.analysis.ladder import forget as forget
 from sits_mech.mechanics.models import strain_bound
 from sits_mech.quantities import Wrench
-from sits_mech.report.ladder import sentence
+from sits_mech.report.ladder import ladder_sentence
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
 from sits_mech.scene.sensor import Sensor
 
@@ -85,11 +85,12 @@ def curves_of(rungs: Sequence[Rung]) -> dict[str, list[Rung]]:
 def said(rungs: Sequence[Rung]) -> str:
     """Return what a user wants of one figure: what asking costs, what cannot be reached, how judged estimates did."""
     curves = curves_of(rungs).values()
-    rows = [[Asked(one.tolerance, one.estimated, one.seconds) for one in row] for row in curves]
+    rows = [[LadderPoint(one.tolerance, one.estimated, one.seconds) for one in row] for row in curves]
     points = [one for row in curves for one in distinct(row)]
     judged = [one for one in points if one.judged]
     held = sum(one.honest for one in judged)
-    return f"{sentence(rows)}. Estimates within a factor of 5: {held} of {len(judged)} judged points, of {len(points)}."
+    shares = f"{held} of {len(judged)} judged points, of {len(points)}"
+    return f"{ladder_sentence(rows)}. Estimates within a factor of 5: {shares}."
 
 
 def distinct(row: Sequence[Rung]) -> list[Rung]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from sits_mech.mechanics.element.assembly import Pattern
-from sits_mech.mechanics.element.memory import NUMBER, Front, Memory, front, per_element
+from sits_mech.mechanics.element.memory import NUMBER, FrontSize, Memory, front, per_element
 
 
 def memory_of(pattern: Pattern) -> Memory:
     """The memory of a layer, without allocating it."""
-    mesh, found = pattern.mesh, list[Front]()
+    mesh, found = pattern.mesh, list[FrontSize]()
     e, q, d, k = mesh.inside.slope.shape
     for piece in pattern.dissection.fronts:
         found.append(front(piece.pivots, len(piece.border), [found[half.front] for half in piece.halves]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import element_forces
-from sits_mech.mechanics.equilibrium.body import unpacked
+from sits_mech.mechanics.equilibrium.body import unpack_state
 from sits_mech.mechanics.layer import PlanarLayer
 from sits_mech.quantities import Equilibrium
 
@@ -20,7 +20,7 @@ def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False)
     halves = np.split(equilibrium.state[1:], [fine.size])
     energies = []
     for body, half in zip((coarse, fine), reversed(halves), strict=True):
-        state = unpacked(body, half, scales.load(equilibrium.wrench)[:3])
+        state = unpack_state(body, half, scales.load(equilibrium.wrench)[:3])
         parts = sum(part(state.u, state.q).energy for part in body.parts)
         own = element_forces(body.mesh, body.laws, state.u).energy
         energies.append(np.array([own + parts]))

@@ -34,7 +34,7 @@ from scipy.constants import mu_0
 from scipy.integrate import cubature
 
 from sits_mech.geometry.windings import Sections
-from sits_mech.magnetics.coils.ring_field import spectrum
+from sits_mech.magnetics.coils.ring_field import source_spectrum
 from sits_mech.quantities import Array, Complex
 
 _DIGITS = 40.0  # the integrand is cut where exp(-2 k gap) falls to exp(-40)
@@ -123,7 +123,7 @@ def coil_change(
     k_max = _DIGITS / (2.0 * gap.min())
 
     def integrand(k: Array) -> Array:
-        return np.pi * mu_0 * spectrum(rings, k)[:, None] ** 2 * np.exp(-2.0 * k[:, None] * gap.ravel())
+        return np.pi * mu_0 * source_spectrum(rings, k)[:, None] ** 2 * np.exp(-2.0 * k[:, None] * gap.ravel())
 
     return _integral(integrand, k_max, gap, frequency, layers, tolerance)
 

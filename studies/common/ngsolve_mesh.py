@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.geometry.meshing.bricks import CORE, Outline, ring_bricks
+from sits_mech.geometry.meshing.bricks import CORE, PlateOutline, ring_bricks
 from sits_mech.mechanics.pad.shapes import GRADING, box_lines, lines_through, low_corner, ring_lines
 from sits_mech.quantities import Array
 
@@ -84,7 +84,7 @@ def family_lines(
     pad: Sizes, target: Sizes, t: float, split: int, grading: float = GRADING
 ) -> tuple[Array, Array, Array]:
     """Return the lines of half a box along x, along y from the middle on, and through the thickness t."""
-    plate, outer = (Outline(0.5 * w / t, 0.5 * b / t, False) for w, b in (target, pad))
+    plate, outer = (PlateOutline(0.5 * w / t, 0.5 * b / t, False) for w, b in (target, pad))
     x, y, z = box_lines(plate, outer, split, grading)
     return t * x, t * y, t * z
 
@@ -98,16 +98,19 @@ def product_plan(x: Array, y: Array, under: tuple[float, float]) -> Plan:
     return Plan(points, quads, (centre < np.array(under)).all(axis=1))
 
 
-def ring_mesh(target: float, pad: Outline, t: float, split: int, *, whole: bool) -> Any:
+def ring_mesh(target: float, pad: PlateOutline, t: float, split: int, *, whole: bool) -> Any:
     """Return NGSolve's mesh of a half, or a quarter, of a pad under a disc, in rings of the package's own families.
 
     Bricks of rings in squares, target |x|, |y| < 1 and pad up to 2, are deformed to the true outlines, order by order.
     """
     import ngsolve as ng
 
-    plate, own = Outline(0.5 * target / t, 0.5 * target / t, True), Outline(pad[0] / t, pad[1] / t, pad.is_round)
+    plate, own = (
+        PlateOutline(0.5 * target / t, 0.5 * target / t, True),
+        PlateOutline(pad[0] / t, pad[1] / t, pad.is_round),
+    )
     inside, beside = ring_lines(plate, own, split, GRADING)
-    squares = Outline(1.0, 1.0, False), Outline(2.0, 2.0, False)
+    squares = PlateOutline(1.0, 1.0, False), PlateOutline(2.0, 2.0, False)
     bricks, _ = ring_bricks(squares[0], squares[len(beside) > 1], (inside, beside, np.arange(2.0)), split)
     low = bricks.p[2] < 0.5
     number = np.cumsum(low) - 1

@@ -15,7 +15,7 @@ from common.ngsolve_wave import wave_stiffness
 from common.reference_cases import SECTIONS, Case
 from scipy.optimize import brentq
 
-from sits_mech.geometry.meshing.bricks import Outline
+from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.quantities import Array
 
 
@@ -197,7 +197,7 @@ def discrete(case: Case, order: int, layers: int, straight: bool, odd: bool = Fa
         if case.kind == "box":
             mesh = solid_mesh(product_plan(x, y, (0.5 * wide, 0.5 * case.bond[1])), z)
         else:
-            outline = Outline(0.5 * case.pad[0], 0.5 * case.pad[1], case.kind == "round")
+            outline = PlateOutline(0.5 * case.pad[0], 0.5 * case.pad[1], case.kind == "round")
             mesh = ring_mesh(wide, outline, t, layers, whole=not straight and not odd)
         share = 0.25 if straight or odd else 0.5
         motion = (0, 2) if odd else (1,) if straight else (0, 1, 2)

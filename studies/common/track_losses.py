@@ -32,7 +32,7 @@ from scipy.special import ive
 from sits_mech.geometry.tracks import ring_squares
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import ring_inductance
-from sits_mech.magnetics.coils.resistance import divided, filaments_along
+from sits_mech.magnetics.coils.resistance import filaments_along, filaments_of
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.quantities import Complex
 from sits_mech.scene.materials import metals
@@ -105,7 +105,7 @@ def turn_impedance(rings: Sections, frequency: float, conductivity: float, *, ce
     -------
     ndarray, complex, shape (n, n)
     """
-    parts = divided(rings, cells)
+    parts = filaments_of(rings, cells)
     turn = np.repeat(np.arange(rings.radius.size), cells[0] * cells[1])
     return filament_impedance(parts, turn, frequency, conductivity)
 

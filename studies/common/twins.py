@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.built.adaptation import Adaptation
-from sits_mech.analysis.built.force_maps import Table, table_of
+from sits_mech.analysis.built.force_maps import ForceMaps, force_maps_of
 from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import Known
+from sits_mech.analysis.built.unknowns import PriorParameter
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import loaded_model
 from sits_mech.quantities import Array
@@ -37,7 +37,7 @@ class Truth:
     """A sensor of another law, computed by a finer tolerance."""
 
     setup: Setup
-    table: Table
+    table: ForceMaps
 
     def readings(self, modulus: float, places: Mapping[str, float], forces: Array) -> Array:
         """Return L (m, n) [H] under true forces (m, d), set up at places [SI], zero by default."""
@@ -59,8 +59,10 @@ def made(
     """Return the truth of a law."""
     scene, data = finer(sensor, law, ranges, count, tolerance, mechanics)
     rows = [wrench_of(row) for row in points(data)]
-    setup = Setup(scene, tuple(map(Known, _PLACES)), lambda one: loaded_model(one, "sheets", tolerance, rows)[0])
-    return Truth(setup, table_of(scene, data, tuple(ranges)))
+    setup = Setup(
+        scene, tuple(map(PriorParameter, _PLACES)), lambda one: loaded_model(one, "sheets", tolerance, rows)[0]
+    )
+    return Truth(setup, force_maps_of(scene, data, tuple(ranges)))
 
 
 def finer(

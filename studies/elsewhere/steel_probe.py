@@ -40,7 +40,7 @@ from scipy.optimize import least_squares
 
 from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import series_inductance
-from sits_mech.magnetics.coils.ring_field import spectrum
+from sits_mech.magnetics.coils.ring_field import source_spectrum
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.coils import Coil
@@ -104,7 +104,7 @@ def waves() -> tuple[Array, Array]:
     rings = Sections(r, -5e-4 * full, np.diff(edges), 1e-3 * full, full / 16)
     x, w = np.polynomial.legendre.leggauss(400)
     k = 40.0 * (x + 1.0)
-    return k, 40.0 * w * np.pi * mu_0 * spectrum(rings, k) ** 2 / series_inductance(rings)
+    return k, 40.0 * w * np.pi * mu_0 * source_spectrum(rings, k) ** 2 / series_inductance(rings)
 
 
 WAVES = waves()

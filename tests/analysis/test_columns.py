@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.analysis.columns import cells_of, names_found, number_rows, plain, read_tables, titled
+from sits_mech.analysis.columns import line_cells, names_found, number_rows, plain, read_tables, titled
 from sits_mech.units import SceneError
 
 
@@ -48,7 +48,7 @@ def test_units_stand_in_titles_or_below() -> None:
 
 def test_quotes_belong_to_whole_cells() -> None:
     """A comma between them does not make two numbers of one."""
-    assert cells_of(' "a; b" ;c;"";5"', ";") == ["a; b", "c", "", '5"'] and cells_of("x" * 200_000, ",") == []
+    assert line_cells(' "a; b" ;c;"";5"', ";") == ["a; b", "c", "", '5"'] and line_cells("x" * 200_000, ",") == []
     with pytest.raises(SceneError, match="must hold plain numbers"):
         number_rows(['"2,5","1,5"'], ",", [0, 1], "x.csv")
 

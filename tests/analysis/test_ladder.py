@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis import ladder as module
-from sits_mech.analysis.ladder import Rung, forget, ladder
+from sits_mech.analysis.ladder import LadderStep, forget, ladder
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.disk_cache import VARIABLE, folder
 from sits_mech.magnetics.bars import planar_bars
@@ -115,7 +115,7 @@ def test_every_rung_is_told_when_it_is_solved(monkeypatch: pytest.MonkeyPatch) -
     """With how many follow, and before there is a finest one to differ from; no answer is none to differ from."""
     told = list[tuple[float, str, bool, int]]()
 
-    def told_of(one: Rung, left: int) -> None:
+    def told_of(one: LadderStep, left: int) -> None:
         told.append((one.tolerance, one.status.partition(":")[0], math.isnan(one.estimated), left))
 
     def sometimes(*args: object, tolerance: float, **options: object) -> object:

@@ -12,7 +12,7 @@ import xarray as xr
 
 from sits_mech.analysis import tolerances
 from sits_mech.analysis.bench import sensor_calibration
-from sits_mech.analysis.tolerances import design, force_spread, loads_inside, spread
+from sits_mech.analysis.tolerances import evaluation_points, force_spread, loads_inside, spread
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
@@ -220,7 +220,7 @@ S = np.array([0.1, 0.2, 0.05])
 def test_a_sum_by_hand() -> None:
     """y = a . x: variance sum (a_i s_i)^2, shares (a_i s_i)^2 over it, first-order and total alike."""
     a = np.array([3.0, -1.0, 4.0])
-    x = design(S, 32)
+    x = evaluation_points(S, 32)
     found = spread(NAMES, S, x, 5.0 + x @ np.stack([a, 0.0 * a], -1))
     variance = np.sum((a * S) ** 2)
     assert found.mean[0] == pytest.approx(5.0, abs=2e-3)
@@ -234,7 +234,7 @@ def test_a_sum_by_hand() -> None:
 
 def test_a_product_acts_together() -> None:
     """y = x1 x2 has no first-order shares at all, and total shares of one each."""
-    x = design(S, 64)
+    x = evaluation_points(S, 64)
     found = spread(NAMES, S, x, (x[:, :1] * x[:, 1:2]) * 1e-6)
     np.testing.assert_allclose(found.first[0], [0.0, 0.0, 0.0], atol=0.05)
     np.testing.assert_allclose(found.total[0], [1.0, 1.0, 0.0], atol=0.08)
@@ -248,7 +248,7 @@ def test_plain_drawing_agrees() -> None:
     def answer(x: np.ndarray) -> np.ndarray:
         return np.exp(2.0 * x[:, :1] + x[:, 1:2]) / (1.0 + x[:, 2:])
 
-    x = design(S, 128)
+    x = evaluation_points(S, 128)
     found = spread(NAMES, S, x, answer(x))
     drawn = answer(np.random.default_rng(0).standard_normal((200_000, 3)) * S)
     assert found.mean[0] == pytest.approx(drawn.mean(), rel=0.005)
@@ -259,7 +259,7 @@ def test_plain_drawing_agrees() -> None:
 
 def test_points_without_answers_are_counted() -> None:
     """They are left out of the map."""
-    x = design(S, 32)
+    x = evaluation_points(S, 32)
     failed = np.where(np.arange(32)[:, None] < 20, np.nan, x)
     found = spread(NAMES, S, x, failed)
     assert np.isfinite(found.mean).all() and found.failed == 20 and spread(NAMES, S, x, x).failed == 0

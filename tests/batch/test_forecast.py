@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from sits_mech.batch import forecast as forecasts
-from sits_mech.batch.forecast import Forecast, Steps, forecast, note, noted
+from sits_mech.batch.forecast import Forecast, StepCounts, forecast, note, noted
 from sits_mech.batch.run import Case
 from sits_mech.batch.studies.asked import Study
 from sits_mech.batch.studies.study import read_study
@@ -29,7 +29,7 @@ vary."target.width" = ["8 mm", "10 mm"]
 vary.dv = { from = "2 mm", to = "3 mm", count = 30 }
 fixed.model = "planar"
 """
-TRUE = Steps(process=3.0, coils=2.0, pad=0.5, rest=0.3, case=0.1)
+TRUE = StepCounts(process=3.0, coils=2.0, pad=0.5, rest=0.3, case=0.1)
 ALONE = TRUE._replace(rest=0.0, case=0.4)  # no two cases share a rest
 
 
@@ -157,7 +157,7 @@ def test_more_than_a_day_or_than_the_disk_is_asked_for(tmp_path: Path) -> None:
     """One line that says how much; two processes have two days' time; a plan of other cases says nothing."""
     with opened(tmp_path) as cases:
         cases.put([("a", {"status": "ok", "lasting": True})])
-        note(Forecast(((100_000,),) * 3, 1, Steps(0.0, 0.0, 0.0, 0.0, 1.0)), cases)
+        note(Forecast(((100_000,),) * 3, 1, StepCounts(0.0, 0.0, 0.0, 0.0, 1.0)), cases)
     assert noted(tmp_path, 2) == noted(tmp_path, yes=True) == 100_000.0
     with pytest.raises(SceneError, match=r"must be planned for a day at most; 1.2 days \(--yes\)"):
         noted(tmp_path)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sits_mech.boards.copper import Track
-from sits_mech.boards.joints import Joints, joined
+from sits_mech.boards.joints import Joints, connections
 from sits_mech.boards.kicad import read_board
 from sits_mech.boards.lines import flattened, thinned
 from sits_mech.units import SceneError
@@ -19,7 +19,7 @@ from sits_mech.units import SceneError
 def net(draw: Any, items: list[str], nearness: float = 1e-6, four: bool = False) -> Joints:
     """Return the joints of all that is drawn."""
     board = read_board(draw.board(items, four=four))
-    return joined(board.tracks, board.holes, nearness)
+    return connections(board.tracks, board.holes, nearness)
 
 
 def degrees(joints: Joints) -> list[int]:

@@ -11,7 +11,7 @@ from sits_mech.boards.copper import Board
 from sits_mech.boards.kicad import read_board
 from sits_mech.boards.pieces import of_net
 from sits_mech.boards.route import Route, route
-from sits_mech.export.kicad import copper_layers, winding, write_kicad
+from sits_mech.export.kicad import layers_of_coil, winding, write_kicad
 from sits_mech.export.source import Source
 from sits_mech.scene.sensor import Sensor, changed, load_sensor
 from sits_mech.units import SceneError
@@ -76,11 +76,11 @@ def test_the_exported_coil_comes_back(draw: Any, layers: int) -> None:
     items = drawn(draw, sensor, 0, "1")
     path = draw.board(items)
     if layers > 2:
-        names = " ".join(f'({k} "{name}" signal)' for k, name in enumerate(copper_layers(layers)))
+        names = " ".join(f'({k} "{name}" signal)' for k, name in enumerate(layers_of_coil(layers)))
         path.write_text(re.sub(r"\(layers \(0.*\n", f"(layers {names})\n", path.read_text()))
     found = route(of_net(read_board(path), "L1"), 1e-6)
     sequence = [run.layer for run in found.runs]
-    assert sequence in (list(copper_layers(layers)), list(copper_layers(layers))[::-1])
+    assert sequence in (list(layers_of_coil(layers)), list(layers_of_coil(layers))[::-1])
     coil, centre = sensor.coils[0], np.asarray(sensor.coils[0].centre)
     pitch = coil.track_width + coil.track_gap
     for run in found.runs:

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from sits_mech.boards.sexpr import child, children, expression, numbers, read_expression, texts
+from sits_mech.boards.sexpr import child, children, numbers, parse_expression, read_expression, texts
 from sits_mech.units import SceneError
 
 
 def test_words_numbers_and_texts_stay_apart() -> None:
     """Nested, with quoted brackets and escapes; a quoted number is a text."""
-    tree = expression('(a 1 -.5e3 "1" word (b "x (y) \\"z\\" \\\\") (b (c)) 0041e8ea-52)')
+    tree = parse_expression('(a 1 -.5e3 "1" word (b "x (y) \\"z\\" \\\\") (b (c)) 0041e8ea-52)')
     assert tree == ["a", 1.0, -500.0, "1", "word", ["b", 'x (y) "z" \\'], ["b", ["c"]], "0041e8ea-52"]
     assert children(tree, "b") == [["b", 'x (y) "z" \\'], ["b", ["c"]]] and child(tree, "d") is None
     assert texts(tree, "b") == ['x (y) "z" \\'] and texts(tree, "d") == []
@@ -20,7 +20,7 @@ def test_words_numbers_and_texts_stay_apart() -> None:
 @pytest.mark.parametrize("text", ["(a", "(a))", "(a) (b)", "a", "", "(a) b"])
 def test_what_is_no_expression(text: str) -> None:
     """Brackets that do not match, more than one expression, or none."""
-    assert expression(text) is None
+    assert parse_expression(text) is None
 
 
 @pytest.mark.parametrize(

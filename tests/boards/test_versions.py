@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from sits_mech.boards.sexpr import Node, expression
+from sits_mech.boards.sexpr import Node, parse_expression
 from sits_mech.boards.versions import copper_layers, is_filled, pen, three_points
 
 
 def node(text: str) -> Node:
     """Return an expression."""
-    found = expression(text)
+    found = parse_expression(text)
     assert found is not None
     return found
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sits_mech.chain import aimed
-from sits_mech.chain.aimed import Aim, Promise, aim_at, aimed_loads, clear, status_of
+from sits_mech.chain.aimed import Aim, Promise, aim_at, aimed_loads, readable_poses, status_of
 from sits_mech.chain.goal import HALF
-from sits_mech.chain.interpolate import LoadGrid
+from sits_mech.chain.interpolate import LayerGrid
 from sits_mech.chain.models import MAGNETICS, loaded_model
 from sits_mech.chain.prices import Look, expected
 from sits_mech.chain.propagation import poses_of
@@ -75,7 +75,7 @@ def test_all_loads_of_a_table_are_planned_where_faces_touch(
     monkeypatch.setattr(Aim, "promised", promised)
     grid = {"F_x": np.linspace(-1.0, 1.0, 9).tolist(), "F_z": np.linspace(0.0, 4.0, 9).tolist()}
     with pytest.raises(SceneError, match="enough"):
-        aimed_loads(LoadGrid(sensor, planar_layer(sensor, 1e-2), grid, symmetry_of(sensor), 1e-2), "planar")
+        aimed_loads(LayerGrid(sensor, planar_layer(sensor, 1e-2), grid, symmetry_of(sensor), 1e-2), "planar")
     assert counts == [solved]
 
 
@@ -100,7 +100,7 @@ def test_what_is_planned_is_reached() -> None:
     """Within a factor of two; of a coarse tolerance the first meshes are enough, and a finer one is better for more."""
     reached, seconds = [], []
     for tolerance in (3e-3, 1e-1):
-        found = aimed_loads(LoadGrid(SENSOR, planar_layer(SENSOR, tolerance), GRID, BY, tolerance), "planar")
+        found = aimed_loads(LayerGrid(SENSOR, planar_layer(SENSOR, tolerance), GRID, BY, tolerance), "planar")
         assert found.planned is not None and found.planned.seconds > 0.0
         assert 0.5 < found.reached / found.planned.error < 2.0
         assert set(found.settled) >= {Wrench(F_x, F_z) for F_x in GRID["F_x"] for F_z in GRID["F_z"]}
@@ -113,11 +113,11 @@ def test_what_is_planned_is_reached() -> None:
 def test_a_tolerance_that_is_not_to_be_had_is_refused_or_answered() -> None:
     layer = planar_layer(SENSOR, 1e-7)
     with pytest.raises(SceneError, match=r"must be one that can be reached at F_x = 0.3 N, F_z = 2 N, .*best takes"):
-        aimed_loads(LoadGrid(SENSOR, layer, GRID, BY, 1e-7), "planar", best=False)
+        aimed_loads(LayerGrid(SENSOR, layer, GRID, BY, 1e-7), "planar", best=False)
 
 
 def test_models_of_one_mesh_plan_nothing() -> None:
-    found = aimed_loads(LoadGrid(SENSOR, linear_layer(SENSOR), GRID, BY, 0.1), "planar")
+    found = aimed_loads(LayerGrid(SENSOR, linear_layer(SENSOR), GRID, BY, 0.1), "planar")
     assert found.planned is None and np.isnan(found.reached) and found.asked <= 0.1
 
 
@@ -127,5 +127,5 @@ def test_a_target_among_the_coils_has_no_reading() -> None:
         return Settled(Equilibrium(Wrench(), Pose(0.0, d_v), Pose(0.0, 0.0), np.zeros(0), report))
 
     assert status_of(SENSOR, at(-1e-3))[0] == "failed" and "coil plane" in status_of(SENSOR, at(-1e-3))[1]
-    assert status_of(SENSOR, at(2e-3)) == ("ok", "") and len(clear(SENSOR, [at(-1e-3), at(2e-3)])) == 1
+    assert status_of(SENSOR, at(2e-3)) == ("ok", "") and len(readable_poses(SENSOR, [at(-1e-3), at(2e-3)])) == 1
     assert status_of(SENSOR, Settled(None, status="failed", reason="why")) == ("failed", "why")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.columns import of_readings, of_rests, over_grid
-from sits_mech.chain.propagation import Reading, signal_weights
-from sits_mech.magnetics.pose_slopes import Known
+from sits_mech.chain.propagation import PoseReadings, signal_weights
+from sits_mech.magnetics.pose_slopes import KnownImpedance
 from sits_mech.quantities import POSE, Bounded, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.signals import rows_of, signal_changes, signals
 from sits_mech.scene.sensor import load_sensor
@@ -53,7 +53,7 @@ def test_a_reading_has_its_signals_untilted_ones_and_the_parts_of_their_errors()
     impedance = Impedance(1e6, each, 1e7 * each, 2.5e-6 * np.eye(2), np.ones(2), full, 2.0 * full, "H", report)
     shown, flat = signals(L, L0, weights, 1e-11), signals(level, L0, weights)
     poses = Bounded.of(np.zeros((3, 6)), np.ones((3, 6)), 1e-7 * rng.random((1, 3, 6)))
-    reading = Reading(impedance, shown, flat, shared, below, alone, turned, Known(impedance, {}))
+    reading = PoseReadings(impedance, shown, flat, shared, below, alone, turned, KnownImpedance(impedance, {}))
     found = of_readings(sensor, reading, poses)
     values = {name: own for name, (_, own) in found.items()}
     for name in ("L", "R", "error_L", "error_R"):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.chain.corrections import _telling, corrected
+from sits_mech.chain.corrections import _telling, corrected_loads
 from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 
@@ -71,7 +71,7 @@ def test_a_change_that_is_a_share_of_what_is_added_is_found_from_two_loads():
     less as the first ones were seen to be too large.
     """
     before, (finer, seen) = rows_of(*GRID, error=1.0), finer_by(lambda load: SHARE * added(load))
-    found = corrected(before, finer, LEVERS, AT_REST)
+    found = corrected_loads(before, finer, LEVERS, AT_REST)
     assert len(seen) == 2 and all(0.0 < load.F_x < 1.0 and load.F_z > 0.0 for load in seen)
     ratio = np.minimum(1.0, 2.0 * np.abs(SHARE[:3])) * 1e-9 / np.min([np.abs(added(load)) for load in seen], axis=0)[:3]
     for load, pose in poses(found).items():
@@ -89,7 +89,7 @@ def test_stretch_is_told_as_finer_meshes_show_it():
             own = finer(load)  # which is seen then
             return changed(own, 1.0 + shares[len(seen) - 1] * (before[load].rest.report.stretch - 1.0))
 
-        found = corrected(before, stretched, LEVERS, AT_REST)
+        found = corrected_loads(before, stretched, LEVERS, AT_REST)
         for load, one in found.items():
             assert one.rest.report.stretch == pytest.approx(1.0 + expected * 0.2 * load.F_z)
 
@@ -97,7 +97,7 @@ def test_stretch_is_told_as_finer_meshes_show_it():
 def test_the_share_is_weighed_by_the_errors():
     """c = sum D a/sum E^2: of a change that is known to half of what is added a quarter is made, the rest is told."""
     before, (finer, _) = rows_of(*GRID), finer_by(lambda load: added(load))
-    found = corrected(before, finer, LEVERS, AT_REST)
+    found = corrected_loads(before, finer, LEVERS, AT_REST)
     near = next(load for load in found if 0.2 < load.F_x < 0.5 and load.F_z == 2.0)
     np.testing.assert_allclose(poses(found)[near], rough(near) + 0.25 * added(near), atol=1e-15)
     assert found[near].rest.error.d_h == pytest.approx(0.75 * abs(added(near)[0]) + 1e-9, rel=0.1)
@@ -112,7 +112,7 @@ def test_errors_hold_what_no_share_explains():
             return 0.1 * added(load) + np.array([odd * load.F_z, 0, 0, 0, 0, 0])
 
         finer, seen = finer_by(change)
-        found = corrected(rows_of(*GRID), finer, LEVERS, AT_REST)
+        found = corrected_loads(rows_of(*GRID), finer, LEVERS, AT_REST)
         for load in seen:
             missed = np.abs(poses(found)[load] - rough(load) - change(load))
             assert np.all(missed <= errors(found[load]) + 1e-15)
@@ -123,7 +123,7 @@ def test_errors_hold_what_no_share_explains():
 
 def test_what_is_shared_keeps_its_sign_in_a_part_for_each_component():
     before, (finer, _) = rows_of(*GRID), finer_by(lambda load: SHARE * added(load))
-    found = corrected(before, finer, LEVERS, AT_REST)
+    found = corrected_loads(before, finer, LEVERS, AT_REST)
     for load, own in found.items():
         parts = own.rest.shared
         assert parts.shape == (6, 6) and np.count_nonzero(parts - np.diag(np.diag(parts))) == 0
@@ -135,7 +135,7 @@ def test_where_the_first_meshes_own_to_more_than_was_compared_their_error_grows_
     before = rows_of(*GRID)
     hard = Wrench(1.0, 4.0)
     before[hard] = changed(before[hard], error=Pose.of(1e3 * errors(before[hard])))
-    found = corrected(before, finer_by(lambda load: SHARE * added(load))[0], LEVERS, AT_REST)
+    found = corrected_loads(before, finer_by(lambda load: SHARE * added(load))[0], LEVERS, AT_REST)
     assert found[hard].rest.error.d_h == pytest.approx(before[hard].rest.error.d_h)
     easy = Wrench(1.0, 0.0)
     assert found[easy].rest.error.d_h < before[easy].rest.error.d_h
@@ -144,9 +144,9 @@ def test_where_the_first_meshes_own_to_more_than_was_compared_their_error_grows_
 def test_a_load_that_no_finer_mesh_gets_to_is_passed_over():
     before = rows_of(*GRID)
     finer, seen = finer_by(lambda load: SHARE * added(load))
-    corrected(before, finer, LEVERS, AT_REST)
+    corrected_loads(before, finer, LEVERS, AT_REST)
     again, others = finer_by(lambda load: SHARE * added(load), fails=(seen[0],))
-    found = corrected(before, again, LEVERS, AT_REST)
+    found = corrected_loads(before, again, LEVERS, AT_REST)
     assert len(others) == 3 and others[:2] == seen
     assert found[Wrench(1.0, 4.0)].rest.error.d_h < before[Wrench(1.0, 4.0)].rest.error.d_h
 
@@ -155,9 +155,11 @@ def test_finer_meshes_that_fail_change_nothing():
     before = rows_of(np.linspace(-1, 1, 5), np.linspace(0, 4, 5))
     tried = []
     failed = Settled(None, status="failed")
-    assert corrected(before, lambda load: tried.append(load) or failed, LEVERS, AT_REST) == before
+    assert corrected_loads(before, lambda load: tried.append(load) or failed, LEVERS, AT_REST) == before
     assert len(tried) == 4
-    assert corrected({Wrench(): before[Wrench()]}, lambda load: 1 / 0, LEVERS, AT_REST) == {Wrench(): before[Wrench()]}
+    assert corrected_loads({Wrench(): before[Wrench()]}, lambda load: 1 / 0, LEVERS, AT_REST) == {
+        Wrench(): before[Wrench()]
+    }
 
 
 def test_loads_that_move_every_component_come_first():
@@ -173,17 +175,17 @@ def test_loads_that_move_every_component_come_first():
 def test_loads_without_an_error_are_not_compared():
     before = rows_of(*GRID)
     finer, seen = finer_by(lambda load: SHARE * added(load))
-    corrected(before, finer, LEVERS, AT_REST)
+    corrected_loads(before, finer, LEVERS, AT_REST)
     before |= {load: changed(before[load], error=Pose.of(np.zeros(6))) for load in seen}
     again, others = finer_by(lambda load: SHARE * added(load))
-    corrected(before, again, LEVERS, AT_REST)
+    corrected_loads(before, again, LEVERS, AT_REST)
     assert len(others) == 2 and not {*others} & {*seen}
 
 
 def test_errors_of_finer_meshes_are_told_whole_where_first_ones_were_right():
     """A change as large as was told of the first meshes, all of which is made: what is left is what finer ones tell."""
     finer, seen = finer_by(added, error=1e-8)
-    found = corrected(rows_of(*GRID, error=1.0), finer, LEVERS, AT_REST)
+    found = corrected_loads(rows_of(*GRID, error=1.0), finer, LEVERS, AT_REST)
     least = min(seen, key=lambda load: abs(load.F_x))
     assert found[least].rest.error.d_h == pytest.approx(1e-8)
 
@@ -192,6 +194,6 @@ def test_a_component_that_no_compared_load_has_is_told_by_the_worst_of_the_other
     """d_y has an error under one load only, which was not compared: it falls as that which fell least."""
     before, far = rows_of(*GRID), Wrench(1.0, 2.0)
     before[far] = changed(before[far], error=Pose.of(errors(before[far]) + [0, 0, 0, 1e-9, 0, 0]))
-    found = corrected(before, finer_by(lambda load: SHARE * added(load))[0], LEVERS, AT_REST)
+    found = corrected_loads(before, finer_by(lambda load: SHARE * added(load))[0], LEVERS, AT_REST)
     fallen = errors(found[far])[:4] / errors(before[far])[:4]
     assert fallen[3] == pytest.approx(fallen[:3].max()) and fallen[:3].min() < 0.9 * fallen[3]

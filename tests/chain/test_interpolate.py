@@ -9,7 +9,7 @@ import pytest
 from sits_mech.cases import untold
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import (
-    LoadGrid,
+    LayerGrid,
     checked_values,
     loads_of,
     poses_on_grid,
@@ -78,7 +78,7 @@ def rests(found: dict[Wrench, Settled]) -> dict[Wrench, Equilibrium]:
 def test_a_smooth_pad_is_solved_at_some_loads(grid: dict[str, list[float]], symmetry: Symmetry, most: int) -> None:
     """All poses stand within their stated errors; those between say that they are, with the map's error added."""
     layer = Spring()
-    rows = rests(poses_on_grid(LoadGrid(load_sensor("triaxial-3"), layer, grid, symmetry, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(load_sensor("triaxial-3"), layer, grid, symmetry, 1e-2)))
     assert list(rows) == loads_of(grid) and len(layer.solved) <= most and len(set(layer.solved)) == len(layer.solved)
     assert len(between(rows)) > 0.6 * len(rows)
     shear = 2.0 * max(row.pose.d_h for row in rows.values())
@@ -94,7 +94,7 @@ def test_a_round_pad_takes_shear_in_any_direction_as_a_load_in_the_plane() -> No
     """No load leaves it; a square pad swaps F_x and F_y, and what is solved is what a table over them shares."""
     for symmetry, beside in ((DISC, 0), (SQUARE, 2)):
         layer = Spring()
-        poses_on_grid(LoadGrid(load_sensor("triaxial-3"), layer, SPACE, symmetry, 1e-2))
+        poses_on_grid(LayerGrid(load_sensor("triaxial-3"), layer, SPACE, symmetry, 1e-2))
         leaving = {(load.F_x, load.F_y) for load in layer.solved if load.out_of_plane}
         assert len(leaving) <= beside and all(x >= y > 0.0 for x, y in leaving)
 
@@ -109,7 +109,7 @@ def test_scatter_of_the_errors_plays_no_part_in_the_map() -> None:
             return replace(found, error=Pose(own, own, own))
 
     rows, plain = (
-        rests(poses_on_grid(LoadGrid(load_sensor("biorob2018"), layer, GRID, NONE, 1e-2)))
+        rests(poses_on_grid(LayerGrid(load_sensor("biorob2018"), layer, GRID, NONE, 1e-2)))
         for layer in (Scattered(), Spring())
     )
     assert between(rows) == between(plain) and len(between(rows)) > 50
@@ -122,7 +122,7 @@ def test_scatter_of_the_errors_plays_no_part_in_the_map() -> None:
 def test_a_kink_is_solved_through() -> None:
     """Where the map does not predict its own loads, more are solved: all values of the shear."""
     layer = Spring(kink=2.0)
-    rows = rests(poses_on_grid(LoadGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, 1e-2)))
     assert {abs(load.F_x) for load in layer.solved} == {abs(value) for value in GRID["F_x"]}
     for load, row in rows.items():
         assert abs(row.pose.d_h - layer.pose(load).d_h) <= row.error.d_h + 1e-15
@@ -131,7 +131,7 @@ def test_a_kink_is_solved_through() -> None:
 def test_nothing_is_put_beside_a_failed_load() -> None:
     """The grid is solved whole, and every load beyond the limit says so itself, or whose image it is."""
     layer = Spring(limit=3.2)
-    found = poses_on_grid(LoadGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, 1e-2))
+    found = poses_on_grid(LayerGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, 1e-2))
     failed = {load: one for load, one in found.items() if one.status != "ok"}
     assert len(failed) == 9 * 2 and not between(rests(found)) and all(one.rest is None for one in failed.values())
     assert failed[Wrench(0.5, 4.0)].reason == "too much"
@@ -142,7 +142,7 @@ def test_nothing_is_put_beside_a_failed_load() -> None:
 def test_small_grids_are_solved_whole() -> None:
     """Thirty loads are too few to leave any out."""
     layer, grid = Spring(), {"F_x": GRID["F_x"][:6], "F_z": GRID["F_z"][:5]}
-    assert len(poses_on_grid(LoadGrid(load_sensor("biorob2018"), layer, grid, NONE, 1e-2))) == 30
+    assert len(poses_on_grid(LayerGrid(load_sensor("biorob2018"), layer, grid, NONE, 1e-2))) == 30
     assert len(layer.solved) == 30
 
 
@@ -188,7 +188,7 @@ def test_few_loads_are_solved_as_far_as_the_goal_takes_each() -> None:
     """Three of them, one at rest; images come from what was solved."""
     layer, grid = Meshes(), {"F_x": [-0.4, 0.0, 0.4], "F_z": [1.0]}
     rows = rests(poses_on_grid(
-        LoadGrid(load_sensor("biorob2018"), layer, grid, MIRRORS, 1e-2), after=lambda _: goal(1e3)
+        LayerGrid(load_sensor("biorob2018"), layer, grid, MIRRORS, 1e-2), after=lambda _: goal(1e3)
     ))
     assert layer.asked == [1e-2, 1e-2] and layer.depths == [99, 99]
     assert [load.F_x for load in layer.solved] == 2 * [0.0, 0.4]  # first, then finer
@@ -199,7 +199,7 @@ def test_few_loads_are_solved_as_far_as_the_goal_takes_each() -> None:
 def test_of_many_loads_two_are_solved_until_the_worst_is_good_enough() -> None:
     """Each to the share of its own error that is asked of the worst."""
     sensor, layer, weight = load_sensor("biorob2018"), Meshes(), 1e3
-    found = poses_on_grid(LoadGrid(sensor, layer, GRID, MIRRORS, 1e-2), after=lambda _: goal(weight))
+    found = poses_on_grid(LayerGrid(sensor, layer, GRID, MIRRORS, 1e-2), after=lambda _: goal(weight))
     first = Meshes().equilibrium(Wrench(1.0, 4.0)).error.d_h * weight
     assert len(layer.asked) == 2 and all(each < 0.8e-2 for each in layer.asked)
     assert layer.asked[0] / 1e-2 == pytest.approx(0.05 * weight * layer.pose(Wrench(0.5, 4.0)).d_h / first, rel=0.3)
@@ -209,7 +209,7 @@ def test_of_many_loads_two_are_solved_until_the_worst_is_good_enough() -> None:
 @pytest.mark.parametrize(("tolerance", "deepest"), [(3e-3, 3), (2.9e-3, 99)])
 def test_of_many_loads_finer_meshes_than_three_are_asked_for_small_tolerances(tolerance: float, deepest: int) -> None:
     layer = Meshes()
-    poses_on_grid(LoadGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, tolerance), after=lambda _: goal(1e3))
+    poses_on_grid(LayerGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, tolerance), after=lambda _: goal(1e3))
     assert layer.depths == [deepest, deepest]
 
 
@@ -217,7 +217,7 @@ def test_few_loads_without_a_goal_are_solved_on_all_meshes_at_once() -> None:
     """Three with their images; of four the first meshes come first, and some are solved once more."""
     sensor, layers, shears = load_sensor("biorob2018"), (Meshes(), Meshes()), ([-0.4, 0.0, 0.4], [0.2, 0.4, 0.6, 0.8])
     for layer, shear in zip(layers, shears, strict=True):
-        grid = LoadGrid(sensor, layer, {"F_x": shear, "F_z": [1.0]}, MIRRORS, 1e-2)
+        grid = LayerGrid(sensor, layer, {"F_x": shear, "F_z": [1.0]}, MIRRORS, 1e-2)
         assert grid.few == (layer is layers[0])
         poses_on_grid(grid)
     assert [load.F_x for load in layers[0].solved] == [0.0, 0.4]
@@ -226,7 +226,7 @@ def test_few_loads_without_a_goal_are_solved_on_all_meshes_at_once() -> None:
 
 def test_what_is_good_enough_for_the_goal_is_not_solved_again() -> None:
     layer = Meshes()
-    poses_on_grid(LoadGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, 1e-2), after=lambda _: goal(10.0))
+    poses_on_grid(LayerGrid(load_sensor("biorob2018"), layer, GRID, MIRRORS, 1e-2), after=lambda _: goal(10.0))
     assert layer.asked == [] and len(layer.solved) == len(set(layer.solved))
 
 
@@ -235,7 +235,7 @@ def test_a_load_that_was_looked_at_before_is_not_solved_again_and_no_other_start
     far = Wrench(1.0, 4.0)
     begun = settle(looked, [far], symmetry=MIRRORS)
     with_look, without = (
-        poses_on_grid(LoadGrid(sensor, layer, GRID, MIRRORS, 1e-2), after=lambda _: None, begun=known)
+        poses_on_grid(LayerGrid(sensor, layer, GRID, MIRRORS, 1e-2), after=lambda _: None, begun=known)
         for layer, known in ((looked, begun), (plain, None))
     )
     assert looked.solved.count(far) == 1 and set(looked.solved) == set(plain.solved)
@@ -253,7 +253,7 @@ def test_the_worst_of_a_table_is_of_loads_that_rest() -> None:
 def test_the_linear_layer_needs_the_fewest() -> None:
     """A real layer whose answer the map holds to rounding."""
     sensor = load_sensor("biorob2018", ['elastomer.length="200 mm"'])
-    rows = rests(poses_on_grid(LoadGrid(sensor, linear_layer(sensor, 3e-2), GRID, MIRRORS, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(sensor, linear_layer(sensor, 3e-2), GRID, MIRRORS, 1e-2)))
     assert len(between(rows)) > 66
 
 
@@ -271,11 +271,11 @@ class Stretched(Spring):
 def test_a_stretch_goes_straight_from_load_to_load() -> None:
     """Within what neighbours were solved with, whatever the poses' map does; of one not known none is between."""
     sensor = load_sensor("triaxial-3")
-    rows = rests(poses_on_grid(LoadGrid(sensor, Stretched(), GRID, NONE, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(sensor, Stretched(), GRID, NONE, 1e-2)))
     assert between(rows)
     for load, row in rows.items():
         assert row.report.stretch == pytest.approx(1.0 + abs(load.F_x) + 0.1 * load.F_z, abs=0.02)
-    rows = rests(poses_on_grid(LoadGrid(sensor, Stretched(known=0.4), GRID, NONE, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(sensor, Stretched(known=0.4), GRID, NONE, 1e-2)))
     assert np.isnan([rows[load].report.stretch for load in between(rows)]).all()
     assert rows[Wrench()].report.stretch == 1.0
 
@@ -283,7 +283,7 @@ def test_a_stretch_goes_straight_from_load_to_load() -> None:
 def test_the_map_goes_through_the_solved_loads() -> None:
     """Solved loads with scatter: those between follow them, without a step; without shear all is straight."""
     layer, sensor = Spring(wave=2e-6), load_sensor("biorob2018")
-    rows = rests(poses_on_grid(LoadGrid(sensor, layer, GRID, MIRRORS, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(sensor, layer, GRID, MIRRORS, 1e-2)))
     near = [load for load in between(rows) if load.F_x > 0.0 and Wrench(load.F_x, load.F_z - 0.5) in layer.solved]
     assert near
     for load in near:
@@ -295,7 +295,7 @@ def test_the_map_goes_through_the_solved_loads() -> None:
 
 def test_what_the_solved_loads_cannot_show_has_an_error_between_them() -> None:
     """On diagonals and axes a square pad does not turn about z; between them it may: no error of nothing there."""
-    rows = rests(poses_on_grid(LoadGrid(load_sensor("triaxial-4"), Spring(), SPACE, SQUARE, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(load_sensor("triaxial-4"), Spring(), SPACE, SQUARE, 1e-2)))
     assert rows[Wrench(0.5, 2.0, F_y=0.25)].error.alpha_z > 0.0
     assert rows[Wrench(0.5, 1.5, F_y=0.5)].error.alpha_z == rows[Wrench(0.0, 1.5, F_y=0.5)].error.d_h == 0.0
 
@@ -312,10 +312,10 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
     first, second, third = Stopped(), Spring(), Spring()
     sensor, keep = load_sensor("triaxial-3"), (tmp_path, "key")
     with pytest.raises(KeyboardInterrupt):
-        poses_on_grid(LoadGrid(sensor, first, SPACE, DISC, 1e-2, keep))
+        poses_on_grid(LayerGrid(sensor, first, SPACE, DISC, 1e-2, keep))
     seen: list[tuple[int, int]] = []
     rows, again, plain = (
-        rests(poses_on_grid(LoadGrid(sensor, layer, SPACE, DISC, 1e-2, place, tell)))
+        rests(poses_on_grid(LayerGrid(sensor, layer, SPACE, DISC, 1e-2, place, tell)))
         for layer, place, tell in (
             (second, keep, lambda done, of: seen.append((done, of))),
             (third, keep, untold),
@@ -343,7 +343,7 @@ class Told(Spring):
 
 def test_between_solved_loads_errors_go_straight_and_derivatives_as_poses_do() -> None:
     """What the map adds is the same of all loads, and nothing out of the plane where no load leaves it."""
-    rows = rests(poses_on_grid(LoadGrid(load_sensor("biorob2018"), Told(), GRID, NONE, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(load_sensor("biorob2018"), Told(), GRID, NONE, 1e-2)))
     here = between(rows)
     added = np.array([rows[load].error.components - 1e-7 * (1.0 + load.F_z) for load in here])
     np.testing.assert_allclose(added[:, :3], np.tile(added[0, :3], (len(here), 1)), atol=1e-18)
@@ -361,7 +361,7 @@ def test_between_solved_loads_errors_go_straight_and_derivatives_as_poses_do() -
 def test_a_component_that_no_load_moves_has_a_tenth_of_the_largest_error_between_them() -> None:
     """As displacements of the target's edge; what moves has its own."""
     sensor = load_sensor("triaxial-3")
-    rows = rests(poses_on_grid(LoadGrid(sensor, Spring(), SPACE, NONE, 1e-2)))
+    rows = rests(poses_on_grid(LayerGrid(sensor, Spring(), SPACE, NONE, 1e-2)))
     load = next(load for load in between(rows) if load.F_y)
     own = np.array([1e-7, 1e-7, 1e-6, 1e-7, 1e-6, 1e-6])
     edges = (rows[load].error.components - own) * levers(sensor)

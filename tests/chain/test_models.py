@@ -31,7 +31,7 @@ from sits_mech.chain.simulate import simulate
 from sits_mech.description import Description, Question, Refusal, Rung
 from sits_mech.magnetics.bars import PlanarBars
 from sits_mech.magnetics.ends import Whole
-from sits_mech.magnetics.pose_slopes import within
+from sits_mech.magnetics.pose_slopes import inner_model
 from sits_mech.magnetics.tracks import Tracked
 from sits_mech.notes import Omission, OmissionKind
 from sits_mech.quantities import POSE, Equilibrium, Impedance, Pose, SolveReport, Wrench
@@ -367,7 +367,7 @@ def test_a_section_that_nobody_asked_for_answers_in_henry(coils: list[Coils]) ->
     ):
         magnetic_model(load_sensor("biorob2018", keys), name, 0.1, [REST])
         made = magnetic_model(load_sensor("biorob2018", keys), name, 0.1, [REST])[0]
-        inner = within(made)
+        inner = inner_model(made)
         assert isinstance(inner, Coils) and inner.absolute == absolute
 
 
@@ -387,7 +387,7 @@ def test_far_metal_is_measured_where_the_target_is_known_to_be(coils: list[Coils
 
 def test_by_name_a_section_is_per_metre() -> None:
     model = magnetic_model(SENSOR, "planar", 0.1, [REST])[0]
-    inner = within(model)
+    inner = inner_model(model)
     assert isinstance(model, Whole) and isinstance(inner, PlanarBars) and not inner.absolute
 
 

@@ -19,7 +19,7 @@ from sits_mech.chain.models import (
     choose_mechanics,
     mechanical_model,
 )
-from sits_mech.chain.plan import Step, _at_rest, _better, _notes, _overhang, _seen, omissions, plan
+from sits_mech.chain.plan import PlannedHalf, _at_rest, _better, _notes, _overhang, _seen, omissions, plan
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.description import Cost, Description, Question, Refusal
@@ -212,7 +212,7 @@ def test_other_models_are_offered_with_the_whole_error() -> None:
             (cheap, 0.5, cost), (better, 0.02, cost), (replace(cheap, name="no"), math.nan, None),
         )
     )
-    own, other = Step("magnetics", "cheap", 0.1, 0.1, 1.0), Step("mechanics", "pad", 0.1, 0.1, 1.0)
+    own, other = PlannedHalf("magnetics", "cheap", 0.1, 0.1, 1.0), PlannedHalf("mechanics", "pad", 0.1, 0.1, 1.0)
     field, layer = Choice("cheap", Why.NAMED, candidates), Choice("pad")
     ends = Omission(K.PLATE_ENDS, 0.4), Omission(K.PAD_ENDS, 0.3, Relative.DISPLACEMENT)
     counted = [*ends, Omission(K.NOT_CUT, math.nan)]

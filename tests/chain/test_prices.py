@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from sits_mech.chain.plan import plan, taken
-from sits_mech.chain.prices import expected, forecast, look
+from sits_mech.chain.plan import plan, planned_seconds
+from sits_mech.chain.prices import expected, forecast_load, look
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.notes import Note, NoteKind
@@ -113,13 +113,13 @@ def test_a_load_is_counted_before_anything_is_meshed(monkeypatch: pytest.MonkeyP
     block = block_pad(load_sensor("biorob2018"), 1e-2)
     real = [len(block.half[0].maker(level).free) for level in (0, 1)]
     monkeypatch.setattr("sits_mech.mechanics.block.bonded_block", None)
-    small, large = (forecast(load_sensor("biorob2018"), [Wrench(F_x=force)]) for force in (0.1, 3.0))
+    small, large = (forecast_load(load_sensor("biorob2018"), [Wrench(F_x=force)]) for force in (0.1, 3.0))
     assert [own / true for own, true in zip(small.unknowns, real, strict=True)] == pytest.approx([1.0, 1.0], abs=0.25)
     assert small.increments == 1 < large.increments and small.seconds < large.seconds < large.most
-    whole = forecast(load_sensor("biorob2018"), [Wrench(F_x=0.1, F_y=0.1)])
+    whole = forecast_load(load_sensor("biorob2018"), [Wrench(F_x=0.1, F_y=0.1)])
     assert whole.unknowns == (2 * small.unknowns[0], 2 * small.unknowns[1])
     flush = ["target.width=0.02", "target.length=0.02", "elastomer.width=0.02", "elastomer.length=0.02"]
-    pressed = [forecast(load_sensor("biorob2018", flush), [Wrench(F_z=force)]) for force in (1.0, 400.0)]
+    pressed = [forecast_load(load_sensor("biorob2018", flush), [Wrench(F_z=force)]) for force in (1.0, 400.0)]
     assert not pressed[0].touching and pressed[1].touching and pressed[1].seconds > 3.0 * pressed[0].seconds
 
 
@@ -127,7 +127,7 @@ def test_what_is_dear_is_counted_not_looked_at(monkeypatch: pytest.MonkeyPatch) 
     """A plan of such a load meshes no pad, and its seconds are those that are said before a solution."""
     monkeypatch.setattr("sits_mech.mechanics.block.bonded_block", None)
     sensor, load = load_sensor("biorob2018", ["elastomer.thickness=50e-6", "elastomer.standoff=0"]), Wrench(1.0, 2.0)
-    seconds, counts = taken(sensor, [load])
+    seconds, counts = planned_seconds(sensor, [load])
     found = plan(sensor, [load])
     assert counts is not None and counts.seconds == seconds["block"] == found.steps[0].seconds > 5.0
-    assert set(taken(sensor, [load], mechanics="linear", magnetics=None)[0]) == {"linear"}
+    assert set(planned_seconds(sensor, [load], mechanics="linear", magnetics=None)[0]) == {"linear"}

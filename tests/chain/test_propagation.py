@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import mechanical_model
-from sits_mech.chain.propagation import _untilted, levers, poses_of, read_poses, signal_weights, unloaded
+from sits_mech.chain.propagation import _untilted, levers, poses_of, read_poses, signal_weights, unloaded_pose
 from sits_mech.quantities import Bounded, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.signals import combine
 from sits_mech.scene.sensor import load_sensor
@@ -107,9 +107,9 @@ def test_a_pose_without_rotation_is_not_solved_twice(sensor):
 def test_warm_silicone_lifts_the_target(keys, within):
     """At rest about where the model in space has it, not where it was made; at 20 degC where it was made."""
     warm = load_sensor("biorob2018", [*keys, 'temperature="60 degC"'])
-    made = unloaded(load_sensor("biorob2018", keys)).d_v
+    made = unloaded_pose(load_sensor("biorob2018", keys)).d_v
     rest = mechanical_model(warm, "block", 0.1)[0].equilibrium(Wrench()).pose.d_v
-    assert made == 2e-3 and unloaded(warm).d_v - made == pytest.approx(rest - made, rel=within)
+    assert made == 2e-3 and unloaded_pose(warm).d_v - made == pytest.approx(rest - made, rel=within)
     assert rest - made > 5e-5
 
 

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 from rich.table import Table
 
-from sits_mech.analysis.ladder import Rung
+from sits_mech.analysis.ladder import LadderStep
 from sits_mech.chain import models
 from sits_mech.chain.models import mechanical_model
 from sits_mech.cli import options
-from sits_mech.cli.console import show
+from sits_mech.cli.console import print_table
 from sits_mech.cli.main import commands, run
 from sits_mech.cli.options import LoadGrid
 from sits_mech.magnetics.coils.resistance import track_resistance
@@ -160,7 +160,7 @@ def test_explain_solves_the_ladder_of_a_load(capsys: Capture) -> None:
     assert found["ladder"][-1]["difference"] == 0.0 and found["ladder_sentence"].endswith(" cannot be reached")
     assert run(words) == 0 and "from finest" in capsys.readouterr().out
     assert run(["explain", "biorob2018", "--ladder"]) == 2 and "ladder: must have a load" in capsys.readouterr().err
-    failing = Rung(1e-1, 1.0, math.nan, math.nan, math.nan, math.nan, "SolveFailed: not carried; and why")
+    failing = LadderStep(1e-1, 1.0, math.nan, math.nan, math.nan, math.nan, "SolveFailed: not carried; and why")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sits_mech.analysis.ladder.ladder", lambda *_, **__: [failing])
         assert run(words) == 3
@@ -660,7 +660,7 @@ def test_a_printed_table_is_cut_nowhere(capsys: Capture) -> None:
     for column in table.columns:
         column.no_wrap = True
     table.add_row(*["converged"] * 20)
-    show(table)
+    print_table(table)
     text = capsys.readouterr().out
     assert text.count("[mrad]") == 20 and text.count("converged") == 20 and "\N{HORIZONTAL ELLIPSIS}" not in text
 

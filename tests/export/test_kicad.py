@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from sits_mech.export.kicad import copper_layers, winding, write_kicad
+from sits_mech.export.kicad import layers_of_coil, winding, write_kicad
 from sits_mech.export.source import Source
 from sits_mech.geometry.tracks import track_length
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, sensor_from
@@ -114,7 +114,7 @@ def test_nothing_touches_that_should_not(scene: str, layers: int, tmp_path: Path
     for (p, r), (q, s) in combinations(holes, 2):
         assert np.hypot(*(p - q)) >= r + s + gap - 2e-3
     lines = runs(tree)
-    assert tuple(lines) == copper_layers(layers)
+    assert tuple(lines) == layers_of_coil(layers)
     for layer in lines.values():
         for line in layer:
             step = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])

@@ -12,7 +12,7 @@ import pytest
 from scipy.io import loadmat
 
 from sits_mech.export.formats import export, format_of, formats, plain_name
-from sits_mech.export.source import Source, resting_load, resting_pose
+from sits_mech.export.source import Source, interpolated_pose, resting_load
 from sits_mech.labels import unit_of
 from sits_mech.quantities import POSE, Pose, Wrench
 from sits_mech.report.folder import read_calibration
@@ -101,9 +101,9 @@ def test_pose_of_a_load_in_space(three_forces: Path) -> None:
     """All components of load and pose: on a load the table's own, between two their mean; others are the table's."""
     sensor, data = read_calibration(three_forces)
     there = data.sel(F_x=0.5, F_z=2.0, F_y=0.4)
-    found = resting_pose(Source(sensor, data, Wrench(0.5, 2.0, F_y=0.4)))
+    found = interpolated_pose(Source(sensor, data, Wrench(0.5, 2.0, F_y=0.4)))
     assert found == Pose(**{name: float(there[name]) for name in POSE})
-    half = resting_pose(Source(sensor, data, Wrench(0.5, 2.0, M=1e-3, F_y=0.2)))
+    half = interpolated_pose(Source(sensor, data, Wrench(0.5, 2.0, M=1e-3, F_y=0.2)))
     assert half.d_y == pytest.approx(0.5 * float(found.d_y)) and half.d_v == pytest.approx(float(found.d_v))
     assert resting_load(Source(sensor, data, Wrench(0.5, 2.0))) == Wrench(0.5, 2.0, M=1e-3)
     for load, message in (
@@ -112,23 +112,25 @@ def test_pose_of_a_load_in_space(three_forces: Path) -> None:
         (Wrench(M_z=1e-3), "--mz: must be 0 N m, as in the calibration; got 0.001 N m"),
     ):
         with pytest.raises(ValueError, match=message):
-            resting_pose(Source(sensor, data, load))
+            interpolated_pose(Source(sensor, data, load))
 
 
 def test_pose_between_loads(source: Source) -> None:
     """On a load the table's own pose; halfway the mean; outside refused."""
     there = source.data.sel(F_x=0.5, F_z=2.0)
     for name in ("d_h", "d_v", "alpha"):
-        assert getattr(resting_pose(Source(source.sensor, source.data, Wrench(0.5, 2.0))), name) == float(there[name])
-    between = resting_pose(Source(source.sensor, source.data, Wrench(0.5, 1.5)))
+        assert getattr(interpolated_pose(Source(source.sensor, source.data, Wrench(0.5, 2.0))), name) == float(
+            there[name]
+        )
+    between = interpolated_pose(Source(source.sensor, source.data, Wrench(0.5, 1.5)))
     both = source.data["d_v"].sel(F_x=0.5, F_z=[1.0, 2.0])
     assert between.d_v == pytest.approx(float(both.mean()), rel=1e-14)
     with pytest.raises(ValueError, match=r"--fz: must lie within the calibration, from 0 N to 3 N; got 4 N"):
-        resting_pose(Source(source.sensor, source.data, Wrench(0.0, 4.0)))
+        interpolated_pose(Source(source.sensor, source.data, Wrench(0.0, 4.0)))
     broken = source.data.copy(deep=True)
     broken["status"].loc[{"F_x": 0.5, "F_z": 2.0}] = "stalled"
     with pytest.raises(ValueError, match="load: must have results on all sides"):
-        resting_pose(Source(source.sensor, broken, Wrench(0.5, 1.5)))
+        interpolated_pose(Source(source.sensor, broken, Wrench(0.5, 1.5)))
 
 
 def test_what_cannot_be_written(source: Source, tmp_path: Path) -> None:

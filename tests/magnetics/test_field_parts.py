@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.constants import mu_0
 
-from sits_mech.geometry.plates import Plate
+from sits_mech.geometry.plates import PlateSection
 from sits_mech.geometry.tracks import coil_bars
 from sits_mech.geometry.windings import Bars
 from sits_mech.magnetics.field import planar_fem
@@ -100,7 +100,7 @@ def test_ferrite_behind_raises_and_ground_plane_lowers() -> None:
 def test_rates() -> None:
     """The flux converges twice as fast as the field: towards order 4 with elements of order 2, faster with order 3."""
     coils = tracks(load_sensor("biorob2018"))
-    plate, omega = Plate("plate", 2e-3j, 0.0, 8e-3, 0.2e-3, 5.8e7, 1.0, True), 2 * np.pi * 5e6
+    plate, omega = PlateSection("plate", 2e-3j, 0.0, 8e-3, 0.2e-3, 5.8e7, 1.0, True), 2 * np.pi * 5e6
     depth = np.sqrt(2 / (omega * mu_0 * plate.conductivity))
     bars = np.concatenate([coil.place for coil in coils])
     coarse = Fineness(skin=1.0, edge=0.5, growth=0.6, near=0.6, share=0.1, around=40.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.modes import Reduced, beyond, eddy_modes, reduced
+from sits_mech.magnetics.modes import Reduced, eddy_modes, reaction_at, reduced
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import modes as preparing
 from sits_mech.quantities import Pose
@@ -77,5 +77,5 @@ def test_beyond_the_highest_frequency_resistance_goes_like_the_skin_depth():
         return omega * np.array([[c * d + e * d**2 - 1j * (1.0 - m * d)]])
 
     for at in (1.001, 4.0, 1e4):
-        found = beyond(exact, at, 1.0)
+        found = reaction_at(exact, at, 1.0)
         np.testing.assert_allclose(found, exact(at), rtol=1e-12)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.bars import planar_bars
-from sits_mech.magnetics.pose_slopes import Known, pose_slopes
+from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import POSE, Pose
 from sits_mech.scene.sensor import load_sensor
@@ -34,7 +34,7 @@ def test_known_slopes_are_not_solved_for() -> None:
     sensor = load_sensor("biorob2018")
     model, pose = planar_bars(sensor, 1e-2), Pose(*np.array([[0.3 * MM], [1.5 * MM], [0.01]]))
     found, L, R = pose_slopes(sensor, model, pose, 5e6, POSE[:3], quick=True)
-    known = Known(found, {name: (2.0 * L[..., k], R[..., k]) for k, name in enumerate(POSE[:2])})
+    known = KnownImpedance(found, {name: (2.0 * L[..., k], R[..., k]) for k, name in enumerate(POSE[:2])})
     same, both, other = pose_slopes(sensor, model, pose, 5e6, POSE[:3], quick=True, known=known)
     assert same is found
     np.testing.assert_allclose(both, L * [2.0, 2.0, 1.0], rtol=1e-12)

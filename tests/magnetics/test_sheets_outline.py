@@ -10,7 +10,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.outline import Outline, outline_plan, read_outline
 from sits_mech.geometry.sheet_plan import Grading, plan_seams
-from sits_mech.geometry.tracks import Tracks
+from sits_mech.geometry.tracks import TrackBars
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.ring_field import coil_potential, filament_counts
 from sits_mech.magnetics.coils.straight import track_potential
@@ -154,7 +154,7 @@ def test_spiral_beside_rings() -> None:
     coil = sensor.coils[0].model_copy(update={"layers": 1, "turns": 1})
     radius, z = coil.inner_diameter / 2 + coil.track_width / 2, -coil.track_thickness / 2
     loop = np.column_stack([-4e-3 + radius * np.cos(angle), radius * np.sin(angle), np.full(angle.size, z)])
-    track = Tracks(loop[:-1], loop[1:], *np.full((2, 2000), coil.track_width))
+    track = TrackBars(loop[:-1], loop[1:], *np.full((2, 2000), coil.track_width))
     A = track_potential(track, *map(gauss_rule, filament_counts(coil, 15e-3)))(points.T[None])[0].T
     assert A == pytest.approx(coil_potential(coil, points, 15e-3)[:, :2], rel=1e-5, abs=1e-16)
     L = free_inductances(sensor.coils, windings="spiral")

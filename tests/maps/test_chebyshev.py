@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.chebyshev import chebder, chebval, chebval2d
 
-from sits_mech.maps.chebyshev import chebyshev, design, terms
+from sits_mech.maps.chebyshev import chebyshev, design_matrix, terms
 
 
 def test_values_and_slopes() -> None:
@@ -22,4 +22,4 @@ def test_products() -> None:
     powers, x = terms([2, 3], False), np.random.default_rng(0).uniform(-1.0, 1.0, (9, 2))
     assert len(powers) == 12 and len(terms([3, 3], True)) == 10
     each = [chebval2d(*x.T, np.outer(np.eye(4)[a], np.eye(4)[b])) for a, b in powers]
-    assert design(x, powers) == pytest.approx(np.transpose(each), abs=1e-14)
+    assert design_matrix(x, powers) == pytest.approx(np.transpose(each), abs=1e-14)

@@ -7,11 +7,11 @@ from scipy.special import iv
 from sits_mech.chain.models import choose_mechanics
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.newton import small_strain
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.mechanics.layer import axisymmetric_pad, deformed_mesh
 from sits_mech.mechanics.pad.planar import layer_family
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
@@ -35,7 +35,7 @@ def test_a_thin_flush_pad_is_as_stiff_as_its_pressure(across, off):
     """``K (1 - 2 I_1(y)/(y I_0(y)))``, y = R sqrt(12 mu/K)/t: the pressure's own equation, but for the rim, t/R."""
     sensor = cylinder(across, across, 1, NEO_HOOKEAN % "25 MPa")
     levels = layer_family(sensor, axial=True)
-    compliance = levels.limit([small_strain(levels.maker(k))[0][1:2, 1] for k in range(3)]).value[0]
+    compliance = levels.limit([small_strain_compliance(levels.maker(k))[0][1:2, 1] for k in range(3)]).value[0]
     R, K = 0.5 * across, sensor.elastomer.silicone.bulk_modulus / 2e4
     y = R * np.sqrt(12.0 / K)
     assert K * (1.0 - 2.0 * iv(1, y) / (y * iv(0, y))) * np.pi * R**2 * compliance == pytest.approx(1.0, abs=off)
@@ -44,8 +44,10 @@ def test_a_thin_flush_pad_is_as_stiff_as_its_pressure(across, off):
 @pytest.mark.parametrize(("disc", "order"), [(8, 2.0), (10, 2.38)])
 def test_compliances_converge_with_the_exponent_of_the_rim(disc, order):
     """Twice 2 k: 0.5 within a face, 0.5946 where the pad ends with its target; lines graded with 2."""
-    bodies = (bonded_body(cylinder(10, disc, 2), Fineness(cells, 2.0, True, axial=True)) for cells in (8, 16, 32))
-    coarse, middle, fine = (small_strain(body)[0][1, 1] for body in bodies)
+    bodies = (
+        bonded_body(cylinder(10, disc, 2), SectionFineness(cells, 2.0, True, axial=True)) for cells in (8, 16, 32)
+    )
+    coarse, middle, fine = (small_strain_compliance(body)[0][1, 1] for body in bodies)
     assert np.log2((middle - coarse) / (fine - middle)) == pytest.approx(order, abs=0.15)
 
 

@@ -6,10 +6,10 @@ import pytest
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.equilibrium.body import rest
-from sits_mech.mechanics.equilibrium.newton import small_strain
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
-from sits_mech.mechanics.levels.answer import stretched
+from sits_mech.mechanics.levels.answer import layer_stretch
 from sits_mech.mechanics.pad.solid import bonded_block, pad_parts
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import SolveFailed, Wrench
@@ -37,7 +37,7 @@ SINK, D_H, ALPHA = 0.09766, 0.40669, -0.0026803
 )
 def test_small_strain_stiffness(cells, grading, allowed):
     body = bonded_block(box(), cells, grading, 0.0).body
-    k = 2.0 * np.linalg.inv(small_strain(body)[0]) * MU * 2e-3  # both halves [N/m]
+    k = 2.0 * np.linalg.inv(small_strain_compliance(body)[0]) * MU * 2e-3  # both halves [N/m]
     assert k[1, 1] * MM == pytest.approx(KZ, rel=allowed)
     assert k[0, 0] * MM == pytest.approx(KX, rel=allowed)
     assert k[2, 2] * 2e-3**2 / MM == pytest.approx(KA, rel=allowed)
@@ -141,8 +141,8 @@ def test_largest_stretch_of_a_uniform_strain():
     body = bonded_block(box(), 1, 2.0, 0.0).body
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     F = turn @ np.diag([1.2, 1.0, 0.7]) @ turn.T
-    assert stretched(body, (body.mesh.nodes @ (F - np.eye(3)).T).ravel()).value == pytest.approx(1 / 0.7, rel=1e-9)
-    assert stretched(body, np.zeros(body.mesh.nodes.size)).value == pytest.approx(1.0, rel=1e-9)
+    assert layer_stretch(body, (body.mesh.nodes @ (F - np.eye(3)).T).ravel()).value == pytest.approx(1 / 0.7, rel=1e-9)
+    assert layer_stretch(body, np.zeros(body.mesh.nodes.size)).value == pytest.approx(1.0, rel=1e-9)
 
 
 @pytest.mark.slow

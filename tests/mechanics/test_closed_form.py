@@ -9,10 +9,10 @@ from sits_mech.mechanics.closed_form import (
     shear_stiffness,
     tilt_modulus,
 )
-from sits_mech.mechanics.equilibrium.newton import small_strain
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -92,8 +92,8 @@ def test_corner_and_grading_set_the_rate(grading):
     Uniform meshes show 2 k only beyond 32 cells: the errors of displacement and pressure have opposite signs.
     """
     sensor = strip(1.0, 1e6)
-    bodies = [bonded_body(sensor, Fineness(cells, grading)) for cells in (8, 16, 32)]
-    values = np.array([np.diag(np.linalg.inv(small_strain(body)[0])) for body in bodies])
+    bodies = [bonded_body(sensor, SectionFineness(cells, grading)) for cells in (8, 16, 32)]
+    values = np.array([np.diag(np.linalg.inv(small_strain_compliance(body)[0])) for body in bodies])
     order = np.log2((values[0] - values[1]) / (values[1] - values[2]))
     promised = 2.0 * grading * corner_exponent(0.5)
     assert order[1] == pytest.approx(promised, rel=0.1)  # compression: the singular mode that is strongest
@@ -104,8 +104,8 @@ def test_corner_and_grading_set_the_rate(grading):
 def test_split_corners_show_the_rate_of_the_singularity_on_uniform_meshes():
     """An incompressible clamped corner: 2 k = 1.189; squares show it only beyond 32 cells, triangles at once."""
     sensor = strip(1.0, 1e6)
-    bodies = [bonded_body(sensor, Fineness(cells, 1.0, fan=True)) for cells in (16, 32, 64)]
-    values = np.array([np.diag(np.linalg.inv(small_strain(body)[0])) for body in bodies])
+    bodies = [bonded_body(sensor, SectionFineness(cells, 1.0, fan=True)) for cells in (16, 32, 64)]
+    values = np.array([np.diag(np.linalg.inv(small_strain_compliance(body)[0])) for body in bodies])
     order = np.log2((values[0] - values[1]) / (values[1] - values[2]))
     np.testing.assert_allclose(order, 2.0 * corner_exponent(0.5), atol=0.1)
 

@@ -12,7 +12,7 @@ from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.layer import deformed_mesh, planar_layer
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.linear import linear_layer
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -123,7 +123,7 @@ def test_small_strain_compressible(S, K, E_c):
 def test_moment_about_the_plate_of_a_symmetric_block_is_exact(load):
     """A block symmetric about its centre: with the tilt held by M, |M| = (F_x (t - sink) + F_z d_h) / 2, any law."""
     sensor = pad(15, 15, 3, 'elastomer.material={law="yeoh", c10=1.5e4, c20=500.0, c30=10.0, bulk_modulus=3e7}')
-    body = bonded_body(sensor, Fineness(6, 2.0, fan=True))
+    body = bonded_body(sensor, SectionFineness(6, 2.0, fan=True))
     goal, held = np.array([*load, 0.0]), np.array([False, False, True])
     found = advance(body, rest(body), Path((np.zeros(3), goal), held))
     assert found.reached == 1.0 and found.state.q[2] == 0.0
@@ -169,7 +169,7 @@ DRIVEN = ((Wrench(0.0, 900.0), "d_v"), (Wrench(50.0, 0.0), "d_h"), (Wrench(0.0, 
 def best():
     """Driven components on strongly graded meshes, eight and sixteen cells through the thickness, extrapolated."""
     sensor = pad(20, 15, 2)
-    bodies = [bonded_body(sensor, Fineness(cells, 2.5, fan=True)) for cells in (8, 16)]
+    bodies = [bonded_body(sensor, SectionFineness(cells, 2.5, fan=True)) for cells in (8, 16)]
     terms = np.array([[8.0], [16.0]]) ** -2.5
     pair = Levels(terms, lambda level: (10, 1), bodies.__getitem__, lambda level: None, 0.05)
     layer = planar_layer(sensor)
@@ -269,7 +269,7 @@ def test_refusals():
 
 
 def test_a_path_ends_when_its_iterations_are_spent():
-    body = bonded_body(pad(20, 15, 2), Fineness(2, 1.5))
+    body = bonded_body(pad(20, 15, 2), SectionFineness(2, 1.5))
     goals = (np.zeros(3), np.array([0.0, 100.0, 0.0]))
     spent, whole = advance(body, rest(body), Path(goals), most=1), advance(body, rest(body), Path(goals))
     assert spent.reason == "long" and spent.reached < whole.reached

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import magnetic_model
-from sits_mech.geometry.tracks import Tracks, coil_tracks
+from sits_mech.geometry.tracks import TrackBars, coil_tracks
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.coils.resistance import track_spectrum
@@ -87,7 +87,7 @@ def test_close_to_a_wide_plate() -> None:
     sensor = scene(rectangle(2.0, 2.0), 14.0, 14.0)
     found, tracks = sheets(sensor, 2e-2).impedance(Pose(0.0, 0.4 * MM), F), coil_tracks(sensor.coils[0])
     up = np.array([0.0, 0.0, 0.8 * MM + 29.5e-6])
-    image = Tracks(*(p * (1, 1, -1) + up for p in (tracks.start, tracks.end)), tracks.width, tracks.thickness)
+    image = TrackBars(*(p * (1, 1, -1) + up for p in (tracks.start, tracks.end)), tracks.width, tracks.thickness)
     change = float(found.L[0, 0] - found.L0[0, 0])
     assert change == pytest.approx(-linkage(tracks, image), abs=float(found.error_L[0, 0]) + 3e-3 * abs(change))
 

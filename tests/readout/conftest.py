@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.readout.calibration import Calibration
-from sits_mech.readout.inversion import Inverse, Search
+from sits_mech.readout.inversion import Inverse, InverseSearch
 
 Counted = Callable[[Calibration, np.ndarray], tuple[Inverse, float]]
 
@@ -14,9 +14,9 @@ Counted = Callable[[Calibration, np.ndarray], tuple[Inverse, float]]
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> Counted:
     """Return what inverts readings and tells how often the map was evaluated for one of them, on average."""
-    seen, counts = Search._seen, list[int]()
+    seen, counts = InverseSearch._seen, list[int]()
 
-    def counting(self: Search, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def counting(self: InverseSearch, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         counts.append(x.shape[1])
         return seen(self, x)
 
@@ -24,5 +24,5 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Counted:
         counts.clear()
         return cal.inverse(L), sum(counts) / len(L)
 
-    monkeypatch.setattr(Search, "_seen", counting)
+    monkeypatch.setattr(InverseSearch, "_seen", counting)
     return inverted

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from sits_mech.analysis.ladder import Asked, Rung
-from sits_mech.report.ladder import power, rung_line, sentence
+from sits_mech.analysis.ladder import LadderPoint, LadderStep
+from sits_mech.report.ladder import ladder_sentence, power, rung_line
 
 
 @pytest.mark.parametrize(
@@ -23,16 +23,16 @@ from sits_mech.report.ladder import power, rung_line, sentence
 )
 def test_the_sentence_counts_what_an_estimate_holds(rows: list[list[tuple[float, float, float]]], said: str) -> None:
     """Seconds of what is as exact as asked by its own word; the least estimate of a ladder whose finest rung misses."""
-    assert sentence([[Asked(*one) for one in row] for row in rows]) == said
+    assert ladder_sentence([[LadderPoint(*one) for one in row] for row in rows]) == said
 
 
 @pytest.mark.parametrize(("rung", "left", "said"), [
-    (Rung(3e-3, 1.23, 4.56e-3), 2, "3e-3: error 0.0046, 1.2 s; 2 to come"),
-    (Rung(1e-1, 20.4, 0.05), 0, "1e-1: error 0.05, 20 s"),
-    (Rung(1e-2, 0.5, status="SolveFailed: not carried; the last mesh"), 1,
+    (LadderStep(3e-3, 1.23, 4.56e-3), 2, "3e-3: error 0.0046, 1.2 s; 2 to come"),
+    (LadderStep(1e-1, 20.4, 0.05), 0, "1e-1: error 0.05, 20 s"),
+    (LadderStep(1e-2, 0.5, status="SolveFailed: not carried; the last mesh"), 1,
      "1e-2: SolveFailed: not carried, 0.5 s; 1 to come"),
 ])
-def test_a_rung_is_a_line(rung: Rung, left: int, said: str) -> None:
+def test_a_rung_is_a_line(rung: LadderStep, left: int, said: str) -> None:
     assert rung_line(rung, left) == said
 
 

@@ -12,7 +12,7 @@ from scipy.special import erf
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 from sits_mech.silicone.kinematics import in_plane, in_space
 from sits_mech.silicone.material import silicone_from
-from sits_mech.silicone.points import remembered, stepped, virgin
+from sits_mech.silicone.points import past_after, remembered, virgin
 
 STORED = json.loads((File(history_points.__file__).parent / "reference_points.json").read_text("utf-8"))["rows"]
 PRONY = [{"weight": 0.2, "time": 0.3}, {"weight": 0.15, "time": 3.0}]
@@ -50,7 +50,7 @@ def test_derivatives_against_differences(made, d, c, mullins, rng):
     memory = virgin(own, (5,), c)
     for _ in range(3):
         memory = remembered(own, memory, 0.2, made(np.eye(d).ravel() + 0.15 * rng.standard_normal((5, d * d))))
-    step, F = stepped(own, memory, 0.1), np.eye(d).ravel() + 0.12 * rng.standard_normal((5, d * d))
+    step, F = past_after(own, memory, 0.1), np.eye(d).ravel() + 0.12 * rng.standard_normal((5, d * d))
     energy = isochoric_energy(own, 3.0, step)
     _, P, A = energy(made(F))
     for j in range(d * d):
@@ -122,7 +122,7 @@ def test_stress_is_the_convolution_it_stands_for(made, d, c, mullins):
     for count in (50, 100):
         memory = virgin(own, (1,), c)
         for k in range(1, count + 1):
-            step = stepped(own, memory, t / count)
+            step = past_after(own, memory, t / count)
             at = made(path(t * k / count).reshape(1, -1))
             stress = isochoric_stress(own, 0.0, step)(at)[1]
             memory = remembered(own, memory, t / count, at)
@@ -143,7 +143,7 @@ def test_a_turn_changes_nothing_but_the_frame(made, d, c, rng):
         memory = virgin(own, (1,), c)
         for F in steps[:2]:
             memory = remembered(own, memory, 0.3, made((frame @ F).reshape(1, -1)))
-        stress = isochoric_stress(own, 0.0, stepped(own, memory, 0.3))
+        stress = isochoric_stress(own, 0.0, past_after(own, memory, 0.3))
         found.append(frame.T @ stress(made((frame @ steps[2]).reshape(1, -1)))[1].reshape(d, d))
     np.testing.assert_allclose(found[0], found[1], atol=1e-12)
 
@@ -154,10 +154,10 @@ def test_sudden_and_long(made, d, c, rng):
     own, F = silicone(prony=PRONY), np.eye(d).ravel() + 0.2 * rng.standard_normal((4, d * d))
     at, elastic = made(F), isochoric_stress(silicone())(made(F))[1]
     memory = virgin(own, (4,), c)
-    sudden = isochoric_stress(own, 0.0, stepped(own, memory, 0.0))(at)[1]
+    sudden = isochoric_stress(own, 0.0, past_after(own, memory, 0.0))(at)[1]
     np.testing.assert_allclose(sudden, elastic / 0.65, rtol=1e-12, atol=1e-12)
     memory = remembered(own, memory, 0.0, at)
-    late = isochoric_stress(own, 0.0, stepped(own, memory, 1e3))(at)[1]
+    late = isochoric_stress(own, 0.0, past_after(own, memory, 1e3))(at)[1]
     np.testing.assert_allclose(late, elastic, atol=1e-12)
 
 
@@ -165,7 +165,7 @@ def test_loading_again_is_softer_up_to_the_peak_and_virgin_beyond():
     own = silicone(mullins={"r": 2.0, "beta": 0.8})
     small, large = (in_space((np.eye(3) + size * np.eye(3, k=2)).reshape(1, 9)) for size in (0.3, 0.6))
     memory = remembered(own, virgin(own, (1,), 9), 1.0, small)
-    again, beyond = (isochoric_stress(own, 0.0, stepped(own, memory, 1.0)) for _ in range(2))
+    again, beyond = (isochoric_stress(own, 0.0, past_after(own, memory, 1.0)) for _ in range(2))
     half = in_space((np.eye(3) + 0.15 * np.eye(3, k=2)).reshape(1, 9))
     first = isochoric_stress(silicone())
     w, w_most = first(half)[0], first(small)[0]
@@ -183,7 +183,7 @@ def _stress_of_steps(one, parts):
     for time in one["time"]:
         for at in np.linspace(last, time, parts + 1)[1:] if time > last else [time]:
             point = in_space(np.asarray(path.at(at)).reshape(1, 9))
-            P = isochoric_stress(own, 0.0, stepped(own, memory, at - last))(point)[1]
+            P = isochoric_stress(own, 0.0, past_after(own, memory, at - last))(point)[1]
             memory, last = remembered(own, memory, at - last, point), at
         P = own.shear_modulus * P[0] + own.bulk_modulus * (point.J[0] - 1.0) * point.H[0]
         found.append(P.reshape(3, 3))

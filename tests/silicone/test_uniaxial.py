@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
-from sits_mech.analysis.material.uniaxial import divided, uniaxial_stress
+from sits_mech.analysis.material.uniaxial import subdivided, uniaxial_stress
 from sits_mech.silicone.history import relaxation
 from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.material import Softening
@@ -84,6 +84,6 @@ def test_long_steps_are_divided_and_cost_the_second_order(silicone):
 
 def test_a_path_that_is_none_is_refused():
     with pytest.raises(ValueError, match="time: must not descend"):
-        divided(np.array([0.0, 1.0, 0.5]), np.zeros(3))
+        subdivided(np.array([0.0, 1.0, 0.5]), np.zeros(3))
     with pytest.raises(ValueError, match="time: must not descend"):
-        divided(np.zeros(2), np.zeros(3))
+        subdivided(np.zeros(2), np.zeros(3))

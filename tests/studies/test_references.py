@@ -11,7 +11,7 @@ from common.reference_cases import CASES, Case
 from common.references import Judged, Reference, counts, dearer, stored_references
 from scipy.special import ive
 
-from sits_mech.geometry.meshing.bricks import Outline
+from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 
 STORED = {one.name: one for one in stored_references()}
@@ -74,7 +74,7 @@ def test_a_disc_on_a_box_is_round():
     """A half and a quarter of the pad in rings, deformed to the disc: volumes and what is bonded, by NGSolve."""
     ng = pytest.importorskip("ngsolve")
     for whole, share in ((True, 0.5), (False, 0.25)):
-        mesh = ring_mesh(8.0, Outline(6.0, 5.0, False), 2.0, 2, whole=whole)
+        mesh = ring_mesh(8.0, PlateOutline(6.0, 5.0, False), 2.0, 2, whole=whole)
         assert ng.Integrate(ng.CF(1.0), mesh, order=8) == pytest.approx(share * 12.0 * 10.0 * 2.0, rel=1e-5)
         bonded = ng.Integrate(ng.CF(1.0), mesh.Boundaries("target"), order=8)
         assert bonded == pytest.approx(share * 16.0 * np.pi, rel=1e-5)

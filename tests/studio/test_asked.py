@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.scene.sensor import SceneError
 from sits_mech.studio.asked import Judged, first_words, glanced, lines, read_asked, rows_html
-from sits_mech.studio.previews import Solved
+from sits_mech.studio.previews import SolvedScene
 from sits_mech.studio.questions import Figures
 from sits_mech.synthesis.requirements import Requirements
 
@@ -26,20 +26,20 @@ rate = "10 Hz"
 
 
 @pytest.fixture
-def asked(base: Solved) -> Requirements:
+def asked(base: SolvedScene) -> Requirements:
     """Requirements of the scene that is shown."""
     return read_asked(TEXT, base.sensor)
 
 
 @pytest.fixture
-def judged(base: Solved, asked: Requirements) -> Judged:
+def judged(base: SolvedScene, asked: Requirements) -> Judged:
     """Its figures by its table."""
     found = glanced(asked, base.sensor, base.data)
     assert found is not None
     return found
 
 
-def test_a_text_of_requirements_is_read_for_the_scene_that_is_shown(base: Solved, asked: Requirements) -> None:
+def test_a_text_of_requirements_is_read_for_the_scene_that_is_shown(base: SolvedScene, asked: Requirements) -> None:
     """Its own scene is left aside; what is wrong is said as `design` says it."""
     assert asked.space.base == base.sensor and asked.limits["height"] == pytest.approx(4e-3)
     slip = TEXT.replace("resolution", "resolutoin")
@@ -52,7 +52,9 @@ def test_a_text_of_requirements_is_read_for_the_scene_that_is_shown(base: Solved
     assert moment.goal == {"error.M": 1.0} and moment.loads["M"] == (-2e-3, 2e-3)
 
 
-def test_figures_at_a_glance_have_no_error_by_tolerances(base: Solved, judged: Judged, asked: Requirements) -> None:
+def test_figures_at_a_glance_have_no_error_by_tolerances(
+    base: SolvedScene, judged: Judged, asked: Requirements
+) -> None:
     """Those with a limit first, each with what is spare of it; of a preview without errors; nothing of a hole."""
     rows = {each.name: each for each in judged.rows}
     assert rows["height"].holds == rows["resolution.F_z"].holds == rows["rate"].holds == "yes"
@@ -68,7 +70,7 @@ def test_figures_at_a_glance_have_no_error_by_tolerances(base: Solved, judged: J
     assert glanced(asked, base.sensor, hole) is None
 
 
-def test_lines_over_the_explorer(base: Solved, judged: Judged) -> None:
+def test_lines_over_the_explorer(base: SolvedScene, judged: Judged) -> None:
     """Ranges of loads, the height above the coils' top, resolution at each load where there is a limit."""
     found = lines(judged, base.sensor, base.data)
     assert found.ranges == {"F_x": (-0.5, 0.5), "F_z": (0.0, 1.0)}
@@ -81,7 +83,7 @@ def test_lines_over_the_explorer(base: Solved, judged: Judged) -> None:
 
 
 @pytest.mark.slow
-def test_figures_solved_as_a_design_is(base: Solved, asked: Requirements) -> None:
+def test_figures_solved_as_a_design_is(base: SolvedScene, asked: Requirements) -> None:
     """With errors by tolerances, at the loads of the requirements; nothing of it stands beyond these loads."""
     found = Judged(True, asked, *Figures(base.sensor, (), ("linear", "planar", 0.1), asked).answer(lambda *_: None))
     rows = {each.name: each for each in found.rows}

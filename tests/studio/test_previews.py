@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from sits_mech.scene.sensor import changed
-from sits_mech.studio.previews import Solved, _newton, _of_both, preview
+from sits_mech.studio.previews import SolvedScene, _newton, _of_both, preview
 
 NAMES = ("d_h", "d_v", "L_v_percent", "L_h_percent")
 
 
-def worst(found: object, true: Solved) -> tuple[float, float]:
+def worst(found: object, true: SolvedScene) -> tuple[float, float]:
     """Return the largest error over what is left open, and over the range, of pose, signals and inductances."""
     shares, offs = [], []
     for name in (*NAMES, "L"):
@@ -46,7 +46,7 @@ def test_newton_s_form_is_exact_for_its_degree() -> None:
     pytest.param(("elastomer.thickness=0.0021", "target.width=0.0145"), marks=pytest.mark.slow),
 ])
 def test_slopes_alone_are_within_what_they_leave_open(
-    base: Solved, solved: Callable[..., Solved], keys: tuple[str, ...]
+    base: SolvedScene, solved: Callable[..., SolvedScene], keys: tuple[str, ...]
 ) -> None:
     """Thickness and width by a fifth, alone and together."""
     true = solved(*keys)
@@ -55,7 +55,7 @@ def test_slopes_alone_are_within_what_they_leave_open(
 
 
 @pytest.mark.slow
-def test_tables_beside_make_it_good(base: Solved, solved: Callable[..., Solved]) -> None:
+def test_tables_beside_make_it_good(base: SolvedScene, solved: Callable[..., SolvedScene]) -> None:
     """Two of the thickness: between them within one percent, at them exact."""
     others = [solved("elastomer.thickness=0.0017"), solved("elastomer.thickness=0.0023"), base]
     true = solved("elastomer.thickness=0.0021")
@@ -66,7 +66,7 @@ def test_tables_beside_make_it_good(base: Solved, solved: Callable[..., Solved])
         np.testing.assert_allclose(again[name], others[0].data[name], rtol=1e-9, atol=1e-12)
 
 
-def test_where_nothing_tells_there_is_none(base: Solved) -> None:
+def test_where_nothing_tells_there_is_none(base: SolvedScene) -> None:
     """Another number of turns, another silicone, a number without slope or table."""
     for key in ("coils.0.turns=10", 'elastomer.material="dragon-skin-10"', "target.thickness=0.0003"):
         assert preview(base, [base], changed(base.sensor, [key])) is None

@@ -11,8 +11,8 @@ import pytest
 
 from sits_mech.cli.main import run
 from sits_mech.scene.sensor import SceneError, load_sensor
-from sits_mech.studio.previews import Solved, open_share
-from sits_mech.studio.questions import Question, ends_asked, grid_of
+from sits_mech.studio.previews import SolvedScene, open_share
+from sits_mech.studio.questions import StudioQuestion, ends_asked, grid_of
 from sits_mech.studio.session import Session, View
 
 
@@ -22,13 +22,13 @@ class Waiting:
     def __init__(self) -> None:
         self.kept: dict[Any, Any] = {}
         self.folder = Path("nowhere")
-        self.asked: Sequence[tuple[Question, bool]] = ()
+        self.asked: Sequence[tuple[StudioQuestion, bool]] = ()
 
-    def ask(self, tab: str, questions: Sequence[tuple[Question, bool]], told: Callable[..., None]) -> None:
+    def ask(self, tab: str, questions: Sequence[tuple[StudioQuestion, bool]], told: Callable[..., None]) -> None:
         """Keep the questions."""
         self.asked, self.told = questions, told
 
-    def answers(self, question: Question, what: Any) -> None:
+    def answers(self, question: StudioQuestion, what: Any) -> None:
         """Answer one."""
         self.kept[question.key] = what
         self.told(question, "done", what)
@@ -47,7 +47,7 @@ def session() -> tuple[Session, Waiting, list[View]]:
     return found, solver, views
 
 
-def test_a_table_then_its_slopes_then_previews(session: tuple[Session, Waiting, list[View]], base: Solved) -> None:
+def test_a_table_then_its_slopes_then_previews(session: tuple[Session, Waiting, list[View]], base: SolvedScene) -> None:
     """What is asked for first, and what is seen meanwhile."""
     tab, solver, views = session
     assert views[-1].kind == "drawing" and [urgent for _, urgent in solver.asked] == [True, False]
@@ -118,7 +118,7 @@ def test_what_keys_cannot_tell_is_of_the_scene_file(session: tuple[Session, Wait
     assert shlex.split(tab.command)[2] == tab.source
 
 
-def test_requirements_are_judged_and_searched(session: tuple[Session, Waiting, list[View]], base: Solved) -> None:
+def test_requirements_are_judged_and_searched(session: tuple[Session, Waiting, list[View]], base: SolvedScene) -> None:
     """Their loads are shown; figures at a glance until they are solved; a search that is stopped is asked no more."""
     tab, solver, views = session
     text = (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sits_mech.synthesis.kinds import ASKED, INVERSE, STRAIN, figure_names, figure_words, shown_as, unit_of
+from sits_mech.synthesis.kinds import ASKED, INVERSE, STRAIN, figure_names, figure_unit, figure_words, shown_as
 
 
 def test_names_are_of_each_component_and_both_axes() -> None:
@@ -17,4 +17,4 @@ def test_names_are_of_each_component_and_both_axes() -> None:
     (STRAIN, "", "%", "1.2 %"),
 ])
 def test_units(name: str, unit: str, shown: str, words: str) -> None:
-    assert (unit_of(name), shown_as(name)[0], figure_words(name, 0.012)) == (unit, shown, words)
+    assert (figure_unit(name), shown_as(name)[0], figure_words(name, 0.012)) == (unit, shown, words)

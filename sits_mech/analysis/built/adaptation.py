@@ -29,7 +29,7 @@ from scipy.stats import chi2
 
 from sits_mech.analysis.bench import loads_over
 from sits_mech.analysis.built.fit import Beforehand, Free, ParameterFit, fit_parameters
-from sits_mech.analysis.built.force_maps import Table
+from sits_mech.analysis.built.force_maps import ForceMaps
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.prior import HALF, Prior, inverted, load_noise_of
 from sits_mech.analysis.measured import Measured
@@ -72,7 +72,7 @@ class Sampled:
     force_width: float  # the same of a force that is read, at the table's ends
 
 
-def sampled(found: Adaptation, count: int) -> Sampled:
+def laplace_error(found: Adaptation, count: int) -> Sampled:
     """Return how far Laplace's approximation is from the posterior, by randomised maximum likelihood.
 
     Each of `count` samples is the least of chi^2 with all its terms off by normal numbers (P. K. Kitanidis, Water
@@ -203,7 +203,7 @@ def adapt(
     )
 
 
-def _misread(table: Table, forces: Array, blind: Mask, noises: Array) -> list[Free]:
+def _misread(table: ForceMaps, forces: Array, blind: Mask, noises: Array) -> list[Free]:
     """Return what each load may be misread by, row by row; a load that is not known is one of the table's."""
     found = []
     for row, (loads, unseen) in enumerate(zip(forces.tolist(), blind.tolist(), strict=True), 1):

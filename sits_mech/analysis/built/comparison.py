@@ -15,10 +15,10 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.built.fit import Free, Model, ParameterFit, fit_parameters
-from sits_mech.analysis.built.force_maps import layer_slopes, table_of
+from sits_mech.analysis.built.force_maps import force_maps_of, layer_slopes
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import LAYER, checked
+from sits_mech.analysis.built.unknowns import LAYER, parameters_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.chain.models import loaded_model, magnetic_model
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
@@ -55,7 +55,7 @@ def compare(
     is too small, or a value at the end of its reach.
     """
     measured.check()
-    known = checked(sensor, free, measured.poses is not None)
+    known = parameters_of(sensor, free, measured.poses is not None)
     setup = Setup(sensor, known, _maker(data, measured, magnetics, tolerance))
     if measured.poses is not None:
         return _of_poses(setup, measured, measured.poses, noise)
@@ -97,7 +97,7 @@ def _of_poses(setup: Setup, measured: Measured, poses: Array, noise: float | Non
 def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float | None) -> Comparison:
     """Compare readings under loads."""
     sensor, names = setup.sensor, several(data)
-    table = table_of(sensor, data, names)
+    table = force_maps_of(sensor, data, names)
     columns = setup.names
     layer = None
     if {*columns} & {*LAYER}:

@@ -12,7 +12,7 @@ import numpy as np
 from sits_mech.analysis.built.load_plan import LoadPlan
 from sits_mech.analysis.built.prior import Prior, root_of
 from sits_mech.analysis.built.production import Production
-from sits_mech.analysis.built.unknowns import Known, unit_of
+from sits_mech.analysis.built.unknowns import PriorParameter, parameter_unit
 from sits_mech.memory import input_text
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
@@ -77,7 +77,7 @@ def spread_of(prior: Prior, texts: Sequence[str]) -> dict[str, float]:
         if name not in prior.setup.names or not size:
             raise SceneError(f"within: must be name=deviation of {', '.join(prior.setup.names)}; got {text}")
         share = size.endswith("%") and name != "modulus" and abs(float(prior.start[prior.setup.names.index(name)]))
-        found[name] = quantity(size, "" if share else unit_of(name, size), f"within: {name}") * (share or 1.0)
+        found[name] = quantity(size, "" if share else parameter_unit(name, size), f"within: {name}") * (share or 1.0)
         if not 0.0 <= found[name] < np.inf:
             raise SceneError(f"within: {name}: must be zero or more; got {size}")
     return found
@@ -98,7 +98,10 @@ def known_by(prior: Prior, path: Path) -> Prior:
     try:
         record = json.loads(input_text(path, "a readable lot.json"))
         names, alike = list(record["unknowns"]), np.array(record["correlation"], dtype=float)
-        known = [Known(name, float(one["value"]), float(one["deviation"])) for name, one in record["unknowns"].items()]
+        known = [
+            PriorParameter(name, float(one["value"]), float(one["deviation"]))
+            for name, one in record["unknowns"].items()
+        ]
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise SceneError(f"{path}: must be a lot.json of sits-mech lot; got: {error}") from None
     own = [each.name for each in prior.known]

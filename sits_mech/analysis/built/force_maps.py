@@ -17,7 +17,7 @@ from sits_mech.analysis.bench import loads_over, table_impedance, table_inductan
 from sits_mech.analysis.built.setup import shown_inductances
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.chain.derivatives.gradient_grid import slopes_under
-from sits_mech.chain.propagation import unloaded
+from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.disk_cache import kept
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import POSE, WRENCH, Array, shown_unit, tensor_grid
@@ -31,12 +31,12 @@ _BEYOND = 0.8  # of the least factor that a table holds: where one below it is l
 
 
 @dataclass(frozen=True)
-class Table:
+class ForceMaps:
     """Maps from forces to inductances at the terminals, to poses, and to parts of their errors."""
 
     map: SmoothMap
     places: SmoothMap
-    parts: SmoothMap | None  # to (q * (6 + n)), parts of the errors that the loads share, as of `shared_parts`
+    parts: SmoothMap | None  # to (q * (6 + n)), parts of the errors that the loads share, as of `shared_errors`
     poses: Array  # of the table's loads, (l, 6)
     L: Array  # at the terminals there, (l, n) [H]
 
@@ -79,7 +79,7 @@ class Table:
         return np.asarray(np.ptp(self.map.at(loads_over(self.map.low, self.map.high, 9)), axis=0))
 
 
-def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
+def force_maps_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> ForceMaps:
     """Return the maps of a calibration over its forces."""
     data = data.isel({name: 0 for name in varied(data) if name not in names})
     good = answered(data).transpose(*names).to_numpy()
@@ -88,12 +88,12 @@ def table_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Table:
     poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
     found = table_impedance(data)
     L = shown_inductances(sensor, replace(found, L=found.L[good], R=found.R[good]))
-    parts = shared_parts(sensor, data, names)[good]
+    parts = shared_errors(sensor, data, names)[good]
     shared = fit_map(names, forces, parts.reshape(len(parts), -1)) if np.any(parts) else None
-    return Table(fit_map(names, forces, L), fit_map(names, forces, poses), shared, poses, L)
+    return ForceMaps(fit_map(names, forces, L), fit_map(names, forces, poses), shared, poses, L)
 
 
-def shared_parts(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Array:
+def shared_errors(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Array:
     """Return the parts of errors that loads share, shape (*loads, q, 6 + n): of poses, and of L where of no pose [H].
 
     What a component of the pose has for itself is a part of the sign of its displacement.
@@ -113,7 +113,7 @@ def shared_parts(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Arra
     shared, loads = each("shared_", "part", count=whole.shape[-2:-1]), tuple(range(len(shape)))
     whole = np.where(np.any(shared, axis=(*loads, -1))[:, None], 0.0, whole)
     own = np.maximum(each("error_") - np.abs(shared).sum(axis=-2), 0.0)
-    ways = own * np.sign(each("") - unloaded(sensor).components)
+    ways = own * np.sign(each("") - unloaded_pose(sensor).components)
     poses = np.concatenate([shared, ways[..., None] * np.eye(len(POSE))], axis=-2)
     whole = np.concatenate([whole, np.zeros((*shape, len(POSE), len(sensor.coils)))], axis=-2)
     found = np.concatenate([poses, whole], axis=-1)
@@ -148,18 +148,18 @@ def layer_slopes(sensor: Sensor, data: xr.Dataset, names: Sequence[str], mechani
     return fit_map(names, loads[:, [WRENCH.index(name) for name in names]], slopes.reshape(len(loads), -1))
 
 
-def reach(force: float, softest: float) -> float:
+def required_load(force: float, softest: float) -> float:
     """Return to what load a table must reach for a sensor of modulus `softest` to be read at a force: two digits."""
     step = 10.0 ** (np.floor(np.log10(force / softest)) - 1.0)
     return float(f"{step * np.ceil(force / softest / step - SLACK):.3g}")
 
 
 def needed(force: float, softest: float, unit: str) -> str:
-    """Return `reach` in words."""
-    return f"calibrate to at least {reach(force, softest):.3g} {unit}"
+    """Return `required_load` in words."""
+    return f"calibrate to at least {required_load(force, softest):.3g} {unit}"
 
 
-def lacking(forces: Array, table: Table, softest: float) -> dict[tuple[str, float], float]:
+def lacking(forces: Array, table: ForceMaps, softest: float) -> dict[tuple[str, float], float]:
     """Return to what load a table must reach, by force and sign, for a sensor to be read at all forces (m, d).
 
     Of a modulus `softest`; only what the table does not hold. A force that is not known is NaN.
@@ -169,12 +169,12 @@ def lacking(forces: Array, table: Table, softest: float) -> dict[tuple[str, floa
         for sign, end in ((1.0, high), (-1.0, -low)):
             top = float(np.nanmax(sign * forces[:, k], initial=0.0))
             if top > 0.0 and top / softest > max(end, 0.0) * (1.0 + SLACK):
-                found[name, sign] = reach(top, softest)
+                found[name, sign] = required_load(top, softest)
     return found
 
 
 def moduli(
-    forces: Array, table: Table, names: Sequence[str], softest: float = 1.0
+    forces: Array, table: ForceMaps, names: Sequence[str], softest: float = 1.0
 ) -> tuple[tuple[float, float], tuple[str, str]]:
     """Return the least and greatest factor of the modulus for which the map holds every measured force, and why.
 

@@ -25,7 +25,7 @@ import numpy as np
 from sits_mech.analysis.bench import loads_over
 from sits_mech.analysis.built.force_maps import lacking, moduli, needed
 from sits_mech.analysis.built.prior import Prior, inverted, load_noise_of
-from sits_mech.analysis.built.unknowns import Known
+from sits_mech.analysis.built.unknowns import PriorParameter
 from sits_mech.quantities import SURE, UNITS, Array
 from sits_mech.scene.sensor import SceneError
 from sits_mech.units import SLACK, quantity
@@ -112,7 +112,7 @@ def _weight(text: str) -> float:
 def softest_of(prior: Prior) -> float:
     """Return the modulus that is two deviations below what is known, over the calibrated one."""
     names = prior.setup.names
-    return (prior.known[names.index("modulus")] if "modulus" in names else Known("modulus", 1.0, 0.0)).softest
+    return (prior.known[names.index("modulus")] if "modulus" in names else PriorParameter("modulus", 1.0, 0.0)).softest
 
 
 def plan_loads(

@@ -25,8 +25,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.analysis.built.fit import EndReached, Free
-from sits_mech.analysis.built.force_maps import Table, mapped, moduli
-from sits_mech.analysis.built.setup import Setup, Slopes
+from sits_mech.analysis.built.force_maps import ForceMaps, mapped, moduli
+from sits_mech.analysis.built.setup import ParameterSlopes, Setup
 from sits_mech.analysis.built.unknowns import LAYER
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, Array
@@ -45,7 +45,7 @@ class LoadedBench:
     """
 
     setup: Setup
-    table: Table
+    table: ForceMaps
     forces: Array  # (m, d), as read [N, N m]
     layer: SmoothMap | None = None  # forces to the derivatives of the pose by `LAYER`, (2 * 6)
     shared: bool = False
@@ -91,7 +91,7 @@ class LoadedBench:
             found = np.concatenate([found, deeper.T[:, None, :]], axis=1)
         return found[..., :count], found[..., count:]
 
-    def parts(self, p: Array) -> tuple[Slopes, Array]:
+    def parts(self, p: Array) -> tuple[ParameterSlopes, Array]:
         """Return derivatives by parameters, factors and loads in their parts, and those of the ways down, (v, m)."""
         count = sum(self.count[:2])
         steps = self._steps(count)

@@ -21,10 +21,10 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from sits_mech.analysis.bench import sensor_front_end, table_inductances, with_idle
-from sits_mech.analysis.built.force_maps import Table, layer_slopes, table_of
+from sits_mech.analysis.built.force_maps import ForceMaps, force_maps_of, layer_slopes
 from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import CELL, LAYER, Known, priors, usual_unknowns
+from sits_mech.analysis.built.unknowns import CELL, LAYER, PriorParameter, priors, usual_unknowns
 from sits_mech.chain.models import loaded_model
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import UNITS, Array, MagneticModel
@@ -48,11 +48,11 @@ class Prior:
     sensor: Sensor
     data: xr.Dataset
     setup: Setup
-    table: Table
+    table: ForceMaps
     slopes: SmoothMap | None  # of `layer_slopes`
     noise: Array  # of a reading of each coil, converter or bench alone (n,) [H]
     model: Array  # deviation of the table's own errors (n,) [H]
-    factors: tuple[Known, ...]  # of the parts of the errors that the table shares
+    factors: tuple[PriorParameter, ...]  # of the parts of the errors that the table shares
     root: Array | None = None  # B of fit.py of parameters and factors, (p, p), where they are known together
     _slopes: dict[bytes, tuple[Array, Array]] = field(default_factory=dict, repr=False)  # those asked for before
 
@@ -74,10 +74,12 @@ class Prior:
         setup = replace(self.setup, sensor=sensor, tank=self.setup.tank if tank is None else tank)
         if setup == self.setup:
             return self
-        return replace(self, sensor=sensor, setup=setup, table=table_of(sensor, self.data, self.forces), _slopes={})
+        return replace(
+            self, sensor=sensor, setup=setup, table=force_maps_of(sensor, self.data, self.forces), _slopes={}
+        )
 
     @property
-    def known(self) -> tuple[Known, ...]:
+    def known(self) -> tuple[PriorParameter, ...]:
         """What is known of parameters and factors, each alone."""
         return (*self.setup.parameters, *self.factors)
 
@@ -126,7 +128,7 @@ class Prior:
         """Return unknowns (..., p) as they are where the sensor is used: of no load cell, whatever is known of one."""
         return np.where(self.in_use, P, [float(each.name == "cell") for each in self.known])
 
-    def known_together(self, known: Sequence[Known], correlation: Array) -> Prior:
+    def known_together(self, known: Sequence[PriorParameter], correlation: Array) -> Prior:
         """Return the sensor with something else known of its unknowns: each alone, and their correlation (p, p)."""
         count = len(self.setup.parameters)
         setup = replace(self.setup, parameters=tuple(known[:count]))
@@ -183,10 +185,10 @@ def prior_of(sensor: Sensor, data: xr.Dataset, unknown: Sequence[str] = (), *, n
         """Return the table's magnetic model, of a changed scene."""
         return loaded_model(scene, request["magnetics"], asked, loads)[0]
 
-    setup, table = Setup(sensor, known, model), table_of(sensor, data, names)
+    setup, table = Setup(sensor, known, model), force_maps_of(sensor, data, names)
     needs = {each.name for each in known} & {*LAYER}
     slopes = layer_slopes(sensor, data, names, request["mechanics"], request["tolerance"]) if needs else None
-    factors = tuple(Known(f"error {k + 1}", 0.0, HALF) for k in range(table.shared))
+    factors = tuple(PriorParameter(f"error {k + 1}", 0.0, HALF) for k in range(table.shared))
     own = _own_errors(sensor, data, table)
     return Prior(sensor, data, setup, table, slopes, _noise(sensor, data, noise), own, factors)
 
@@ -201,7 +203,7 @@ def _noise(sensor: Sensor, data: xr.Dataset, noise: float | None) -> Array:
         raise SceneError(f"noise: must be given, the scene's converter has none; {error}") from None
 
 
-def _own_errors(sensor: Sensor, data: xr.Dataset, table: Table) -> Array:
+def _own_errors(sensor: Sensor, data: xr.Dataset, table: ForceMaps) -> Array:
     """Return deviations of each coil's inductance by errors that are of each load alone, and the map's, (n,) [H]."""
     own = table_inductances(sensor, data)
     _, alone, rest = error_parts(own, varied(data))
@@ -211,7 +213,7 @@ def _own_errors(sensor: Sensor, data: xr.Dataset, table: Table) -> Array:
     return np.asarray(np.hypot(root, between))
 
 
-def load_noise_of(table: Table, asked: ArrayLike | None) -> Array:
+def load_noise_of(table: ForceMaps, asked: ArrayLike | None) -> Array:
     """Return deviations of loads that are read, (d,) or of each (m, d) [N, N m]: of forces as asked for, or usual."""
     usual = _LOAD * np.maximum(np.abs(table.map.low), np.abs(table.map.high))
     of_force = np.array([UNITS[name] == "N" for name in table.map.names])

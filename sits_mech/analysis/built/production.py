@@ -28,7 +28,7 @@ from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.fit import Free
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.prior import Prior, inverted, root_of
-from sits_mech.analysis.built.unknowns import CELL, Known
+from sits_mech.analysis.built.unknowns import CELL, PriorParameter
 from sits_mech.analysis.measured import Measured
 from sits_mech.cases import Progress, untold
 from sits_mech.quantities import Array
@@ -48,7 +48,7 @@ class Told(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Shared:
+class Population:
     """What is known of m, and what units scatter by, in deviations beforehand."""
 
     mean: Array  # (p,)
@@ -152,7 +152,7 @@ def _scatter(prior: Prior, stated: Mapping[str, float]) -> tuple[Array, Array]:
     return np.maximum(1.0 - one**2, 0.0), one
 
 
-def shared_by(units: list[Told], mean: Array, within: Array, *, settled: bool = False) -> Shared:
+def shared_by(units: list[Told], mean: Array, within: Array, *, settled: bool = False) -> Population:
     """Return what units tell of m and W; `mean`, A, and `within`, the root of W, to begin with, or `settled`."""
     p, first = len(within), within**2
     W, one = first.copy(), np.eye(p)
@@ -172,10 +172,10 @@ def shared_by(units: list[Told], mean: Array, within: Array, *, settled: bool = 
         W = new
         if done:
             break
-    return Shared(m, 0.5 * (covariance + covariance.T), np.sqrt(W))
+    return Population(m, 0.5 * (covariance + covariance.T), np.sqrt(W))
 
 
-def _next(prior: Prior, shared: Shared) -> Prior:
+def _next(prior: Prior, shared: Population) -> Prior:
     """Return what is known of one more unit."""
     whole = shared.covariance + np.diag(shared.within**2)
     size = np.sqrt(np.diagonal(whole))
@@ -184,5 +184,5 @@ def _next(prior: Prior, shared: Shared) -> Prior:
         value = each.value or 0.0
         free = Free(each.name, value, -np.inf, np.inf, 1.0, each.deviation, ratio=each.name == "modulus")
         there = free.value(z)
-        known.append(Known(each.name, there, width * each.deviation * (there / value if free.ratio else 1.0)))
+        known.append(PriorParameter(each.name, there, width * each.deviation * (there / value if free.ratio else 1.0)))
     return prior.known_together(known, whole / np.outer(size, size))

@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike
 
 from sits_mech.analysis.bench import absolute, henries
 from sits_mech.analysis.built.fit import Free
-from sits_mech.analysis.built.unknowns import CELL, PARAMETERS, Known
+from sits_mech.analysis.built.unknowns import CELL, PARAMETERS, PriorParameter
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.geometry.collision import clearance
 from sits_mech.magnetics.pose_slopes import pose_slopes
@@ -56,7 +56,7 @@ _PLACE = {"gap": "d_v", "d_h": "d_h", "d_y": "d_y", "alpha": "alpha", "alpha_x":
           "axis_x": "d_h", "axis_z": "d_h"}
 
 
-class Slopes(NamedTuple):
+class ParameterSlopes(NamedTuple):
     """Derivatives by v variables at m places of targets."""
 
     places: Array  # (m, 6)
@@ -70,7 +70,7 @@ class Setup:
     """A bench: the scene, the parameters by which it may differ, and what makes the magnetic model of a scene."""
 
     sensor: Sensor
-    parameters: tuple[Known, ...]  # in the order of the columns of P below
+    parameters: tuple[PriorParameter, ...]  # in the order of the columns of P below
     model: Callable[[Sensor], MagneticModel]
     tank: bool = True  # whether inductances are read by the tank's frequency, not by a meter
 
@@ -98,7 +98,7 @@ class Setup:
         more = here.get("capacitance", np.zeros(len(P)))[:, None, None]
         return L * (1.0 + more / self.sensor.readout.parallel_capacitance)
 
-    def slopes(self, rests: Array, p: Array, by: Array) -> Slopes:
+    def slopes(self, rests: Array, p: Array, by: Array) -> ParameterSlopes:
         """Return where the targets are, and derivatives by v variables, at rests (m, 6) of the changed layer.
 
         `p` are the parameters, `by` (v, m, 6) the derivatives of the rests by the variables, of which the first are the
@@ -111,7 +111,7 @@ class Setup:
         own = np.einsum("mnnk->mnk", by_pose) * henries(scene, field.unit_L, field.L0)[:, None]
         slopes = np.einsum("mnk,vmk->mnv", own, moved[..., [POSE.index(name) for name in components]])
         gain = 1.0 + self._here(p[None]).get("capacitance", np.zeros(1))[0] / self.sensor.readout.parallel_capacitance
-        return Slopes(places, moved, gain * slopes, self._direct(field, places, p, len(by)))
+        return ParameterSlopes(places, moved, gain * slopes, self._direct(field, places, p, len(by)))
 
     def _placed(self, rests: Array, p: Array, by: Array) -> tuple[Array, Array]:
         """Return where the set-up has targets, (m, 6), and derivatives by the variables, (v, m, 6); as `slopes`."""
@@ -186,7 +186,7 @@ class Setup:
         return tuple((scene, self.model(scene)) for scene in scenes)
 
     @property
-    def _keys(self) -> tuple[Known, ...]:
+    def _keys(self) -> tuple[PriorParameter, ...]:
         """The parameters that are keys of the scene."""
         return tuple(each for each in self.parameters if each.name not in PARAMETERS)
 

@@ -50,7 +50,7 @@ _PAIRS = {"frame": ("F_x", "F_z"), "frame_x": ("F_y", "F_z"), "frame_z": ("F_x",
 
 
 @dataclass(frozen=True)
-class Known:
+class PriorParameter:
     """A parameter with what is known of it beforehand: value and standard deviation [SI], or neither."""
 
     name: str
@@ -64,7 +64,7 @@ class Known:
         return value * float(np.exp(-2.0 * self.deviation / value)) if np.isfinite(self.deviation) else 1.0
 
 
-def known(text: str) -> Known:
+def known(text: str) -> PriorParameter:
     """Read a parameter: ``gap``, ``gap = 0 +- 0.3 mm``, ``target.width = 8 mm +- 20 um``.
 
     A unit is of both where one alone has it; a deviation in percent is of the value, unless this is zero or in percent
@@ -75,23 +75,23 @@ def known(text: str) -> Known:
         names = ", ".join(PARAMETERS)
         raise SceneError(f'fit: must be {names} or a key of the scene, or "gap=0+-0.3 mm"; got {shown(text.strip())}')
     if match[2] is None:
-        return Known(match[1])
+        return PriorParameter(match[1])
     (number, own), (size, unit) = (split_quantity(match[k], f"fit: {match[1]}") for k in (2, 3))
     if unit == "%" != own and number:
         size, unit = 1e-2 * size * abs(number), own
     texts = f"{number!r} {own or unit}", f"{size!r} {unit or own}"
-    value, deviation = (quantity(each, unit_of(match[1], texts[0]), f"fit: {match[1]}") for each in texts)
+    value, deviation = (quantity(each, parameter_unit(match[1], texts[0]), f"fit: {match[1]}") for each in texts)
     if not (deviation > 0.0 and (value > 0.0 or match[1] not in _FACTORS)):
         raise SceneError(f"fit: {match[1]}: must be a value +- a deviation above 0, factors above 0; got {shown(text)}")
-    return Known(match[1], value, deviation)
+    return PriorParameter(match[1], value, deviation)
 
 
-def unit_of(name: str, text: str) -> str:
+def parameter_unit(name: str, text: str) -> str:
     """Return the SI unit of a parameter, or of a key: the scene's, else that of a written quantity."""
     return PARAMETERS[name] if name in PARAMETERS else key_unit(name) or si_unit(text)
 
 
-def checked(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[Known, ...]:
+def parameters_of(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[PriorParameter, ...]:
     """Return the parameters of texts (see `known`); `posed` tells that poses were measured, not loads.
 
     Raises SceneError when there is none, one comes twice, does not fit such a bench, or a key is no number of the scene
@@ -106,7 +106,7 @@ def checked(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[Known, .
     return found
 
 
-def _check_fits(sensor: Sensor, each: Known, posed: bool) -> None:
+def _check_fits(sensor: Sensor, each: PriorParameter, posed: bool) -> None:
     """Refuse a parameter that a bench of loads, or of poses, does not tell, or the scene does not give."""
     if each.name in _LOADED and posed:
         raise SceneError(f"fit: {each.name}: must be of loads; got a bench of poses")
@@ -131,24 +131,24 @@ def usual_unknowns(sensor: Sensor, models: tuple[str, str], forces: Sequence[str
     return tuple(name for name in ("modulus", *USUAL) if name not in absent)
 
 
-def priors(sensor: Sensor, texts: Sequence[str]) -> tuple[Known, ...]:
-    """Return unknowns (`unknowns.known`) with what is known of each beforehand; SceneError as `unknowns.checked`."""
-    found = checked(sensor, texts, False)
+def priors(sensor: Sensor, texts: Sequence[str]) -> tuple[PriorParameter, ...]:
+    """Return unknowns (`unknowns.known`) with what is known of each; SceneError as `unknowns.parameters_of`."""
+    found = parameters_of(sensor, texts, False)
     return tuple(each if each.value is not None else _usual(sensor, each.name) for each in found)
 
 
-def _usual(sensor: Sensor, name: str) -> Known:
+def _usual(sensor: Sensor, name: str) -> PriorParameter:
     """Return what is known of an unknown that no user said anything of; keys of the scene have said it."""
     stated = _stated(sensor, name)
     if stated:
-        return Known(name, float(name in _FACTORS), stated)
+        return PriorParameter(name, float(name in _FACTORS), stated)
     if name == "modulus":
         scatter = [each.modulus_deviation for each in silicones_of(sensor)]
-        return Known(name, 1.0, max(_UNKNOWN if own is None else own for own in scatter or [None]))
+        return PriorParameter(name, 1.0, max(_UNKNOWN if own is None else own for own in scatter or [None]))
     of = {"capacitance": sensor.readout.parallel_capacitance}
     if sensor.elastomer is not None:
         of["thickness"] = sensor.elastomer.thickness
-    return Known(name, float(name in _FACTORS), USUAL.get(name, USUAL["alpha"]) * of.get(name, 1.0))
+    return PriorParameter(name, float(name in _FACTORS), USUAL.get(name, USUAL["alpha"]) * of.get(name, 1.0))
 
 
 def _stated(sensor: Sensor, name: str) -> float | None:

@@ -12,7 +12,7 @@ import json
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.cycle import Programme, loops
+from sits_mech.analysis.cycle import Programme, loop_widths
 from sits_mech.analysis.histories.response import in_time
 from sits_mech.cases import Progress, untold
 from sits_mech.labels import labelled
@@ -40,7 +40,9 @@ def full_cycle(
     request = request_of(data) | {"peak": vars(peak)}
     full = full.drop_vars(["given", "status", "flags"]).assign_attrs(marked(joined(data["flags"].to_numpy())))
     full = full.assign_attrs(request=json.dumps(request))
-    return labelled(full.assign_attrs({key: item for name in told(full) for key, item in loops(full, name).items()}))
+    return labelled(
+        full.assign_attrs({key: item for name in told(full) for key, item in loop_widths(full, name).items()})
+    )
 
 
 def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:

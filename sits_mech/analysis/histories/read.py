@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.analysis.columns import cells_of, number
-from sits_mech.analysis.measured import Sheet, table_of
+from sits_mech.analysis.columns import cell_number, line_cells
+from sits_mech.analysis.measured import Sheet, table_with
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import UNITS, WRENCH, Array
 from sits_mech.units import SceneError
@@ -30,7 +30,7 @@ def read_history(path: str | Path) -> LoadHistory:
     Raises SceneError when the file cannot be read, columns or numbers are missing, or time stands still or runs back.
     """
     must = "a column t, such as t [s], and one for each force"
-    table, columns = table_of(path, "a readable history of loads", _TIMES, must)
+    table, columns = table_with(path, "a readable history of loads", _TIMES, must)
     names = [column.title for column in table.columns]
     _check_columns(str(path), columns, names)
     known = [name for name in WRENCH if name.lower() in columns]
@@ -63,7 +63,7 @@ def _rows(lines: Sequence[str], separator: str, width: int, source: str) -> Arra
     rows = []
     for row, line in enumerate(lines, 1):
         try:
-            rows.append([number(cell, separator) for cell in cells_of(line, separator)])
+            rows.append([cell_number(cell, separator) for cell in line_cells(line, separator)])
         except ValueError:
             raise SceneError(f"{source}: row {row} must hold numbers; got {line.strip()!r}") from None
         if len(rows[-1]) != width or not np.all(np.isfinite(rows[-1])):

@@ -31,7 +31,7 @@ from sits_mech.chain.aimed import aim_at
 from sits_mech.chain.goal import Goal, farthest
 from sits_mech.chain.interpolate import BETWEEN
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
-from sits_mech.chain.propagation import levers, read_poses, unloaded
+from sits_mech.chain.propagation import levers, read_poses, unloaded_pose
 from sits_mech.chain.simulate import counted_omissions, flags_over, omitted_parts
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
@@ -121,7 +121,7 @@ def _share(
     Of poses over the largest displacement where no signal changes.
     """
     lever, signals = levers(sensor), told(values)
-    size = np.max(np.abs((pose - unloaded(sensor).components) * lever), initial=1e-300)
+    size = np.max(np.abs((pose - unloaded_pose(sensor).components) * lever), initial=1e-300)
     weights = np.diag(lever / size) if goal is None else np.abs(goal.weights)
     span = max(*(float(np.ptp(values[name])) for name in signals), 1e-300)
     return np.asarray(np.max([*(off["pose"] @ weights.T).T, *(off[name] / span for name in signals)], axis=0))

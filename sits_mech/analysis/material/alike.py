@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.analysis.material.least_squares import fit_constants
-from sits_mech.analysis.material.points import Points
+from sits_mech.analysis.material.points import MeasuredPoints
 from sits_mech.silicone.homogeneous import energy_density, principal_stretches, state_stress
 from sits_mech.silicone.laws import LAWS, Constants
 
@@ -36,7 +36,7 @@ _LEAST = 5  # points, where few are so near
 _FIRST = 1e-3  # of the way to them in ln: moduli at small strain
 
 
-class Known(NamedTuple):
+class LawWithConstants(NamedTuple):
     """A law with its constants, and what its energy has of I2 - 3 besides [Pa]."""
 
     law: str
@@ -51,13 +51,15 @@ class Known(NamedTuple):
         return words + " with I2" * bool(self.second)
 
 
-def as_good(points: Points) -> tuple[Known, ...]:
+def as_good(points: MeasuredPoints) -> tuple[LawWithConstants, ...]:
     """Return the laws that fit points within a pad's strains as well as the best, by their residuals."""
     near = points.excess <= max(REACH, np.sort(points.excess)[_LEAST - 1])
-    points = Points(points.stretches[near], points.stress[near], points.weight[near])
+    points = MeasuredPoints(points.stretches[near], points.stress[near], points.weight[near])
     tries = [(law, terms) for law in LAWS.values() for terms in ((1, 2) if law.lists else (1,))]
     fits = [(fit_constants(law, points, terms), law) for law, terms in tries]
-    found = sorted(((fit.rms, Known(law.name, fit.constants)) for fit, law in fits), key=lambda each: each[0])
+    found = sorted(
+        ((fit.rms, LawWithConstants(law.name, fit.constants)) for fit, law in fits), key=lambda each: each[0]
+    )
     most = max(_FACTOR * found[0][0], _FLOOR * float(points.stress.max()))
     good = [known for rms, known in found if rms <= most]
     if points.tension_alone:
@@ -66,11 +68,11 @@ def as_good(points: Points) -> tuple[Known, ...]:
         rest = replace(points, stress=points.stress - pulled)
         of_I1 = [known.law for known in good if LAWS[known.law].fit.tension_alone in ((), -np.inf)]
         more = {name: fit_constants(LAWS[name], rest, 1) for name in of_I1}
-        good += [Known(name, fit.constants, second) for name, fit in more.items() if fit.rms <= most]
+        good += [LawWithConstants(name, fit.constants, second) for name, fit in more.items() if fit.rms <= most]
     return tuple(good)
 
 
-def factor(one: Known, others: Sequence[Known]) -> float:
+def largest_factor(one: LawWithConstants, others: Sequence[LawWithConstants]) -> float:
     """Return the largest factor s between the energies of a law and of others, at least 1."""
     states = np.vstack([
         principal_stretches(mode, end ** np.geomspace(_FIRST, 1.0, 30)) for mode, end in _ENDS.items()
@@ -82,6 +84,6 @@ def factor(one: Known, others: Sequence[Known]) -> float:
     return float(np.exp(np.nan_to_num(apart, nan=np.inf, posinf=np.inf).max()))
 
 
-def nearest(laws: Sequence[Known]) -> tuple[Known, float]:
+def central_law(laws: Sequence[LawWithConstants]) -> tuple[LawWithConstants, float]:
     """Return the law of least largest factor to the others, and that."""
-    return min(((each, factor(each, laws)) for each in laws if not each.second), key=lambda found: found[1])
+    return min(((each, largest_factor(each, laws)) for each in laws if not each.second), key=lambda found: found[1])

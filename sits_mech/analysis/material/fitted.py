@@ -40,12 +40,12 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.analysis.material.alike import Known, as_good, factor, nearest
+from sits_mech.analysis.material.alike import LawWithConstants, as_good, central_law, largest_factor
 from sits_mech.analysis.material.least_squares import Answer, fit_constants
-from sits_mech.analysis.material.points import Points
+from sits_mech.analysis.material.points import MeasuredPoints
 from sits_mech.analysis.material.record import Record, read_record
 from sits_mech.analysis.material.relaxing import Relaxation, fit_relaxation
-from sits_mech.analysis.material.softening import CyclicFit, envelope, fit_softening
+from sits_mech.analysis.material.softening import CyclicFit, fit_softening, virgin_curve
 from sits_mech.analysis.material.tensile import Sizes, TensileTest, read_tensile
 from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.quantities import Array
@@ -114,9 +114,9 @@ def _used(test: TensileTest, max_strain: float) -> TensileTest:
     return TensileTest(strain, stress, test.source, test.mode)
 
 
-def _points(tests: list[TensileTest]) -> Points:
+def _points(tests: list[TensileTest]) -> MeasuredPoints:
     """Return the states of all tests in one row."""
-    return Points(
+    return MeasuredPoints(
         stretches=np.vstack([principal_stretches(test.mode, 1.0 + test.strain) for test in tests]),
         stress=np.concatenate([test.stress for test in tests]),
         weight=np.concatenate([
@@ -132,7 +132,7 @@ def _weights(strain: Array) -> Array:
     return weights
 
 
-def _stable(law: str, answer: Answer, points: Points) -> bool:
+def _stable(law: str, answer: Answer, points: MeasuredPoints) -> bool:
     """Whether constants are stable over uniaxial and planar states with I1 within the data's."""
     silicone = Silicone("", law, answer.constants, 1.0)
     ends = points.ends()
@@ -200,7 +200,7 @@ def fit_tests(
         raise ValueError("fit: must be given a tensile test, --relaxation or --cyclic; got none of them")
     cycles = None if cyclic is None else read_record(cyclic, given, timed=False)
     hold = None if relaxation is None else read_record(relaxation, given)
-    test = read_tensile(tensile, given) if tensile is not None else None if cycles is None else envelope(cycles)
+    test = read_tensile(tensile, given) if tensile is not None else None if cycles is None else virgin_curve(cycles)
 
     def fitted(test: TensileTest | None) -> Fitted:
         """Fit law, rate and softening, in this order."""
@@ -222,11 +222,11 @@ def _compared(found: Fitted, max_strain: float) -> Fitted:
     if fit is None or test is None:
         return found
     others = as_good(_points([_used(one, max_strain) for one in test.all]))
-    spread = factor(Known(fit.law, fit.constants), others) - 1.0
+    spread = largest_factor(LawWithConstants(fit.law, fit.constants), others) - 1.0
     names = ", ".join(dict.fromkeys(each.name for each in others))
     if not np.isfinite(spread):
         return _noted(found, f"the law ends within the strains of pads; laws that fit well there: {names}")
-    best, least = nearest(others)
+    best, least = central_law(others)
     what = f"laws that fit as well ({names}) give loads of pads within {100.0 * spread:.2g} % of this one's"
     found = _noted(replace(found, fit=replace(fit, mode_spread=float(f"{spread:.2g}"))), what)
     near = f"{best.name} is preferred: within {100.0 * (least - 1.0):.2g} % of all of them"
@@ -260,7 +260,7 @@ def _settled(fitted: Callable[[TensileTest], Fitted], found: Fitted, pull: Recor
         whole = uniaxial_stress(silicone, pull.time, pull.strain)
         elastic = engineering_stress(silicone.law, silicone.constants, pull.strain)
         share = np.divide(elastic, whole, out=np.ones_like(whole), where=whole != 0.0)
-        last, found = now, fitted(envelope(replace(pull, stress=pull.stress * share)))
+        last, found = now, fitted(virgin_curve(replace(pull, stress=pull.stress * share)))
     else:
         return _noted(found, f"the law did not settle within {_SETTLED:g} between rate and pull")
     return _noted(found, "of slow load: what relaxes during the pull is taken out of its stress")

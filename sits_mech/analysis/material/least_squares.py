@@ -27,7 +27,7 @@ import numpy as np
 from scipy.optimize import LinearConstraint, least_squares, minimize, nnls
 from scipy.stats import t as student
 
-from sits_mech.analysis.material.points import Points
+from sits_mech.analysis.material.points import MeasuredPoints
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import PLANE, principal_stretches, state_stress, tangent
 from sits_mech.silicone.laws import Constants, Law
@@ -51,14 +51,14 @@ class Answer:
     notes: tuple[str, ...] = ()
 
 
-def fit_constants(law: Law, points: Points, terms: int) -> Answer:
+def fit_constants(law: Law, points: MeasuredPoints, terms: int) -> Answer:
     """Fit the stable constants of least residual at the points; `terms` for a law that may have several."""
     if isinstance(law.fit, LinearFit):
         return _fit_linear(law, law.fit, points)
     return _fit_terms(law, law.fit, points, terms if law.fit.several else 1)
 
 
-def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
+def _fit_linear(law: Law, fit: LinearFit, points: MeasuredPoints) -> Answer:
     """Fit a law that is linear in its constants."""
     names, scale = tuple(law.units), points.scale
     unit = [dict.fromkeys(names, 0.0) | {name: 1.0} for name in names]
@@ -87,7 +87,7 @@ def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
     )
 
 
-def _conditions(law: Law, unit: list[dict[str, float]], points: Points) -> Array:
+def _conditions(law: Law, unit: list[dict[str, float]], points: MeasuredPoints) -> Array:
     """Return the rows C of C x >= 0: stiffness less the share of it to be kept."""
     ends, step = points.ends(), 1e-6
     pull = np.geomspace(*ends["uniaxial"], 201)
@@ -144,7 +144,7 @@ def _columns(law: Law, fit: TermFit, stretches: Array, shapes: Array) -> Array:
     return np.stack([state_stress(law.name, constants, stretches) for constants in each], axis=1)
 
 
-def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
+def _fit_terms(law: Law, fit: TermFit, points: MeasuredPoints, terms: int) -> Answer:
     """Fit a law of one or several terms; fewer where the data do not determine more."""
     scale, reach = points.scale, float(points.excess.max())
     shapes = fit.starts(reach)
@@ -169,7 +169,7 @@ def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
     )
 
 
-def _starts(columns: Array, points: Points, terms: int) -> list[list[int]]:
+def _starts(columns: Array, points: MeasuredPoints, terms: int) -> list[list[int]]:
     """Return the choices of shapes, by index, of least residual with non-negative moduli."""
     small = np.asarray(
         np.linalg.qr(np.column_stack([columns, points.stress / points.scale]) * points.weight[:, None], mode="r")
@@ -178,7 +178,7 @@ def _starts(columns: Array, points: Points, terms: int) -> list[list[int]]:
     return sorted(choices, key=lambda chosen: float(nnls(small[:, chosen], small[:, -1])[1]))[:_REFINED]
 
 
-def _refined(law: Law, fit: TermFit, points: Points, start: Array) -> tuple[Array, Array, float]:
+def _refined(law: Law, fit: TermFit, points: MeasuredPoints, start: Array) -> tuple[Array, Array, float]:
     """Return scaled moduli, shapes and cost of the nearest minimum."""
     terms, root, right = len(start), points.weight[:, None], points.stress * points.weight / points.scale
     low, high = fit.limits(start, float(points.excess.max()))
@@ -218,7 +218,7 @@ def _slopes(law: Law, constants: Constants, stretches: Array) -> Array:
     return np.stack(found, axis=1)
 
 
-def _rms(residual: Array, points: Points) -> float:
+def _rms(residual: Array, points: MeasuredPoints) -> float:
     """Return the weighted root mean square of the residual."""
     return float(np.sqrt(np.average(residual**2, weights=points.weight**2)))
 

@@ -12,7 +12,7 @@ from sits_mech.silicone.homogeneous import principal_stretches
 
 
 @dataclass(frozen=True)
-class Points:
+class MeasuredPoints:
     """Measured points."""
 
     stretches: Array  # principal, (n, 3)

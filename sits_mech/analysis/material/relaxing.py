@@ -36,7 +36,7 @@ from scipy.optimize import least_squares, nnls
 
 from sits_mech.analysis.material.least_squares import half_widths
 from sits_mech.analysis.material.record import Record
-from sits_mech.analysis.material.uniaxial import branch_stress, divided, softened_stress
+from sits_mech.analysis.material.uniaxial import branch_stress, softened_stress, subdivided
 from sits_mech.quantities import Array
 from sits_mech.silicone.material import Silicone
 
@@ -153,7 +153,7 @@ def _hold(record: Record, silicone: Silicone | None) -> tuple[_Hold, float]:
     if not longest > 3.0 * shortest:
         raise ValueError(f"{record.source}: must be held for longer than its ramp of {ramp:.3g} s; got {longest:.3g} s")
     law, constants = ("neo-hookean", {"shear_modulus": 1.0}) if silicone is None else (silicone.law, silicone.constants)
-    fine, path, samples = divided(record.time, record.strain)
+    fine, path, samples = subdivided(record.time, record.strain)
     elastic = softened_stress(Silicone("", law, constants, np.inf), path)
     x = np.linspace(np.log(shortest), np.log(longest), 2 + int(_GRID * np.log10(longest / shortest)))
     every = branch_stress(np.exp(x), fine, path, elastic)[samples][peak:]

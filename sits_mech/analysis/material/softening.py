@@ -13,7 +13,7 @@ m and beta differ only in how they go with W_max: from one peak m cannot be told
 several, a constant whose 95 % interval reaches zero is none, and the others are fitted without it. A softening whose
 depth 1/r is within its interval is none. Confidence as in fitted.py.
 
-The primary curve may be that of the record itself: `envelope` are its points beyond all strains before, a pull.
+The primary curve may be that of the record itself: `virgin_curve` are its points beyond all strains before, a pull.
 
 Source: R. W. Ogden, D. G. Roxburgh, Proc. R. Soc. A 455 (1999) 2861. Neglected: permanent set, and what differs between
 unloading and loading again beyond the viscosity.
@@ -86,7 +86,7 @@ class _Cycles:
         return c, c * stress, c * stress - self.record.stress
 
 
-def envelope(record: Record) -> TensileTest:
+def virgin_curve(record: Record) -> TensileTest:
     """Return the points of a cyclic test beyond all strains before, as a pull.
 
     Raise ValueError for fewer than 5, as in compression.

@@ -24,8 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.analysis.columns import Table, names_found, read_tables
-from sits_mech.analysis.material.words import UNITS, Quantity, quantities, sizes
+from sits_mech.analysis.columns import TextTable, names_found, read_tables
+from sits_mech.analysis.material.words import UNITS, Quantity, quantities, specimen_sizes
 from sits_mech.quantities import Array, Mask
 
 _STRAINS = ("strain", "stretch", "true_strain", "displacement")
@@ -108,7 +108,7 @@ def read_pulls(path: str | Path, given: Sizes, what: str, timed: bool = False) -
         _refuse(path, what)
     found, above = list[Pull](), dict[str, float]()
     for table, known in tables:
-        above |= sizes(table.above)
+        above |= specimen_sizes(table.above)
         pulls = (_in_mode(pull, given.mode) for pull in _pulls(table, known, _sizes(above, given)))
         found += [pull for pull in pulls if not timed or pull.time is not None]
     if not found:
@@ -136,7 +136,7 @@ def _refuse(path: str | Path, what: str) -> None:
     raise ValueError(f'{path}: {must} "Strain (%)" and "Stress (MPa)"; got {names_found(path, what)}')
 
 
-def _pulls(table: Table, known: list[Quantity], own: dict[str, float]) -> list[Pull]:
+def _pulls(table: TextTable, known: list[Quantity], own: dict[str, float]) -> list[Pull]:
     """Return the specimens of a table, (strain, stress) by columns, of sizes as by `_sizes`."""
     found, usable = list[Pull](), _usable(known)
     times = [one for one in usable if one.kind == "time"]
@@ -166,7 +166,7 @@ def _left_of(stress: Quantity, known: list[Quantity]) -> list[Quantity]:
     return [one for one in known if one.column.place < stress.column.place][-1:] or known[:1]
 
 
-def _pull(table: Table, taken: Sequence[Quantity], own: dict[str, float]) -> Pull:
+def _pull(table: TextTable, taken: Sequence[Quantity], own: dict[str, float]) -> Pull:
     """Return a specimen by its columns (strain, stress, and time if any): engineering strain and stress [Pa]."""
     rows = table.numbers([one.column.place for one in taken]) * [one.factor for one in taken] + 0.0  # and no -0
     e, s, *t = rows[np.isfinite(rows).all(axis=1)].T

@@ -35,7 +35,7 @@ def uniaxial_stress(silicone: Silicone, time: Array, strain: Array, *, step: flo
     `time` (n,) does not descend [s]; `step`: largest strain over which the softened stress is taken as linear. Raise
     ValueError for descending times or lengths that differ.
     """
-    time, strain, samples = divided(time, strain, step)
+    time, strain, samples = subdivided(time, strain, step)
     stress = softened_stress(silicone, strain)
     if silicone.prony:
         weights, times = np.array(silicone.prony).T
@@ -69,7 +69,7 @@ def branch_stress(times: Array, time: Array, strain: Array, stress: Array) -> Ar
     return found[:, 0] * stretch[:, None] - found[:, 1] / stretch[:, None] ** 2
 
 
-def divided(time: Array, strain: Array, step: float = _STEP) -> tuple[Array, Array, Array]:
+def subdivided(time: Array, strain: Array, step: float = _STEP) -> tuple[Array, Array, Array]:
     """Divide the long steps of a path: time, strain, and the places of its own samples.
 
     `step`: largest change of strain between samples returned. Raise ValueError for descending times or lengths that

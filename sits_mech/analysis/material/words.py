@@ -101,7 +101,7 @@ def _factor(unit: str, si: str) -> float:
         return math.nan
 
 
-def sizes(above: Sequence[list[str]]) -> dict[str, float]:
+def specimen_sizes(above: Sequence[list[str]]) -> dict[str, float]:
     """Return the sizes of a specimen [m, m^2] that lines above a table name, first of each: "Width; 6; mm"."""
     found: dict[str, float] = {}
     for cells in above:

@@ -182,11 +182,11 @@ def sampled(varied: Mapping[str, Any], points: Array) -> dict[str, list[Any]]:
             found[name] = [item[int(share * len(item))] for share in shares]
         else:
             first, last, unit = item
-            found[name] = written(first + (last - first) * shares, unit)
+            found[name] = number_texts(first + (last - first) * shares, unit)
     return found
 
 
-def written(numbers: Array, unit: str) -> list[Any]:
+def number_texts(numbers: Array, unit: str) -> list[Any]:
     """Return numbers of fifteen digits as a study file has them, with their unit."""
     rounded = [float(f"{number:.15g}") for number in numbers]
     return [f"{number!r} {unit}" for number in rounded] if unit else rounded

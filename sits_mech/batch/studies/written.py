@@ -41,7 +41,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema, model_validator
 
 from sits_mech.batch.requests import REQUESTS, SHARE
-from sits_mech.batch.studies.samples import LONGEST, MOST, SAMPLED, written
+from sits_mech.batch.studies.samples import LONGEST, MOST, SAMPLED, number_texts
 from sits_mech.inputs import FORM, NUMBER_OR_TEXT, Reads, choice, list_or_span, list_or_span_schema, whole
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS
 from sits_mech.units import SceneError, shown, si_label
@@ -93,7 +93,7 @@ def _values(value: Any, info: ValidationInfo) -> Any:
     if isinstance(found, list) or not count:
         return found
     first, last, unit = found
-    return written(np.linspace(first, last, _COUNT.check(value["count"])), unit)
+    return number_texts(np.linspace(first, last, _COUNT.check(value["count"])), unit)
 
 
 def _limit(value: Any, info: ValidationInfo) -> float:

@@ -20,7 +20,7 @@ import numpy as np
 
 from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.models import MAGNETICS
-from sits_mech.magnetics.pose_slopes import STEP, Known
+from sits_mech.magnetics.pose_slopes import STEP, KnownImpedance
 from sits_mech.magnetics.slopes import by_frequency, by_lengths
 from sits_mech.maps.differences import CENTRAL
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
@@ -44,7 +44,7 @@ class Direct(NamedTuple):
 
 def at_fixed_poses(
     sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter],
-    known: Known | None = None,
+    known: KnownImpedance | None = None,
 ) -> Direct:
     """Return the derivatives of the coils' impedance by n numbers at p fixed poses.
 

@@ -28,7 +28,7 @@ from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import signal_weights
 from sits_mech.chain.simulate import Simulation, aimed_rest, simulated
-from sits_mech.magnetics.pose_slopes import Known, pose_slopes
+from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned
 from sits_mech.quantities import (
@@ -153,7 +153,7 @@ def gradient(
     >>> round(float(by.signals["dL_v"][0]), 3)  # % of L0 for a modulus twice as large, to first order
     0.165
     """
-    numbers, moving = numbers_of(sensor, names)
+    numbers, moving = scene_numbers(sensor, names)
     _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, _ = sloped_model(sensor, mechanics, tolerance, [wrench])
     symmetry = symmetry_kept(sensor, moving)
@@ -162,7 +162,7 @@ def gradient(
     by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
     kept = symmetry.projection(wrench) @ back
     simulation = simulated(sensor, field, turned(found, kept, wrench))
-    moved = columns_of(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
+    moved = moved_derivatives(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
     one = Pose.of(simulation.equilibrium.pose.components[None])
     direct = at_fixed_poses(sensor, (field, by_field.name, rest.asked), one, numbers)
     shown = simulation.impedance
@@ -175,7 +175,7 @@ def gradient(
     )
 
 
-def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
+def scene_numbers(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
     """Return numbers of a scene by name, and those that move the target; errors as `gradient`."""
     numbers = [_checked(sensor, name) for name in names]
     parts = [[(scene.elastomer, scene.target) for scene in (place_of(number), number.scene)] for number in numbers]
@@ -188,7 +188,7 @@ def symmetry_kept(sensor: Sensor, numbers: Sequence[Parameter]) -> Symmetry:
     return min(map(symmetry_of, (sensor, *changed)), key=lambda each: len(each.images) + (each.kind == "disc"))
 
 
-def columns_of(numbers: Sequence[Parameter], moving: Sequence[Parameter], found: Moved) -> Moved:
+def moved_derivatives(numbers: Sequence[Parameter], moving: Sequence[Parameter], found: Moved) -> Moved:
     """Return derivatives of p poses by n numbers from those that move them, shape (p, 6, m); the others are zero."""
     every = np.zeros((2, *found.pose.shape[:2], len(numbers)))
     every[..., [number in moving for number in numbers]] = np.stack(found)
@@ -213,7 +213,7 @@ def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
 
 def shown_change(
     sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
-    moved: Moved, direct: Direct, *, known: Known | None = None,
+    moved: Moved, direct: Direct, *, known: KnownImpedance | None = None,
 ) -> ByNumbers:
     """Join both halves: return derivatives of what the coils show at p poses by n numbers.
 
@@ -221,7 +221,7 @@ def shown_change(
     """
     components: Sequence[str] = POSE if pose.out_of_plane or np.any(moved.pose[:, 3:]) else POSE[:3]
     components = ("d_v",) if is_coaxial(field) else components
-    quick, known = known is not None, known or Known(shown, {})
+    quick, known = known is not None, known or KnownImpedance(shown, {})
     _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick, known=known)
     ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))
     sizes = (shown.L - shown.L0, shown.R)

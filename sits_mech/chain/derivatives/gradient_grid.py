@@ -20,13 +20,13 @@ from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.derivatives.gradient import (
     Moved,
     SlopedModel,
-    columns_of,
-    numbers_of,
+    moved_derivatives,
+    scene_numbers,
     shown_change,
     sloped_model,
     symmetry_kept,
 )
-from sits_mech.chain.interpolate import LoadGrid, checked_values, loads_of
+from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.chain.simulate import with_omissions
@@ -74,13 +74,13 @@ def gradient_on_grid(
     ``by_R`` and ``by_`` each signal with the dimension `parameter`; NaN where a load fails (``status``, ``reason``).
     Raises SceneError as `gradient`, and for a component that no load has or values of one that are none.
     """
-    numbers, moving = numbers_of(sensor, names)
+    numbers, moving = scene_numbers(sensor, names)
     grid = _checked(loads)
     every = loads_of(grid)
     _, by_field = loaded_model(sensor, magnetics, tolerance, every)
     layer, choice = sloped_model(sensor, mechanics, tolerance, every)
     sloped = WithSlopes(layer, tuple(moving))
-    solved = aimed_loads(LoadGrid(sensor, sloped, grid, symmetry_kept(sensor, moving), tolerance), magnetics)
+    solved = aimed_loads(LayerGrid(sensor, sloped, grid, symmetry_kept(sensor, moving), tolerance), magnetics)
     field, settled = solved.field, [solved.settled[load] for load in every]
     status, reasons = zip(*(status_of(sensor, one) for one in settled), strict=True)
     good = np.array(status) == OK
@@ -88,7 +88,7 @@ def gradient_on_grid(
     poses = poses_of(with_omissions(sensor, own, choice.name))
     pose = Pose.of(poses.value)
     slopes = np.array([rest.slopes.T for rest in own]).reshape(len(own), len(POSE), len(moving))
-    moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
+    moved = moved_derivatives(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
     reading = read_poses(sensor, field, poses, untilted=False)
     shown = reading.impedance
     direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers, reading.known)
@@ -125,7 +125,7 @@ def slopes_under(
 
     By n numbers of the scene, on a model's first meshes. Raises SceneError as `gradient_on_grid`, and without a rest.
     """
-    numbers, moving = numbers_of(sensor, names)
+    numbers, moving = scene_numbers(sensor, names)
     every = loads_of(_checked(loads))
     layer, _ = sloped_model(sensor, mechanics, tolerance, every)
     settled = settle(WithSlopes(layer, tuple(moving)).rough, every, symmetry=symmetry_kept(sensor, moving))

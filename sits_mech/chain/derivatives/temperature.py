@@ -32,7 +32,7 @@ import xarray as xr
 
 from sits_mech.chain.columns import Columns
 from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
-from sits_mech.chain.derivatives.gradient import Moved, columns_of, gradient, shown_change
+from sits_mech.chain.derivatives.gradient import Moved, gradient, moved_derivatives, shown_change
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
 from sits_mech.geometry.windings import unnamed
@@ -65,7 +65,7 @@ def slopes_by_temperature(
     """
     (every, moving), pose = numbers, Pose.of(poses_of(rests).value)
     own = np.array([rest.slopes.T for rest in rests]).reshape(len(rests), len(POSE), len(moving))
-    moved = columns_of(every, moving, Moved(own, np.zeros_like(own)))
+    moved = moved_derivatives(every, moving, Moved(own, np.zeros_like(own)))
     direct = at_fixed_poses(sensor, model, pose, every)
     change, read = shown_change(sensor, model[0], shown, pose, every, moved, direct), _read(sensor)[:, None]
     tracks = _tracks(sensor, shown)

@@ -31,11 +31,11 @@ def write_page(source: Source, path: Path) -> tuple[str, ...]:
     """
     notes = list[str]()
     numbers, _ = readout_arrays(source, "page", notes)
-    write_text(path, page(source, numbers, notes))
+    write_text(path, sensor_page(source, numbers, notes))
     return tuple(notes)
 
 
-def page(source: Source, numbers: dict[str, Any], notes: list[str]) -> str:
+def sensor_page(source: Source, numbers: dict[str, Any], notes: list[str]) -> str:
     """Return the page of a sensor, of the arrays of its readout and what is to be known of them."""
     sensor, data = source.sensor, source.data
     read = readings(sensor, data)

@@ -25,7 +25,7 @@ from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.models import loaded_model
 from sits_mech.export.source import Source
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.maps.chebyshev import design
+from sits_mech.maps.chebyshev import design_matrix
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed
 from sits_mech.readout.calibration import Calibration
@@ -95,7 +95,7 @@ def over_poses(source: Source, codes: FrontEnd | None) -> tuple[TwinMap | None, 
         return None, f"no map of poses: the box of the table's poses holds one that cannot be ({reason})"
     known, asked, scale = y[: len(x)], y[len(x) :], np.ptp(y, axis=0)
     fits = {degree: _fitted(x, known, total_degree(d, degree)) for degree in degrees}
-    off = {degree: np.abs(design(others, total_degree(d, degree)) @ fit - asked) for degree, fit in fits.items()}
+    off = {degree: np.abs(design_matrix(others, total_degree(d, degree)) @ fit - asked) for degree, fit in fits.items()}
     worst = {degree: float((miss / scale).max()) for degree, miss in off.items()}
     most = max(_AS_GOOD * min(worst.values()), _ENOUGH)
     best = next(degree for degree in degrees if worst[degree] <= most)
@@ -143,7 +143,7 @@ def total_degree(d: int, degree: int) -> Powers:
 def _fitted(x: Array, y: Array, powers: Powers) -> Array:
     """Return coefficients (k, outputs) by least squares, each output of its own size."""
     scale = np.maximum(np.abs(y).max(axis=0), 1e-300)
-    return np.asarray(np.linalg.lstsq(design(x, powers), y / scale, rcond=None)[0] * scale)
+    return np.asarray(np.linalg.lstsq(design_matrix(x, powers), y / scale, rcond=None)[0] * scale)
 
 
 def _nodes(d: int, count: int) -> tuple[Array, Array]:

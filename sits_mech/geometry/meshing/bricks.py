@@ -35,7 +35,7 @@ CORE = 0.5  # where the core ends on the way from the middle to the target's out
 _SHRUNK = 0.8  # size of the core of a disc over that of the square around it
 
 
-class Outline(NamedTuple):
+class PlateOutline(NamedTuple):
     """A plate seen from above: half its sizes along x and y, and whether it is an ellipse or a rectangle."""
 
     half_x: float
@@ -43,24 +43,24 @@ class Outline(NamedTuple):
     is_round: bool
 
 
-def within(outline: Outline, points: Array, slack: float) -> Array:
+def inside_outline(outline: PlateOutline, points: Array, slack: float) -> Array:
     """Say which points, shape (n, 2 or more), lie in an outline with `slack` around it."""
     a, b = np.abs(points[:, 0]) / (outline.half_x + slack), np.abs(points[:, 1]) / (outline.half_y + slack)
     return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
 
 
-def covered(plate: Outline, pad: Outline) -> Outline | None:
+def covered(plate: PlateOutline, pad: PlateOutline) -> PlateOutline | None:
     """Return the outline of what a target covers of its pad, both centred: there they are bonded.
 
     Of two rectangles, or of two discs, the smaller size along each direction; of a disc and a rectangle the one that
     lies within the other. None where those two cross.
     """
     if plate.is_round == pad.is_round:
-        return Outline(min(plate.half_x, pad.half_x), min(plate.half_y, pad.half_y), pad.is_round)
+        return PlateOutline(min(plate.half_x, pad.half_x), min(plate.half_y, pad.half_y), pad.is_round)
     return next((inner for inner, outer in ((plate, pad), (pad, plate)) if _holds(outer, inner)), None)
 
 
-def _holds(outer: Outline, inner: Outline) -> bool:
+def _holds(outer: PlateOutline, inner: PlateOutline) -> bool:
     """Tell whether a disc lies within a rectangle, or a rectangle within a disc."""
     limit = 1.0 + SAME
     if outer.is_round:
@@ -68,7 +68,7 @@ def _holds(outer: Outline, inner: Outline) -> bool:
     return inner.half_x <= limit * outer.half_x and inner.half_y <= limit * outer.half_y
 
 
-class Division(NamedTuple):
+class Subdivision(NamedTuple):
     """Where the cells of a mesh lie in those of its base."""
 
     base: Integers  # (e,) number of the base cell
@@ -82,41 +82,41 @@ class Division(NamedTuple):
         return int(self.base.max()) + 1
 
     @property
-    def doubled(self) -> Division:
+    def doubled(self) -> Subdivision:
         """Division of these cells and as many others, in base cells of their own."""
-        return joined([self, self])
+        return concatenated([self, self])
 
 
-def joined(divisions: Sequence[Division]) -> Division:
+def concatenated(divisions: Sequence[Subdivision]) -> Subdivision:
     """Return the division of cells that come one after the other, each in base cells of their own."""
     first = np.cumsum([0, *(own.bases for own in divisions)])
     numbered = [own._replace(base=own.base + start) for own, start in zip(divisions, first[:-1], strict=True)]
-    return Division(*(np.concatenate(parts) for parts in zip(*numbered, strict=True)))
+    return Subdivision(*(np.concatenate(parts) for parts in zip(*numbered, strict=True)))
 
 
-def divided(lines: Array, base: int | Array) -> Division:
+def divided(lines: Array, base: int | Array) -> Subdivision:
     """Return the division of cells between lines along an axis; the base has given ones of these, or every so many."""
     first = lines[::base] if isinstance(base, int) else base
     cell = np.searchsorted(first, 0.5 * (lines[1:] + lines[:-1])) - 1
     start, size = first[cell], np.diff(first)[cell]
     low, high = (((ends - start) / size)[:, None] for ends in (lines[:-1], lines[1:]))
     part = np.arange(len(cell)) - np.searchsorted(cell, cell)
-    return Division(cell, part[:, None], low, high)
+    return Subdivision(cell, part[:, None], low, high)
 
 
-def crossed(first: Division, second: Division) -> Division:
+def crossed(first: Subdivision, second: Subdivision) -> Subdivision:
     """Return the division of the products of two sets of cells, the second running faster."""
     i, j = (part.ravel() for part in np.indices((len(first.base), len(second.base))))
     base = first.base[i] * second.bases + second.base[j]
     part = np.hstack([first.part[i], second.part[j]])
     low, high = np.hstack([first.low[i], second.low[j]]), np.hstack([first.high[i], second.high[j]])
-    return Division(base, part, low, high)
+    return Subdivision(base, part, low, high)
 
 
 Lines = tuple[Array, Array, Array]
 
 
-def box_bricks(x: Array, y: Array, z: Array, base: Lines | None = None) -> tuple[MeshHex, Division]:
+def box_bricks(x: Array, y: Array, z: Array, base: Lines | None = None) -> tuple[MeshHex, Subdivision]:
     """Return the bricks between lines, and their division; all lines are of the base, or those given."""
     own = base or (x, y, z)
     flat = tensor_grid(x, y).reshape(-1, 2)
@@ -125,8 +125,8 @@ def box_bricks(x: Array, y: Array, z: Array, base: Lines | None = None) -> tuple
 
 
 def ring_bricks(
-    target: Outline, pad: Outline, lines: Lines, around: int, split: int = 1, base: Lines | None = None
-) -> tuple[MeshHex2, Division]:
+    target: PlateOutline, pad: PlateOutline, lines: Lines, around: int, split: int = 1, base: Lines | None = None
+) -> tuple[MeshHex2, Subdivision]:
     """Return half a pad, y >= 0, in rings around a core, and the division of its bricks.
 
     `lines` go from the core (0) to the target's outline (1); from there (0) to the pad's (1), or one value where both
@@ -137,7 +137,7 @@ def ring_bricks(
     outwards, through = (split, split) if base is None else (_rings(base), base[2])
     flat, quads = _square(rho, around)
     core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
-    across = joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
+    across = concatenated([crossed(core, half), crossed(divided(rho, outwards), walk)])
     mesh, division = _extruded(flat, quads, across, z, through)
     straight = MeshHex2.from_mesh(mesh)
     placed = straight.doflocs.copy()
@@ -157,7 +157,9 @@ def _quads(index: Integers) -> Integers:
     return np.stack(each, axis=-1).reshape(-1, 4)
 
 
-def _extruded(flat: Array, quads: Integers, across: Division, z: Array, base: int | Array) -> tuple[MeshHex, Division]:
+def _extruded(
+    flat: Array, quads: Integers, across: Subdivision, z: Array, base: int | Array
+) -> tuple[MeshHex, Subdivision]:
     """Return bricks over flat cells, one layer after the other."""
     points = np.vstack([np.column_stack([flat, np.full(len(flat), level)]) for level in z])
     layers = np.arange(len(z) - 1)[:, None] * len(flat)
@@ -166,7 +168,7 @@ def _extruded(flat: Array, quads: Integers, across: Division, z: Array, base: in
     found = crossed(divided(z, base), across)  # z runs slowest, but comes last
     part, (low, high) = np.roll(found.part, -1, axis=1), (np.roll(ends, -1, axis=1) for ends in found[2:])
     mesh = MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(hexes))
-    return mesh, Division(found.base, part, low, high)
+    return mesh, Subdivision(found.base, part, low, high)
 
 
 def _square(rho: Array, around: int) -> tuple[Array, Integers]:
@@ -185,18 +187,18 @@ def _square(rho: Array, around: int) -> tuple[Array, Integers]:
     return np.vstack(points), np.vstack(cells)
 
 
-def _placed(flat: Array, target: Outline, pad: Outline) -> Array:
+def _placed(flat: Array, target: PlateOutline, pad: PlateOutline) -> Array:
     """Return where points of the square, shape (2, n), lie in the pad."""
     rho = np.abs(flat).max(axis=0)
     edge = flat / np.where(rho > 0.0, rho, 1.0)
-    core = _on(Outline(target.half_x, target.half_y, False), edge) * (_SHRUNK if target.is_round else 1.0)
+    core = _on(PlateOutline(target.half_x, target.half_y, False), edge) * (_SHRUNK if target.is_round else 1.0)
     part = np.clip((rho - CORE) / (1.0 - CORE), 0.0, 1.0)
     inside = (1.0 - part) * np.minimum(rho, CORE) * core + part * _on(target, edge)
     beyond = np.clip(rho - 1.0, 0.0, 1.0)
     return np.asarray((1.0 - beyond) * inside + beyond * _on(pad, edge))
 
 
-def _on(outline: Outline, edge: Array) -> Array:
+def _on(outline: PlateOutline, edge: Array) -> Array:
     """Return points of an outline, shape (2, n), that stand for points of the square's edge."""
     a, b = edge
     if outline.is_round:
@@ -256,9 +258,9 @@ def side_by_side(parts: Sequence[tuple[MeshHex, tuple[float, float]]]) -> MeshHe
 
 
 def pillar_bricks(
-    disc: Outline, middles: Sequence[tuple[float, float]], lines: tuple[Array, Array], around: int, split: int = 1,
+    disc: PlateOutline, middles: Sequence[tuple[float, float]], lines: tuple[Array, Array], around: int, split: int = 1,
     base: tuple[Array, Array] | None = None,
-) -> tuple[MeshHex2, Division]:
+) -> tuple[MeshHex2, Subdivision]:
     """Return the pillars at y >= 0, half of those that the plane y = 0 cuts through the middle, and their division.
 
     `disc` is one pillar's outline, `middles` are of all of them (those at y < 0 are images of others), `lines` go from
@@ -270,4 +272,4 @@ def pillar_bricks(
     on_plane = [(half, (x, 0.0)) for x, y in middles if abs(y) <= _PLANE]
     beside = [(whole, (x, y)) for x, y in middles if y > _PLANE]
     divisions = [division] * len(on_plane) + [division.doubled] * len(beside)
-    return side_by_side([*on_plane, *beside]), joined(divisions)
+    return side_by_side([*on_plane, *beside]), concatenated(divisions)

@@ -40,12 +40,12 @@ from sits_mech.geometry.meshing.bricks import (
     CORE,
     SAME,
     Bricks,
-    Division,
-    Outline,
+    PlateOutline,
+    Subdivision,
     both_halves,
+    concatenated,
     crossed,
     divided,
-    joined,
     mesh_of,
 )
 from sits_mech.quantities import Array, tensor_grid
@@ -67,8 +67,8 @@ class _Piece(NamedTuple):
 
 
 def crossing_bricks(
-    target: Outline, pad: Outline, lines: tuple[Array, Array, Array], around: int, split: int = 1
-) -> tuple[MeshHex2, Division]:
+    target: PlateOutline, pad: PlateOutline, lines: tuple[Array, Array, Array], around: int, split: int = 1
+) -> tuple[MeshHex2, Subdivision]:
     """Return half a pad, y >= 0, under a target whose rim crosses the pad's, and the division of its bricks.
 
     `lines` go from the core (0) to the bonded rim (1), from there (0) away from it (1), and along z; `around` counts
@@ -139,14 +139,14 @@ def _along(begin: Array, end: Array, curves: list[Curve]) -> list[tuple[Array, A
     return list(zip(points[:-1], points[1:], strict=True))
 
 
-def _core(pieces: list[_Piece], both: bool) -> Patch:
+def _core(pieces: list[_Piece], both: bool) -> QuadPatch:
     """Return the core: its right side before the first pieces, its upper one before the others, from the y axis on."""
     half = len(pieces) // 2
     right, upper = pieces[:half], pieces[:half - 1:-1]
     x, y, corner, middle = right[0].begin, upper[0].end, right[-1].end, np.zeros(2)
     s = _shares([(piece.end, piece.begin, piece.cells) for piece in upper])
     t = _shares([(piece.begin, piece.end, piece.cells) for piece in right])
-    return Patch(straight(middle, x), straight(y, corner), straight(middle, y), straight(x, corner), s, t)
+    return QuadPatch(straight(middle, x), straight(y, corner), straight(middle, y), straight(x, corner), s, t)
 
 
 def _shares(parts: list[tuple[Array, Array, int]]) -> Array:
@@ -157,44 +157,44 @@ def _shares(parts: list[tuple[Array, Array, int]]) -> Array:
     return np.concatenate([[0.0], *each])
 
 
-def _ring(piece: _Piece, inside: Array) -> Patch:
+def _ring(piece: _Piece, inside: Array) -> QuadPatch:
     """Return what lies between the core and a piece of the rim."""
     (rim_0, rim_1), even = piece.rim(np.array([0.0, 1.0])), np.linspace(0.0, 1.0, piece.cells + 1)
-    return Patch(straight(piece.begin, rim_0), straight(piece.end, rim_1), straight(piece.begin, piece.end), piece.rim,
-                 inside, even)
+    return QuadPatch(straight(piece.begin, rim_0), straight(piece.end, rim_1), straight(piece.begin, piece.end),
+                     piece.rim, inside, even)
 
 
-def _beyond_arc(r: float, w: float, h: float, cuts: tuple[int, ...], beside: Array, around: int) -> list[Patch]:
+def _beyond_arc(r: float, w: float, h: float, cuts: tuple[int, ...], beside: Array, around: int) -> list[QuadPatch]:
     """Return what of a box lies beside a disc."""
     (A, B), C = _ends(r, w, h), np.array([w, h])
     if len(cuts) == 2:
         return _three_sided(arc(A, B), straight(A, C), straight(B, C), beside, around)
     begin, end = (C, np.array([0.0, h])) if 0 in cuts else (np.array([w, 0.0]), C)
-    return [Patch(arc(A, B), straight(begin, end), straight(A, begin), straight(B, end),
-                  np.linspace(0.0, 1.0, 2 * around + 1), beside)]
+    return [QuadPatch(arc(A, B), straight(begin, end), straight(A, begin), straight(B, end),
+                      np.linspace(0.0, 1.0, 2 * around + 1), beside)]
 
 
-def _beyond_side(r: float, sides: tuple[float, float], axis: int, beside: Array, around: int) -> list[Patch]:
+def _beyond_side(r: float, sides: tuple[float, float], axis: int, beside: Array, around: int) -> list[QuadPatch]:
     """Return what of a disc lies beyond one side of a rectangle."""
     tip = _ends(r, *sides)[axis]
     foot, top = (np.where(np.arange(2) == axis, size, 0.0) for size in (sides[axis], r))
     return _three_sided(straight(foot, tip), straight(foot, top), arc(tip, top), beside, around)
 
 
-def _three_sided(bonded: Curve, first: Curve, second: Curve, beside: Array, around: int) -> list[Patch]:
+def _three_sided(bonded: Curve, first: Curve, second: Curve, beside: Array, around: int) -> list[QuadPatch]:
     """Return the three pieces of what lies between a bonded side and two curves from its ends to where they meet."""
     half = np.array([0.5])
     M, F, S = (curve(half)[0] for curve in (bonded, first, second))
     G = (M + F + S) / 3.0
     even = np.linspace(0.0, 1.0, around + 1)
     return [
-        Patch(part(bonded, 0.0, 0.5), straight(F, G), part(first, 0.0, 0.5), straight(M, G), even, beside),
-        Patch(part(bonded, 0.5, 1.0), straight(G, S), straight(M, G), part(second, 0.0, 0.5), even, beside),
-        Patch(straight(F, G), part(second, 1.0, 0.5), part(first, 0.5, 1.0), straight(G, S), even, even),
+        QuadPatch(part(bonded, 0.0, 0.5), straight(F, G), part(first, 0.0, 0.5), straight(M, G), even, beside),
+        QuadPatch(part(bonded, 0.5, 1.0), straight(G, S), straight(M, G), part(second, 0.0, 0.5), even, beside),
+        QuadPatch(straight(F, G), part(second, 1.0, 0.5), part(first, 0.5, 1.0), straight(G, S), even, even),
     ]
 
 
-class Patch(NamedTuple):
+class QuadPatch(NamedTuple):
     """Four sides, and the lines from 0 to 1 between its cells: along s, and along t."""
 
     below: Curve
@@ -227,7 +227,7 @@ def part(curve: Curve, begin: float, end: float) -> Curve:
     return lambda u: curve(begin + u * (end - begin))
 
 
-def patch_bricks(patches: Sequence[Patch], z: Array, split: int = 1) -> tuple[MeshHex2, Division]:
+def patch_bricks(patches: Sequence[QuadPatch], z: Array, split: int = 1) -> tuple[MeshHex2, Subdivision]:
     """Return bricks over patches between lines along z, and their division; every `split`-th line is of the base."""
     points, places = (
         np.concatenate([_upright(patch, z, nodes) for patch in patches])
@@ -240,11 +240,11 @@ def patch_bricks(patches: Sequence[Patch], z: Array, split: int = 1) -> tuple[Me
     np.minimum.at(first, other, one)
     used, numbers = np.unique(first, return_inverse=True)
     across = (crossed(divided(patch.s, split), divided(patch.t, split)) for patch in patches)
-    division = joined([crossed(own, divided(z, split)) for own in across])
+    division = concatenated([crossed(own, divided(z, split)) for own in across])
     return mesh_of(Bricks(corners[used], numbers.reshape(-1, 8), places)), division
 
 
-def _upright(patch: Patch, z: Array, nodes: Array) -> Array:
+def _upright(patch: QuadPatch, z: Array, nodes: Array) -> Array:
     """Return places (e, k, 3) of nodes of the unit cube, shape (k, 3), in every brick over a patch."""
     lines = (patch.s, patch.t, z)
     ends = [np.stack([own[:-1], own[1:]], axis=1) for own in lines]
@@ -257,7 +257,7 @@ def _upright(patch: Patch, z: Array, nodes: Array) -> Array:
     return np.concatenate([plan, up[..., None]], axis=-1)
 
 
-def _blended(patch: Patch, s: Array, t: Array) -> Array:
+def _blended(patch: QuadPatch, s: Array, t: Array) -> Array:
     """Return points (n, 2) of a patch."""
     below, above = patch.below(s), patch.above(s)
     (b_0, b_1), (a_0, a_1) = (curve(np.array([0.0, 1.0])) for curve in (patch.below, patch.above))

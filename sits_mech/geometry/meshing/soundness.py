@@ -29,7 +29,7 @@ FACES = {
 _NEAR = 1e-3  # of the shortest edge: what is closer than that is one place
 
 
-class Surface(NamedTuple):
+class CellFaces(NamedTuple):
     """Faces of the cells: corners around each (f, c), its cell (f,), its number (f,), how often each number occurs."""
 
     corners: Integers
@@ -49,15 +49,15 @@ class Surface(NamedTuple):
         return np.asarray(order[self.times[self.number[order]] == 2].reshape(-1, 2).T)
 
 
-def faces_of(cells: Integers) -> Surface:
+def faces_of(cells: Integers) -> CellFaces:
     """Return the faces of cells, given by their corners, shape (e, 4) or (e, 8)."""
     local = np.array(FACES[cells.shape[1]])
     corners = cells[:, local].reshape(-1, local.shape[1])
     _, number, count = np.unique(np.sort(corners, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return Surface(corners, np.repeat(np.arange(len(cells)), len(local)), number.ravel(), count)
+    return CellFaces(corners, np.repeat(np.arange(len(cells)), len(local)), number.ravel(), count)
 
 
-def joined(points: Array, cells: Integers) -> Integers:
+def merged_corners(points: Array, cells: Integers) -> Integers:
     """Return for each corner of the cells the first one that is at its place, itself where it is alone; shape (n,)."""
     surface = faces_of(cells)
     own = surface.corners[surface.outer]
@@ -83,7 +83,7 @@ def check_sound(name: str, points: Array, cells: Integers) -> None:
             "belong to more")
     _refuse(name, points[surface.corners[_one_sided(points, cells, surface)]],
             "cells must lie on the two sides of the face that they share", "have both on one side")
-    outer, same = surface.corners[surface.outer], joined(points, cells)
+    outer, same = surface.corners[surface.outer], merged_corners(points, cells)
     _, number, count = np.unique(np.sort(same[outer], axis=1), axis=0, return_inverse=True, return_counts=True)
     merged = np.count_nonzero(same != np.arange(len(same)))
     _refuse(name, points[outer[count[number.ravel()] > 1]], "must not be cut by duplicated nodes",
@@ -93,7 +93,7 @@ def check_sound(name: str, points: Array, cells: Integers) -> None:
     _check_hinges(name, points, cells, surface)
 
 
-def pieces(count: int, pairs: Integers) -> Integers:
+def connected_cells(count: int, pairs: Integers) -> Integers:
     """Return the piece that each of `count` cells belongs to, by the pairs that share a face, shape (2, k)."""
     graph = sparse.coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(count, count))
     return np.asarray(connected_components(graph, directed=False)[1])
@@ -120,7 +120,7 @@ def _shortest_edges(points: Array, faces: Integers) -> Array:
     return found
 
 
-def _one_sided(points: Array, cells: Integers, surface: Surface) -> Integers:
+def _one_sided(points: Array, cells: Integers, surface: CellFaces) -> Integers:
     """Return one face of each pair that two cells on one side of it share."""
     first, second = surface.shared
     at = points[surface.corners[first]]
@@ -177,9 +177,9 @@ def _distance(points: Array, triangles: Array) -> Array:
     return np.asarray(np.maximum(height, beside))
 
 
-def _check_hinges(name: str, points: Array, cells: Integers, surface: Surface) -> None:
+def _check_hinges(name: str, points: Array, cells: Integers, surface: CellFaces) -> None:
     """Refuse pieces that hang together by an edge or a node only."""
-    own = pieces(len(cells), surface.cell[surface.shared])
+    own = connected_cells(len(cells), surface.cell[surface.shared])
     low, high = np.full(len(points), len(cells)), np.full(len(points), -1)
     spread = np.repeat(own, cells.shape[1])
     np.minimum.at(low, cells.ravel(), spread)

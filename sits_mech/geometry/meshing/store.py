@@ -19,7 +19,7 @@ from skfem.io.meshio import from_meshio
 from sits_mech.geometry.meshing.abaqus import CORNERS
 from sits_mech.geometry.meshing.cells import Named
 from sits_mech.geometry.meshing.formats import read_named
-from sits_mech.geometry.meshing.soundness import check_sound, joined, place
+from sits_mech.geometry.meshing.soundness import check_sound, merged_corners, place
 from sits_mech.quantities import Array, Integers
 
 CELLS = ("tetra", "tetra10", "hexahedron", "hexahedron27")
@@ -127,7 +127,7 @@ def _welded(number: Integers, points: Array, cells: Integers, corners: int) -> t
     """Merge duplicated nodes: new numbers of the file's nodes, nodes, cells, and how many nodes fewer."""
     ends, own = np.unique(cells[:, :corners], return_inverse=True)
     to = np.arange(len(points))
-    to[ends] = ends[joined(points[ends], own.reshape(len(cells), -1))]
+    to[ends] = ends[merged_corners(points[ends], own.reshape(len(cells), -1))]
     kept, new = np.unique(to[cells], return_inverse=True)
     place_of = np.full(len(points), -1)
     place_of[kept] = np.arange(kept.size)

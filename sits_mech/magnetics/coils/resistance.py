@@ -181,7 +181,7 @@ def _series(rings: Sections, modes: Modes, frequency: float) -> tuple[complex, C
 
 def _modes(rings: Sections, cells: tuple[int, int]) -> Modes:
     """Return modes of copper filaments, seen by even current, by turns and by fields across these, up and outwards."""
-    parts, n, copper = divided(rings, cells), cells[0] * cells[1], metals()["copper"].conductivity
+    parts, n, copper = filaments_of(rings, cells), cells[0] * cells[1], metals()["copper"].conductivity
     R = ring_squares(parts.radius, parts.width) / (copper * parts.height)
     each = np.eye(rings.radius.size)
     share, around = np.repeat(each, n, axis=1), 2.0 * np.pi * parts.radius
@@ -192,7 +192,7 @@ def _modes(rings: Sections, cells: tuple[int, int]) -> Modes:
     return Modes(found.tau, found.coupling)
 
 
-def divided(rings: Sections, cells: tuple[int, int]) -> Sections:
+def filaments_of(rings: Sections, cells: tuple[int, int]) -> Sections:
     """Return each ring as cells[0] x cells[1] filaments, finest at its surfaces, ring after ring."""
     across, up = (-np.cos(np.pi * np.arange(n + 1) / n) / 2 for n in cells)
     x, z = np.meshgrid((across[1:] + across[:-1]) / 2, (up[1:] + up[:-1]) / 2, indexing="ij")

@@ -233,7 +233,7 @@ def _table(axis: Radial, columns: int, rows: int) -> _Table:
     return _Table(axis, spline_filter(P, order=3, mode="mirror"), start)
 
 
-def spectrum(rings: Sections, k: Array) -> Array:
+def source_spectrum(rings: Sections, k: Array) -> Array:
     """Return S(k), shape (n,) [m]: section means of ``a J1(k a) exp(k z)``, summed over rings of 1 A below z = 0.
 
     Gauss points across a ring are as many as its waves ask. ValueError where it would take more memory than the process

@@ -37,7 +37,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import mu_0
 
-from sits_mech.geometry.tracks import Tracks
+from sits_mech.geometry.tracks import TrackBars
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array, Integers
@@ -51,7 +51,7 @@ _PRODUCT = 12  # ratios multiplied before their logarithm is taken
 _SMALL = 1e-12  # least square of a distance, over that of a length
 
 
-def linkage(first: Tracks, second: Tracks) -> float:
+def linkage(first: TrackBars, second: TrackBars) -> float:
     """Return the flux of 1 A in the first tracks through the second [H]; of the same ones, their self-inductance."""
     total, own = 0.0, first is second
     count = len(first.start), len(second.start)
@@ -73,7 +73,7 @@ def linkage(first: Tracks, second: Tracks) -> float:
     return total
 
 
-def _pairs(first: Tracks, second: Tracks, index: tuple[Array, Array], cosine: Array) -> Array:
+def _pairs(first: TrackBars, second: TrackBars, index: tuple[Array, Array], cosine: Array) -> Array:
     """Return M of some pairs [H]."""
     i, j = index
     way, other = first.way[i], second.way[j]
@@ -132,7 +132,7 @@ def _area(x: Array, square: Array, least: Array) -> Array:
     return np.where(square < 0.0, np.sign(x) * np.arccosh(np.maximum(np.abs(ratio), 1.0)), np.arcsinh(ratio))
 
 
-def track_potential(tracks: Tracks, across: tuple[Array, Array], through: tuple[Array, Array]) -> Potential:
+def track_potential(tracks: TrackBars, across: tuple[Array, Array], through: tuple[Array, Array]) -> Potential:
     """Return a function that gives A_x and A_y of 1 A in all tracks, (p, 3, q) to (p, 2, q), as their `strands`."""
     strands = [(_strand(strand), share) for strand, share in tracks.strands(across, through)]
 
@@ -169,7 +169,7 @@ class _Strand:
     ways: Array
 
 
-def _strand(tracks: Tracks) -> _Strand:
+def _strand(tracks: TrackBars) -> _Strand:
     """Return filaments sorted by direction; those that run against it turned, with a negative length."""
     places, number = np.unique(np.vstack([tracks.start, tracks.end]), axis=0, return_inverse=True)
     x, y = np.where(np.abs(tracks.way) > _ACROSS, tracks.way, 0.0).T

@@ -41,7 +41,7 @@ _GAUSS_FINE = np.polynomial.legendre.leggauss(6)
 
 
 @dataclass(frozen=True)
-class Track:
+class CoilBars:
     """One coil's bars in the section y = 0, all of one size, in series."""
 
     place: Complex  # (n,) centres x + j z [m]
@@ -51,22 +51,22 @@ class Track:
     thickness: float  # [m]
 
 
-def tracks(sensor: Sensor) -> tuple[Track, ...]:
+def tracks(sensor: Sensor) -> tuple[CoilBars, ...]:
     """Return every coil's bars, on the curved substrate if there is one."""
     return tuple(_track(coil, sensor.substrate_radius) for coil in sensor.coils)
 
 
-def _track(coil: Coil, substrate_radius: float | None) -> Track:
+def _track(coil: Coil, substrate_radius: float | None) -> CoilBars:
     """Return one coil's bars."""
     bars = coil_bars(coil)
     if substrate_radius is None:
-        return Track(bars.x + 1j * bars.z, np.zeros_like(bars.x), bars.sign, bars.width, bars.thickness)
+        return CoilBars(bars.x + 1j * bars.z, np.zeros_like(bars.x), bars.sign, bars.width, bars.thickness)
     angle = bars.x / substrate_radius
     place = 1j * ((substrate_radius + bars.z) * np.exp(-1j * angle) - substrate_radius)
-    return Track(place, angle, bars.sign, bars.width, bars.thickness)
+    return CoilBars(place, angle, bars.sign, bars.width, bars.thickness)
 
 
-def coil_potentials(coils: tuple[Track, ...], points: Complex, radius: float | None = None) -> Array:
+def coil_potentials(coils: tuple[CoilBars, ...], points: Complex, radius: float | None = None) -> Array:
     """Return the vector potential of every coil at places x + j z (p,) [m], shape (p, n_coils) [V s/m per A].
 
     `radius` is R_b of a circle about the origin where A = 0; None for free space [m].
@@ -75,7 +75,7 @@ def coil_potentials(coils: tuple[Track, ...], points: Complex, radius: float | N
     return -mu_0 / (2 * np.pi) * np.column_stack(columns)
 
 
-def _bar_logs(coil: Track, k: int, points: Complex, radius: float | None) -> Array:
+def _bar_logs(coil: CoilBars, k: int, points: Complex, radius: float | None) -> Array:
     """Return the mean ln r from bar k to points; less its image's."""
     offset = (points - coil.place[k]) * np.exp(1j * coil.tilt[k])
     logs = mean_log_at(offset.real, offset.imag, coil.width, coil.thickness)
@@ -118,7 +118,7 @@ def _by_filaments(x: Array, z: Array, width: float, thickness: float) -> Array:
     return total
 
 
-def _linkage(coil: Track, driven: tuple[Track, ...], radius: float | None) -> float:
+def _linkage(coil: CoilBars, driven: tuple[CoilBars, ...], radius: float | None) -> float:
     """Return the mean potential over each bar of `coil`, summed with signs."""
     nodes, weights = _GAUSS_FINE
     s, q = np.meshgrid(nodes * coil.width / 2, nodes * coil.thickness / 2, indexing="ij")

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import mu_0
 
-from sits_mech.geometry.plates import Plate
+from sits_mech.geometry.plates import PlateSection
 from sits_mech.geometry.windings import Bars
 from sits_mech.magnetics.section.kernels import gauss_count, gauss_rule
 from sits_mech.magnetics.section.plate import PreparedPlate
@@ -133,7 +133,7 @@ def _potential(source: Filaments, points: Complex, radius: float) -> Array:
 class SectionPlate:
     """A plate in its place, ready to answer."""
 
-    place: Plate
+    place: PlateSection
     prepared: PreparedPlate
 
 

@@ -46,9 +46,9 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementTriP2, ElementTriP3, FacetBasis, LinearForm
 from skfem.helpers import dot, grad
 
-from sits_mech.geometry.plates import Plate
-from sits_mech.magnetics.section.coils import Track, coil_potentials
-from sits_mech.magnetics.section.mesh import Division
+from sits_mech.geometry.plates import PlateSection
+from sits_mech.magnetics.section.coils import CoilBars, coil_potentials
+from sits_mech.magnetics.section.mesh import DividedPlane
 from sits_mech.quantities import Array, Complex, Integers
 
 _ELEMENTS = {2: ElementTriP2, 3: ElementTriP3}
@@ -90,7 +90,7 @@ class FieldSolution:
 
 
 def solve_field(
-    division: Division, plates: tuple[Plate, ...], coils: tuple[Track, ...], omega: float, order: int,
+    division: DividedPlane, plates: tuple[PlateSection, ...], coils: tuple[CoilBars, ...], omega: float, order: int,
     ground: float | None = None,
 ) -> FieldSolution:
     """Solve for every coil, one ampere each, with elements of order 2 or 3; omega [rad/s], `ground` R_b [m]."""
@@ -121,7 +121,7 @@ def _dofs(part: Basis) -> Integers:
     return np.unique(part.element_dofs)
 
 
-def _source(basis: Basis, parts: list[Basis], coils: tuple[Track, ...], ground: float | None) -> Array:
+def _source(basis: Basis, parts: list[Basis], coils: tuple[CoilBars, ...], ground: float | None) -> Array:
     """Return g: the coils' potential at the plates' nodes."""
     g = np.zeros((basis.N, len(coils)))
     dofs = np.unique(np.concatenate([_dofs(part) for part in parts]))
@@ -130,7 +130,7 @@ def _source(basis: Basis, parts: list[Basis], coils: tuple[Track, ...], ground: 
     return g
 
 
-def _open_boundary(basis: Basis, division: Division, ground: float | None) -> csr_matrix:
+def _open_boundary(basis: Basis, division: DividedPlane, ground: float | None) -> csr_matrix:
     """Return b(u, v) as a matrix."""
     facets = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundary_facets(), intorder=2 * basis.elem.maxdeg + 2)
     rows, factors = [], []
@@ -174,7 +174,7 @@ def _solve(
 
 
 def element_errors(
-    division: Division, plates: tuple[Plate, ...], omega: float, coarse: FieldSolution, fine: FieldSolution
+    division: DividedPlane, plates: tuple[PlateSection, ...], omega: float, coarse: FieldSolution, fine: FieldSolution
 ) -> Array:
     """Return each element's share of the difference of two orders' flux linkages, shape (elements,) [H/m].
 

@@ -21,7 +21,7 @@ import numpy as np
 from skfem import MeshTri
 
 from sits_mech.geometry.meshing.unstructured import fill_between
-from sits_mech.geometry.plates import Plate
+from sits_mech.geometry.plates import PlateSection
 from sits_mech.quantities import Array, Complex, Integers
 
 _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved
@@ -47,7 +47,7 @@ class Fineness:
 
 
 @dataclass(frozen=True)
-class Division:
+class DividedPlane:
     """The divided plane."""
 
     mesh: MeshTri
@@ -57,12 +57,12 @@ class Division:
 
 
 def divide_plane(
-    plates: tuple[Plate, ...],
+    plates: tuple[PlateSection, ...],
     bars: Complex,
     skin_depths: Array,
     fineness: tuple[Fineness, ...],
     ground: float | None = None,
-) -> Division:
+) -> DividedPlane:
     """Divide the plane around plates, apart from each other, up to a circle.
 
     `bars` are the places x + j z of the coils' bars, `skin_depths` and `fineness` one a plate (the circle takes the
@@ -82,7 +82,7 @@ def divide_plane(
     return _joined(grids, holes, air, (centre, radius, around))
 
 
-def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None) -> tuple[complex, float, int]:
+def _outer_circle(plates: tuple[PlateSection, ...], around: float, ground: float | None) -> tuple[complex, float, int]:
     """Return the centre and radius of the circle, and its number of edges."""
     corners = np.concatenate([plate.corners for plate in plates])
     if ground is None:
@@ -97,14 +97,14 @@ def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None
     return 0j, radius, min(600, int(around * max(1.0, radius / (radius - reach) / 1.25)))
 
 
-def outline_samples(plate: Plate) -> Complex:
+def outline_samples(plate: PlateSection) -> Complex:
     """Return points along a plate's outline."""
     sides = np.concatenate([plate.corners, plate.corners[:1]])
     steps = np.linspace(0.0, 1.0, 200)
     return np.concatenate([a + (b - a) * steps for a, b in zip(sides[:-1], sides[1:], strict=True)])
 
 
-def _grid(plate: Plate, sources: Complex, skin_depth: float, fineness: Fineness) -> Complex:
+def _grid(plate: PlateSection, sources: Complex, skin_depth: float, fineness: Fineness) -> Complex:
     """Return places of the tensor nodes, shape (along, up)."""
     first = min(fineness.skin * skin_depth, fineness.edge * plate.thickness)
     first = max(first, _SMALLEST * max(plate.width, plate.thickness))
@@ -161,7 +161,7 @@ def _tensor_triangles(number: Integers) -> Integers:
 def _joined(
     grids: list[Complex], rims: list[tuple[Integers, Integers]], air: tuple[Array, Integers],
     circle: tuple[complex, float, int],
-) -> Division:
+) -> DividedPlane:
     """Number the plates' inner nodes after the air's and join all triangles."""
     points, triangles = [air[0]], [air[1]]
     part = [np.zeros(len(air[1]), dtype=np.int64)]
@@ -177,4 +177,4 @@ def _joined(
         triangles.append(_tensor_triangles(number))
         part.append(np.full(len(triangles[-1]), k + 1))
     mesh = MeshTri(np.ascontiguousarray(np.vstack(points).T), np.ascontiguousarray(np.vstack(triangles).T))
-    return Division(mesh, np.concatenate(part), circle[0], circle[1])
+    return DividedPlane(mesh, np.concatenate(part), circle[0], circle[1])

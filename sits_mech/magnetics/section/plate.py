@@ -39,7 +39,15 @@ from scipy.sparse import csr_array
 
 from sits_mech.magnetics.modes import Modes, eddy_modes
 from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.magnetics.section.sampling import CLASSES, all_nodes, fit, mirrored, probe_charges, sample_nodes, signs
+from sits_mech.magnetics.section.sampling import (
+    CLASSES,
+    all_nodes,
+    field_basis,
+    probe_charges,
+    quadrant_images,
+    sample_nodes,
+    signs,
+)
 from sits_mech.quantities import Array, Complex, SolveFailed, SolveReport
 
 _LEVELS = 3  # divisions: two for the answer, one more for its check
@@ -68,7 +76,7 @@ class Lengths:
 
 
 @dataclass(frozen=True)
-class Cells:
+class RectangularCells:
     """Rectangular cells."""
 
     x: Array  # (n,) centres [m]
@@ -78,14 +86,14 @@ class Cells:
 
 
 @dataclass(frozen=True)
-class Division:
+class QuadrantCells:
     """One quadrant's cells."""
 
-    cells: Cells  # bars of the quadrant x, z > 0 about the section's centre
+    cells: RectangularCells  # bars of the quadrant x, z > 0 about the section's centre
     share: csr_array  # (cells, finest cells) P: part of each finest cell in a cell's area
 
 
-def divisions(size: tuple[float, float], resolution: Resolution, lengths: Lengths) -> tuple[Division, ...]:
+def divisions(size: tuple[float, float], resolution: Resolution, lengths: Lengths) -> tuple[QuadrantCells, ...]:
     """Return the finest, the middle and the coarse division of a section of width w and thickness t [m]."""
     x, z = (_nodes(*ends) for ends in _grading(size, resolution, lengths))
     finest = _quadrant_cells(x, z)
@@ -97,7 +105,7 @@ def divisions(size: tuple[float, float], resolution: Resolution, lengths: Length
         rows = i * ((z.size - 1) // step) + k
         area = finest.width * finest.height / (cells.width * cells.height)[rows]
         share = csr_array((area, (rows, np.arange(rows.size))), shape=(cells.x.size, rows.size))
-        found.append(Division(cells, share))
+        found.append(QuadrantCells(cells, share))
     return tuple(found)
 
 
@@ -147,11 +155,11 @@ def _graded(length: float, first: float, largest: float, growth: float) -> Array
     return nodes[::-1]
 
 
-def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> Cells:
+def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> RectangularCells:
     """Return tensor cells between the nodes of two half axes."""
     x, z = np.meshgrid((nodes_x[1:] + nodes_x[:-1]) / 2, (nodes_z[1:] + nodes_z[:-1]) / 2, indexing="ij")
     width, height = np.meshgrid(np.diff(nodes_x), np.diff(nodes_z), indexing="ij")
-    return Cells(x.ravel(), z.ravel(), width.ravel(), height.ravel())
+    return RectangularCells(x.ravel(), z.ravel(), width.ravel(), height.ravel())
 
 
 def _nodes(length: float, first: float, largest: float, growth: float) -> Array:
@@ -177,7 +185,7 @@ class PreparedPlate:
     nodes: Complex  # (m,) where the plate samples f', xi + j eta from the centre of the section [m]
     basis: Array  # (k, samples) from samples to coefficients, class by class
     modes: tuple[tuple[Modes, ...], ...]
-    cells: tuple[Cells, ...]  # bars of the quadrant x, z > 0 about the section's centre
+    cells: tuple[RectangularCells, ...]  # bars of the quadrant x, z > 0 about the section's centre
 
     @property
     def bars(self) -> int:
@@ -203,7 +211,7 @@ class PreparedPlate:
         places: list[Complex] = []
         rows: list[Complex] = []
         for level, weight in ((finest, 4 / 3), (finest + 1, -1 / 3)):
-            places += mirrored(self.cells[level].x + 1j * self.cells[level].z)
+            places += quadrant_images(self.cells[level].x + 1j * self.cells[level].z)
             columns = []
             for parities, modes in zip(CLASSES, self.modes[level], strict=True):
                 own = weight / 2.0 * modes.currents(omega)  # the coupling counts all four quadrants in its square
@@ -233,7 +241,7 @@ def prepare_plate(
     for parities in CLASSES:
         L = -mu_0 / (2 * np.pi) * _combined(logs, parities)
         sampled_by_class, induced = (_combined(images, parities) * weight for images in (sampled, potentials))
-        basis, fields = fit(sampled_by_class, induced, parities, copies)
+        basis, fields = field_basis(sampled_by_class, induced, parities, copies)
         if return_radius is not None:  # the last sample is the potential of the centre
             basis = np.pad(basis, ((0, 0), (0, 1)))
             if parities == CLASSES[0]:
@@ -248,7 +256,7 @@ def prepare_plate(
     )
 
 
-def _modes(level: Division, L: Array, fields: Array, conductivity: float, isolated: bool) -> Modes:
+def _modes(level: QuadrantCells, L: Array, fields: Array, conductivity: float, isolated: bool) -> Modes:
     """Return modes of one class on one division, from the finest one's inductances and fields."""
     R = 1.0 / (conductivity * level.cells.width * level.cells.height)
     own = level.share @ (level.share @ L).T
@@ -272,7 +280,7 @@ def _check_size(bars: int, size: tuple[float, float], clearance: float, terms: f
         )
 
 
-def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
+def _image_logs(cells: RectangularCells, unit: float) -> tuple[Array, Array, Array, Array]:
     """Return the mean ln(r / unit) from each cell to each cell's own place and its images in x, in z and in both."""
     x, z = cells.x, cells.z
     first = (cells.width[:, None], cells.height[:, None])
@@ -287,14 +295,14 @@ def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
 
 def _sampled(nodes: Complex, charges: Complex) -> tuple[Array, ...]:
     """Return Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
-    slopes = (1.0 / (nodes[:, None] - image) for image in mirrored(charges))
+    slopes = (1.0 / (nodes[:, None] - image) for image in quadrant_images(charges))
     return tuple(np.concatenate([slope.real, slope.imag]) for slope in slopes)
 
 
-def _potentials(cells: Cells, charges: Complex) -> tuple[Array, ...]:
+def _potentials(cells: RectangularCells, charges: Complex) -> tuple[Array, ...]:
     """Return the mean of ln|p - p_k| over each cell, less that of the section's centre; each (cells, charges)."""
     means = []
-    for image in mirrored(charges):
+    for image in quadrant_images(charges):
         mean = np.zeros((cells.x.size, charges.size))
         for gx, wx in zip(*_GAUSS_X, strict=True):
             for gz, wz in zip(*_GAUSS_Z, strict=True):

@@ -37,13 +37,13 @@ _SPREAD = 4.0  # ratio of the distances of neighbouring curves of test charges
 CLASSES = ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))  # parities of the potential in xi and in eta
 
 
-def mirrored(p: Complex) -> tuple[Complex, Complex, Complex, Complex]:
+def quadrant_images(p: Complex) -> tuple[Complex, Complex, Complex, Complex]:
     """Return places and their images in xi, in eta and in both."""
     return p, -p.conj(), p.conj(), -p
 
 
 def signs(parities: tuple[float, float]) -> tuple[float, float, float, float]:
-    """Return the signs of a class on the four images of `mirrored`."""
+    """Return the signs of a class on the four images of `quadrant_images`."""
     return 1.0, parities[0], parities[1], parities[0] * parities[1]
 
 
@@ -77,14 +77,14 @@ def sample_nodes(size: tuple[float, float], clearance: float, terms: float) -> t
 
 def all_nodes(places: Complex, copies: int) -> Complex:
     """Return one quadrant's places and their images."""
-    return np.concatenate(mirrored(places) if copies == 4 else (places, -places))
+    return np.concatenate(quadrant_images(places) if copies == 4 else (places, -places))
 
 
 def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array:
     """Return charges of one quadrant's inner panels at potential 1 against the outer curve at 0."""
     places, lengths = (np.concatenate(pair) for pair in zip(inner, outer, strict=True))
     matrix = np.zeros((places.size,) * 2)
-    for image in mirrored(places):
+    for image in quadrant_images(places):
         distance = np.abs(places[:, None] - image)
         matrix -= np.log(np.maximum(distance, lengths / (2 * math.e)))
     potential = np.where(np.arange(places.size) < inner[0].size, 1.0, 0.0)
@@ -135,7 +135,7 @@ def _offset_curve(size: tuple[float, float], distance: float, step: float) -> tu
     return np.concatenate(places), np.concatenate(lengths)
 
 
-def fit(samples: Array, fields: Array, parities: tuple[float, float], copies: int) -> tuple[Array, Array]:
+def field_basis(samples: Array, fields: Array, parities: tuple[float, float], copies: int) -> tuple[Array, Array]:
     """Return the basis S^-1 U^T, shape (k, copies x samples), and the field of each coefficient, shape (cells, k).
 
     `samples` (2 m, q) are real, then imaginary parts of f' at one quadrant's m nodes, for each test charge with its

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import hadamard
 
-from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.space.boxes import box_means
 from sits_mech.magnetics.space.loops import Loops, plan_sums
 from sits_mech.magnetics.space.prisms import FEW, MANY, Prisms, prism_means, prism_seconds
@@ -28,7 +28,7 @@ from sits_mech.quantities import Array, Complex
 class Problem:
     """A class with its loops."""
 
-    plan: Plan
+    plan: CellPlan
     loops: Loops
     character: Complex
     mirror: int
@@ -58,7 +58,7 @@ class Problem:
         return result
 
 
-def problems(plan: Plan, levels: Array, depth: float) -> Iterator[tuple[tuple[int, int], Problem]]:
+def problems(plan: CellPlan, levels: Array, depth: float) -> Iterator[tuple[tuple[int, int], Problem]]:
     """Return the classes of a plate with currents, by order and mirror; `levels`, `depth` as of `prepare_sheets`."""
     sums = plan_sums(plan, depth)
     for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
@@ -69,7 +69,7 @@ def problems(plan: Plan, levels: Array, depth: float) -> Iterator[tuple[tuple[in
                 yield (order, mirror), Problem(plan, loops, character, mirror, weight)
 
 
-def first_alike(divisions: Sequence[tuple[Plan, Array]]) -> list[int]:
+def first_alike(divisions: Sequence[tuple[CellPlan, Array]]) -> list[int]:
     """Return for each division which is the first that is the same."""
     return [
         next(i for i, (other, z) in enumerate(divisions) if other is plan and np.array_equal(z, levels))
@@ -77,7 +77,7 @@ def first_alike(divisions: Sequence[tuple[Plan, Array]]) -> list[int]:
     ]
 
 
-def stacked(plan: Plan, levels: Array) -> Prisms:
+def stacked(plan: CellPlan, levels: Array) -> Prisms:
     """Return the upper half's cells, sheet fastest."""
     count = levels.size - 1
     cells = plan.cells.shape[0]
@@ -85,8 +85,8 @@ def stacked(plan: Plan, levels: Array) -> Prisms:
     return Prisms(corners, np.tile(levels[:-1], cells), np.tile(levels[1:], cells))
 
 
-def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
-    """Return the mean 1/r from each cell to each cell's images, (g, 2, n, n); of a rectangle, their `mirrored` sums."""
+def kernel(plan: CellPlan, levels: Array, prisms: Prisms) -> Array:
+    """Return the mean 1/r from each cell to each cell's images, (g, 2, n, n); of a rectangle, by `image_classes`."""
     if plan.tensor is not None:
         boxes = box_means(*plan.tensor, levels)
         for axis in range(3):
@@ -104,7 +104,7 @@ def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
     return np.ascontiguousarray(found[np.minimum(turns, g - turns) if symmetric else turns])
 
 
-def kernel_seconds(plan: Plan, levels: Array) -> float:
+def kernel_seconds(plan: CellPlan, levels: Array) -> float:
     """Return about what `kernel` takes of prisms; that of boxes is little [s]."""
     if plan.tensor is not None:
         return 0.0
@@ -113,7 +113,7 @@ def kernel_seconds(plan: Plan, levels: Array) -> float:
     return whole / 2.0 if symmetric else whole
 
 
-def _way(plan: Plan) -> tuple[tuple[int, int], bool]:
+def _way(plan: CellPlan) -> tuple[tuple[int, int], bool]:
     """Return Gauss points of near prisms, and whether what two cells have with each other's images is symmetric.
 
     It is for a whole outline, and where each cell of a disc's sector is its own mirror image in the sector's axis, x:
@@ -126,7 +126,7 @@ def _way(plan: Plan) -> tuple[tuple[int, int], bool]:
     return MANY, bool(np.abs(apart).max(axis=3).min(axis=2).max() <= 1e-12 * np.abs(plan.nodes).max())
 
 
-def _images(plan: Plan, prisms: Prisms) -> list[tuple[Prisms, Prisms]]:
+def _images(plan: CellPlan, prisms: Prisms) -> list[tuple[Prisms, Prisms]]:
     """Return the images of prisms by a plan's turns, up to half of them where that is all, and their mirror images."""
     turns = plan.group[: len(plan.group) // 2 + 1] if _way(plan)[1] else plan.group
     return [(_image(prisms, g, 1), _image(prisms, g, -1)) for g in turns]
@@ -148,7 +148,7 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
     pairs, weights, moments = problem.parts
     L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)
     if problem.plan.tensor is not None:
-        sums = [(sign, means[k]) for k, sign in mirrored(weights)]
+        sums = [(sign, means[k]) for k, sign in image_classes(weights)]
     else:
         sums = [(1.0, G) for G in mixed(weights, means)]
     for (a, b), (sign, G) in zip(pairs, sums, strict=True):
@@ -178,7 +178,7 @@ def driven(problem: Problem, driving: Array) -> Complex:
     return np.asarray(B)
 
 
-def mirrored(weights: Array) -> list[tuple[tuple[int, int], float]]:
+def image_classes(weights: Array) -> list[tuple[tuple[int, int], float]]:
     """Return which sum of a rectangle's eight images rows of weights are, and its factor.
 
     In each class of its mirror planes the images' signs are a row of Hadamard's matrix.

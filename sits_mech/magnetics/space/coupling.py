@@ -27,9 +27,9 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import CACHED
 from sits_mech.magnetics.modes import Reduced
-from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, biot_savart, few_points, radiated
-from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, side_by_side
-from sits_mech.magnetics.space.rungs import Limit
+from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart, few_points, radiated
+from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
+from sits_mech.magnetics.space.rungs import ImpedanceLimit
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex
@@ -53,7 +53,7 @@ class Sheeted:
     @cached_property
     def columns(self) -> list[slice]:
         """Where each class's combinations are among all."""
-        return side_by_side(basis.size for basis in self.bases)
+        return row_places(basis.size for basis in self.bases)
 
     def admittance(self, omega: float) -> Blocks:
         """Return Y of all classes' combinations; omega [rad/s]."""
@@ -61,8 +61,8 @@ class Sheeted:
         return Blocks(self.columns[-1].stop, tuple((np.r_[own], part.admittance(omega)) for own, part in parts))
 
     def reactions(
-        self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, limit: Limit | None = None,
-        asked: Asked | None = None,
+        self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, limit: ImpedanceLimit | None = None,
+        asked: FieldRequest | None = None,
     ) -> tuple[list[Complex], Complex | None]:
         """Return Delta Z of a plate for n coils, symmetric arrays (p, n, n) [ohm]; it is the first of the divisions.
 
@@ -147,7 +147,7 @@ def _moments(plate: Sheeted, omega: float) -> tuple[Array, Array]:
 
 
 @latest(4, owned=True)
-def _forms(plate: Sheeted, others: tuple[Sheeted, ...], omega: float, limit: Limit | None) -> _Forms:
+def _forms(plate: Sheeted, others: tuple[Sheeted, ...], omega: float, limit: ImpedanceLimit | None) -> _Forms:
     """Return class by class the first ones of a limit's forms of Y, or Y of each division; U; and other forms on U.
 
     Forms of Y are (r, f, 2, r), real and imaginary part apart.

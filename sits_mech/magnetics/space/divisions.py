@@ -28,17 +28,17 @@ import numpy as np
 
 from sits_mech.disk_cache import kept
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
-from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan, stretched
+from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan, graded_axis, rectangle_plan, with_rim
 from sits_mech.geometry.tracks import standing_rings
-from sits_mech.magnetics.coils.ring_field import spectrum, wave_numbers
+from sits_mech.magnetics.coils.ring_field import source_spectrum, wave_numbers
 from sits_mech.magnetics.modes import RESOLVED, skin_depth
 from sits_mech.magnetics.space.classes import first_alike, kernel_seconds
 from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.loops import most_unknowns
-from sits_mech.magnetics.space.modes import packed, prepare_sheets, unpacked
+from sits_mech.magnetics.space.modes import division_arrays, division_from_arrays, prepare_sheets
 from sits_mech.magnetics.space.near import Near, prepare_near
-from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, Rung, TooLarge, star
+from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, PlateRung, TooLarge, star
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.memory import GIB, MEMORY, beyond_memory, check_seconds, give_back, latest
 from sits_mech.quantities import Array
@@ -78,7 +78,7 @@ class _Family:
     `resolved` is the angular frequency up to which cells resolve the skin depth [rad/s].
     """
 
-    divisions: tuple[tuple[Plan, Array], ...]
+    divisions: tuple[tuple[CellPlan, Array], ...]
     box: Box
     resolved: float
     depth: float
@@ -88,7 +88,7 @@ class _Family:
 
 @latest(12)
 def prepared(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, become: Target | None = None
+    target: Target, outline: Outline | None, rung: PlateRung, scale: _Scale, become: Target | None = None
 ) -> tuple[Sheeted, ...]:
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
@@ -99,12 +99,13 @@ def prepared(
     """
     family, metal = _fitting_family(target, outline, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
     asked = family.divisions, metal, family.box, family.resolved, family.depth
-    return kept(asked, lambda: prepare_sheets(*asked), packed, partial(unpacked, family.box, family.resolved), __name__)
+    read = partial(division_from_arrays, family.box, family.resolved)
+    return kept(asked, lambda: prepare_sheets(*asked), division_arrays, read, __name__)
 
 
 @latest(64)
 def prepared_near(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, beside: float | Sources = 0.0,
+    target: Target, outline: Outline | None, rung: PlateRung, scale: _Scale, beside: float | Sources = 0.0,
     become: Target | None = None,
 ) -> tuple[Near, ...]:
     """Return a plate without polynomials along itself, but of what comes from others; otherwise as `prepared`.
@@ -122,7 +123,7 @@ def prepared_near(
 
 
 def _fitting_family(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, way: tuple[Seen, Target | None]
+    target: Target, outline: Outline | None, rung: PlateRung, scale: _Scale, way: tuple[Seen, Target | None]
 ) -> _Family:
     """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
     give_back()  # what plates before took
@@ -149,7 +150,7 @@ def _check_memory(box: Box, cells: float, needed: float) -> None:
 
 
 @lru_cache(maxsize=64)
-def _family(target: Target, outline: Outline | None, rung: Rung, scale: _Scale, seen: Seen) -> _Family:
+def _family(target: Target, outline: Outline | None, rung: PlateRung, scale: _Scale, seen: Seen) -> _Family:
     """Return a plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
@@ -179,12 +180,12 @@ def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
     """Return a plate's divisions with their nodes where another of the same shape has them."""
     now, was = (np.array([*plate.extent, plate.thickness]) for plate in (other, target))
     x, y = ((now - was)[:2] / 2).tolist()
-    plans = {id(plan): stretched(plan, (x, y), _KEPT * family.depth) for plan, _ in family.divisions}
+    plans = {id(plan): with_rim(plan, (x, y), _KEPT * family.depth) for plan, _ in family.divisions}
     divisions = tuple((plans[id(plan)], z * now[2] / was[2]) for plan, z in family.divisions)
     return replace(family, divisions=divisions, box=replace(family.box, half=family.box.half * now / was))
 
 
-def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> Array:
+def memory_of(plan: CellPlan, sheets: int, depth: float, polynomials: int) -> Array:
     """Return what a class of a division takes mixed and then reduced, (2,), by the module's formula [bytes].
 
     `sheets` are of the upper half, `depth` is how far from the rim current passes between them [m].
@@ -196,7 +197,7 @@ def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> Array:
 
 
 def _near_cost(
-    divisions: Sequence[tuple[Plan, Array]], dense: Sequence[Array], depth: float
+    divisions: Sequence[tuple[CellPlan, Array]], dense: Sequence[Array], depth: float
 ) -> tuple[float, float]:
     """Return the most that a near plate takes [bytes], with dense matrices of its divisions, and to reduce it [s]."""
     first = sorted(set(first_alike(divisions)))
@@ -221,7 +222,7 @@ def _interfaces(half: float, depth: float, parts: int) -> Array:
     return graded_axis(half, _level(replace(_ACROSS, first=_ACROSS.first * depth), parts, _LEVELS[1]))
 
 
-def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> Plan:
+def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> CellPlan:
     """Return the division of the target's outline."""
     if outline is None and target.shape == "rectangle":
         return rectangle_plan(*target.extent, grading)
@@ -231,12 +232,12 @@ def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int
 
 
 @lru_cache(maxsize=64)
-def is_near(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> bool:
+def is_near(target: Target, outline: Outline | None, clearance: float, rung: PlateRung) -> bool:
     """Say whether a plate is so close to the coils that its polynomials do not carry their field."""
     return unseen(field_box(target, outline, clearance, rung)) > _UNSEEN
 
 
-def field_box(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> Box:
+def field_box(target: Target, outline: Outline | None, clearance: float, rung: PlateRung) -> Box:
     """Return the bounding box with the polynomials that a field singular `clearance` [m] below it needs."""
     rim = target_outline(target, outline).rim
     half = np.array([*np.abs(rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
@@ -253,7 +254,7 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
 def field_length(coil: Coil, distance: float) -> float:
     """Return 1 / k of the root mean square wave number of a coil's field at a distance from its plane [m]."""
     k, weights = wave_numbers(_SHORTEST / distance, coil.outer_diameter)
-    energy = spectrum(standing_rings(coil), k) ** 2 * np.exp(-2.0 * k * distance) * weights
+    energy = source_spectrum(standing_rings(coil), k) ** 2 * np.exp(-2.0 * k * distance) * weights
     return float(np.sqrt(energy.sum() / (k**2 * energy).sum()))
 
 

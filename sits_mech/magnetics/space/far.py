@@ -27,8 +27,8 @@ from scipy.constants import mu_0
 from scipy.linalg import qr, solve_triangular
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.space.fields import Basis, Blocks, Box, chebyshev_points, side_by_side, to_coefficients
-from sits_mech.magnetics.space.rungs import Limit
+from sits_mech.magnetics.space.fields import Basis, Blocks, Box, chebyshev_points, row_places, to_coefficients
+from sits_mech.magnetics.space.rungs import ImpedanceLimit
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex, Integers
@@ -42,7 +42,7 @@ _FAINT = 1e-6  # of the strongest answer, below which combinations count alike
 _SKETCH = 128  # random currents, doubled until they show faint directions
 
 
-class Plate(Hashable, Protocol):
+class DividedPlate(Hashable, Protocol):
     """A division of a plate, of metal (`Sheeted`, `Near`) or of ferrite (`ferrite`)."""
 
     @property
@@ -57,7 +57,7 @@ class Plate(Hashable, Protocol):
 
 
 @dataclass(frozen=True)
-class Asked:
+class FieldRequest:
     """What is asked of a plate's field: B at points (k, 3) below, by each coil (p, k, 3, n), to (2, p, n, n)."""
 
     points: Array
@@ -75,12 +75,12 @@ def biot_savart(at: Array, moments: Complex, points: Array) -> Complex:
     return found.view(complex)
 
 
-class Moving(Plate, Protocol):
+class Moving(DividedPlate, Protocol):
     """A division that answers coils in its poses, it and the plate's other ones, which see the same of these."""
 
     def reactions(
-        self, divisions: Sequence[Any], seen: Posed, frequency: float, limit: Limit | None = None,
-        asked: Asked | None = None,
+        self, divisions: Sequence[Any], seen: Posed, frequency: float, limit: ImpedanceLimit | None = None,
+        asked: FieldRequest | None = None,
     ) -> tuple[list[Complex], Complex | None]:
         """Return Delta Z of each division (p, n, n) [ohm], symmetric, or a limit's forms; what is asked of a field."""
         ...
@@ -104,7 +104,7 @@ class Far:
 
 
 @latest(32, owned=True)
-def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: int = 0) -> Far:
+def seen_from(plate: DividedPlate, clearance: float, omega: float, lost: float, coils: int = 0) -> Far:
     """Return what a plate is to all that is further away than a clearance [m]; omega [rad/s].
 
     Directions weaker than `lost`, to the strongest, are left out; `coils` of its own are the last of its combinations.
@@ -132,12 +132,12 @@ def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: 
 
 
 @latest(64, owned=True)
-def answers_to(plate: Plate, far: Far, omega: float) -> tuple[Complex, Complex]:
+def answers_to(plate: DividedPlate, far: Far, omega: float) -> tuple[Complex, Complex]:
     """Return what a plate answers to its far combinations, Y U (r, k) and U^T Y U."""
     return responses(plate, far.fields, omega)
 
 
-def responses(plate: Plate, columns: Array, omega: float) -> tuple[Complex, Complex]:
+def responses(plate: DividedPlate, columns: Array, omega: float) -> tuple[Complex, Complex]:
     """Return what a plate answers to real combinations U of what it sees, Y U and U^T Y U."""
     answer = plate.admittance(omega) @ columns
     return answer, columns.T @ answer.real + 1j * (columns.T @ answer.imag)
@@ -178,7 +178,7 @@ def _weighted(weights: _Weights, columns: Array) -> Array:
     return found
 
 
-def seen(plate: Plate, field: Array, r: int) -> Array:
+def seen(plate: DividedPlate, field: Array, r: int) -> Array:
     """Return what a plate sees of fields at its box's points, (q, 3, m): D^T times these, shape (r, m)."""
     box, m = plate.box, field.shape[2]
     whole = np.ascontiguousarray(field.swapaxes(0, 1)).reshape(3, *box.order, m)
@@ -187,11 +187,11 @@ def seen(plate: Plate, field: Array, r: int) -> Array:
     return np.vstack([found, np.zeros((r - len(found), m))])
 
 
-def radiated(plate: Plate, moments: Array) -> Array:
+def radiated(plate: DividedPlate, moments: Array) -> Array:
     """Return D of moments (r, k) at the box's points, shape (q, 3, k)."""
     box, k = plate.box, moments.shape[1]
     whole = np.zeros((3 * int(np.prod(box.order)), k))
-    for basis, own in zip(plate.bases, side_by_side(basis.size for basis in plate.bases), strict=True):
+    for basis, own in zip(plate.bases, row_places(basis.size for basis in plate.bases), strict=True):
         whole[basis.rows] += basis.fields @ moments[own]
     whole = _along_axes(box, whole.reshape(3, *box.order, k), 0)
     return whole.reshape(3, -1, k).swapaxes(0, 1)
@@ -217,7 +217,7 @@ def _around(box: Box, clearance: float) -> Array:
     return np.asarray(points + (0.0, 0.0, box.half[2]))
 
 
-def few_points(plate: Plate, clearance: float, least: float) -> tuple[Any, Array]:
+def few_points(plate: DividedPlate, clearance: float, least: float) -> tuple[Any, Array]:
     """Return which of a box's points make its field beyond a clearance [m], and the matrix (few, all) to all of them.
 
     Those of `_chosen`, with their images in the box's middle planes along x and y.

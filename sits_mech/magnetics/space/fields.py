@@ -13,7 +13,7 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 
@@ -54,7 +54,7 @@ def to_coefficients(order: int) -> Array:
     return np.asarray(T)
 
 
-def field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
+def field_means(plan: CellPlan, prisms: Prisms, box: Box) -> Array:
     """Return the mean of each T_i T_j T_k over each cell's images, (g, 2, n, coefficients).
 
     Of a rectangle, of which all images are the same but for signs, those of the cells, (1, 1, n, coefficients).
@@ -71,7 +71,7 @@ def field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
         moved[..., :2] = points[..., :2] @ g.T
         for s in (0, 1):
             moved[..., 2] = (1 - 2 * s) * points[..., 2]
-            x, y, z = (chebyshev(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
+            x, y, z = (chebyshev_values(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
             xy = (x * weights[..., None])[..., :, None] * y[..., None, :]
             result[k, s] = np.matmul(xy.reshape(n, q, -1).transpose(0, 2, 1), z).reshape(n, -1)
     return result
@@ -80,10 +80,10 @@ def field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
 def _axis_means(nodes: Array, order: int) -> Array:
     """Return the means of T_0 ... T_(order-1) between nodes by two Gauss points, shape (intervals, order)."""
     middle, half = (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes) / 2
-    return np.asarray(sum(chebyshev(middle + way * half / np.sqrt(3.0), order) for way in (-1.0, 1.0)) / 2.0)
+    return np.asarray(sum(chebyshev_values(middle + way * half / np.sqrt(3.0), order) for way in (-1.0, 1.0)) / 2.0)
 
 
-def chebyshev(x: Array, order: int) -> Array:
+def chebyshev_values(x: Array, order: int) -> Array:
     """Return T_0 ... T_(order-1) at x, along a new last axis; slightly outside [-1, 1] is clipped."""
     return np.cos(np.arccos(np.clip(x, -1.0, 1.0))[..., None] * np.arange(order))
 
@@ -96,7 +96,7 @@ def decay_scale(box: Box) -> Array:
 
 
 @lru_cache(maxsize=2)
-def gradients(box: Box) -> list[tuple[Integers, Array]]:
+def polynomial_gradients(box: Box) -> list[tuple[Integers, Array]]:
     """Return which coefficients the gradients of the box's polynomials have, and orthonormal ones of them, by parity.
 
     Orthonormal are coefficients over their sizes (`decay_scale`). All classes of a plate share them.
@@ -127,7 +127,7 @@ def without_gradients(box: Box, rows: Integers, seen: Array) -> Array:
     `rows` (n,) of the three components' coefficients ascend; `seen` (n, m) is what each drives, of its size.
     """
     seen = seen.copy()
-    for index, Q in gradients(box):
+    for index, Q in polynomial_gradients(box):
         at = np.searchsorted(rows, index)
         known = at < rows.size
         known[known] = rows[at[known]] == index[known]
@@ -149,7 +149,7 @@ class Basis:
         return int(self.fields.shape[1])
 
 
-def side_by_side(sizes: Iterable[int]) -> list[slice]:
+def row_places(sizes: Iterable[int]) -> list[slice]:
     """Return where parts of some sizes are in a row of all."""
     return [slice(*ends) for ends in pairwise(accumulate(sizes, initial=0))]
 

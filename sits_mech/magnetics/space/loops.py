@@ -24,7 +24,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from sits_mech.geometry.sheet_plan import Plan, Seams, plan_seams, standing_nodes
+from sits_mech.geometry.sheet_plan import CellPlan, Seams, plan_seams, standing_nodes
 from sits_mech.quantities import Array, Complex, Integers, Mask
 from sits_mech.scene.outlines import signed_area
 
@@ -52,7 +52,7 @@ class Sums:
     `of_edges` has x and y moments [m], the net current, and both weighted sums of opposite edges, one below the other.
     """
 
-    plan: Plan
+    plan: CellPlan
     seams: Seams
     area: Array  # (n,) of the cells [m^2]
     at_rim: Mask  # (n,) cells that take vertical loops
@@ -97,7 +97,7 @@ class Flows:
         return Loops(moments, sp.csr_array(sp.vstack(uneven)), np.outer(self.area, heights).ravel())
 
 
-def plan_sums(plan: Plan, depth: float) -> Sums:
+def plan_sums(plan: CellPlan, depth: float) -> Sums:
     """Return what all classes of a plan have in common.
 
     Vertical loops are taken in the cells at the rim and those whose middle is no further from it than `depth` [m].
@@ -122,7 +122,7 @@ def _on_sheets(
     return (value[:, None] * op[i, j]).ravel(), np.stack([rows.ravel(), columns.ravel()])
 
 
-def most_unknowns(plan: Plan, depth: float) -> int:
+def most_unknowns(plan: CellPlan, depth: float) -> int:
     """Return how many currents a sheet of a plan has at most in a class; `depth` as of `plan_sums`.
 
     Symmetric classes have fewer. Where even to look which cells are near a rim would take long, all count.
@@ -153,7 +153,7 @@ def _interfaces(count: int, mirror: int) -> tuple[Array, Array, Array]:
     return below - above, (below + above) / 2, below - above
 
 
-def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
+def _stream_flux(plan: CellPlan, seams: Seams, character: Complex) -> sp.csr_array:
     """Return outward currents of all cells' edges (edge fastest) from the plan's free stream-function values."""
     stands, factor = standing_nodes(plan, seams, character)
     free = (plan.loop < 0) & (factor != 0.0) & (stands == np.arange(stands.size))
@@ -173,7 +173,7 @@ def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
     return sp.csr_array(ends @ spread)
 
 
-def _near_rim(plan: Plan, centre: Array, depth: float) -> Mask:
+def _near_rim(plan: CellPlan, centre: Array, depth: float) -> Mask:
     """Return cells that touch a rim, or whose middle lies within `depth` of one."""
     touching = (plan.loop[plan.cells] >= 0).any(1)
     after = np.roll(plan.cells, -1, axis=1)
@@ -186,7 +186,7 @@ def _near_rim(plan: Plan, centre: Array, depth: float) -> Mask:
     return np.asarray(touching | (distance < depth))
 
 
-def _tree_flux(plan: Plan, seams: Seams, character: Complex, at_rim: Mask) -> sp.csr_array:
+def _tree_flux(plan: CellPlan, seams: Seams, character: Complex, at_rim: Mask) -> sp.csr_array:
     """Return outward currents of all cells' edges from the vertical loops, one a branch of the tree of rim cells.
 
     A current of 1 out of edge e enters the image by g of f's cell, so ``conj(chi(g))`` enters f's cell itself. A link

@@ -32,14 +32,14 @@ from typing import Any
 import numpy as np
 from scipy.linalg import cholesky, eigh, solve_triangular
 
-from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.modes import Reduced, reduced
 from sits_mech.magnetics.space.classes import (
     Problem,
     driven,
     first_alike,
+    image_classes,
     kernel,
-    mirrored,
     mixed,
     problems,
     scaled,
@@ -57,7 +57,7 @@ _Key = tuple[int, int]  # of a class, by order and mirror
 
 
 def prepare_sheets(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, highest: float = math.inf,
+    divisions: Sequence[tuple[CellPlan, Array]], conductivity: float, box: Box, highest: float = math.inf,
     depth: float = 0.0,
 ) -> tuple[Sheeted, ...]:
     """Prepare a plate on several divisions, the finest first, whose combinations of fields serve for all.
@@ -94,7 +94,7 @@ def check_free(found: Mapping[_Key, object]) -> None:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
 
 
-def packed(plates: Sequence[Sheeted]) -> dict[str, Any]:
+def division_arrays(plates: Sequence[Sheeted]) -> dict[str, Any]:
     """Return the divisions of a plate as arrays by name."""
     found: dict[str, Any] = {"sizes": [[plate.unknowns, plate.sheets] for plate in plates]}
     for k, basis in enumerate(plates[0].bases):
@@ -105,7 +105,7 @@ def packed(plates: Sequence[Sheeted]) -> dict[str, Any]:
     return found
 
 
-def unpacked(box: Box, highest: float, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
+def division_from_arrays(box: Box, highest: float, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
     """Return the divisions of a plate from their arrays."""
     count = sum(f"rows_{k}" in arrays for k in range(len(arrays)))
     bases = tuple(Basis(arrays[f"rows_{k}"], arrays[f"fields_{k}"]) for k in range(count))
@@ -119,7 +119,7 @@ def unpacked(box: Box, highest: float, arrays: Mapping[str, Any]) -> tuple[Sheet
 
 
 def matrices_of(
-    plan: Plan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
+    plan: CellPlan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
     bases: dict[_Key, Basis], keep: float = _KEEP,
 ) -> Iterator[tuple[_Key, Problem, tuple[Complex, Complex, Array], Complex]]:
     """Yield the classes of a division: order and mirror, problem, L and R and units (`scaled`), fluxes (r, unknowns).
@@ -200,7 +200,7 @@ def _fluxes(problem: Problem, box: Box, fields: Array, rows: Integers | None) ->
     sees = np.zeros((3, fields.shape[-1]), dtype=bool)
     if problem.plan.tensor is not None:
         x, y, z = np.indices(box.order).reshape(3, -1) % 2
-        images = mirrored(weights)
+        images = image_classes(weights)
         means: Any = [8.0 * sign * fields[0, 0] for _, sign in images]
         for (a, _), ((along, across), _) in zip(pairs, images, strict=True):
             sees[a] |= (x + 2 * y == along) & (z == across)

@@ -18,15 +18,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import Reduced, reduced
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, stacked
-from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to, biot_savart
-from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, side_by_side
+from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
+from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.modes import check_free, matrices_of
-from sits_mech.magnetics.space.rungs import Limit
-from sits_mech.magnetics.space.sources import Cells, Posed, Sources
+from sits_mech.magnetics.space.rungs import ImpedanceLimit
+from sits_mech.magnetics.space.sources import PlateCells, Posed, Sources
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex, Integers
 
@@ -74,7 +74,7 @@ class _Class:
 class Near:
     """A plate's division, for any coil and pose."""
 
-    cells: Cells
+    cells: PlateCells
     classes: tuple[_Class, ...]
     box: Box  # of other plates' fields
     bases: tuple[Basis, ...] = ()  # combinations of these, one a symmetry class; empty without other plates
@@ -97,8 +97,8 @@ class Near:
         return Blocks(self.seen, parts)
 
     def reactions(
-        self, divisions: Sequence[Near], seen: Posed, frequency: float, limit: Limit | None = None,
-        asked: Asked | None = None,
+        self, divisions: Sequence[Near], seen: Posed, frequency: float, limit: ImpedanceLimit | None = None,
+        asked: FieldRequest | None = None,
     ) -> tuple[list[Complex], Complex | None]:
         """Return what a plate does to the coils' impedance, and what is asked of its field; as `Sheeted.reactions`."""
         found, field = _reactions(divisions, seen, 2 * np.pi * frequency, asked)
@@ -119,7 +119,7 @@ class Near:
         if self.sources:
             own = (points - seen.places[0]) @ seen.turns[0]
             return np.asarray(seen.turns[0] @ _resting(self, omega, own.tobytes()))[None]
-        (found,) = np.asarray(_reactions([self], seen, omega, Asked(points, lambda B: B[None]))[1])
+        (found,) = np.asarray(_reactions([self], seen, omega, FieldRequest(points, lambda B: B[None]))[1])
         return np.asarray(found)
 
     @property
@@ -129,7 +129,7 @@ class Near:
 
 
 def prepare_near(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, highest: float = math.inf,
+    divisions: Sequence[tuple[CellPlan, Array]], conductivity: float, box: Box, highest: float = math.inf,
     depth: float = 0.0, beside: Box | Sources | None = None,
 ) -> tuple[Near, ...]:
     """Return a plate's divisions; `divisions` to `depth` as of `prepare_sheets`, `box` of the coils' fields.
@@ -149,7 +149,7 @@ def prepare_near(
     check_free(found[0])
     number, seen, kept = len(sources.coils) if sources else 0, others or box, tuple(bases.values())
     return tuple(
-        Near(Cells(*division, box), _numbered(classes, bases, number), seen, kept, number)
+        Near(PlateCells(*division, box), _numbered(classes, bases, number), seen, kept, number)
         for division, classes in zip(divisions, found, strict=True)
     )
 
@@ -158,7 +158,7 @@ def _numbered(
     classes: Mapping[tuple[int, int], _Class], bases: Mapping[tuple[int, int], Basis], coils: int
 ) -> tuple[_Class, ...]:
     """Return classes with the numbers of what they see: combinations of their own, class by class, and all coils."""
-    *each, last = side_by_side([*(basis.size for basis in bases.values()), coils])
+    *each, last = row_places([*(basis.size for basis in bases.values()), coils])
     columns = {key: np.r_[own, last] for key, own in zip(bases, each, strict=True)}
     return tuple(replace(one, columns=columns.get(key, last.start + np.arange(coils))) for key, one in classes.items())
 
@@ -172,7 +172,7 @@ def _reduced(problem: Problem, matrices: tuple[Complex, Complex, Array], B: Comp
 
 
 def _reactions(
-    divisions: Sequence[Near], seen: Posed, omega: float, asked: Asked | None = None
+    divisions: Sequence[Near], seen: Posed, omega: float, asked: FieldRequest | None = None
 ) -> tuple[list[Complex], Complex | None]:
     """Return Delta Z of divisions and, to its right, Y of coils' fields and combinations, shape (p, n, n + r).
 
@@ -205,7 +205,7 @@ def _answer(plate: Near, induced: Sequence[Array], omega: float) -> Complex:
     return result
 
 
-def _check_at_rest(sources: Sources | None, divisions: Sequence[tuple[Plan, Array]]) -> None:
+def _check_at_rest(sources: Sources | None, divisions: Sequence[tuple[CellPlan, Array]]) -> None:
     """Refuse coils of straight tracks whose field on a plate at rest takes too long."""
     if sources is not None:
         points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(first_alike(divisions)))
@@ -219,7 +219,7 @@ def _most_points(plates: Collection[Near], seen: Posed) -> int:
     return max(points)[0]
 
 
-def _field(plate: Near, seen: Posed, moments: Complex, asked: Asked) -> list[Complex]:
+def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> list[Complex]:
     """Return what is asked of the field of moments by n coils in p poses, (p times n, images times cells, 3)."""
     each = moments.reshape(len(seen.places), -1, *moments.shape[1:])
     return [

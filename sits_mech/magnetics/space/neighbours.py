@@ -32,8 +32,8 @@ from scipy.constants import mu_0
 from scipy.linalg import block_diag, lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.space.far import Far, Moving, Plate, responses, seen_from
-from sits_mech.magnetics.space.fields import side_by_side
+from sits_mech.magnetics.space.far import DividedPlate, Far, Moving, responses, seen_from
+from sits_mech.magnetics.space.fields import row_places
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex
@@ -46,7 +46,7 @@ _LEFT, _STEPS = 1e-5, 12  # of what is refined, and steps until it is solved ane
 class SpacePlate:
     """A fixed plate in its place, ready to answer."""
 
-    divisions: tuple[Plate, ...]  # in one or several ways, all with the same box
+    divisions: tuple[DividedPlate, ...]  # in one or several ways, all with the same box
     turns: Array  # (1, 3, 3) rotation
     places: Array  # (1, 3) of the bottom face's centre [m]
 
@@ -111,13 +111,14 @@ def coupled_reactions(
 
 @latest(16, owned=True)
 def _fixed(
-    first: Plate, plates: tuple[tuple[Plate, ...], ...], where: tuple[tuple[float, ...], ...], omega: float, n: int
+    first: DividedPlate, plates: tuple[tuple[DividedPlate, ...], ...], where: tuple[tuple[float, ...], ...],
+    omega: float, n: int
 ) -> _Fixed:
     """Return fixed plates together for n coils, by their divisions (the first keeps it), and their turns and places."""
     fars = [seen_from(divisions[0], divisions[0].box.clearance, omega, _FIXED, n) for divisions in plates]
     places = zip(fars, np.reshape(where, (-1, 4, 3)), strict=True)
     placed = tuple(_Placed.of(far, at[:3], at[3]) for far, at in places)
-    columns = side_by_side(far.fields.shape[1] for far in fars)
+    columns = row_places(far.fields.shape[1] for far in fars)
     L = np.zeros((columns[-1].stop, columns[-1].stop))
     for (other, own), (one, rows) in combinations(zip(placed, columns, strict=True), 2):
         L[rows, own] = one.linked(other)

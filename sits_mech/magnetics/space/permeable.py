@@ -20,21 +20,21 @@ from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.space.divisions import field_box
-from sits_mech.magnetics.space.far import Answered, Asked, Far, answers_to
+from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to
 from sits_mech.magnetics.space.fields import (
     HELD,
     Basis,
     Blocks,
     Box,
-    chebyshev,
+    chebyshev_values,
     decay_scale,
-    side_by_side,
+    row_places,
     without_gradients,
 )
-from sits_mech.magnetics.space.rungs import Limit, Rung
+from sits_mech.magnetics.space.rungs import ImpedanceLimit, PlateRung
 from sits_mech.magnetics.space.shell_plans import divided_surfaces
-from sits_mech.magnetics.space.shells import ShellClass, Surface, shell_classes
-from sits_mech.magnetics.space.skin import Metal
+from sits_mech.magnetics.space.shells import HalfSurface, ShellClass, shell_classes
+from sits_mech.magnetics.space.skin import PlateMetal
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex
@@ -51,7 +51,7 @@ PARTS = 4
 class _Level:
     """A division: its surface, its classes, and what combinations of fields, then coils at rest, put on each (f, r)."""
 
-    surface: Surface
+    surface: HalfSurface
     classes: list[ShellClass]
     loads: list[Complex]
 
@@ -60,7 +60,7 @@ class _Level:
 class _Prepared:
     """A plate, ready to answer."""
 
-    metal: Metal
+    metal: PlateMetal
     levels: tuple[_Level, ...]  # the finer first
     added: float  # of what the finer level changes, to the limit
     box: Box  # of others' fields; of a plate alone it only says where that is
@@ -109,7 +109,7 @@ class Permeable:
     @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
         """Return Y of the combinations, and of coils at rest after them; omega [rad/s]."""
-        *each, last = side_by_side([*(basis.size for basis in self.bases), self.coils])
+        *each, last = row_places([*(basis.size for basis in self.bases), self.coils])
         parts = []
         for k, own in enumerate(each):
             Y: Any = 0.0
@@ -119,8 +119,8 @@ class Permeable:
         return Blocks(last.stop, tuple(parts))
 
     def reactions(
-        self, divisions: Sequence[Permeable], seen: Posed, frequency: float, limit: Limit | None = None,
-        asked: Asked | None = None,
+        self, divisions: Sequence[Permeable], seen: Posed, frequency: float, limit: ImpedanceLimit | None = None,
+        asked: FieldRequest | None = None,
     ) -> tuple[list[Complex], None]:
         """Return what parts of the plate do to the coils' impedance, (p, n, n) each [ohm], or a limit's `forms`."""
         found, n = _answers(self.whole, seen, frequency), len(seen.coils)
@@ -138,7 +138,7 @@ class Permeable:
 
 def _answers(whole: _Prepared, seen: Posed, frequency: float) -> Complex:
     """Return Y of the coils' fields in p poses and, to its right, of combinations, by parts (`PARTS`, p, n, n + r)."""
-    n, columns = len(seen.coils), side_by_side([*(basis.size for basis in whole.bases)])
+    n, columns = len(seen.coils), row_places([*(basis.size for basis in whole.bases)])
     omega, r = 2 * np.pi * frequency, columns[-1].stop if columns else 0
     found = np.zeros((PARTS, len(seen.places), n, n + r), dtype=complex)
     step = max(1, HELD // (whole.levels[0].surface.points[0].size * n))
@@ -158,7 +158,7 @@ def _answers(whole: _Prepared, seen: Posed, frequency: float) -> Complex:
     return found
 
 
-def _potentials(whole: _Prepared, part: Surface, seen: Posed) -> Array:
+def _potentials(whole: _Prepared, part: HalfSurface, seen: Posed) -> Array:
     """Return A of n coils in p poses at a surface's `points`, (2 g, e, 2, 3, p times n), in the plate's own axes."""
     points, (kinds, which) = part.points[0], kinds_of(seen.coils)
     flat = points.reshape(-1, 3) + (0.0, 0.0, whole.metal.thickness / 2)
@@ -176,7 +176,7 @@ def _potentials(whole: _Prepared, part: Surface, seen: Posed) -> Array:
 
 @latest(24)
 def prepared_permeable(
-    plate: Target, outline: Outline | None, susceptibility: complex, rung: Rung,
+    plate: Target, outline: Outline | None, susceptibility: complex, rung: PlateRung,
     scale: tuple[float, float, float], seen: tuple[float, Sources | None],
 ) -> tuple[Permeable, ...]:
     """Return all parts of a permeable plate's answer.
@@ -206,17 +206,17 @@ def prepared_permeable(
             b = part.loads(sources.potential(points.reshape(-1, 3)).reshape(*points.shape, -1))
             loads = [np.hstack([B, each.projected(b)]) for B, each in zip(loads, own, strict=True)]
         levels.append(_Level(part, own, loads))
-    metal = Metal(1.0 + susceptibility, plate.conductivity or 0.0, plate.thickness)
+    metal = PlateMetal(1.0 + susceptibility, plate.conductivity or 0.0, plate.thickness)
     bases = tuple(basis for basis, _ in found)
     whole = _Prepared(metal, tuple(levels), added, box, bases, clearance, _LEFT[smooth])
     return tuple(Permeable(whole, k, len(sources.coils) if sources else 0) for k in range(PARTS))
 
 
-def _polynomials(part: Surface, classes: Sequence[ShellClass], box: Box) -> list[Complex]:
+def _polynomials(part: HalfSurface, classes: Sequence[ShellClass], box: Box) -> list[Complex]:
     """Return what each T_i T_j T_k e_a, of its size and less gradients, puts on the classes' nodes, (f, 3 q) each."""
     found: list[Any] = [0.0] * len(classes)
     for k, (points, way) in enumerate(zip(*part.points, strict=True)):
-        x, y, z = (chebyshev(points[..., i] / box.half[i], box.order[i]) for i in range(3))
+        x, y, z = (chebyshev_values(points[..., i] / box.half[i], box.order[i]) for i in range(3))
         T = np.einsum("eki,ekj,ekl->eijl", x, y, z, optimize=True).reshape(len(way), -1) / 2.0
         turn = np.round(np.linalg.det(part.images[k]))
         loads = np.hstack([part.edges[1] @ (T * (turn * way[:, a, None])) for a in range(3)])

@@ -15,8 +15,8 @@ from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.permeable import prepared_permeable
-from sits_mech.magnetics.space.rungs import DIVISIONS, Rung
-from sits_mech.magnetics.space.sources import Sources, reach
+from sits_mech.magnetics.space.rungs import DIVISIONS, PlateRung
+from sits_mech.magnetics.space.sources import Sources, farthest_winding
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import tensor_grid
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
@@ -27,7 +27,7 @@ _PLATES = 1.5  # length on which another plate's field changes, over the distanc
 
 
 @dataclass(frozen=True)
-class Asked:
+class PlateRequest:
     """A plate to be divided: its susceptibility, the coils if it stands still, what is divided like it."""
 
     plate: Target
@@ -43,7 +43,7 @@ class Asked:
             clearance = self.sources.distance
         length = min(field_length(coil, clearance + deep) for coil in kinds_of(sensor.coils)[0])
         others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
-        return reach(sensor.coils, self.sources) + 2 * clearance, min(length, others)
+        return farthest_winding(sensor.coils, self.sources) + 2 * clearance, min(length, others)
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _field_on(coils: Sequence[Coil], part: PlacedPlate) -> float:
 
 
 def divided_plate(
-    sensor: Sensor, part: Asked, rung: Rung, clear: tuple[float, float], frequency: tuple[float, float]
+    sensor: Sensor, part: PlateRequest, rung: PlateRung, clear: tuple[float, float], frequency: tuple[float, float]
 ) -> Divided:
     """Prepare a plate for clearances from one on, from fixed plates from another on, and a frequency below another.
 

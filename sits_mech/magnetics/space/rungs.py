@@ -8,9 +8,9 @@ On levels with cells divided into m_1 < m_2 < m_3 parts along each axis a result
     y_m = y + a m^-p + b m^-(p+1),    Y = y_3 + d_2 / ((m_3/m_2)^p - 1),    Y - y = b (...),
 
 with differences d_1 and d_2, the limit Y of two levels and its error, which is known as the three levels give a, b and
-y (`added`). The order p is 2 along and across, but of R along a plate where current crowds at the rim (`Limit`). The
-limit is linear in the levels, so that it is as smooth over poses and frequencies as they are, and is taken of what
-answers all poses, once a frequency (`coupling`).
+y (`extrapolated_rest`). The order p is 2 along and across, but of R along a plate where current crowds at the rim
+(`ImpedanceLimit`). The limit is linear in the levels, so that it is as smooth over poses and frequencies as they are,
+and is taken of what answers all poses, once a frequency (`coupling`).
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
@@ -34,12 +34,12 @@ from sits_mech.scene.sensor import Target
 _SAFETY = 1.5  # error over what the next term of an order shows
 
 
-def added(d1: Array, d2: Array, sizes: Sequence[float], order: float) -> tuple[Array, Array]:
+def extrapolated_rest(d1: Array, d2: Array, sizes: Sequence[float], order: float) -> tuple[Array, Array]:
     """Return the extrapolated rest ``Y - y_3`` from the differences of three levels, and its error, entry by entry.
 
     Where the first two of the m in `sizes` are equal, no next term is shown, and the error is all of the rest.
     """
-    more = rest(sizes, order) * d2
+    more = remainder(sizes, order) * d2
     if sizes[0] == sizes[1]:
         return more, np.abs(more)
     powers = np.asarray(sizes, dtype=float) ** -np.array([[0.0], [order], [order + 1.0]])
@@ -47,13 +47,13 @@ def added(d1: Array, d2: Array, sizes: Sequence[float], order: float) -> tuple[A
     return more, _SAFETY * np.abs(more + w1 * d1 + (1.0 - w3) * d2)
 
 
-def rest(sizes: Sequence[float], order: float) -> float:
+def remainder(sizes: Sequence[float], order: float) -> float:
     """Return what is added to the last of three levels, over the last difference."""
     return float(1.0 / ((sizes[2] / sizes[1]) ** order - 1.0))
 
 
 @dataclass(frozen=True)
-class Rung:
+class PlateRung:
     """How fine the divisions are."""
 
     along: tuple[int, int, int]  # levels of the cells along the plate, the coarsest first
@@ -66,12 +66,13 @@ class Rung:
 
 # Asked error of the changes of inductance and resistance -> division; measured in benchmarks/sheets.py.
 LADDER = (
-    (1e-2, Rung(along=(3, 4, 5), across=(2, 3, 4), terms=7.0)),
-    (5e-3, Rung(along=(3, 4, 5), across=(3, 4, 5), terms=8.0)),
-    (2e-3, Rung(along=(4, 5, 6), across=(3, 4, 5), terms=9.0)),
-    (1e-3, Rung(along=(4, 5, 6), across=(4, 5, 6), terms=10.0)),
+    (1e-2, PlateRung(along=(3, 4, 5), across=(2, 3, 4), terms=7.0)),
+    (5e-3, PlateRung(along=(3, 4, 5), across=(3, 4, 5), terms=8.0)),
+    (2e-3, PlateRung(along=(4, 5, 6), across=(3, 4, 5), terms=9.0)),
+    (1e-3, PlateRung(along=(4, 5, 6), across=(4, 5, 6), terms=10.0)),
 )
-ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0, step=4 * STEP, few=True)  # where memory is short
+ROUGHEST = 1e-1, PlateRung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0, step=4 * STEP, few=True)
+"""Where memory is short."""
 DIVISIONS = 5  # of a plate: levels along and across, one of them twice
 _STEM = 4  # level along on which the sheets are refined
 _ORDER, _FASTER = 2.0, (6.0, 1.0)  # of errors in the cells' size; how much higher for R and L where current crowds
@@ -96,7 +97,7 @@ class TooLarge(ValueError):
         self.numbers = dict(numbers or {})
 
 
-def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float) -> Rung:
+def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float) -> PlateRung:
     """Return the rung for an asked error of Delta Z, and plates at most `half` skin depths from middle to face.
 
     Where a third of each half is no thicker than the finest sheet at the face of thick plates, plates begin with one
@@ -115,15 +116,16 @@ def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], 
 
 def rungs_for(
     tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float = math.inf
-) -> tuple[Rung, ...]:
+) -> tuple[PlateRung, ...]:
     """Return the rung for an asked error (`rung_for`), and coarser ones to take where it needs too much memory."""
     coarser = sorted(error for error in (*(error for error, _ in LADDER), ROUGH, ROUGHEST[0]) if error > tolerance)
     return tuple(dict.fromkeys(rung_for(error, plates, half) for error in (tolerance, *coarser)))
 
 
 def fitting(
-    tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float, divided: Callable[[Rung], _Plates]
-) -> tuple[_Plates, Rung, tuple[Note, ...]]:
+    tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float,
+    divided: Callable[[PlateRung], _Plates]
+) -> tuple[_Plates, PlateRung, tuple[Note, ...]]:
     """Return plates as the first of `rungs_for` divides them that memory holds, it, and notes on finer ones.
 
     TooLarge where not even the coarsest one does.
@@ -138,12 +140,12 @@ def fitting(
     return divided(coarsest), coarsest, said
 
 
-def _stem(rung: Rung) -> int:
+def _stem(rung: PlateRung) -> int:
     """Return the level along the plate on which a rung's sheets are refined."""
     return rung.along.index(_STEM) if _STEM in rung.along[:2] else 0
 
 
-def star(rung: Rung) -> list[tuple[int, int]]:
+def star(rung: PlateRung) -> list[tuple[int, int]]:
     """Return levels along and across of a rung's divisions; of a single one, the coarsest of both.
 
     All levels along with the fewest sheets, the finest first; then all other numbers of sheets on one level along.
@@ -154,7 +156,7 @@ def star(rung: Rung) -> list[tuple[int, int]]:
 
 
 @dataclass(frozen=True)
-class Limit:
+class ImpedanceLimit:
     """What the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
 
     `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth; `close` says
@@ -164,7 +166,7 @@ class Limit:
     whole rest is its error; where cells are few, all rests at least.
     """
 
-    rung: Rung
+    rung: PlateRung
     thickness: float
     finest: float
     close: bool = False
@@ -187,9 +189,9 @@ class Limit:
         steps = [after - before for each in levels for before, after in pairwise(each)]
         along, across = self.rung.along, self.rung.across
         faster = _FASTER[0] * self.crowded if along[0] < _STEM else 0.0
-        of_R, of_L = rest(along, _ORDER + faster), rest(along, _ORDER)
+        of_R, of_L = remainder(along, _ORDER + faster), remainder(along, _ORDER)
         value = levels[0][-1] + of_R * steps[1].real + 1j * of_L * steps[1].imag
-        value = value + levels[1][-1] - stem + rest(across, _ORDER) * steps[3]
+        value = value + levels[1][-1] - stem + remainder(across, _ORDER) * steps[3]
         return [value, *steps, *(other - values[0] for other in values[DIVISIONS:])]
 
     def errors(self, forms: Sequence[Complex]) -> Complex:
@@ -202,9 +204,9 @@ class Limit:
         crowded = self.crowded, self.crowded * (1.0 if few else _BETWEEN)
         parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
         for part, faster, k, rim, close in zip(parts, _FASTER, crowded, _RIM, _CLOSE, strict=True):
-            x, error_x = added(part(steps[0]), part(steps[1]), rung.along, _ORDER)
-            z, error_z = added(part(steps[2]), part(steps[3]), rung.across, _ORDER)
-            between = x - rest(rung.along, _ORDER + faster * self.crowded) * part(steps[1])
+            x, error_x = extrapolated_rest(part(steps[0]), part(steps[1]), rung.along, _ORDER)
+            z, error_z = extrapolated_rest(part(steps[2]), part(steps[3]), rung.across, _ORDER)
+            between = x - remainder(rung.along, _ORDER + faster * self.crowded) * part(steps[1])
             own = (1.0 - k * ordered) * error_x + _BETWEEN * np.abs(between) + close * self.close * np.abs(x) + error_z
             if rung.few:
                 own = np.maximum(own, np.abs(x) + np.abs(z))

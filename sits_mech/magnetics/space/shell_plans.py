@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
-from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
+from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan, graded_axis, rectangle_plan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.space.rungs import Rung, TooLarge
-from sits_mech.magnetics.space.shells import Surface, shell_classes, surface
+from sits_mech.magnetics.space.rungs import PlateRung, TooLarge
+from sits_mech.magnetics.space.shells import HalfSurface, shell_classes, surface
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.memory import GIB, MEMORY, beyond_memory, check_seconds
 from sits_mech.quantities import Array
@@ -27,8 +27,8 @@ _FEW, _UNBOUNDED = 3, 1e9  # cells along the longer half side of a plate far awa
 
 
 def divided_surfaces(
-    plate: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float], sources: Sources | None
-) -> tuple[list[Surface], tuple[int, ...], bool]:
+    plate: Target, outline: Outline | None, rung: PlateRung, scale: tuple[float, float], sources: Sources | None
+) -> tuple[list[HalfSurface], tuple[int, ...], bool]:
     """Return two divisions of a plate's surface, the finer first, their cells' parts, whether a smooth map has both.
 
     `scale` is how far from the middle the coils call for small cells, and the length on which their field changes [m].
@@ -49,7 +49,7 @@ def divided_surfaces(
     return surfaces, counts, smooth
 
 
-def _plans(plate: Target, outline: Outline | None, along: Grading, counts: tuple[int, ...]) -> list[Plan]:
+def _plans(plate: Target, outline: Outline | None, along: Grading, counts: tuple[int, ...]) -> list[CellPlan]:
     """Return the divisions of a plate's face; a disc's have the angular orders that the coarser one's sectors tell."""
     sizes = [replace(along.coarser(counts[1]), parts=parts) for parts in counts]
     if outline is None and plate.shape == "rectangle":
@@ -63,7 +63,7 @@ def _plans(plate: Target, outline: Outline | None, along: Grading, counts: tuple
     return [outline_plan(target_outline(plate, outline), each) for each in sizes]
 
 
-def _check(part: Surface, sources: Sources | None) -> None:
+def _check(part: HalfSurface, sources: Sources | None) -> None:
     """Refuse a surface whose matrices do not fit, or take too long."""
     t, n, images, classes = len(part.triangles), len(part.nodes), len(part.images), 2 * len(part.plan.characters)
     complex_too = 1 + np.iscomplex(part.plan.characters).any()

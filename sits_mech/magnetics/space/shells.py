@@ -32,7 +32,7 @@ import scipy.sparse as sp
 from scipy.constants import mu_0
 from scipy.linalg import cho_factor, cho_solve
 
-from sits_mech.geometry.sheet_plan import Plan, plan_seams, standing_nodes
+from sits_mech.geometry.sheet_plan import CellPlan, plan_seams, standing_nodes
 from sits_mech.magnetics.space.triangles import triangle_potentials
 from sits_mech.quantities import Array, Complex, Integers
 
@@ -40,10 +40,10 @@ _POINTS = np.array([-1.0, 1.0]) / np.sqrt(12.0) + 0.5  # of an edge, with equal 
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class HalfSurface:
     """The upper half of a plate's surface, or of the part of it that its symmetry repeats, about its middle plane."""
 
-    plan: Plan
+    plan: CellPlan
     nodes: Array  # (n, 3), the plan's first [m]
     triangles: Integers  # (t, 3) counter-clockwise from outside, those of the face first
     faces: int  # how many are of the face
@@ -111,7 +111,7 @@ class ShellClass:
         return np.asarray(mu_0 * self.weight * (inner - g.conj().T @ np.linalg.solve(self.S + K, g)))
 
 
-def surface(plan: Plan, levels: Array) -> Surface:
+def surface(plan: CellPlan, levels: Array) -> HalfSurface:
     """Return the surface over a plan, with the rim's nodes on `levels` from the middle plane up to the face [m]."""
     n, cells, half = len(plan.nodes), plan.cells, levels[-1]
     a, b = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
@@ -133,10 +133,10 @@ def surface(plan: Plan, levels: Array) -> Surface:
         below.append(rim)
         known = under
     at = np.vstack(nodes)
-    return Surface(plan, at, np.vstack(triangles), len(faces), np.concatenate(below), at[:, 2] == 0.0, corner)
+    return HalfSurface(plan, at, np.vstack(triangles), len(faces), np.concatenate(below), at[:, 2] == 0.0, corner)
 
 
-def shell_classes(part: Surface) -> list[ShellClass]:
+def shell_classes(part: HalfSurface) -> list[ShellClass]:
     """Return the classes of a plate's surface; those without nodes are left out."""
     T, plan = part.nodes[part.triangles], part.plan
     t, n, images, count = len(T), len(part.nodes), part.images, len(plan.group)
@@ -170,7 +170,7 @@ def shell_classes(part: Surface) -> list[ShellClass]:
     return found
 
 
-def _corners(part: Surface, curls: list[Any]) -> list[Any]:
+def _corners(part: HalfSurface, curls: list[Any]) -> list[Any]:
     """Return int d_s u d_s v along the corners, and int d_n u d_n v across these on both sides."""
     (a, b), beside = part.corner
     way = part.nodes[b] - part.nodes[a]
@@ -182,7 +182,7 @@ def _corners(part: Surface, curls: list[Any]) -> list[Any]:
     return [along.T @ along, sum(each.T @ each for each in across)]
 
 
-def _free(part: Surface, stands: Integers, factor: Complex, mirror: int) -> Any:
+def _free(part: HalfSurface, stands: Integers, factor: Complex, mirror: int) -> Any:
     """Return the matrix from a class's free nodes to all, by its plan's nodes that stand for others."""
     n = len(part.nodes)
     key = part.nodes[:, 2] * 0.0 + np.unique(part.nodes[:, 2], return_inverse=True)[1] * len(stands)
@@ -209,12 +209,12 @@ def _class(
     S, inner = ((W + W.conj().T) / 2.0 + B.conj().T @ cho_solve(factor, B) for B in (M / 2.0 - D, M / 2.0 + D))
     S, inner = ((each + each.conj().T) / 2.0 for each in (S, inner))
     net: Any = M.sum(axis=0) * float(np.all(np.abs(chi - 1.0) < 1e-9))
-    inverse: Any = np.linalg.inv(held(inner, net))
+    inverse: Any = np.linalg.inv(gauged(inner, net))
     every = tuple((back @ each @ free).toarray() for each in stiff)
     return ShellClass(free, chi, weight, mirror, S, inner, every, np.asarray(inverse + inverse.conj().T) / 2.0, net)
 
 
-def held(matrix: Complex, net: Any) -> Complex:
+def gauged(matrix: Complex, net: Any) -> Complex:
     """Return a matrix that sees no constant, held against one by the net flux."""
     size = net @ net
     return matrix + np.outer(net, net) * (np.trace(matrix) / size / len(net)) if size > 0.0 else matrix

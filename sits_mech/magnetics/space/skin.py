@@ -35,7 +35,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import mu_0
 
-from sits_mech.magnetics.space.shells import ShellClass, held
+from sits_mech.magnetics.space.shells import ShellClass, gauged
 from sits_mech.quantities import Complex
 
 _SWITCH = 0.7, 2.5  # thickness over the skin depth between which (2) goes over into (1)
@@ -45,7 +45,7 @@ _BETWEEN = 2.0, 5.0  # of (1) less (2), at most; that times delta / thickness
 
 
 @dataclass(frozen=True)
-class Metal:
+class PlateMetal:
     """What a plate is made of, and how thick it is."""
 
     permeability: complex  # mu_r (1 - j tan delta)
@@ -59,7 +59,7 @@ class Metal:
         x, tanh, small = abs(gamma) * t / math.sqrt(2.0), np.tanh(gamma * t / 2.0), abs(gamma * t) < _SMALL
         faces, rim, along, across = part.stiffness
         Z = (gamma**2 * t / 6.0 if small else gamma / tanh - 2.0 / t) if even else gamma * tanh
-        whole = held(faces + rim, part.net)
+        whole = gauged(faces + rim, part.net)
         series = part.response(mu * part.inner @ np.linalg.solve(whole + Z * part.inner, whole))
         if small:
             return series, _SOME * (series - part.response(mu * part.inner))

@@ -21,10 +21,10 @@ from functools import cached_property
 
 import numpy as np
 
-from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import STEP, Radial, coil_potential, ring_profile, winding_potential
-from sits_mech.magnetics.space.fields import Box, chebyshev, chebyshev_points, to_coefficients
+from sits_mech.magnetics.space.fields import Box, chebyshev_points, chebyshev_values, to_coefficients
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Integers
@@ -46,7 +46,7 @@ class Sources:
     distance: float  # from the windings to the plate [m]
     axes: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # its rotation, by rows
 
-    def means(self, plan: Plan, prisms: Prisms) -> Array:
+    def means(self, plan: CellPlan, prisms: Prisms) -> Array:
         """Return the mean of each coil's A over the images of n prisms, shape (g, 2, n, 3, coils) [V s / (A m)].
 
         The plan's group moves the cells; the prisms are the upper half's.
@@ -63,17 +63,17 @@ class Sources:
             found[:, :, some] = np.einsum("gsnqac,nq->gsnac", A, weights, optimize=True)
         return found
 
-    def points(self, plan: Plan, prisms: Prisms) -> int:
+    def points(self, plan: CellPlan, prisms: Prisms) -> int:
         """Return at how many points `means` takes the coils' potential."""
         return int(len(plan.group) * 2 * (2 * self._counts(plan, prisms) ** 2).sum())
 
-    def _counts(self, plan: Plan, prisms: Prisms) -> Integers:
+    def _counts(self, plan: CellPlan, prisms: Prisms) -> Integers:
         """Gauss points along an axis of each cell."""
         sides = (prisms.corners.max(1) - prisms.corners.min(1)).max(axis=1)
         away = np.maximum(self._away(plan, prisms) - sides, self.distance)
         return _count(sides, away)
 
-    def _away(self, plan: Plan, prisms: Prisms) -> Array:
+    def _away(self, plan: CellPlan, prisms: Prisms) -> Array:
         """Return each cell's distance, or its images', from the nearest circle around a coil, in the plan [m]."""
         turn = np.array(self.axes)[:2, :2]
         middle = np.stack([prisms.corners.mean(axis=1) @ g.T for g in plan.group]) @ turn.T + self.place[:2]
@@ -107,10 +107,10 @@ class Posed:
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class PlateCells:
     """A plate's cells, for the potential of coils in its poses."""
 
-    plan: Plan
+    plan: CellPlan
     levels: Array  # (l + 1,) z of the sheets' interfaces from the middle plane up [m]
     box: Box  # of its clearance from the coils, and the order of polynomials through its thickness
 
@@ -163,7 +163,7 @@ class Cells:
         middle, half = (self.levels[1:] + self.levels[:-1]) / 2, np.diff(self.levels) / 2
         z = (middle[:, None] + half[:, None] * nodes) / self.box.half[2]
         order = self.box.order[2]
-        T = chebyshev(np.stack([z, -z]), order)
+        T = chebyshev_values(np.stack([z, -z]), order)
         return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
 
     def along(self, seen: Posed) -> Array:
@@ -221,7 +221,7 @@ def _profiles(axis: Radial, heights: tuple[float, ...], first: int, last: int) -
     return nodes, ring_profile(axis.coil, axis.at(nodes), np.array(heights)[:, None], axis.clearance)
 
 
-def reach(coils: Sequence[Coil], seen: Sources | None) -> float:
+def farthest_winding(coils: Sequence[Coil], seen: Sources | None) -> float:
     """Return how far the farthest winding is from a plate's middle along its x or y [m]; of a target that at rest."""
     turn, middle = (np.eye(3), np.zeros(3)) if seen is None else (np.array(seen.axes), np.array(seen.place))
     away = [np.abs((np.array((*coil.centre, 0.0)) - middle) @ turn)[:2].max() for coil in coils]

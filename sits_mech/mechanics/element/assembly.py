@@ -38,7 +38,7 @@ from scipy import sparse
 from scipy.linalg import blas, lapack
 from scipy.sparse.linalg import splu
 
-from sits_mech.mechanics.element.dissection import Child, Dissection, Front, Share, dissected
+from sits_mech.mechanics.element.dissection import Child, Contribution, Dissection, Front, dissected
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.quantities import Array, Integers
@@ -186,7 +186,7 @@ class _Pivots:
 
 
 @dataclass(frozen=True)
-class Factor:
+class FactoredStiffness:
     """A factored stiffness."""
 
     negative: int  # number of negative eigenvalues
@@ -216,7 +216,7 @@ class Factor:
         return found.reshape(b.shape)
 
 
-def factor(dissection: Dissection, values: Sequence[Array]) -> Factor | None:
+def factor(dissection: Dissection, values: Sequence[Array]) -> FactoredStiffness | None:
     """Factor the sum of the groups' dense stiffnesses, (e, k, k) each, symmetric on free entries; None if singular."""
     left: dict[int, Array] = {}
     pivots: list[_Pivots] = []
@@ -229,7 +229,7 @@ def factor(dissection: Dissection, values: Sequence[Array]) -> Factor | None:
         own, left[number], count, good = found
         pivots.append(own)
         negative, safe = negative + count, safe and good
-    return Factor(negative, safe, dissection.order, tuple(zip(dissection.fronts, pivots, strict=True)))
+    return FactoredStiffness(negative, safe, dissection.order, tuple(zip(dissection.fronts, pivots, strict=True)))
 
 
 def _assembled(front: Front, values: Sequence[Array], left: dict[int, Array]) -> tuple[Array, Array, Array]:
@@ -249,7 +249,7 @@ def _assembled(front: Front, values: Sequence[Array], left: dict[int, Array]) ->
     return A, B, C
 
 
-def _square(share: Share, values: Array, size: int) -> Array:
+def _square(share: Contribution, values: Array, size: int) -> Array:
     """Sum stiffnesses into a front's square, shape (size**2,)."""
     places = share.places[:, :, None] * size + share.places[:, None, :]
     return summed(places, values[share.members], size**2)

@@ -29,7 +29,7 @@ _SAME = 1e-6  # of the extent: centres of elements in one layer
 _PART = 1.0 / 32.0  # of the elements that a half has at least: irregular meshes would be peeled one by one
 
 
-class Share(NamedTuple):
+class Contribution(NamedTuple):
     """Stiffnesses that a front takes up."""
 
     group: int
@@ -52,7 +52,7 @@ class Front:
     stop: int
     border: Integers  # (B,), displacements of larger pieces by place in the order, ascending
     halves: tuple[Child, ...]
-    shares: tuple[Share, ...]  # stiffnesses of its elements, if it is not cut further
+    shares: tuple[Contribution, ...]  # stiffnesses of its elements, if it is not cut further
 
     @property
     def pivots(self) -> int:
@@ -215,7 +215,7 @@ def _fronts(tree: _Tree, starts: Integers, ranks: Sequence[Integers], leaves: Se
         border = rows[rows >= stop]
         rows = np.concatenate([np.arange(start, stop), border])
         shares = (
-            Share(group, members, np.where(own >= 0, np.searchsorted(rows, own), len(rows)))
+            Contribution(group, members, np.where(own >= 0, np.searchsorted(rows, own), len(rows)))
             for group, (members, own) in enumerate(zip(some, taken, strict=True)) if len(members)
         )
         children = tuple(Child(half, _runs(np.searchsorted(rows, found[half].border), stop - start)) for half in halves)

@@ -43,13 +43,13 @@ from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.silicone.energy import Energy, Stress, isochoric_energy, isochoric_stress
 from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
 from sits_mech.silicone.material import Silicone
-from sits_mech.silicone.points import Step
+from sits_mech.silicone.points import TimeStep
 
 _AMONG_NINE, _AMONG_SIX = [0, 4, 2, 6, 8], [0, 1, 2, 3, 5]
 """F_rr, F_tt, F_rz, F_zr, F_zz among the components in space, and among those of u_r, u_z by r, t, z."""
 
 
-class Law(NamedTuple):
+class CellLaw(NamedTuple):
     """A silicone's isochoric energy [its shear moduli], and what else its elements have."""
 
     tangent: Energy
@@ -59,14 +59,14 @@ class Law(NamedTuple):
     modulus: float = 1.0  # its shear modulus over that of the pad
     swelling: float = 1.0  # volume of the unconstrained silicone over that of the mesh
     guard: float = 0.0  # [its shear moduli]
-    past: Step | None = None  # of its points, if any
+    past: TimeStep | None = None  # of its points, if any
 
-    def after(self, past: Step) -> Law:
+    def after(self, past: TimeStep) -> CellLaw:
         """Return the law of points with a past, one at each quadrature point (silicone/points.py)."""
         own = self.silicone, self.guard, past
         return self._replace(tangent=isochoric_energy(*own), stress=isochoric_stress(*own), past=past)
 
-    def part(self, some: slice | Mask) -> Law:
+    def part(self, some: slice | Mask) -> CellLaw:
         """Return the law of some of its elements."""
         return self if self.past is None else self.after(self.past.of_elements(some))
 
@@ -74,7 +74,7 @@ class Law(NamedTuple):
 def law_of(
     silicone: Silicone, guard: float = 0.0, modulus: float | None = None, swelling: float = 1.0, *,
     share: float = 1.0, apart: float = 0.0,
-) -> Law:
+) -> CellLaw:
     """Return the law of a silicone with a guard on J [its shear moduli], at most a share of K.
 
     `modulus`: shear modulus of the pad [Pa], its own by default; `apart`: part of K that acts elsewhere [of the pad's].
@@ -83,14 +83,14 @@ def law_of(
     ratio, K = mu / (modulus or mu), silicone.bulk_modulus / mu / swelling**2
     guard = min(guard, share * K)
     own = isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)
-    return Law(*own, silicone, K - guard - apart / ratio, ratio, swelling, guard)
+    return CellLaw(*own, silicone, K - guard - apart / ratio, ratio, swelling, guard)
 
 
 @dataclass(frozen=True, eq=False)
 class Laws:
     """The laws of a mesh's elements: of one silicone, or of the layers that the elements lie in."""
 
-    each: tuple[Law, ...]
+    each: tuple[CellLaw, ...]
     of: Integers | None = None  # (e,), number of each element's law; None where there is one
 
     @cached_property
@@ -134,7 +134,7 @@ class Laws:
         taken[some] = True
         return Laws(tuple(law.part(taken[self.of == k]) for k, law in enumerate(self.each)), self.of[some])
 
-    def after(self, pasts: Sequence[Step]) -> Laws:
+    def after(self, pasts: Sequence[TimeStep]) -> Laws:
         """Return the laws of elements whose points have a past, one for each law."""
         return replace(self, each=tuple(law.after(past) for law, past in zip(self.each, pasts, strict=True)))
 
@@ -148,7 +148,7 @@ class Laws:
         (A,) = self._joined(state, lambda law, own: law.tangent(own)[2:])
         return A
 
-    def _joined(self, state: Kinematics, found: Callable[[Law, Kinematics], Sequence[Array]]) -> Sequence[Array]:
+    def _joined(self, state: Kinematics, found: Callable[[CellLaw, Kinematics], Sequence[Array]]) -> Sequence[Array]:
         """Return what each law finds for its elements, in moduli of the pad."""
         if self.of is None:
             return found(self.each[0], state)

@@ -36,7 +36,7 @@ class Memory(NamedTuple):
     working: int  # besides the factor while it is made
 
 
-class Front(NamedTuple):
+class FrontSize(NamedTuple):
     """A piece with its halves, in numbers held."""
 
     border: int  # size of its border
@@ -60,17 +60,17 @@ def per_element(q: int, d: int, k: int, m: int, nodal: bool) -> int:
     return q * (d * k + 1) * (2 if nodal else 1) + q * m + k + 4 * d * k
 
 
-def front(P: int, B: int, halves: list[Front]) -> Front:
+def front(P: int, B: int, halves: list[FrontSize]) -> FrontSize:
     """Combine the halves of a piece."""
     left, peak = 0, 0
     for half in halves:
         left, peak = left + half.border**2, max(peak, left + half.peak)
     factor = P * (P + B) + sum(half.factor for half in halves)
-    return Front(B, factor, max(peak, left + (P + B) ** 2 + P**2))
+    return FrontSize(B, factor, max(peak, left + (P + B) ** 2 + P**2))
 
 
 @lru_cache(maxsize=4096)
-def _box(box: tuple[_End, ...], least: int) -> Front:
+def _box(box: tuple[_End, ...], least: int) -> FrontSize:
     """Describe a box, cut down to pieces of at most `least` cells."""
     d, cells = len(box), prod(count for count, *_ in box)
     nodes = [2 * count + 1 - ends.count(_HELD) for count, *ends in box]

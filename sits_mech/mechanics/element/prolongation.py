@@ -24,7 +24,7 @@ from scipy import sparse
 from skfem.element import Element, ElementQuad2
 from skfem.quadrature import get_quadrature
 
-from sits_mech.geometry.meshing.bricks import Division
+from sits_mech.geometry.meshing.bricks import Subdivision
 from sits_mech.geometry.meshing.refinement import Refinement, shape_values
 from sits_mech.mechanics.element.mesh import GAUSS, ORDER, MixedMesh
 from sits_mech.quantities import Array, Integers
@@ -68,7 +68,7 @@ def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, ele
 
 
 def along_family(
-    coarse: MixedMesh, fine: MixedMesh, divisions: tuple[Division, Division], element: Element
+    coarse: MixedMesh, fine: MixedMesh, divisions: tuple[Subdivision, Subdivision], element: Element
 ) -> Prolongation:
     """Return the map from one mesh of a family to a finer one, whose cells need not nest."""
     own, new = divisions
@@ -88,7 +88,7 @@ def along_family(
     return Prolongation(nodes, _linear(coarse, fine, parents, element), parents)
 
 
-def _located(own: Division, base: Integers, places: Array) -> tuple[Integers, Array]:
+def _located(own: Subdivision, base: Integers, places: Array) -> tuple[Integers, Array]:
     """Return the cells of a division that hold places in base cells, and reference coordinates there (n, d)."""
     count, d = int(own.part.max()) + 1, own.part.shape[1]
     cells = np.zeros((own.bases, *[count] * d), dtype=np.int64)

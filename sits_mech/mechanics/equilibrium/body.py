@@ -198,12 +198,12 @@ def deformed_state(body: Bonded, state: State) -> Deformed:
     return known if known is not None and known.u is state.u else deformed(body.mesh, state.u)
 
 
-def packed(state: State) -> Array:
+def pack_state(state: State) -> Array:
     """Pack displacements, q and pressures into one array."""
     return np.concatenate([state.u, state.q, state.p.ravel()])
 
 
-def unpacked(body: Bonded, array: Array, load: Array) -> State:
+def unpack_state(body: Bonded, array: Array, load: Array) -> State:
     """Unpack the state under a load from the beginning of an array."""
     n, k = body.mesh.nodes.size, body.components
     u, q, p, _ = np.split(array, [n, n + k, body.size])

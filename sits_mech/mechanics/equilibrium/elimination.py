@@ -44,10 +44,10 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, 
 from sits_mech.mechanics.equilibrium.linearisation import (
     MIN_J_KEPT,
     Factor,
-    Gradient,
-    Step,
-    gradient,
+    NewtonStep,
+    Residuals,
     increments,
+    residuals_of,
     stepped,
 )
 from sits_mech.quantities import Array
@@ -131,8 +131,8 @@ def _stable(
 
 
 def eliminated(
-    body: Bonded, here: State, found: Gradient, factor: Factor, way: Step
-) -> tuple[State, float, Gradient] | None:
+    body: Bonded, here: State, found: Residuals, factor: Factor, way: NewtonStep
+) -> tuple[State, float, Residuals] | None:
     """Return the state after a part of Newton's step with the patch at rest, that part, and the gradient there.
 
     Without a patch the potential is descended.
@@ -144,7 +144,7 @@ def eliminated(
     while part > _SHORTEST:
         there = _gone(body, patch, here, (*step, way), part, (_SMALL * size, _LEFT * before))
         if there is not None:
-            after = gradient(body, there)
+            after = residuals_of(body, there)
             if (left := _outside(patch, after)) < least:
                 best, least = (there, part, after), left
             if left <= max((1.0 - _FALL * part) * before, _CALM * size):
@@ -154,7 +154,8 @@ def eliminated(
 
 
 def _gone(
-    body: Bonded, patch: Patch, here: State, step: tuple[Array, Array, Step], part: float, small: tuple[float, float]
+    body: Bonded, patch: Patch, here: State, step: tuple[Array, Array, NewtonStep], part: float,
+    small: tuple[float, float]
 ) -> State | None:
     """Return the state after a part of a step, None if that turns cells inside out or the patch cannot follow.
 
@@ -176,6 +177,6 @@ def _gone(
     return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * way.forces, known=known)
 
 
-def _outside(patch: Patch, found: Gradient) -> float:
+def _outside(patch: Patch, found: Residuals) -> float:
     """Return |f_O|, the forces on q included."""
     return float(np.hypot(np.linalg.norm(found.free[~patch.own]), np.linalg.norm(found.target)))

@@ -37,7 +37,7 @@ from sits_mech.mechanics.equilibrium.outcome import FREE, Outcome, Path, PathEnd
 from sits_mech.mechanics.equilibrium.path import Walk, advance, unloaded
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.quantities import Array
-from sits_mech.silicone.points import Memory, remembered, stepped, virgin
+from sits_mech.silicone.points import PointMemory, past_after, remembered, virgin
 
 _SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change
@@ -111,7 +111,7 @@ class Moment:
     """A layer at rest at a time, with the memory of its points."""
 
     state: State
-    memories: tuple[Memory, ...]  # of each silicone's points
+    memories: tuple[PointMemory, ...]  # of each silicone's points
 
 
 def begun(body: Bonded) -> Moment:
@@ -131,16 +131,16 @@ def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Held = FREE) 
     ``dt = 0`` is a sudden load; `goal` (k,) as of a `Path`, scaled, like `held`.
     """
     pairs = zip(body.laws.each, now.memories, strict=True)
-    laws = body.laws.after([stepped(law.silicone, memory, dt) for law, memory in pairs])
+    laws = body.laws.after([past_after(law.silicone, memory, dt) for law, memory in pairs])
     aged, path = replace(body, laws=laws, shared=cache(lambda: body.pattern)), Path((now.state.load, goal), held)
     rule: dict[str, Any] = {"rule": Friction, "parts": _PARTS} if rough(body) else {"smallest": _SHORTEST}
     found = advance(aged, replace(now.state, iterations=0), path, **rule)
     return found.reason or _moment(body, now.memories, found.state, dt)
 
 
-def _moment(body: Bonded, memories: tuple[Memory, ...], state: State, dt: float) -> Moment:
+def _moment(body: Bonded, memories: tuple[PointMemory, ...], state: State, dt: float) -> Moment:
     """Return a state with what its points remember, a step of time after their memories."""
-    known, found = deformed_state(body, state), list[Memory]()
+    known, found = deformed_state(body, state), list[PointMemory]()
     for number, (law, memory) in enumerate(zip(body.laws.each, memories, strict=True)):
         F = known.F[body.laws.elements(number)]
         found.append(remembered(law.silicone, memory, dt, kinematics(F)))

@@ -66,7 +66,7 @@ class Arc(NamedTuple):
     slope: Array  # derivative of the goal by the part of the path
 
 
-class Aim(NamedTuple):
+class StepTarget(NamedTuple):
     """Target of a step: held places with the gaps to them, and the arc with the distance left."""
 
     held: Held
@@ -75,7 +75,7 @@ class Aim(NamedTuple):
     ahead: float = 0.0
 
 
-class Step(NamedTuple):
+class NewtonStep(NamedTuple):
     """Newton's step."""
 
     free: Array  # of the free displacements
@@ -84,7 +84,7 @@ class Step(NamedTuple):
     part: float  # of the path
 
 
-class Gradient(NamedTuple):
+class Residuals(NamedTuple):
     """Forces on displacements and q, the residual on each, the energy, and terms of the parts."""
 
     forces: Array
@@ -116,15 +116,15 @@ class Factor(NamedTuple):
     made: _Linear
 
 
-def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> Aim:
+def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> StepTarget:
     """Return the gaps to the held places and to the plane of an arc."""
     gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
     if arc is None:
-        return Aim(held, gap)
-    return Aim(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
+        return StepTarget(held, gap)
+    return StepTarget(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
 
 
-def gradient(body: Bonded, here: State) -> Gradient:
+def residuals_of(body: Bonded, here: State) -> Residuals:
     """Return forces and residuals of a layer with its parts."""
     found = element_forces(body.mesh, body.laws, here.u, deformed_state(body, here))
     terms = [term for part in body.parts if len((term := part(here.u, here.q)).numbers)]
@@ -133,10 +133,10 @@ def gradient(body: Bonded, here: State) -> Gradient:
     on_target = _border_by_q(body, here.q)[:, :k].T @ forces[pattern.border]
     on_target = on_target - work_of_load(here.load, body.height, here.q)[:k]
     energy = found.energy + sum(term.energy for term in terms)
-    return Gradient(forces, forces[pattern.free], on_target, energy, terms)
+    return Residuals(forces, forces[pattern.free], on_target, energy, terms)
 
 
-def factored(body: Bonded, here: State, found: Gradient) -> Factor | None:
+def factored(body: Bonded, here: State, found: Residuals) -> Factor | None:
     """Linearise about a state and eliminate the free displacements; None if singular."""
     stiffness = element_stiffness(body.mesh, body.laws, here.u, here.p, deformed_state(body, here))
     values = (stiffness, *(term.stiffness for term in found.terms))
@@ -178,7 +178,7 @@ def _beside_axis(body: Bonded, made: _Linear) -> Array:
     return np.full((2, 2), np.nan) if found is None else found
 
 
-def way_of(body: Bonded, here: State, found: Gradient, factor: Factor, aim: Aim) -> Step | None:
+def way_of(body: Bonded, here: State, found: Residuals, factor: Factor, aim: StepTarget) -> NewtonStep | None:
     """Return Newton's step; None where there is none."""
     k = body.components
     slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
@@ -192,13 +192,13 @@ def way_of(body: Bonded, here: State, found: Gradient, factor: Factor, aim: Aim)
         return None
     further = float(step[-1])
     dq = np.where(aim.held, aim.gap + slope * further, step[:k])
-    return Step(dx + factor.by_q @ dq, dq, np.where(aim.held, step[k:-1], slope * further), further)
+    return NewtonStep(dx + factor.by_q @ dq, dq, np.where(aim.held, step[k:-1], slope * further), further)
 
 
 def stepped(
-    body: Bonded, here: State, found: Gradient, factor: Factor, way: Step, held: Held, *,
+    body: Bonded, here: State, found: Residuals, factor: Factor, way: NewtonStep, held: Held, *,
     falling: bool = False,
-) -> tuple[State, float, Gradient] | None:
+) -> tuple[State, float, Residuals] | None:
     """Return the state after the longest admissible part of Newton's step, that part, and the gradient there.
 
     Points stay well above inversion. If `falling`, unless held places move, a step that climbs is turned round, and the
@@ -209,7 +209,7 @@ def stepped(
     loose = not np.any(way.q[held])
     measured = falling and loose and way.part == 0.0 and np.isfinite(found.energy)
     if measured and slope > 0.0:
-        way, slope = Step._make(-part for part in way), -slope
+        way, slope = NewtonStep._make(-part for part in way), -slope
     (linear, p_full), (_, dq, forces, _), part = increments(body, here, factor, way), way, 1.0
     rounding = _ROUNDING * (float(body.mesh.inside.weights.sum()) + abs(found.energy))
     while part > _SHORTEST:
@@ -220,7 +220,7 @@ def stepped(
         if min_J > MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
             there = replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known)
-            after = gradient(body, there)
+            after = residuals_of(body, there)
             if body.slips:
                 shorter = _overshot(slope, after, way) if loose else 1.0
                 if shorter == 1.0:
@@ -234,7 +234,7 @@ def stepped(
     return None
 
 
-def _overshot(before: float, found: Gradient, way: Step) -> float:
+def _overshot(before: float, found: Residuals, way: NewtonStep) -> float:
     """Return the part of a step that the potential admits, by its slope before it; 1 where it falls."""
     after = float(way.free @ found.free + way.q @ found.target)
     if before >= 0.0 or after <= -_STEEP * before:
@@ -242,7 +242,7 @@ def _overshot(before: float, found: Gradient, way: Step) -> float:
     return min(max(before / (before - after), _LEAST_STEP), _SHORTEN)
 
 
-def increments(body: Bonded, here: State, factor: Factor, way: Step) -> tuple[Array, Array]:
+def increments(body: Bonded, here: State, factor: Factor, way: NewtonStep) -> tuple[Array, Array]:
     """Return Newton's step of all displacements, and the pressures after it."""
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = way.free

@@ -31,16 +31,16 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
-    Aim,
     Arc,
     Factor,
-    Gradient,
     Held,
+    Residuals,
+    StepTarget,
     aim_of,
     bordered,
     factored,
-    gradient,
     hidden_stiffness,
+    residuals_of,
     stepped,
     way_of,
 )
@@ -91,7 +91,7 @@ def newton(
     held = np.zeros(body.components, dtype=bool) if held is None else held
     take = eliminated if steps.eliminating else partial(stepped, held=held, falling=steps.falling)
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
-    found, off, near, left = gradient(body, here), np.full(body.components, np.inf), np.inf, list[float]()
+    found, off, near, left = residuals_of(body, here), np.full(body.components, np.inf), np.inf, list[float]()
     factor: Factor | None = None
     length = part = taken = 0.0
     nearly = steps.enough is not None
@@ -138,10 +138,10 @@ def nearly_at_rest(
     return body.keep(name, newton(body, start, goal, held, steps=steps))
 
 
-def small_strain(body: Bonded) -> tuple[Array, Array]:
+def small_strain_compliance(body: Bonded) -> tuple[Array, Array]:
     """Return compliance (k, k) and unloaded motion (k,) of the undeformed state."""
     here = rest(body)
-    found = gradient(body, here)
+    found = residuals_of(body, here)
     factor = factored(body, here, found)
     try:
         if factor is not None:
@@ -154,7 +154,7 @@ def small_strain(body: Bonded) -> tuple[Array, Array]:
 
 def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
     """Return d(forces on q)/dq, nan if there is none, and that on motions hidden by symmetry or None."""
-    factor = factored(body, state, gradient(body, state))
+    factor = factored(body, state, residuals_of(body, state))
     if factor is None:
         none = np.full((body.components, body.components), np.nan)
         return none, None if body.hidden is None else none
@@ -174,9 +174,9 @@ def rate(body: Bonded, state: State, stiffness: Array, held: Held, slope: Array)
 
 def correction(body: Bonded, load: Array) -> tuple[Array, float]:
     """Return how far a second Newton step from rest moves q, and the smallest J before it; inf if inverted."""
-    here, aim = replace(rest(body), load=load), Aim(np.zeros(3, dtype=bool), np.zeros(3))
+    here, aim = replace(rest(body), load=load), StepTarget(np.zeros(3, dtype=bool), np.zeros(3))
     for again in (False, True):
-        found = gradient(body, here)
+        found = residuals_of(body, here)
         factor = factored(body, here, found)
         if factor is None:
             break
@@ -192,7 +192,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
     return np.full(3, np.inf), 0.0
 
 
-def _residual(body: Bonded, here: State, found: Gradient, aim: Aim) -> float:
+def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> float:
     """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
     size = max(float(np.linalg.norm(here.load)), body.rounding)
     left = float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target))) / size

@@ -6,7 +6,7 @@ What is given may be any mix of forces and places of the target (control.py): wi
 largest load that the layer carries. Increments at whose end no rest is found are shortened, as far as the rule allows,
 and lengthened again after.
 
-`Load`: an elastic layer. The whole load is tried at once, as far as linear theory says that the target moves a
+`PathLeg`: an elastic layer. The whole load is tried at once, as far as linear theory says that the target moves a
 thickness or so; increments grow where it is easy, and end where the stiffness would vanish if it went on as it does.
 From an increment that does not come to rest, or to a state that does not count (newton.py), the path goes on by its
 length (limit.py), which finds the largest load, or the one at which stability is lost, as a number.
@@ -85,7 +85,7 @@ class Walk:
         return Outcome(self.here, self.at, reason, hidden=np.nan if reason else self.hidden)
 
 
-class Load(Walk):
+class PathLeg(Walk):
     """One leg, followed by increments of the load, then by its length.
 
     `smallest`: least step over the path so far; above a quarter the first failed increment ends the path. `most`: limit
@@ -133,7 +133,7 @@ class Swelling(Walk):
         return newton(some, replace(self.here, iterations=0), goal)
 
 
-def advance(body: Bonded, start: State, path: Path, rule: Callable[..., Walk] = Load, **options: float) -> Outcome:
+def advance(body: Bonded, start: State, path: Path, rule: Callable[..., Walk] = PathLeg, **options: float) -> Outcome:
     """Follow a path from a state at rest under its first goal by a rule; ``reached == path.legs`` at the end.
 
     `options` are the rule's. A body finds it once for the same numbers.

@@ -77,7 +77,7 @@ from typing import Literal
 
 import numpy as np
 
-from sits_mech.geometry.meshing.bricks import Outline
+from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.target import placed
@@ -105,7 +105,7 @@ class Contact:
     surface: Surface
     plane: Plane
     depth: float  # over which the pressure builds up [thicknesses]
-    plate: Outline  # half sizes of the target [thicknesses]
+    plate: PlateOutline  # half sizes of the target [thicknesses]
     level: float = 0.0  # y of the plane of symmetry [thicknesses]
     friction: float = 0.0  # coefficient
     grip: Grip | None = None  # friction in one increment of a path; None: points slip freely
@@ -216,7 +216,7 @@ def _linear(value: Array, slope: tuple[float, float, float]) -> Jet:
     return value, np.tile(slope, (len(value), 1)), np.zeros((len(value), 3, 3))
 
 
-def _depth_inside(plate: Outline, y: Array) -> Jet:
+def _depth_inside(plate: PlateOutline, y: Array) -> Jet:
     """Return the depth of places (a, e, b) inside the target's outline."""
     r = plate.half_x if plate.is_round else _CORNER
     w = np.abs(y[:, :2]) - (plate.half_x, plate.half_y) + r

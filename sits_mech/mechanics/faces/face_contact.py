@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.geometry.meshing.bricks import Outline, within
+from sits_mech.geometry.meshing.bricks import PlateOutline, inside_outline
 from sits_mech.mechanics.element.assembly import Part
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import MixedMesh
@@ -45,7 +45,7 @@ class Faces:
     nodes: Integers  # of the free faces
     under: Integers  # nodes before the target's plane
     beside: Integers  # nodes before its side walls
-    target: Outline  # half sizes [thicknesses]
+    target: PlateOutline  # half sizes [thicknesses]
     lines: tuple[Integers, ...] = ()  # of a section, the nodes of its faces in order
     skin: Skin | None = None  # None where faces are not held against each other
     convex: bool = True  # the layer at rest is known to be convex
@@ -100,7 +100,7 @@ def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Arra
     centre, turn = placed(q)
     seen = (place - centre - (0.0, 0.0, 1.0)) @ turn
     above = seen[:, 2] > _SEEN
-    inside = np.logical_and(within(faces.target, seen[faces.beside], -_SEEN), above[faces.beside])
+    inside = np.logical_and(inside_outline(faces.target, seen[faces.beside], -_SEEN), above[faces.beside])
     behind = {
         "ground": bool(np.any(place[faces.nodes, 2] < -_SEEN)),
         "plane": bool(np.any(above[faces.under])),

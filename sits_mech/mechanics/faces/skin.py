@@ -21,7 +21,7 @@ from skfem import Basis
 
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.faces.facets import behind, nearest, normals, skin
-from sits_mech.mechanics.faces.surface import Surface, edges, facet_forms, facets_of
+from sits_mech.mechanics.faces.surface import Surface, edge_points, facet_forms, facets_of
 from sits_mech.quantities import Array, Integers, Mask
 
 _ORDER = 9  # of the polynomials that the quadrature on a face integrates
@@ -114,7 +114,7 @@ def _before(x: Array, own: Array, y: Array, other: Array, least: Array) -> Mask:
 def section_skin(mesh: MixedMesh, lines: Sequence[Integers]) -> Skin:
     """Return the faces of a section, lines through nodes from the ground on, the left one, if any, first."""
     *left, right = lines
-    surface = edges(mesh, [*left, right[::-1]], _COUNT)
+    surface = edge_points(mesh, [*left, right[::-1]], _COUNT)
     every = (len(surface.nodes), 1, 1)
     powers: Array = np.vander([0.0, 0.5, 1.0], increasing=True)
     form: Array = np.tile(np.linalg.inv(powers).T, every)

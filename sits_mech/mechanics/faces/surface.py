@@ -59,7 +59,7 @@ class Surface:
         return d * self.nodes[:, :, None] + np.arange(d)
 
 
-def edges(mesh: MixedMesh, lines: list[Integers], count: int = 3) -> Surface:
+def edge_points(mesh: MixedMesh, lines: list[Integers], count: int = 3) -> Surface:
     """Return `count` points on each edge of faces of a section, nodes in order: every other one ends an edge.
 
     About an axis they stand for full circles.

@@ -15,7 +15,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
-from sits_mech.mechanics.equilibrium.body import Bonded, State, packed, unpacked
+from sits_mech.mechanics.equilibrium.body import Bonded, State, pack_state, unpack_state
 from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import Outcome
@@ -49,7 +49,7 @@ def starts(levels: Levels, scales: Scales, start: Equilibrium) -> list[State]:
     bodies = (levels.fine, levels.coarse)
     load = scales.load(start.wrench)[: levels.fine.components]
     halves = np.split(start.state[1:], [levels.fine.size])
-    return [unpacked(body, half, load) for body, half in zip(bodies, halves, strict=True)]
+    return [unpack_state(body, half, load) for body, half in zip(bodies, halves, strict=True)]
 
 
 def errors_of(difference: Array, share: float, lever: Array | float = 1.0) -> Array:
@@ -89,7 +89,7 @@ class Stretched(NamedTuple):
     each: tuple[float, ...]  # own value of each silicone, from the ground up
 
 
-def stretched(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> Stretched:
+def layer_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> Stretched:
     """Return the largest stretch of a layer with nodal displacements u, but for a share `apart`."""
     stretch, weights, laws = most_stretched(body.mesh, u), body.mesh.inside.weights, body.laws
     own = [laws.elements(number) for number in range(len(laws.each))]
@@ -133,7 +133,7 @@ def law_notes(sensor: Sensor, each: Sequence[float]) -> tuple[Note, ...]:
     return tuple(dict.fromkeys(note for silicone, stretch in pairs for note in layer_notes(silicone, stretch)))
 
 
-def answer(
+def extrapolated_equilibrium(
     line: Line, number: int, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
 ) -> Equilibrium:
     """Extrapolate the equilibrium and its errors from two levels of a family at rest and as many finer ones as needed.
@@ -188,7 +188,7 @@ def answer(
 
     found, large = refine(levels, chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
     last, spent = len(found) - 1, sum(each.state.iterations for each in found)
-    before, strained = (stretched(levels.maker(k), found[k].state.u) for k in (last - 1, last))
+    before, strained = (layer_stretch(levels.maker(k), found[k].state.u) for k in (last - 1, last))
     error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
@@ -202,7 +202,7 @@ def answer(
         stretch=strained.value, error_stretch=max(abs(strained.value - before.value), strained.doubt),
         creased=levels.creased(states),
     )
-    state_kept = np.concatenate([[number], packed(fine), packed(coarse)])
+    state_kept = np.concatenate([[number], pack_state(fine), pack_state(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
-    finest = tuple(packed(each.state) for each in found[2:kept])
+    finest = tuple(pack_state(each.state) for each in found[2:kept])
     return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report, shared, finest)

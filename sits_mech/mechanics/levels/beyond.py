@@ -21,7 +21,7 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.newton import iteration_seconds
 from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
-from sits_mech.mechanics.levels.answer import law_notes, stretched
+from sits_mech.mechanics.levels.answer import law_notes, layer_stretch
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.pair import VERDICT, Solved, first_look, largest_load, last_rest, own_start
 from sits_mech.quantities import Equilibrium
@@ -34,7 +34,7 @@ _CLOSE, _TRIES = 0.05, 8  # of a strain, how well a load is located, and tries f
 _POWERS = 0.5, 2.0  # of the strain by the load: 0.85 to 1.3 seen
 
 
-def refused(line: Line, start: Equilibrium | None, control: Control) -> Solved | None:
+def overload_refusal(line: Line, start: Equilibrium | None, control: Control) -> Solved | None:
     """Return the refusal of a load far beyond, with the largest load that holds; None for any other load.
 
     A first level must refuse it from rest, and from the `start` if that is its own.
@@ -58,7 +58,7 @@ def refused(line: Line, start: Equilibrium | None, control: Control) -> Solved |
     found, body, limit = last_rest(line, number, look.state), line[number].coarse, look.limit
     own = None if limit is None else (limit[0], math.nan)
     load = None if own is None else largest_load(line, body, control, found, own)
-    laws = law_notes(line.sensor, stretched(body, look.state.u, apart=0.0).each)
+    laws = law_notes(line.sensor, layer_stretch(body, look.state.u, apart=0.0).each)
     return Solved(found, look.reached, look.reason, load, own, laws, look.reached)
 
 
@@ -74,7 +74,7 @@ def _far(line: Line, number: int, look: Outcome) -> bool:
 
 def _strain(line: Line, number: int, look: Outcome) -> float:
     """Return the strain of a family's first level."""
-    return stretched(line[number].coarse, look.state.u).value - 1.0
+    return layer_stretch(line[number].coarse, look.state.u).value - 1.0
 
 
 def _within(line: Line, number: int, control: Control, look: Outcome) -> Solved:
@@ -93,5 +93,5 @@ def _within(line: Line, number: int, control: Control, look: Outcome) -> Solved:
     low, high = (share * (ends / strain) ** (1.0 / power)).tolist()
     rest, limit = last_rest(line, number, found.state), (0.5 * (low + high), 0.5 * (high - low))
     load = largest_load(line, body, control, rest, limit)
-    laws = law_notes(line.sensor, stretched(line[number].coarse, look.state.u).each)
+    laws = law_notes(line.sensor, layer_stretch(line[number].coarse, look.state.u).each)
     return Solved(rest, share, PathEnd.BEYOND, load, limit, laws, look.reached)

@@ -222,7 +222,7 @@ def _families(*pad: object) -> dict[object, Levels]:
 Changed = Callable[[Sensor, int], Bonded | None]
 
 
-def kept(changed: Changed) -> Changed:
+def cache_changes(changed: Changed) -> Changed:
     """Cache the first two levels of changed scenes: tables of loads ask again."""
     remembered = lru_cache(maxsize=_CHANGED)(changed)
     return lambda sensor, level: (remembered if level < 2 else changed)(sensor, level)

@@ -35,17 +35,17 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
 from sits_mech.mechanics.element.target import all_six, bonded_tangent, moved, work_of_load
-from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, unpacked
+from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, unpack_state
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
-    Aim,
     Factor,
-    Gradient,
+    Residuals,
+    StepTarget,
     factored,
-    gradient,
     hidden_stiffness,
     on_motions,
+    residuals_of,
     way_of,
 )
 from sits_mech.mechanics.levels.answer import errors_of
@@ -117,7 +117,7 @@ class _Level(NamedTuple):
         if not self.small:
             u[body.bonded] = body.with_target(q)
             own = replace(body.near(u), shared=lambda: self.body.pattern)
-            found = gradient(own, replace(self.state, u=u, load=load, known=None))
+            found = residuals_of(own, replace(self.state, u=u, load=load, known=None))
             return self.B.T @ found.free + found.target
         T = bonded_tangent(body.X, np.zeros(6))[:, list(body.mesh.axes), : len(q)]
         u[body.bonded] = T @ q
@@ -142,7 +142,7 @@ def solved_family(line: Line, found: Equilibrium, scales: Callable[[Sensor], Sca
     return Family(levels, scales, line.sensor, (coarse, fine, *finer), sideways=sideways)
 
 
-def pose_slopes(family: Family, found: Equilibrium, parameters: Sequence[Parameter]) -> PoseSlopes:
+def equilibrium_slopes(family: Family, found: Equilibrium, parameters: Sequence[Parameter]) -> PoseSlopes:
     """Return the derivatives of a pose by its load and by parameters of its scene.
 
     Raise SceneError for a parameter that changes the cells or contact with friction, SolveFailed for a target without
@@ -186,10 +186,10 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     if family.small:
         here = rest(body)
     else:
-        here = unpacked(body, family.states[number], load)
+        here = unpack_state(body, family.states[number], load)
         body = body.near(here.u)
         here = replace(here, p=element_forces(body.mesh, body.laws, here.u).pressure)
-    factor = factored(body, here, gradient(body, here))
+    factor = factored(body, here, residuals_of(body, here))
     if factor is None:
         return None
     found_there = (here, factor.by_q, factor.stiffness) if family.small else _settled(body, here, factor)
@@ -202,7 +202,9 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
         return None
     if family.small:
         given = work_of_load(load, body.height, np.zeros(6))[:k] - factor.side.T @ factor.step
-        here = replace(here, q=np.asarray(np.linalg.solve(S, given - gradient(body, here).target), dtype=np.float64))
+        here = replace(
+            here, q=np.asarray(np.linalg.solve(S, given - residuals_of(body, here).target), dtype=np.float64)
+        )
         here.u[body.free] = B @ here.q + factor.step
     return _Level(body, here, load, B, S, hidden, family.small)
 
@@ -214,8 +216,8 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
     then r_q + B^T r_u.
     """
     held = np.zeros(body.components, dtype=bool)
-    before, B = gradient(body, here), factor.by_q
-    way = way_of(body, here, before, factor, Aim(held, np.zeros(body.components)))
+    before, B = residuals_of(body, here), factor.by_q
+    way = way_of(body, here, before, factor, StepTarget(held, np.zeros(body.components)))
     if way is None or body.length(way.q) <= _AT_REST * body.length(here.q):
         return here, B, factor.stiffness
     gone = eliminated(body, here, before, factor, way)
@@ -226,7 +228,7 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
     return gone[0], B, on_motions(body, on_target + B.T @ on_free)
 
 
-def _left(found: Gradient) -> float:
+def _left(found: Residuals) -> float:
     """Return the size of the residual forces."""
     return float(np.linalg.norm([*found.free, *found.target]))
 
@@ -240,7 +242,7 @@ def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:
             u, q = here.u.copy(), moved(here.q, way * motion)
             u[body.free] += way * B[:, k]
             u[body.bonded] = body.with_target(q)
-            found = gradient(body, replace(here, u=u, q=q, known=None))
+            found = residuals_of(body, replace(here, u=u, q=q, known=None))
             ends.append(np.concatenate([found.free, found.target]))
         columns.append((ends[0] - ends[1]) / (2.0 * _WAY))
     both = np.stack(columns, axis=1)

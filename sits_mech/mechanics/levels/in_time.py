@@ -34,7 +34,7 @@ from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rou
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
 from sits_mech.mechanics.histories import LoadHistory, Motion
-from sits_mech.mechanics.levels.answer import Stretched, aim, errors_of, law_notes, stretched, touch_notes
+from sits_mech.mechanics.levels.answer import Stretched, aim, errors_of, law_notes, layer_stretch, touch_notes
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
 from sits_mech.mechanics.levels.refine import refine
 from sits_mech.notes import Note, NoteKind
@@ -186,7 +186,7 @@ class _Walk:
         self.q.append(state.q)
         self.far = max(self.far, state, key=lambda each: body.length(each.q))
         self.min_J = min(self.min_J, state.min_J)
-        self.stretch.append(stretched(body, state.u))
+        self.stretch.append(layer_stretch(body, state.u))
         self.touches |= body.touching(state).touch
         self.pressed |= body.pressed(state)
 

@@ -23,7 +23,7 @@ from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.increments import Friction
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
-from sits_mech.mechanics.levels.answer import aim, answer, enlarged
+from sits_mech.mechanics.levels.answer import aim, enlarged, extrapolated_equilibrium
 from sits_mech.mechanics.levels.family import WALKED, Levels, Line
 from sits_mech.mechanics.levels.pair import Solved, last_rest
 from sits_mech.notes import Note, NoteKind
@@ -60,7 +60,7 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     if last.reason:
         return Solved(last_rest(line, number, last.state), last.reached / legs, last.reason)
     states, walked = (first.state, last.state), _finer(line, levels, controls, parts)
-    found = answer(replace(line, deepest=99, goal=None), number, control, states, walked)
+    found = extrapolated_equilibrium(replace(line, deepest=99, goal=None), number, control, states, walked)
     found = replace(found, wrench=replace(found.wrench, **control.forces))
     error, share = found.error.components, float(np.max(off[1]))
     error[: len(off[0])] += off[0] * line.scales.lengths[: len(off[0])]

@@ -26,7 +26,14 @@ from sits_mech.mechanics.equilibrium.newton import (
 )
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd, carried
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
-from sits_mech.mechanics.levels.answer import aim, answer, law_notes, starts, stretched, whole_error
+from sits_mech.mechanics.levels.answer import (
+    aim,
+    extrapolated_equilibrium,
+    law_notes,
+    layer_stretch,
+    starts,
+    whole_error,
+)
 from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.mechanics.levels.refine import prolonged
 from sits_mech.memory import check_seconds, latest
@@ -119,14 +126,14 @@ def from_first(line: Line, number: int, control: Control, first: Outcome) -> Pai
     return None if found.reason else Pair(number, (first.state, state), first)
 
 
-def answered(line: Line, pair: Pair, control: Control) -> Solved:
+def refined_answer(line: Line, pair: Pair, control: Control) -> Solved:
     """Return the equilibrium of two levels, refined as asked of the line if they got to the end of their path."""
     whole, levels = pair.part == 1.0, line[pair.number]
-    found = answer(line if whole else replace(line, deepest=2), pair.number, control, pair.states)
+    found = extrapolated_equilibrium(line if whole else replace(line, deepest=2), pair.number, control, pair.states)
     if whole:
         found = replace(found, wrench=replace(found.wrench, **control.forces))
     load = None if pair.limit is None else largest_load(line, levels.fine, control, found, pair.limit, pair.begin)
-    laws = () if whole else law_notes(line.sensor, stretched(levels.coarse, pair.first.state.u, apart=0.0).each)
+    laws = () if whole else law_notes(line.sensor, layer_stretch(levels.coarse, pair.first.state.u, apart=0.0).each)
     return Solved(found, pair.part, pair.reason, load, pair.limit, laws, pair.first.reached)
 
 
@@ -146,7 +153,7 @@ def last_rest(line: Line, number: int, state: State) -> Equilibrium:
     """Return the last rest on one mesh of a path that ended, its error as large as the displacement."""
     scales, body = line.scales, line[number].maker(int(state.u.size != line[number].coarse.mesh.nodes.size))
     error = whole_error(body, scales, state.q * scales.lengths[: len(state.q)])
-    spent, stretch = state.iterations, stretched(body, state.u).value
+    spent, stretch = state.iterations, layer_stretch(body, state.u).value
     report = SolveReport("", state.u.size, spent, state.residual, 1.0, 0.0, min_J=state.min_J, stretch=stretch)
     return Equilibrium(scales.wrench(state.load), scales.pose(state.q), error, np.array([float(number)]), report)
 

@@ -20,16 +20,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import packed
+from sits_mech.mechanics.equilibrium.body import pack_state
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, softened
 from sits_mech.mechanics.levels.answer import aim, enlarged, starts, whole_error
-from sits_mech.mechanics.levels.beyond import refused
+from sits_mech.mechanics.levels.beyond import overload_refusal
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.load_path import along, depends_on_path
-from sits_mech.mechanics.levels.pair import Pair, Solved, answered, first_look, from_first, second_look
+from sits_mech.mechanics.levels.pair import Pair, Solved, first_look, from_first, refined_answer, second_look
 from sits_mech.mechanics.levels.words import WORDS, carried_note, carried_words, given_words, wrench_words
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Ended, Equilibrium, Pose, SolveFailed
@@ -48,12 +48,12 @@ def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
     control = controls[-1]
     if depends_on_path(line.sensor):
         return _with_friction(line, controls)
-    if (beyond := refused(line, start, control)) is not None:
+    if (beyond := overload_refusal(line, start, control)) is not None:
         return beyond
     for begin, numbers in _tries(start, control):
         pair = _on(line, numbers, begin, control)
         touches = line.auto and pair.number < PAIR and _faces(line, pair).touch
-        solved = _in_contact(line, pair, begin, control) if touches else answered(line, pair, control)
+        solved = _in_contact(line, pair, begin, control) if touches else refined_answer(line, pair, control)
         if solved.part == 1.0:
             break
     return solved
@@ -81,14 +81,14 @@ def _with_friction(line: Line, controls: Sequence[Control]) -> Solved:
     """
     if any(np.any(each.held != controls[-1].held) for each in controls):
         raise ValueError("via: must give the same forces and places as the end of the path")
-    if (beyond := refused(line, None, controls[-1])) is not None:
+    if (beyond := overload_refusal(line, None, controls[-1])) is not None:
         return beyond
     for control in controls if line.auto else ():
         pair = _on(line, range(PAIR), None, control)
         if pair.part < 1.0 or _faces(line, pair).touch:
             break
         if control is controls[-1]:
-            return answered(line, pair, control)
+            return refined_answer(line, pair, control)
     return along(line, controls)
 
 
@@ -120,12 +120,12 @@ def _faces(line: Line, pair: Pair) -> FaceContact:
 
 def _in_contact(line: Line, free: Pair, start: Equilibrium | None, control: Control) -> Solved:
     """Return the last equilibrium with contact; of a load not reached with it that without, with its whole error."""
-    without = answered(replace(line, deepest=min(line.deepest, 2)), free, control)
+    without = refined_answer(replace(line, deepest=min(line.deepest, 2)), free, control)
     begin = _softly(line, without.found, control) if free.part == 1.0 else start
     pair = _on(line, line.last, begin, control)
     if pair.part < free.part:
         return _without_contact(line, without)
-    solved = answered(line, pair, control)
+    solved = refined_answer(line, pair, control)
     return _with_depth(line, without.found, solved) if free.part == 1.0 and _faces(line, pair).held else solved
 
 
@@ -139,7 +139,7 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
             soft = replace(body, parts=softened(body.parts, factor))
             path = Path((np.where(held, here.q, here.load), goal), held, control.held[3:])
             here = advance(soft, here, path, smallest=1.0).state
-        states.append(packed(here))
+        states.append(pack_state(here))
     return replace(found, state=np.concatenate([[twin], *states]))
 
 
@@ -169,7 +169,7 @@ def _without_contact(line: Line, free: Solved) -> Solved:
 def finished(control: Control, solved: Solved, body: str, tolerance: float | None = None) -> Equilibrium:
     """Return the equilibrium that was asked for, with a note on an error above a tolerance; or raise SolveFailed."""
     if solved.part < 1.0:
-        raise ended(control, solved, body)
+        raise end_message(control, solved, body)
     error = solved.found.report.estimated_error
     if tolerance is None or error <= tolerance:
         return solved.found
@@ -177,7 +177,7 @@ def finished(control: Control, solved: Solved, body: str, tolerance: float | Non
     return enlarged(solved.found, solved.found.error, error, note)
 
 
-def ended(control: Control, solved: Solved, body: str) -> SolveFailed:
+def end_message(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
     last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}
     laws = tuple(note.with_numbers(**seen) for note in solved.laws)

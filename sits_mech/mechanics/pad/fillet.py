@@ -53,7 +53,7 @@ class Fillet(NamedTuple):
         return float(self.radius * (1.0 - np.cos(_SWEPT)))
 
 
-def checked(fillet: Fillet, thickness: float) -> Fillet:
+def fitting_fillet(fillet: Fillet, thickness: float) -> Fillet:
     """Return a fillet that fits a layer of `thickness` [m].
 
     Raise ValueError for a radius that does not fit between the plates or beside the target, or that no mesh resolves.

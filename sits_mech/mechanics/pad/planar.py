@@ -23,9 +23,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded
-from sits_mech.mechanics.equilibrium.newton import small_strain
-from sits_mech.mechanics.levels.family import Levels, Line, contact_depth, kept, of_one_pad
-from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
+from sits_mech.mechanics.levels.family import Levels, Line, cache_changes, contact_depth, of_one_pad
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.pad.shapes import widened
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
@@ -55,7 +55,7 @@ class _Kind(NamedTuple):
 _KINDS = (_Kind(GRADING, 0.0), _Kind(1.5, 2.0))
 
 
-def meshes_in_line(sensor: Sensor, tolerance: float, *, axial: bool = False) -> Line:
+def section_families(sensor: Sensor, tolerance: float, *, axial: bool = False) -> Line:
     """Return the families of meshes of a layer, or of a half meridian, in the order they are tried."""
     checked_tolerance(tolerance)
     contact = sensor.elastomer.contact if sensor.elastomer is not None else "never"
@@ -88,7 +88,7 @@ def _family(sensor: Sensor, kind: _Kind, depth: float, axial: bool) -> Levels:
     def made_of(scene: Sensor, level: int) -> Bonded:
         """Make a level of a scene."""
         guard, own = kind.guard if level < 2 else 0.0, contact_depth(depth, SIZES, level)
-        return bonded_body(scene, Fineness(int(SIZES[level]), kind.grading, True, guard, own, axial))
+        return bonded_body(scene, SectionFineness(int(SIZES[level]), kind.grading, True, guard, own, axial))
 
     def changed(other: Sensor, level: int) -> Bonded | None:
         """Make a level of a changed scene."""
@@ -103,7 +103,7 @@ def _family(sensor: Sensor, kind: _Kind, depth: float, axial: bool) -> Levels:
         """Return the cells along each axis."""
         return wide * int(SIZES[level]), int(SIZES[level])
 
-    return Levels(terms, cells, partial(made_of, sensor), lambda level: None, SHARE, kept(changed))
+    return Levels(terms, cells, partial(made_of, sensor), lambda level: None, SHARE, cache_changes(changed))
 
 
 class Edges(NamedTuple):
@@ -131,7 +131,7 @@ def _compliance(sensor: Sensor, axial: bool) -> Array:
     """Return the compliance of a layer at rest, scaled, shape (3, 3)."""
     levels = layer_family(sensor, axial)
     bodies = [levels.maker(level) for level in range(_LEVELS)]
-    found = [small_strain(body)[0].ravel() for body in bodies]
+    found = [small_strain_compliance(body)[0].ravel() for body in bodies]
     return levels.limit(found).value.reshape(3, 3)
 
 

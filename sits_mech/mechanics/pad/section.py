@@ -32,7 +32,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sits_mech.geometry.meshing.bricks import Outline
+from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.mechanics.element.assembly import Part, Pattern, Term, pattern
 from sits_mech.mechanics.element.kernel import deformation, kinematics, summed, taken, taken_tangents
 from sits_mech.mechanics.element.mesh import MixedMesh, about_axis, fanned, section_mesh
@@ -41,12 +41,12 @@ from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import section_skin
-from sits_mech.mechanics.faces.surface import Surface, edges
+from sits_mech.mechanics.faces.surface import Surface, edge_points
 from sits_mech.mechanics.pad.fillet import (
     Fillet,
-    checked,
     drawn_in,
     fillet_lines,
+    fitting_fillet,
     graded_lines,
     matched_cells,
 )
@@ -59,7 +59,7 @@ _ENDLESS = 1e6  # thicknesses of half the target along y
 
 
 @dataclass(frozen=True)
-class Fineness:
+class SectionFineness:
     """Division of a layer into cells."""
 
     cells: int  # through the thickness, even
@@ -70,7 +70,7 @@ class Fineness:
     axial: bool = False  # the half of a section at x >= 0, about the axis x = 0
 
 
-def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
+def bonded_body(sensor: Sensor, fineness: SectionFineness) -> Bonded:
     """Return a sensor's layer with its target, meshed and scaled."""
     target, elastomer = layer_parts(sensor)
     if elastomer.kind == "pillars":
@@ -79,7 +79,7 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     half_layer = elastomer.extent[0] / (2 * t)
     half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
-    fillet = checked(fillet, t) if fillet.radius > 0.0 else fillet
+    fillet = fitting_fillet(fillet, t) if fillet.radius > 0.0 else fillet
     own = _numbered(
         fillet, interfaces(elastomer), fineness.cells, fineness.grading, fineness.fan, fineness.axial
     )
@@ -170,16 +170,19 @@ def _numbered(
     under = inner if not beside else above[:0]
     pairs = zip(sides, beside or sides, strict=True)
     lines = tuple(np.concatenate([side, face[::-1][1:]]) if beside else side for side, face in pairs)
-    outline = Outline(half, half if axial else _ENDLESS, axial)
+    outline = PlateOutline(half, half if axial else _ENDLESS, axial)
     faces = Faces(inner, under, above, outline, lines, section_skin(mesh, lines))
-    ground, other = edges(mesh, sides), edges(mesh, beside) if beside else edges(mesh, sides)
+    ground, other = edge_points(mesh, sides), edge_points(mesh, beside) if beside else edge_points(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
 
 
 def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) -> tuple[Part, ...]:
     """Make guard and contacts of a body on a mesh."""
-    return (*((Guard(own.mesh, guard),) if guard > 0.0 else ()), *contacts(own.faces, own.surfaces, depth, friction))
+    return (
+        *((VolumeBarrier(own.mesh, guard),) if guard > 0.0 else ()),
+        *contacts(own.faces, own.surfaces, depth, friction),
+    )
 
 
 @lru_cache(maxsize=32)
@@ -208,7 +211,7 @@ def layer_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
 
 
 @dataclass(frozen=True)
-class Guard:
+class VolumeBarrier:
     """A barrier that keeps J > 0 at the nodes of a section's elements."""
 
     mesh: MixedMesh

@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 from skfem import MeshHex
 
-from sits_mech.geometry.meshing.bricks import Division, Outline, box_bricks, covered, pillar_bricks, ring_bricks
+from sits_mech.geometry.meshing.bricks import PlateOutline, Subdivision, box_bricks, covered, pillar_bricks, ring_bricks
 from sits_mech.geometry.meshing.crossing import crossing_bricks
 from sits_mech.mechanics.pad.stack import Interface, interfaces
 from sits_mech.quantities import Array
@@ -54,11 +54,11 @@ _FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which th
 _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 
 
-class Shape(NamedTuple):
+class PadShape(NamedTuple):
     """A pad with its target seen from above [thicknesses]."""
 
-    plate: Outline  # whole target
-    pad: Outline  # of pillars one, about its own middle
+    plate: PlateOutline  # whole target
+    pad: PlateOutline  # of pillars one, about its own middle
     middles: tuple[tuple[float, float], ...] = ()  # (x, y) of the pillars; none for a pad in one piece
     between: tuple[Interface, ...] = ()  # of its layers
 
@@ -85,17 +85,17 @@ class Shape(NamedTuple):
         return np.asarray(away.min(axis=1) < self.pad.half_x)
 
 
-def shape_of(target: Target, elastomer: Elastomer) -> Shape:
+def shape_of(target: Target, elastomer: Elastomer) -> PadShape:
     """Return the shape of a pad with its target, a rectangle or a disc."""
     (plate, pad), between = outlines(target, elastomer), interfaces(elastomer)
     if elastomer.kind != "pillars":
-        return Shape(plate, pad, between=between)
+        return PadShape(plate, pad, between=between)
     t, radius = elastomer.thickness, 0.5 * (elastomer.diameter or 0.0) / elastomer.thickness
     middles = pillar_middles(elastomer, target.extent, plate.is_round)
-    return Shape(plate, Outline(radius, radius, True), tuple((x / t, y / t) for x, y in middles), between)
+    return PadShape(plate, PlateOutline(radius, radius, True), tuple((x / t, y / t) for x, y in middles), between)
 
 
-def half_bricks(shape: Shape, split: int, grading: float, layers: int = 0) -> tuple[MeshHex, Division]:
+def half_bricks(shape: PadShape, split: int, grading: float, layers: int = 0) -> tuple[MeshHex, Subdivision]:
     """Return half a pad, y >= 0, and the division of its bricks; arguments as in `bonded_block`.
 
     Where rims cross there are no layers. Raise SceneError for crossing rims without room for cells.
@@ -119,12 +119,12 @@ def half_bricks(shape: Shape, split: int, grading: float, layers: int = 0) -> tu
     return box_bricks(*boxes[0], base=boxes[1])
 
 
-def crosses(shape: Shape) -> bool:
+def crosses(shape: PadShape) -> bool:
     """Whether the rims of target and pad cross."""
     return not shape.middles and covered(shape.plate, shape.pad) is None
 
 
-def cells_of(shape: Shape, split: int, grading: float, layers: int) -> tuple[int, int, int]:
+def cells_of(shape: PadShape, split: int, grading: float, layers: int) -> tuple[int, int, int]:
     """Return the cells of half a pad along x, y and z of a box, else outwards, around and along z.
 
     Of pillars those around all of them. Crossing rims count one more outwards: three-sided pieces take more memory.
@@ -148,14 +148,14 @@ def cells_of(shape: Shape, split: int, grading: float, layers: int) -> tuple[int
     return len(x) - 1, len(y) - 1, through
 
 
-def _crossing_lines(plate: Outline, pad: Outline, split: int, grading: float) -> tuple[Array, Array]:
+def _crossing_lines(plate: PlateOutline, pad: PlateOutline, split: int, grading: float) -> tuple[Array, Array]:
     """Return lines from the core (0) to the bonded rim (1), and from there (0) to the farthest of the pad (1)."""
     half = max(map(min, plate[:2], pad[:2]))
     gap = pad.half_x - min(plate[:2]) if pad.is_round else float(np.hypot(*pad[:2])) - plate.half_x
     return under_lines(half, split, grading) / half, beside_lines(gap, split, grading) / gap
 
 
-def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
+def outlines(target: Target, elastomer: Elastomer) -> tuple[PlateOutline, PlateOutline]:
     """Return target and pad seen from above [thicknesses]; a box touching a disc is widened a little."""
     t = elastomer.thickness
     plate, pad = ([length / (2.0 * t) for length in part.extent] for part in (target, elastomer))
@@ -164,7 +164,7 @@ def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
         pad = [max(size, (1.0 + _CLEAR) * plate[0]) for size in pad]
     if disc == cylinder:
         plate = [widened(*both) for both in zip(plate, pad, strict=True)]
-    return Outline(plate[0], plate[1], disc), Outline(pad[0], pad[1], cylinder)
+    return PlateOutline(plate[0], plate[1], disc), PlateOutline(pad[0], pad[1], cylinder)
 
 
 def widened(half_target: float, half_layer: float) -> float:
@@ -172,7 +172,7 @@ def widened(half_target: float, half_layer: float) -> float:
     return half_layer if 0.0 < half_layer - half_target < _FLUSH else half_target
 
 
-def flush(plate: Outline, pad: Outline) -> bool:
+def flush(plate: PlateOutline, pad: PlateOutline) -> bool:
     """Whether a target reaches a side of its pad, or goes on beyond it."""
     own = covered(plate, pad)
     return own is None or pad.half_x - own.half_x < 1e-9 or pad.half_y - own.half_y < 1e-9
@@ -188,7 +188,7 @@ def graded(split: int, grading: float, layers: int = 0) -> Array:
     return np.concatenate([lines[:1], cuts, lines[1:]])
 
 
-def low_corner(plate: Outline, pad: Outline) -> bool:
+def low_corner(plate: PlateOutline, pad: PlateOutline) -> bool:
     """Whether a side of the pad is so near its target that the corner at its foot is graded, too."""
     own = covered(plate, pad)
     return own is None or min(pad.half_x - own.half_x, pad.half_y - own.half_y) < _NEAR
@@ -201,7 +201,8 @@ def _both_ends(split: int, grading: float, layers: int) -> Array:
 
 
 def box_lines(
-    plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0, between: tuple[Interface, ...] = ()
+    plate: PlateOutline, pad: PlateOutline, split: int, grading: float, layers: int = 0,
+    between: tuple[Interface, ...] = ()
 ) -> tuple[Array, Array, Array]:
     """Return the lines of a box along x, along y from the middle on, and through the thickness.
 
@@ -216,7 +217,9 @@ def box_lines(
     return np.concatenate([-x[:0:-1], x]), y, z
 
 
-def ring_lines(plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0) -> tuple[Array, Array]:
+def ring_lines(
+    plate: PlateOutline, pad: PlateOutline, split: int, grading: float, layers: int = 0
+) -> tuple[Array, Array]:
     """Return the lines from the core (0) to the target's outline (1), and from there (0) to the pad's (1)."""
     half = max(plate[:2])
     inside = under_lines(half, split, grading, layers) / half

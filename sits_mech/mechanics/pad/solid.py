@@ -25,7 +25,7 @@ from skfem import Basis, MeshHex, MeshHex2
 from skfem.element import Element, ElementHex1
 from skfem.quadrature import get_quadrature
 
-from sits_mech.geometry.meshing.bricks import Division, Outline, both_halves, within
+from sits_mech.geometry.meshing.bricks import PlateOutline, Subdivision, both_halves, inside_outline
 from sits_mech.geometry.meshing.refinement import shape_values
 from sits_mech.mechanics.closed_form import HAIR
 from sits_mech.mechanics.element.assembly import Pattern, pattern
@@ -38,7 +38,7 @@ from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.pad.section import layer_parts
-from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
+from sits_mech.mechanics.pad.shapes import GRADING, PadShape, half_bricks, shape_of
 from sits_mech.mechanics.pad.stack import laws_of, layer_of_cells
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Integers
@@ -51,7 +51,7 @@ class Solid:
 
     body: Bonded
     share: float  # meshed part of the pad, 0.5 or 1
-    division: Division | None = None  # of the mesh in its family, if it has one
+    division: Subdivision | None = None  # of the mesh in its family, if it has one
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class NumberedMesh:
     faces: Faces
     surfaces: tuple[tuple[Plane, Surface], ...]  # faces before each plane
     half: bool  # half a pad is meshed; pillars may have no node in its plane of symmetry
-    division: Division | None = None
+    division: Subdivision | None = None
 
     def free(self, hidden: bool = False) -> Integers:
         """Numbers of the unknown displacements; `hidden`: those odd in y, of half a pad."""
@@ -92,28 +92,28 @@ def bonded_block(
     """Return half the pad (y >= 0), or the whole, of a box or cylinder with its target, meshed and scaled.
 
     `split` parts of each base cell; `grading`: power of the spacing, 1 is uniform; `guard` [shear moduli] as
-    in `Fineness`; contact `depth` [thicknesses], 0 for none; `layers` at the target's edge and the faces. A whole pad
-    frees all six components of the motion.
+    in `SectionFineness`; contact `depth` [thicknesses], 0 for none; `layers` at the target's edge and the faces. A
+    whole pad frees all six components of the motion.
     """
     return solid(sensor, _meshed(shape_of(*pad_parts(sensor)), (split, grading, layers), whole), guard, depth)
 
 
 @lru_cache(maxsize=8)
-def _meshed(shape: Shape, fineness: tuple[int, float, int], whole: bool) -> NumberedMesh:
+def _meshed(shape: PadShape, fineness: tuple[int, float, int], whole: bool) -> NumberedMesh:
     """Mesh a pad; cached for bodies that differ in law, guard or contact."""
     mesh, division = half_bricks(shape, *fineness)
     if whole:
         mesh, division = both_halves(mesh), division.doubled
     own, basis = solid_mesh(mesh, BRICK)
     _, y, z = own.nodes.T
-    top = (z > 1.0 - 1e-9) & within(shape.plate, own.nodes, 1e-9)
+    top = (z > 1.0 - 1e-9) & inside_outline(shape.plate, own.nodes, 1e-9)
     where = np.stack([z < 1e-9, top, (np.abs(y) < 1e-9) & (not whole)])
     found = numbered(own, where, basis, shape.plate, half=not whole, convex=not shape.middles)
     return replace(found, division=division)
 
 
 def numbered(
-    mesh: MixedMesh, where: Array, basis: Basis, plate: Outline, *, half: bool, convex: bool = True
+    mesh: MixedMesh, where: Array, basis: Basis, plate: PlateOutline, *, half: bool, convex: bool = True
 ) -> NumberedMesh:
     """Return a mesh, from `solid_mesh`, with its faces under a target's outline `plate` (half sizes) [thicknesses].
 
@@ -181,15 +181,15 @@ def _free_facets(basis: Basis, where: Array) -> Integers:
     return np.asarray(facets[~bonded])
 
 
-def _surfaces(basis: Basis, facets: Integers, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
+def _surfaces(basis: Basis, facets: Integers, plate: PlateOutline) -> tuple[tuple[Plane, Surface], ...]:
     """Return faces before planes: below the top before the ground, under the target before its plane, else its walls.
 
     A face of the top lies under the target only with all its corners: rims of thin faces beside a disc do not.
     """
     corners = basis.mesh.p[:, basis.mesh.facets[:, facets]]
     top = np.all(corners[2] > 1.0 - 1e-9, axis=0)
-    inside = np.all([within(plate, corner.T, 1e-3) for corner in corners.swapaxes(0, 1)], axis=0)
-    under = np.where(top, inside, within(plate, corners.mean(axis=1).T, 1e-3))
+    inside = np.all([inside_outline(plate, corner.T, 1e-3) for corner in corners.swapaxes(0, 1)], axis=0)
+    under = np.where(top, inside, inside_outline(plate, corners.mean(axis=1).T, 1e-3))
     groups: tuple[tuple[Plane, Array], ...] = (("ground", ~top), ("plane", under), ("wall", ~under))
     return tuple((plane, facets_of(basis, facets[own])) for plane, own in groups if np.any(own))
 
@@ -220,7 +220,7 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     return target, elastomer
 
 
-def edge_notes(sensor: Sensor) -> tuple[Note, ...]:
+def ignored_edge(sensor: Sensor) -> tuple[Note, ...]:
     """Note that an edge radius is ignored here."""
     if sensor.elastomer is None or sensor.elastomer.edge_radius is None:
         return ()

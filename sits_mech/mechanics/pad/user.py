@@ -23,9 +23,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from skfem import Mesh
 
-from sits_mech.geometry.meshing.bricks import Outline, within
+from sits_mech.geometry.meshing.bricks import PlateOutline, inside_outline
 from sits_mech.geometry.meshing.refinement import Refinement, refined
-from sits_mech.geometry.meshing.soundness import pieces, place
+from sits_mech.geometry.meshing.soundness import connected_cells, place
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
 from sits_mech.mechanics.element.prolongation import Prolongation, prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded
@@ -115,7 +115,7 @@ def _sizes(sensor: Sensor) -> _Sizes:
 
 @lru_cache(maxsize=8)
 def _divided(
-    file: tuple[Path, bool, int], plate: Outline, sizes: _Sizes, times: int, constant: bool
+    file: tuple[Path, bool, int], plate: PlateOutline, sizes: _Sizes, times: int, constant: bool
 ) -> tuple[NumberedMesh, Refinement]:
     """Make the level, cached for bodies that share it."""
     t, name = sizes.thickness, str(file[0])
@@ -128,7 +128,7 @@ def _divided(
             where[row, basis.get_dofs(group).all()] = True
     _check_place(name, own.nodes, where, sizes)
     bonded = own.nodes[where[1]]
-    if not np.all(within(plate, bonded, _SLACK * max(plate[:2]))):
+    if not np.all(inside_outline(plate, bonded, _SLACK * max(plate[:2]))):
         reach = 2e3 * t * np.abs(bonded[:, :2]).max(axis=0)
         raise ValueError(
             f"{name}: the group target must lie under the target, {_words(sizes.target)}; got {reach[0]:.4g} x "
@@ -182,7 +182,7 @@ def _check_groups(name: str, mesh: Mesh) -> None:
                     f"{other}, the first about {place(mesh.p.T[mesh.facets[:, both[0]]])}"
                 )
     inner = mesh.f2t[:, mesh.f2t[1] >= 0]
-    piece = pieces(mesh.t.shape[1], inner)
+    piece = connected_cells(mesh.t.shape[1], inner)
     for group in ("ground", "target"):
         held = np.isin(piece, piece[mesh.f2t[0, mesh.boundaries[group]]])
         if not held.all():

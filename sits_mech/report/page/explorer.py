@@ -75,7 +75,7 @@ Record = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Asked:
+class RequiredLines:
     """What is required, as lines over the explorer, and what it is required of."""
 
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of components of the load [N, N m]
@@ -83,16 +83,18 @@ class Asked:
     items: Sequence[Record] = ()  # as of `items_of`, with values (*loads) and a limit, each along a component
 
 
-def explorer(sensor: Sensor, data: xr.Dataset, read: Readings, asked: Asked | None = None) -> tuple[str, str]:
+def explorer(sensor: Sensor, data: xr.Dataset, read: Readings, asked: RequiredLines | None = None) -> tuple[str, str]:
     """Return the explorer's section and script; the table must vary at least one component of the load."""
-    asked = asked or Asked()
+    asked = asked or RequiredLines()
     items = items_of(sensor, data, read)
     items += [{key: item for key, item in each.items() if key not in _UNSHOWN} for each in asked.items]
     data = data.assign({each["name"]: (varied(data), each["values"]) for each in asked.items})
     curves = charts(data, items, asked)
     small = sum(1 + ("error" in item) for item in items) * data["status"].size <= _MOST
     hint = "" if small else " This table is large: it stands here with six digits and without errors."
-    markup = Template(_MARKUP).substitute(sliders=sliders(data), cards=cards(items), figures=figures(curves), hint=hint)
+    markup = Template(_MARKUP).substitute(
+        sliders=sliders(data), cards=cards(items), figures=empty_charts(curves), hint=hint
+    )
     record = table(sensor, data, read, items, small=small) | {"charts": curves, "asked": dict(asked.ranges)}
     record["most_high"] = None if asked.height is None else MM * asked.height
     return markup, script_of(record, [page_file(f"{name}.js") for name in ("table", "scene", "charts", "page")])
@@ -157,7 +159,7 @@ def sliders(data: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def charts(data: xr.Dataset, items: list[Record], asked: Asked) -> list[Record]:
+def charts(data: xr.Dataset, items: list[Record], asked: RequiredLines) -> list[Record]:
     """Return the curves that are drawn: each signal against the force that it answers, at several values of another."""
     varies, limits = several(data), {each["name"]: each for each in asked.items}
     own, found = {signal: force for force, signal in signals_of(data).items()}, []
@@ -173,7 +175,7 @@ def charts(data: xr.Dataset, items: list[Record], asked: Asked) -> list[Record]:
     return found
 
 
-def figures(curves: list[Record]) -> str:
+def empty_charts(curves: list[Record]) -> str:
     """Return an empty chart with its words for each of `charts`."""
     lines = []
     for k, curve in enumerate(curves):

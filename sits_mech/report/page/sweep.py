@@ -53,11 +53,11 @@ def write_sweep(folder: Path, path: Path) -> list[Path]:
     files = {name: folder / ("scene.toml" if len(scenes) == 1 else f"scene-{k}.toml") for k, name in enumerate(scenes)}
     for name, file in files.items():
         write_text(file, scenes[name])
-    write_text(path, page(data, failed, files))
+    write_text(path, sweep_page(data, failed, files))
     return list(files.values())
 
 
-def page(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]) -> str:
+def sweep_page(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]) -> str:
     """Return the report of a sweep's table; `failed` are numbers of cases, `files` their scenes by names."""
     states = data["status"].to_numpy().ravel().tolist()
     record = columns_of(data)

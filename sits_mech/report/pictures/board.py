@@ -14,7 +14,7 @@ from rich.table import Table
 from sits_mech.boards.copper import Board
 from sits_mech.boards.pieces import drawn
 from sits_mech.boards.scene import coil_alone
-from sits_mech.boards.windings import Winding
+from sits_mech.boards.windings import CoilCandidate
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.report.pictures.style import new_figure
 from sits_mech.report.tables.solves import column_table, short
@@ -30,7 +30,7 @@ _LEAST, _TALLEST = 0.7, 1.6  # heights of a picture, over its width
 class Listed:
     """What looks like a coil, with its inductance in free space [H], None of what is no coil."""
 
-    coil: Winding
+    coil: CoilCandidate
     inductance: float | None
 
     @property
@@ -39,12 +39,12 @@ class Listed:
         return "-" if self.inductance is None else short(1e6 * self.inductance, 4)
 
 
-def listed(board: Board, found: Sequence[Winding]) -> tuple[Listed, ...]:
+def listed(board: Board, found: Sequence[CoilCandidate]) -> tuple[Listed, ...]:
     """Return windings with their inductances."""
     return tuple(Listed(each, _inductance(board, each)) for each in found)
 
 
-def _inductance(board: Board, found: Winding) -> float | None:
+def _inductance(board: Board, found: CoilCandidate) -> float | None:
     """Return the inductance of a coil in free space [H]; None of what is none."""
     try:
         return None if found.path is None else float(free_inductances((coil_alone(board, found.path),))[0, 0])

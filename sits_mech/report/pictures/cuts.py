@@ -42,7 +42,7 @@ FLAT = Plane()
 """The plane y = 0."""
 
 
-def along(places: Array, plane: Plane) -> tuple[Array, Array]:
+def along_plane(places: Array, plane: Plane) -> tuple[Array, Array]:
     """Return s and distance from a plane of places (..., 2 or 3) [m]."""
     x, y = places[..., 0], places[..., 1]
     c, s = np.cos(plane.angle), np.sin(plane.angle)
@@ -59,7 +59,7 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
         corners, sign = _straight_cut(coil, plane)
         return (corners if substrate_radius is None else _bent(corners, substrate_radius)), sign
     rings = coil_sections(coil)
-    start, d = along(np.array(coil.centre), plane)
+    start, d = along_plane(np.array(coil.centre), plane)
     outer, inner = (np.sqrt(np.maximum((rings.radius + k * rings.width / 2) ** 2 - d**2, 0.0)) for k in (1, -1))
     cut = outer > 0.0
     low, high = (rings.z + k * rings.height / 2 for k in (-1, 1))
@@ -74,7 +74,7 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
 def _straight_cut(coil: Coil, plane: Plane) -> tuple[Array, Array]:
     """Return corners and signs of the straight tracks that a plane cuts."""
     tracks = coil_tracks(coil)
-    (s_a, d_a), (s_b, d_b) = along(tracks.start, plane), along(tracks.end, plane)
+    (s_a, d_a), (s_b, d_b) = along_plane(tracks.start, plane), along_plane(tracks.end, plane)
     cut = (d_a > 0.0) != (d_b > 0.0)
     across = (d_b - d_a)[cut]
     middle = s_a[cut] - d_a[cut] * (s_b - s_a)[cut] / across
@@ -113,11 +113,11 @@ def target_cut(target: Target, pose: Pose, plane: Plane = FLAT) -> Array:
     ends = pieces[:, [0, 1, 1, 0]]
     up = np.broadcast_to([0.0, 0.0, target.thickness, target.thickness], ends.shape)
     body = np.stack([c * ends - s * plane.offset, s * ends + c * plane.offset, up], axis=-1)
-    moved = placed(body.reshape(-1, 3), pose).reshape(*ends.shape, 3)
-    return np.stack([along(moved, plane)[0], moved[..., 2]], axis=-1)
+    moved = target_points(body.reshape(-1, 3), pose).reshape(*ends.shape, 3)
+    return np.stack([along_plane(moved, plane)[0], moved[..., 2]], axis=-1)
 
 
-def placed(points: Array, pose: Pose) -> Array:
+def target_points(points: Array, pose: Pose) -> Array:
     """Return points of the target's own axes, from its bottom face's centre, in the scene; shape (n, 3) [m]."""
     return points @ rotation_matrix(pose.rotation).T + pose.centre
 
@@ -138,17 +138,17 @@ def conductor_cut(part: Conductor, plane: Plane) -> Array:
 def _crossings(lines: Sequence[Array], plane: Plane, closed: bool = True) -> Array:
     """Return where lines (m, 3), closed or not, cross a plane, along it and up, shape (k, 2) [m]."""
     a, b = edges(lines) if closed else (np.array([line[k] for line in lines]) for k in (0, 1))
-    d_a, d_b = (along(ends, plane)[1] for ends in (a, b))
+    d_a, d_b = (along_plane(ends, plane)[1] for ends in (a, b))
     crossed = (d_a > 0.0) != (d_b > 0.0)
     share = (d_a[crossed] / (d_a - d_b)[crossed])[:, None]
     places = a[crossed] + share * (b - a)[crossed]
-    return np.column_stack([along(places, plane)[0], places[:, 2]])
+    return np.column_stack([along_plane(places, plane)[0], places[:, 2]])
 
 
 def chords(loops: Sequence[Loop | Array], plane: Plane) -> Array:
     """Return from where to where a plane is within an outline with holes, shape (k, 2) [m]."""
     a, b = edges([np.array(loop) for loop in loops])
-    (s_a, d_a), (s_b, d_b) = along(a, plane), along(b, plane)
+    (s_a, d_a), (s_b, d_b) = along_plane(a, plane), along_plane(b, plane)
     crossed = (d_a > 0.0) != (d_b > 0.0)
     share = d_a[crossed] / (d_a - d_b)[crossed]
     return np.sort(s_a[crossed] + share * (s_b - s_a)[crossed]).reshape(-1, 2)

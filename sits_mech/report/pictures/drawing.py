@@ -34,7 +34,7 @@ _MOST = 9  # distances of neighbouring coils that are written
 Span = tuple[float, float, str]  # from where to where, and what stands at it
 
 
-class Plate(NamedTuple):
+class DrawnPlate(NamedTuple):
     """A flat part at rest [mm]: rim and holes (k, 2), or rims; bottom, top (NaN where no pad is), sizes, colour."""
 
     name: str
@@ -50,7 +50,7 @@ class Drawing(NamedTuple):
     """What is drawn [mm]: parts from below, where the section is, least and greatest x, y, z, the largest size."""
 
     sensor: Sensor
-    plates: tuple[Plate, ...]
+    plates: tuple[DrawnPlate, ...]
     plane: Plane
     low: Array
     high: Array
@@ -97,22 +97,22 @@ def _drawing(sensor: Sensor) -> Drawing:
     return Drawing(sensor, tuple(plates), plane, low, high, float(np.max(high - low)))
 
 
-def _plates(sensor: Sensor) -> list[Plate]:
+def _plates(sensor: Sensor) -> list[DrawnPlate]:
     """Return fixed plates, pad and target at rest."""
     found, rest, where = [], np.nan, "; no pad: its height is that of a pose"
     for part in sensor.conductors:
         own, (low, high) = tuple(MM * loop for loop in from_above(part)), (MM * z for z in part.span)
         words = f"{_sizes(part)}, middle at z = {MM * part.centre[2]:.4g}{_turned(part)}"
-        found.append(Plate(part.name, own, low, high, words, "#8792a6", part))
+        found.append(DrawnPlate(part.name, own, low, high, words, "#8792a6", part))
     layer, target = sensor.elastomer, sensor.target
     if layer is not None:
         bottom, rest, where = MM * layer.standoff, MM * (layer.standoff + layer.thickness), ""
         rims = tuple(MM * own.rim for own in pad_outlines(layer, target))
         sizes = _sizes(layer) if layer.kind != "pillars" else f"{len(rims)} pillars {_sizes(layer)}"
-        found.append(Plate("pad", rims, bottom, rest, sizes, "#efcf9f"))
+        found.append(DrawnPlate("pad", rims, bottom, rest, sizes, "#efcf9f"))
     if target is not None:
         own = tuple(MM * np.array(loop) for loop in target_outline(target).loops)
-        found.append(Plate("target", own, rest, rest + MM * target.thickness, _sizes(target) + where, "#b87333"))
+        found.append(DrawnPlate("target", own, rest, rest + MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
 
 

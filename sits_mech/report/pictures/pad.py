@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.block import BlockPad, of_both_halves, solved_body
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import BRICK, DeformedSection, MixedMesh
-from sits_mech.mechanics.pad.shapes import Shape, shape_of
+from sits_mech.mechanics.pad.shapes import PadShape, shape_of
 from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.quantities import Array, Equilibrium, Integers
 
@@ -42,7 +42,7 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
     return DeformedSection(points, quads, J[cells], stretch[cells], rest)
 
 
-def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[tuple[Array, Array], Integers, Integers]:
+def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: PadShape) -> tuple[tuple[Array, Array], Integers, Integers]:
     """Return points along a direction and up, deformed and before, quads of a grid, and each one's cell.
 
     The grid is even, with a line at each interface besides.

@@ -17,7 +17,7 @@ from sits_mech.scene.sensor import SceneError, Sensor
 
 
 @dataclass(frozen=True)
-class Request:
+class PictureSettings:
     """Settings of a picture."""
 
     wrench: Wrench  # not used where a pose is given
@@ -27,7 +27,7 @@ class Request:
     show: str = "displacement"  # or "stretch": what colours a layer
 
 
-def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
+def draw(kind: Kind, sensor: Sensor, request: PictureSettings, path: Path) -> None:
     """Draw a picture and write it; raise ValueError, saying why it cannot be drawn, or SolveFailed."""
     if kind == "field":
         refuse_out_of_plane("planar-fem, and --kind field", request.pose or request.wrench)
@@ -45,7 +45,7 @@ def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
     save_figure(figure, path)
 
 
-def resting_pose(sensor: Sensor, request: Request) -> Pose:
+def resting_pose(sensor: Sensor, request: PictureSettings) -> Pose:
     """Return the pose that is asked for, or where the target comes to rest under the load."""
     if request.pose is not None or sensor.target is None:
         return request.pose or Pose(0.0, 0.0)

@@ -21,7 +21,7 @@ from sits_mech.geometry.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.pictures.cuts import placed
+from sits_mech.report.pictures.cuts import target_points
 from sits_mech.report.pictures.fields import CURRENT, driven_currents, written_frequency
 from sits_mech.report.pictures.stream import Stream, plate_stream
 from sits_mech.report.pictures.style import label_bar, new_figure
@@ -148,10 +148,10 @@ def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
     loops = target_outline(target).turned
     starts = np.cumsum([0, *map(len, loops)])
     flat = np.vstack(loops)
-    corners = MM * placed(np.column_stack([flat, np.zeros(len(flat))]), pose)
+    corners = MM * target_points(np.column_stack([flat, np.zeros(len(flat))]), pose)
     rims = [np.r_[len(loop) + 1, start + np.arange(len(loop)), start]
             for loop, start in zip(loops, starts[:-1], strict=True)]
-    up = placed(np.array([[0.0, 0.0, target.thickness]]), pose) - placed(np.zeros((1, 3)), pose)
+    up = target_points(np.array([[0.0, 0.0, target.thickness]]), pose) - target_points(np.zeros((1, 3)), pose)
     face = pyvista.PolyData(corners, lines=np.concatenate(rims)).triangulate_contours()
     return face.extrude(MM * up[0], capping=True)
 
@@ -170,7 +170,7 @@ def _lines(pyvista: Any, target: Target, pose: Pose, stream: Stream) -> Any:
     step = np.ptp(psi) / _LINES
     lines = flat.contour(psi.min() + step * (np.arange(_LINES) + 0.5), scalars="psi")
     height = np.full(lines.n_points, 1.02 * target.thickness + 2e-5)
-    lines.points = MM * placed(np.column_stack([lines.points[:, :2], height]), pose)
+    lines.points = MM * target_points(np.column_stack([lines.points[:, :2], height]), pose)
     return lines.tube(radius=MM * 4e-5)
 
 

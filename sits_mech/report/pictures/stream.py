@@ -22,13 +22,13 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import outline_plan, target_outline
-from sits_mech.geometry.sheet_plan import Grading, Plan
+from sits_mech.geometry.sheet_plan import CellPlan, Grading
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, prism_means
 from sits_mech.quantities import Array, Complex, Integers, Pose
-from sits_mech.report.pictures.cuts import placed
+from sits_mech.report.pictures.cuts import target_points
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, Target
 
@@ -70,20 +70,20 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
     return Stream(plan.nodes, plan.cells, _at_nodes(plan, found), complex(1j * omega * g @ found))
 
 
-def _plan(target: Target, cells: int) -> Plan:
+def _plan(target: Target, cells: int) -> CellPlan:
     """Return cells of the whole outline, graded to the rim."""
     outline = target_outline(target)
     size = float(np.ptp(outline.rim, axis=0).min())
     return outline_plan(outline, Grading(size / (4 * cells), 2.0, size / cells))
 
 
-def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array:
+def _potential(sensor: Sensor, pose: Pose, plan: CellPlan, currents: Array) -> Array:
     """Return coils' vector potential at the cells' middles, in the target's own axes, shape (m, 3) [V s/m]."""
     height = 0.0 if sensor.target is None else sensor.target.thickness / 2
     corners = plan.nodes[plan.cells]
     triangle = np.all(corners[:, 2] == corners[:, 3], axis=1)
     middle = np.where(triangle[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
-    points = placed(np.column_stack([middle, np.full(middle.shape[0], height)]), pose)
+    points = target_points(np.column_stack([middle, np.full(middle.shape[0], height)]), pose)
     A = np.zeros(points.shape)
     for coil, current in zip(sensor.coils, currents, strict=True):
         if current != 0.0:
@@ -91,7 +91,7 @@ def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array
     return A @ rotation_matrix(pose.rotation)
 
 
-def _at_nodes(plan: Plan, found: Complex) -> Complex:
+def _at_nodes(plan: CellPlan, found: Complex) -> Complex:
     """Return unknowns at all nodes: zero on the rim, one value on the rim of each hole."""
     psi = np.zeros(plan.nodes.shape[0], dtype=complex)
     inner = plan.loop < 0

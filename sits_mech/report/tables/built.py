@@ -109,7 +109,7 @@ def _alike(found: Adaptation) -> list[tuple[str, str, float]]:
     ]
 
 
-def plan_record(plan: LoadPlan) -> dict[str, Any]:
+def adapt_plan_record(plan: LoadPlan) -> dict[str, Any]:
     """Return a plan of loads for a program, SI; errors over each range."""
     return {
         "rig": plan.rig,
@@ -125,7 +125,7 @@ def plan_record(plan: LoadPlan) -> dict[str, Any]:
     }
 
 
-def plan_tables(plan: LoadPlan) -> list[Any]:
+def adapt_plan_tables(plan: LoadPlan) -> list[Any]:
     """Return a plan of loads, with what each brings, and in words what all do."""
     names = plan.forces
     table = column_table(

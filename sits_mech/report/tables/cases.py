@@ -16,7 +16,7 @@ from sits_mech.readout.signals import told
 from sits_mech.report.left_out import kept_lines
 from sits_mech.report.tables.loads import point_name
 from sits_mech.report.tables.solves import column_table
-from sits_mech.status import ANSWERED, kind_of
+from sits_mech.status import ANSWERED, failure_kind
 
 if TYPE_CHECKING:
     from sits_mech.batch.forecast import Forecast
@@ -96,7 +96,7 @@ def case_failures(data: xr.Dataset) -> list[str]:
     found: dict[str, list[int]] = {}
     for number, state in enumerate(status):
         if state not in ANSWERED:
-            found.setdefault(kind_of(state, reason[number]), []).append(number)
+            found.setdefault(failure_kind(state, reason[number]), []).append(number)
     return [
         f"{len(own)} of {len(status)} cases, first {point_name(point(data[['status']], own[0]))}: {status[own[0]]}: "
         f"{reason[own[0]]}" for own in found.values()

@@ -47,7 +47,7 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
     return tables + ([key_table("why not", others)] if others else [])
 
 
-def plan_tables(found: DesignPlan) -> list[Table]:
+def design_plan_tables(found: DesignPlan) -> list[Table]:
     """Return what a search is to solve, the least of each size and strain, and the choices that are left out."""
     lines = [("designs to solve", f"about {found.designs}"), ("seconds", f"about {found.seconds:.2g} of the processor")]
     lines += [(f"least {name}", figure_words(name, size)) for name, size in found.least.items()]

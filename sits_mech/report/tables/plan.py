@@ -9,14 +9,14 @@ from typing import Any
 
 from rich.table import Table
 
-from sits_mech.analysis.ladder import Rung
+from sits_mech.analysis.ladder import LadderStep
 from sits_mech.chain.models import Candidate, Choice, Why
-from sits_mech.chain.plan import Plan, Step
-from sits_mech.chain.prices import Forecast
+from sits_mech.chain.plan import Plan, PlannedHalf
+from sits_mech.chain.prices import LoadForecast
 from sits_mech.magnetics.modes import skin_depths
 from sits_mech.mechanics.models import ends_of_pad
 from sits_mech.notes import Omission
-from sits_mech.report.ladder import power, sentence
+from sits_mech.report.ladder import ladder_sentence, power
 from sits_mech.report.left_out import RELATIVE, entry, reason, size_text
 from sits_mech.report.notes import sentences
 from sits_mech.report.tables.solves import column_table, key_table
@@ -41,7 +41,7 @@ def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     return [solved, *models, left_out_table(found.left_out), *finer_tables, key_table("overall", rows)]
 
 
-def taken_words(seconds: Mapping[str, float], counts: Forecast | None) -> str:
+def taken_words(seconds: Mapping[str, float], counts: LoadForecast | None) -> str:
     """Say what a load is to take, by model, and what is solved of a pad in space."""
     words = {name: f"{name}, about {_short(own)} s" for name, own in seconds.items()}
     if counts is not None:
@@ -112,7 +112,7 @@ def left_out_tables(items: Sequence[Omission]) -> list[Table]:
     return [found]
 
 
-def _cells(step: Step) -> tuple[str, str, str, str]:
+def _cells(step: PlannedHalf) -> tuple[str, str, str, str]:
     """Return half, model, asked error and seconds of a step."""
     return step.half, step.model, f"{step.error:.1g}", _short(step.seconds)
 
@@ -171,7 +171,7 @@ def _model_record(each: Candidate) -> dict[str, Any]:
     return {"name": each.model.name, "refusal": refusal, "error": each.error, "left_out": left_out, "cost": cost}
 
 
-def ladder_tables(rungs: Sequence[Rung]) -> list[Table]:
+def ladder_tables(rungs: Sequence[LadderStep]) -> list[Table]:
     """Return the rungs as a table, and the sentence."""
     headings = ("tolerance", "error of dL", "from finest", "error of pose", "from finest", "seconds", "status")
     found = column_table("solved to smaller and smaller tolerances, each from the start", headings)
@@ -179,9 +179,12 @@ def ladder_tables(rungs: Sequence[Rung]) -> list[Table]:
         errors = (one.estimated, one.difference, one.estimated_pose, one.difference_pose)
         cells = ("-" if math.isnan(error) else f"{error:.2g}" for error in errors)
         found.add_row(power(one.tolerance), *cells, f"{one.seconds:.2g}", one.status.partition(";")[0])
-    return [found, key_table("ladder", [("of the change of L", sentence([[one.asked for one in rungs]]))])]
+    return [found, key_table("ladder", [("of the change of L", ladder_sentence([[one.asked for one in rungs]]))])]
 
 
-def ladder_record(rungs: Sequence[Rung]) -> dict[str, Any]:
+def ladder_record(rungs: Sequence[LadderStep]) -> dict[str, Any]:
     """Return the rungs and their sentence for a program."""
-    return {"ladder": [asdict(one) for one in rungs], "ladder_sentence": sentence([[one.asked for one in rungs]])}
+    return {
+        "ladder": [asdict(one) for one in rungs],
+        "ladder_sentence": ladder_sentence([[one.asked for one in rungs]]),
+    }

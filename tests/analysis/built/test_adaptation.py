@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.bench import terminal_calibration
-from sits_mech.analysis.built.adaptation import adapt, sampled
+from sits_mech.analysis.built.adaptation import adapt, laplace_error
 from sits_mech.analysis.built.constants import constants_of
 from sits_mech.analysis.built.corrected import corrected
 from sits_mech.analysis.built.prior import Prior, prior_of
@@ -101,9 +101,9 @@ def test_samples_agree_with_the_approximation(prior: Prior) -> None:
     found = adapt(few, bench_of(few, modulus=0.9, gap=2e-5, alpha=0.004))
     terms = found.posterior.terms(found.posterior.fit.values[None])[0]
     assert terms @ terms == pytest.approx(found.chi_square)
-    by = sampled(found, 200)
+    by = laplace_error(found, 200)
     assert by.settled == 1.0 and by.shift < 0.3 and by.width < 0.25 and by.force_width < 0.25
-    whole = sampled(adapt(prior, bench_of(prior)), 50)
+    whole = laplace_error(adapt(prior, bench_of(prior)), 50)
     assert whole.settled > 0.5 and whole.force_width < 0.6
 
 

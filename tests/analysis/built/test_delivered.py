@@ -11,7 +11,7 @@ from sits_mech.analysis.built.delivered import delivered, known_by, lot_record, 
 from sits_mech.analysis.built.load_plan import plan_loads
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.built.production import Production
-from sits_mech.analysis.built.unknowns import Known
+from sits_mech.analysis.built.unknowns import PriorParameter
 from sits_mech.scene.sensor import SceneError
 
 
@@ -72,7 +72,7 @@ def test_a_lot_that_cannot_be_is_refused(prior: Prior, tmp_path: Path) -> None:
 def test_spread_is_read(prior: Prior) -> None:
     """In percent and micrometres; anything else is one line."""
     assert spread_of(prior, ["modulus=2 %", " gap = 20 um"]) == pytest.approx({"modulus": 0.02, "gap": 2e-5})
-    width = replace(prior.setup, parameters=(Known("target.width", 0.015, 1e-4), *prior.setup.parameters))
+    width = replace(prior.setup, parameters=(PriorParameter("target.width", 0.015, 1e-4), *prior.setup.parameters))
     other = replace(prior, setup=width)
     for text, size in (("1 %", 1.5e-4), ("10 um", 1e-5), ("1e-5", 1e-5)):
         assert spread_of(other, [f"target.width={text}"]) == pytest.approx({"target.width": size})

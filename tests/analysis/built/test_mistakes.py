@@ -9,7 +9,7 @@ import xarray as xr
 
 from sits_mech.analysis.bench import absolute, loads_over, table_impedance, with_idle
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
-from sits_mech.analysis.built.force_maps import table_of
+from sits_mech.analysis.built.force_maps import force_maps_of
 from sits_mech.analysis.built.mistakes import as_read, mistake
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
@@ -81,7 +81,7 @@ def read(prior: Prior, bench: Measured) -> Adaptation:
 def test_idle_coils_the_other_way_are_found(coupled: Prior, idle: str) -> None:
     """A bench of open coils is none of the scene's shorted ones; its own way nothing is said."""
     own, names = coupled.sensor, coupled.forces
-    L = table_of(with_idle(own, idle), coupled.data, names).at(LOADS[None])[0][0]
+    L = force_maps_of(with_idle(own, idle), coupled.data, names).at(LOADS[None])[0][0]
     noise = coupled.noise * np.random.default_rng(2).standard_normal(L.shape)
     bench = Measured(LOADS, L + noise, "bench.csv")
     assert own.readout.idle_coil == "shorted"

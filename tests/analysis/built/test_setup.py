@@ -8,7 +8,7 @@ import pytest
 
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import Known, checked, known
+from sits_mech.analysis.built.unknowns import PriorParameter, known, parameters_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.cli.main import run
 from sits_mech.magnetics.coils.resistance import track_spectrum
@@ -65,12 +65,12 @@ def poses() -> Array:
 
 def test_texts_are_read() -> None:
     """Names alone, values with one unit or two, keys of the scene in any unit."""
-    assert known(" gap ") == Known("gap")
-    assert known("gap=0+-0.3mm") == Known("gap", 0.0, 3e-4) == known("gap = 0 um +- 300 um")
+    assert known(" gap ") == PriorParameter("gap")
+    assert known("gap=0+-0.3mm") == PriorParameter("gap", 0.0, 3e-4) == known("gap = 0 um +- 300 um")
     angle, metal = known("alpha=-1±2 deg"), known("target.conductivity = 58 +- 2 MS/m")
     np.testing.assert_allclose([angle.value, angle.deviation], [-DEGREE, 2.0 * DEGREE], rtol=1e-14)
-    assert metal == Known("target.conductivity", 5.8e7, 2e6)
-    assert known("target.width=8 mm +- 0.1") == Known("target.width", 8e-3, 1e-4)
+    assert metal == PriorParameter("target.conductivity", 5.8e7, 2e6)
+    assert known("target.width=8 mm +- 0.1") == PriorParameter("target.width", 8e-3, 1e-4)
     for text, why in (
         ("colour", 'got "colour"'), ("gap=1 mm", "fit: must be modulus"), ("gap=0+-1 N", "gap: must be a length"),
         ("gap=0+-0 mm", "a deviation above 0"), ("gap=0+--1 mm", "a deviation above 0"),
@@ -105,7 +105,7 @@ def test_what_no_bench_of_the_kind_has_is_refused(sensor: Sensor) -> None:
         (["target.colour=1+-1"], True, "a number that the scene gives"), ([], True, "got none"),
     ):
         with pytest.raises(ValueError, match=why):
-            checked(sensor, texts, posed)
+            parameters_of(sensor, texts, posed)
 
 
 def test_stages_turn_the_target_about_their_axis(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -197,7 +197,7 @@ def test_poses_that_set_ups_share_are_solved_once(sensor: Sensor, poses: Array) 
             asked.append(len(pose.centre))
             return super().impedance(pose, frequency)
 
-    setup = Setup(sensor, (Known("gap"), Known("lead")), Counted)
+    setup = Setup(sensor, (PriorParameter("gap"), PriorParameter("lead")), Counted)
     P = np.array([[0.0, 0.0], [0.0, 1e-8], [2e-5, 0.0]])
     found = setup.readings(np.tile(poses, (3, 1, 1)), P)
     assert asked == [2 * (len(poses) - 1)]

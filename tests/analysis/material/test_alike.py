@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.analysis.material.alike import REACH, Known, as_good, factor, nearest
+from sits_mech.analysis.material.alike import REACH, LawWithConstants, as_good, central_law, largest_factor
 from sits_mech.analysis.material.fitted import _points, fit_law, fit_tests
 from sits_mech.analysis.material.tensile import Sizes, TensileTest
 from sits_mech.silicone.homogeneous import energy_density, engineering_stress, principal_stretches, shear_secant
@@ -66,7 +66,7 @@ def pull(name: str, most: float, noise: float, rng: np.random.Generator) -> Tens
     return TensileTest(strain, stress + noise * stress.max() * rng.standard_normal(40), name)
 
 
-def off(name: str, law: Known) -> float:
+def off(name: str, law: LawWithConstants) -> float:
     """Largest factor between the energies of a law and the truth."""
     return float(np.exp(np.abs(np.log(energy(name, STATES) / energy_density(*law[:2], STATES))).max()))
 
@@ -81,15 +81,15 @@ def treloar(folder: Path) -> dict[str, Path]:
 
 def test_factor_closed_forms() -> None:
     """Moduli of one to two: 2, either way; Mooney-Rivlin's w = c01 (I2 - 3) over neo-Hooke's: I2 - 3 over I1 - 3."""
-    one, two = (Known("neo-hookean", {"shear_modulus": mu}) for mu in (1.0, 2.0))
-    assert factor(one, [two]) == pytest.approx(2.0, rel=1e-12) == factor(two, [one, two])
-    assert factor(one, [one]) == 1.0 and nearest([one, two])[1] == pytest.approx(2.0)
+    one, two = (LawWithConstants("neo-hookean", {"shear_modulus": mu}) for mu in (1.0, 2.0))
+    assert largest_factor(one, [two]) == pytest.approx(2.0, rel=1e-12) == largest_factor(two, [one, two])
+    assert largest_factor(one, [one]) == 1.0 and central_law([one, two])[1] == pytest.approx(2.0)
     stretch = 0.5392
     I1, I2 = stretch**2 + 2.0 / stretch, stretch**-2 + 2.0 * stretch
     assert I1 - 3.0 == pytest.approx(REACH, abs=2e-4)
-    second = Known("mooney-rivlin", {"c10": 0.0, "c01": 0.5})
-    assert factor(one, [second]) == pytest.approx((I2 - 3.0) / (I1 - 3.0), rel=1e-6)
-    assert factor(one, [Known("gent", {"shear_modulus": 1.0, "j_m": 0.9})]) == np.inf  # locks before
+    second = LawWithConstants("mooney-rivlin", {"c10": 0.0, "c01": 0.5})
+    assert largest_factor(one, [second]) == pytest.approx((I2 - 3.0) / (I1 - 3.0), rel=1e-6)
+    assert largest_factor(one, [LawWithConstants("gent", {"shear_modulus": 1.0, "j_m": 0.9})]) == np.inf  # locks before
 
 
 @pytest.mark.parametrize("noises", [(0.005,), pytest.param((0.0, 0.005, 0.015), marks=pytest.mark.slow)])
@@ -101,8 +101,8 @@ def test_spread_holds_the_truth(most: float, noises: tuple[float, ...]) -> None:
         for noise in noises:
             test = pull(name, most, noise, rng)
             good = as_good(_points([test]))
-            laws = [Known(law, fit_law(test, law, most).constants) for law in LAWS]
-            found += [(off(name, law) - 1.0, factor(law, good) - 1.0) for law in laws]
+            laws = [LawWithConstants(law, fit_law(test, law, most).constants) for law in LAWS]
+            found += [(off(name, law) - 1.0, largest_factor(law, good) - 1.0) for law in laws]
     true, told = np.array(found).T
     assert np.mean(true <= told) >= 0.9
     assert told.mean() < 3.0 * true.mean()
@@ -116,7 +116,7 @@ def test_treloar_by_tension_alone(tmp_path: Path) -> None:
     stress = engineering_stress("ogden", fit.constants, stretch - 1.0, "biaxial")
     np.testing.assert_allclose(stress, 98066.5 * measured, rtol=fit.mode_spread)
     assert min(fit.constants["alpha"]) >= 1.0 and 0.1 < fit.mode_spread < 0.3
-    assert off("ogden", Known("ogden", fit.constants)) < 1.0 + fit.mode_spread
+    assert off("ogden", LawWithConstants("ogden", fit.constants)) < 1.0 + fit.mode_spread
     yeoh = fit_tests(files["uniaxial"], None, None).fit
     assert yeoh.notes[-1] == "ogden of 1 term is preferred: within 18 % of all of them"
     held = fit_tests(files["uniaxial"], None, None, law="mooney-rivlin").fit

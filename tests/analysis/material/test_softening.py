@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from sits_mech.analysis.material.fitted import fit_law
-from sits_mech.analysis.material.softening import envelope, fit_softening
+from sits_mech.analysis.material.softening import fit_softening, virgin_curve
 
 PEAKS = (0.3, 0.6, 1.0)
 
@@ -56,10 +56,10 @@ def test_the_envelope_is_the_primary_curve(rubber, measured, cycles):
     """Of a softening specimen without viscosity the points beyond all strains before are the law's."""
     silicone = rubber(mullins={"r": 2.0, "m": 300.0, "beta": 0.1})
     record = measured(silicone, *cycles(PEAKS, count=200))
-    fit = fit_law(envelope(record), "yeoh")
+    fit = fit_law(virgin_curve(record), "yeoh")
     assert [fit.constants[name] for name in ("c10", "c20", "c30")] == pytest.approx([1.5e4, -300.0, 40.0], rel=1e-6)
     with pytest.raises(ValueError, match="must have 5 points of tension"):
-        envelope(replace(record, strain=-0.5 * record.strain))
+        virgin_curve(replace(record, strain=-0.5 * record.strain))
 
 
 def test_what_is_no_cyclic_test_is_refused(rubber, measured, cycles):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.columns import Column, titled
-from sits_mech.analysis.material.words import quantities, sizes
+from sits_mech.analysis.material.words import quantities, specimen_sizes
 
 
 def kind(title: str) -> tuple[str, str] | None:
@@ -42,4 +42,4 @@ def test_sizes_above_the_names() -> None:
     """In cells or in one, with the unit before or behind; the first counts; what has no unit is none."""
     lines = [["Specimen Thickness (mm)", "4"], ["Messlänge", "25,00", "mm"], ["Width = 6.0 mm"], ["Width", "7", "mm"],
              ["Querschnitt [mm²]", "24", ""], ["Diameter", "3"], ["Speed", "450", "mm/min"]]
-    assert sizes(lines) == pytest.approx({"thickness": 4e-3, "length": 25e-3, "width": 6e-3, "area": 24e-6})
+    assert specimen_sizes(lines) == pytest.approx({"thickness": 4e-3, "length": 25e-3, "width": 6e-3, "area": 24e-6})

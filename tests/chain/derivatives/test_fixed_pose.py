@@ -8,7 +8,7 @@ from scipy.constants import mu_0
 from sits_mech.chain.derivatives.fixed_pose import _cause, _growth, at_fixed_poses
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.ring_field import spectrum
+from sits_mech.magnetics.coils.ring_field import source_spectrum
 from sits_mech.quantities import Pose
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Sensor, changed, load_sensor
@@ -59,7 +59,7 @@ def test_the_copper_part_is_that_of_a_coil_over_a_half_space() -> None:
     rings = coil_sections(base)
     x, w = np.polynomial.legendre.leggauss(600)
     k = 4e3 * (x + 1.0)
-    weight = 4e3 * w * np.pi * mu_0 * spectrum(rings, k) ** 2 * np.exp(-2.0 * k * gap)
+    weight = 4e3 * w * np.pi * mu_0 * source_spectrum(rings, k) ** 2 * np.exp(-2.0 * k * gap)
 
     def by(T: float) -> np.ndarray:
         change = complex(weight @ reflection(k, omega, [Layer(5.8e7 / (1.0 + 3.93e-3 * T), np.inf)]))

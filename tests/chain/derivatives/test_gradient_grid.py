@@ -9,7 +9,7 @@ from sits_mech.chain.aimed import aimed_loads
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.derivatives.gradient import gradient
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes, gradient_on_grid, slopes_under
-from sits_mech.chain.interpolate import LoadGrid
+from sits_mech.chain.interpolate import LayerGrid
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
@@ -59,7 +59,7 @@ def test_coils_aside_are_the_target_moved_back_at_every_load() -> None:
     found = gradient_on_grid(sensor, ["coils.*.centre.0"], loads, **PLANE)
     pose = Pose.of(found.pose.transpose(*loads, "component").values)
     layer, mirrors = planar_layer(sensor, 1e-2), symmetry_of(sensor)
-    field = aimed_loads(LoadGrid(sensor, layer, loads, mirrors, 1e-2), "planar").field
+    field = aimed_loads(LayerGrid(sensor, layer, loads, mirrors, 1e-2), "planar").field
     by_pose = slopes(sensor, field, pose, sensor.frequency, components=["d_h"])
     for own, expected in ((found.by_L, by_pose.L), (found.by_R, by_pose.R)):
         np.testing.assert_allclose(own.values, -expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())

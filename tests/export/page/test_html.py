@@ -12,7 +12,7 @@ import xarray as xr
 
 from sits_mech.cli.main import run
 from sits_mech.export.formats import export
-from sits_mech.export.page.html import page
+from sits_mech.export.page.html import sensor_page
 from sits_mech.export.source import Source
 from sits_mech.export.twin.arrays import readout_arrays
 from sits_mech.export.twin.twin import OUTSIDE, UNSOLVED, Twin
@@ -85,7 +85,7 @@ def test_more_coils_than_forces_and_a_fold(
     assert compare(browser, Twin(readout_arrays(Source(*triaxial), "page", [])[0]), 2) < 1e-12
     numbers, _ = readout_arrays(source, "page", [])
     numbers["valid"][len(numbers["valid"]) // 2 :] = 0
-    (tmp_path / "fold.html").write_text(page(source, numbers, []))
+    (tmp_path / "fold.html").write_text(sensor_page(source, numbers, []))
     browser.open(tmp_path / "fold.html")
     assert compare(browser, Twin(numbers), 3) < 1e-12
     assert "No single wrench" in browser.text("state") and browser.text("b-F_x") == "no answer"

@@ -9,7 +9,7 @@ from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.chain.models import loaded_model
 from sits_mech.export.source import Source
 from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches, readings_at, total_degree
-from sits_mech.maps.chebyshev import design
+from sits_mech.maps.chebyshev import design_matrix
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.folder import read_calibration
 
@@ -26,7 +26,7 @@ def test_terms_of_a_total_degree() -> None:
     x = np.random.default_rng(1).uniform(-1.0, 1.0, (7, 2))
     powers = total_degree(2, 3)
     by_angle = np.prod(np.cos(powers[None] * np.arccos(x)[:, None]), axis=-1)
-    assert design(x, powers) == pytest.approx(by_angle, abs=1e-12) and not powers[0].any()
+    assert design_matrix(x, powers) == pytest.approx(by_angle, abs=1e-12) and not powers[0].any()
 
 
 def test_poses_are_solved(source: Source) -> None:
@@ -41,7 +41,7 @@ def test_poses_are_solved(source: Source) -> None:
     relative = np.diagonal(raw.L, axis1=1, axis2=2) / np.diagonal(raw.L0)
     assert solved / solved[:1] == pytest.approx(relative / relative[:1], rel=1e-12)
     x = (2.0 * random - found.low - found.high) / (found.high - found.low)
-    off = np.abs(design(x, found.powers) @ found.coefficients.T + found.base - solved).max(axis=0)
+    off = np.abs(design_matrix(x, found.powers) @ found.coefficients.T + found.base - solved).max(axis=0)
     assert np.all(off < 2.0 * found.error) and np.all(found.error <= 1e-6 * np.ptp(solved, axis=0))
 
 
@@ -63,4 +63,4 @@ def test_a_guess_is_near(source: Source) -> None:
     x = np.random.default_rng(3).uniform(-1.0, 1.0, (500, 2))
     off = (cal.map.at(cal.map.unscaled(x)) - base) / scale
     y = off @ towards[:, :-1].T + towards[:, -1]
-    assert np.abs(design(y, guess.powers) @ guess.coefficients.T + guess.base - x).max() < 0.05
+    assert np.abs(design_matrix(y, guess.powers) @ guess.coefficients.T + guess.base - x).max() < 0.05

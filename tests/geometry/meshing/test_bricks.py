@@ -5,10 +5,10 @@ import pytest
 from skfem import Basis
 from skfem.element import ElementHex2
 
-from sits_mech.geometry.meshing.bricks import Outline, box_bricks, covered, ring_bricks
+from sits_mech.geometry.meshing.bricks import PlateOutline, box_bricks, covered, ring_bricks
 
-SQUARE, DISC, WIDE = Outline(2.0, 2.0, False), Outline(2.0, 2.0, True), Outline(5.0, 4.0, False)
-ROUND = Outline(3.0, 3.0, True)
+SQUARE, DISC, WIDE = PlateOutline(2.0, 2.0, False), PlateOutline(2.0, 2.0, True), PlateOutline(5.0, 4.0, False)
+ROUND = PlateOutline(3.0, 3.0, True)
 Z = np.array([0.0, 0.7, 1.0])
 
 
@@ -32,13 +32,14 @@ def test_rings_fill_half_the_pad(target, pad):
 @pytest.mark.parametrize(
     ("plate", "pad", "shared"),
     [
-        (Outline(5.0, 5.0, True), Outline(3.0, 4.0, False), Outline(3.0, 4.0, False)),  # 3-4-5: corners on the rim
-        (Outline(3.0, 4.0, False), Outline(5.0, 5.0, True), Outline(3.0, 4.0, False)),
+        (PlateOutline(5.0, 5.0, True), PlateOutline(3.0, 4.0, False), PlateOutline(3.0, 4.0, False)),
+        # 3-4-5: corners on the rim
+        (PlateOutline(3.0, 4.0, False), PlateOutline(5.0, 5.0, True), PlateOutline(3.0, 4.0, False)),
         (DISC, WIDE, DISC),
         (WIDE, DISC, DISC),
-        (ROUND, Outline(2.5, 2.5, False), None),
-        (Outline(2.5, 7.0, False), ROUND, None),
-        (Outline(6.0, 3.0, False), WIDE, Outline(5.0, 3.0, False)),
+        (ROUND, PlateOutline(2.5, 2.5, False), None),
+        (PlateOutline(2.5, 7.0, False), ROUND, None),
+        (PlateOutline(6.0, 3.0, False), WIDE, PlateOutline(5.0, 3.0, False)),
         (ROUND, DISC, DISC),
     ],
 )

@@ -6,9 +6,9 @@ from skfem import Basis, MeshHex
 from skfem.assembly import Dofs
 from skfem.element import ElementHex2
 
-from sits_mech.geometry.meshing.bricks import Outline, both_halves, bricks_of, mesh_of, ring_bricks, side_by_side
+from sits_mech.geometry.meshing.bricks import PlateOutline, both_halves, bricks_of, mesh_of, ring_bricks, side_by_side
 
-DISC = Outline(1.0, 1.0, True)
+DISC = PlateOutline(1.0, 1.0, True)
 HALF, _ = ring_bricks(DISC, DISC, (np.array([0.0, 0.5, 1.0]), np.zeros(1), np.array([0.0, 1.0])), 1)
 
 

@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis
 from skfem.element import ElementHex2
 
-from sits_mech.geometry.meshing.crossing import Patch, arc, part, patch_bricks, straight
+from sits_mech.geometry.meshing.crossing import QuadPatch, arc, part, patch_bricks, straight
 
 EVEN = np.linspace(0.0, 1.0, 4)
 Z = np.array([0.0, 0.3, 1.0])
@@ -21,8 +21,8 @@ def points(*places):
 
 def test_two_patches_side_by_side_share_their_corners_and_fill_a_trapezium():
     a, b, c, d, e, f = points((0, 0), (1, 0), (3, 0), (0, 1), (1, 1.5), (3, 2.5))
-    left = Patch(straight(a, b), straight(d, e), straight(a, d), straight(b, e), EVEN, EVEN)
-    right = Patch(straight(b, c), straight(e, f), straight(b, e), straight(c, f), EVEN, EVEN)
+    left = QuadPatch(straight(a, b), straight(d, e), straight(a, d), straight(b, e), EVEN, EVEN)
+    right = QuadPatch(straight(b, c), straight(e, f), straight(b, e), straight(c, f), EVEN, EVEN)
     mesh, division = patch_bricks([left, right], Z)
     assert volume(mesh) == pytest.approx(3.0 * (1.0 + 2.5) / 2.0, rel=1e-12)
     assert mesh.nelements == division.bases == 2 * 9 * 2
@@ -36,7 +36,7 @@ def test_a_quarter_of_a_ring_has_its_area_at_fourth_order():
     areas = []
     for count in (2, 4):
         even = np.linspace(0.0, 1.0, count + 1)
-        ring = Patch(arc(a, b), arc(c, d), straight(a, c), straight(b, d), even, even)
+        ring = QuadPatch(arc(a, b), arc(c, d), straight(a, c), straight(b, d), even, even)
         areas.append(volume(patch_bricks([ring], Z)[0]))
     wrong = np.abs(np.array(areas) - 0.75 * np.pi)
     assert wrong[0] < 2e-3 and wrong[0] / wrong[1] == pytest.approx(16.0, rel=0.1)  # parabolas for arcs: h^4
@@ -46,7 +46,7 @@ def test_bricks_lie_in_those_of_the_base():
     """Of a patch with four lines, every second of which is of the base: corners where the division says."""
     a, b, c, d = points((0, 0), (6, 0), (0, 2), (6, 2))
     s, t, z = np.array([0.0, 0.1, 0.5, 0.8, 1.0]), np.array([0.0, 0.6, 1.0]), np.array([0.0, 0.3, 1.0])
-    mesh, own = patch_bricks([Patch(straight(a, b), straight(c, d), straight(a, c), straight(b, d), s, t)], z, 2)
+    mesh, own = patch_bricks([QuadPatch(straight(a, b), straight(c, d), straight(a, c), straight(b, d), s, t)], z, 2)
     assert own.bases == 2
     low = mesh.p[:, mesh.t].min(axis=1).T
     np.testing.assert_allclose((low - np.outer(own.base, [3.0, 0.0, 0.0])) / (3.0, 2.0, 1.0), own.low, atol=1e-12)

@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 from skfem import Basis
 from skfem.element import ElementHex2
 
-from sits_mech.geometry.meshing.bricks import Outline, pillar_bricks
+from sits_mech.geometry.meshing.bricks import PlateOutline, pillar_bricks
 
-DISC = Outline(0.5, 0.5, True)
+DISC = PlateOutline(0.5, 0.5, True)
 LINES = (np.array([0.0, 0.6, 1.0]), np.array([0.0, 0.4, 1.0]))
 GRID = tuple((x, y) for x in (-2.0, 0.0, 2.0) for y in (-2.0, 0.0, 2.0))
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshTet
 
-from sits_mech.geometry.meshing.soundness import check_sound, faces_of, joined, pieces
+from sits_mech.geometry.meshing.soundness import check_sound, connected_cells, faces_of, merged_corners
 
 MM = 1e-3
 LINES = np.array([0.0, 1.0, 2.5])
@@ -45,7 +45,7 @@ def test_watertight_solids_pass(solid):
     check_sound("box", points, cells)
     check_sound("film", points * [1.0, 1.0, 1e-3], cells)
     check_sound("two", *together((points, cells), (points + 3.0 * MM, cells)))
-    assert pieces(2, np.zeros((2, 0), dtype=int)).max() == 1
+    assert connected_cells(2, np.zeros((2, 0), dtype=int)).max() == 1
 
 
 def test_faces_are_the_surface_and_the_inside():
@@ -68,7 +68,7 @@ def test_cuts_are_found_and_merged(solid):
     with pytest.raises(ValueError, match=rf"cut by duplicated nodes; {faces} faces .*9 nodes.*about \(1, ") as caught:
         check_sound("cut", points + 1e-9, cells)
     assert "--weld" in str(caught.value) and "\n" not in str(caught.value)
-    same = joined(points, cells)
+    same = merged_corners(points, cells)
     assert np.count_nonzero(same != np.arange(len(points))) == 9
     check_sound("cut", points, same[cells])
 

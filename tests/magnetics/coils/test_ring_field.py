@@ -9,7 +9,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import mutual_loops, ring_mutual
-from sits_mech.magnetics.coils.ring_field import STEP, Radial, coil_potential, spectrum, winding_potential
+from sits_mech.magnetics.coils.ring_field import STEP, Radial, coil_potential, source_spectrum, winding_potential
 from sits_mech.memory import SECONDS
 from sits_mech.scene.sensor import Coil, SceneError
 
@@ -126,7 +126,7 @@ def test_coils_of_too_many_turns_are_refused_before_anything_is_allocated():
     ones = np.ones(1_000_000)
     rings = Sections(ones, -ones, 1e-4 * ones, 1e-5 * ones)
     with pytest.raises(ValueError, match=r"1000000 turns of a coil, times 5000 .* take some 447 GiB, more than"):
-        spectrum(rings, np.linspace(1.0, 2.0, 5000))
+        source_spectrum(rings, np.linspace(1.0, 2.0, 5000))
 
 
 @pytest.mark.parametrize("height", [0.3, 2.0, 20.0])
@@ -206,7 +206,7 @@ def test_wave_numbers_that_take_long_are_refused(monkeypatch: pytest.MonkeyPatch
     rings = Sections(np.full(11, 5e-3), np.zeros(11), np.full(11, 2e-3), np.full(11, 35e-6))
     monkeypatch.setenv(SECONDS.variable, "0.01")
     with pytest.raises(SceneError, match="^coils: 20000 wave numbers of 11 turns must take at most 0.01 s"):
-        spectrum(rings, np.linspace(1.0, 1e4, 20_000))
+        source_spectrum(rings, np.linspace(1.0, 1e4, 20_000))
 
 
 def test_the_spectrum_of_a_wide_ring_is_that_of_its_strips() -> None:
@@ -217,9 +217,11 @@ def test_the_spectrum_of_a_wide_ring_is_that_of_its_strips() -> None:
         for radius, width in ((np.array([6 * MM]), 4 * MM), (radii, 0.1 * MM))
     )
     flat = Sections(wide.radius, wide.z, wide.width, 0.0 * wide.height)
-    np.testing.assert_allclose(spectrum(flat, k)[:3] / spectrum(wide, k)[:3], 1.0, rtol=1e-5)  # a foil is a ring
-    exact = spectrum(strips, k) / 40
-    assert np.abs(spectrum(wide, k) - exact).max() < 1e-6 * np.abs(exact).max()
+    np.testing.assert_allclose(
+        source_spectrum(flat, k)[:3] / source_spectrum(wide, k)[:3], 1.0, rtol=1e-5
+    )  # a foil is a ring
+    exact = source_spectrum(strips, k) / 40
+    assert np.abs(source_spectrum(wide, k) - exact).max() < 1e-6 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize(("shape", "away"), [

@@ -8,7 +8,7 @@ import pytest
 from scipy.constants import mu_0
 from scipy.integrate import dblquad
 
-from sits_mech.geometry.tracks import Tracks, coil_tracks
+from sits_mech.geometry.tracks import TrackBars, coil_tracks
 from sits_mech.geometry.windings import coil_sections, turn_radii
 from sits_mech.magnetics.coils.loops import free_inductances, ring_inductance
 from sits_mech.magnetics.coils.resistance import track_resistance
@@ -22,10 +22,10 @@ MM = 1e-3
 ONE = np.zeros(1), np.ones(1)  # a filament in the middle
 
 
-def line(start: Any, end: Any, width: float = 1e-10) -> Tracks:
+def line(start: Any, end: Any, width: float = 1e-10) -> TrackBars:
     """Return one track [mm]."""
     sides = np.array([width]), np.array([width])
-    return Tracks(MM * np.array([start], dtype=float), MM * np.array([end], dtype=float), *sides)
+    return TrackBars(MM * np.array([start], dtype=float), MM * np.array([end], dtype=float), *sides)
 
 
 def square(turns: int, outer: float, width: float, gap: float, **keys: Any) -> Coil:
@@ -59,17 +59,19 @@ def test_tracks_at_an_angle_by_quadrature(turn: float, height: float) -> None:
 def test_nearly_parallel_tracks(turn: float) -> None:
     """Rounding must not rule where the two lines meet far away: M goes with the turn, 2.32 of it (at 1e-4 and 1e-3)."""
     size = np.array([3e-4]), np.array([35e-6])
-    own = Tracks(np.array([[6.85e-3, 0.0, 0.0]]), np.array([[-6.85e-3, 0.0, 0.0]]), *size)
+    own = TrackBars(np.array([[6.85e-3, 0.0, 0.0]]), np.array([[-6.85e-3, 0.0, 0.0]]), *size)
     ends = [[-5.85e-3, 1e-3 - angle * 11.7e-3, 0.0] for angle in (0.0, turn)]
-    others = [Tracks(np.array([[5.85e-3, 1e-3, 0.0]]), np.array([end]), *size) for end in ends]
+    others = [TrackBars(np.array([[5.85e-3, 1e-3, 0.0]]), np.array([end]), *size) for end in ends]
     straight, turned = (linkage(own, other) for other in others)
     assert turned / straight - 1.0 == pytest.approx(2.32 * turn, abs=1e-6)
 
 
 def test_parallel_bars_with_their_sections() -> None:
     """4 x 4 filaments in each bar, of 0.2 x 0.1 mm, 0.1 mm apart and shifted: Neumann's closed form for each pair."""
-    first = Tracks(*(np.array([p]) * MM for p in ([0.0, 0, 0], [5.0, 0, 0])), np.array([2e-4]), np.array([1e-4]))
-    second = Tracks(*(np.array([p]) * MM for p in ([1.0, 0.3, 0], [7.0, 0.3, 0])), np.array([2e-4]), np.array([1e-4]))
+    first = TrackBars(*(np.array([p]) * MM for p in ([0.0, 0, 0], [5.0, 0, 0])), np.array([2e-4]), np.array([1e-4]))
+    second = TrackBars(
+        *(np.array([p]) * MM for p in ([1.0, 0.3, 0], [7.0, 0.3, 0])), np.array([2e-4]), np.array([1e-4])
+    )
     nodes, weights = np.polynomial.legendre.leggauss(4)
     total = 0.0
     for a, wa in zip(nodes, weights, strict=True):
@@ -84,9 +86,11 @@ def test_parallel_bars_with_their_sections() -> None:
 
 def test_a_track_in_pieces_is_the_same_track() -> None:
     """Cut anywhere."""
-    whole = Tracks(*(np.array([p]) * MM for p in ([0.0, 0, 0], [4.0, 0, 0])), np.array([1e-4]), np.array([4e-5]))
+    whole = TrackBars(*(np.array([p]) * MM for p in ([0.0, 0, 0], [4.0, 0, 0])), np.array([1e-4]), np.array([4e-5]))
     x = MM * np.array([0.0, 0.1, 1.5, 1.7, 4.0])
-    pieces = Tracks(*(np.column_stack([p, 0 * p, 0 * p]) for p in (x[:-1], x[1:])), np.full(4, 1e-4), np.full(4, 4e-5))
+    pieces = TrackBars(
+        *(np.column_stack([p, 0 * p, 0 * p]) for p in (x[:-1], x[1:])), np.full(4, 1e-4), np.full(4, 4e-5)
+    )
     assert linkage(pieces, pieces) == pytest.approx(linkage(whole, whole), rel=1e-12)
 
 
@@ -281,7 +285,7 @@ def test_potential_of_tracks() -> None:
     """Grouped by direction or not: by the asinh of both ends, track by track."""
     rng = np.random.default_rng(1)
     places = rng.uniform(-4, 4, (12, 3)) * MM * (1, 1, 0)
-    some = Tracks(places[:-1], places[1:], *np.full((2, 11), 1e-4))
+    some = TrackBars(places[:-1], places[1:], *np.full((2, 11), 1e-4))
     points = rng.uniform(-4, 4, (3, 3, 5)) * MM + np.array([0, 0, 6 * MM])[:, None]
     for tracks in (some, coil_tracks(square(3, 4.0, 0.1, 0.1, layers=2))):
         expected = np.zeros((3, 2, 5))

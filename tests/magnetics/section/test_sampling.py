@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.section.sampling import CLASSES, all_nodes, fit, mirrored, probe_charges, sample_nodes, signs
+from sits_mech.magnetics.section.sampling import (
+    CLASSES,
+    all_nodes,
+    field_basis,
+    probe_charges,
+    quadrant_images,
+    sample_nodes,
+    signs,
+)
 
 TERMS = 13.0
 SIZES = ((8.0, 0.2), (8.0, 5.0), (1.0, 5.0), (100.0, 5.0), (20.0, 0.005), (5.0, 5.0))
@@ -38,16 +46,16 @@ def test_samples_know_a_source_outside(size, gap):
     weight = 1.0 / np.linalg.norm(slopes[0], axis=0)
     for parities in CLASSES:
         sums = [sum(s * v for s, v in zip(signs(parities), each, strict=True)) * weight for each in (slopes, values)]
-        basis, fields = fit(*sums, parities, copies)
+        basis, fields = field_basis(*sums, parities, copies)
         seen += fields @ basis @ _slopes(nodes, source)[0]
     acting = _values(places, source)[0]
     assert np.abs(seen - acting).max() < 3 * np.exp(-TERMS / 2) * np.ptp(acting, axis=0).max()
 
 
 def _slopes(nodes, charges):
-    slopes = [1.0 / (nodes[:, None] - image) for image in mirrored(charges)]
+    slopes = [1.0 / (nodes[:, None] - image) for image in quadrant_images(charges)]
     return [np.concatenate([slope.real, slope.imag]) for slope in slopes]
 
 
 def _values(places, charges):
-    return [np.log(np.abs(places[:, None] / image - 1.0)) for image in mirrored(charges)]
+    return [np.log(np.abs(places[:, None] / image - 1.0)) for image in quadrant_images(charges)]

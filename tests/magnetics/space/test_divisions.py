@@ -21,7 +21,7 @@ from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import prepare_near
-from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, added, rungs_for
+from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, PlateRung, TooLarge, extrapolated_rest, rungs_for
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import GIB, MEMORY, SECONDS
 from sits_mech.quantities import Pose
@@ -50,14 +50,14 @@ def sheet_impedance(heights: np.ndarray, ratio: float, parity: int) -> complex:
 
 @pytest.mark.parametrize("asked, rung", (ROUGHEST, *LADDER))
 @pytest.mark.parametrize("half", [0.2, 0.7, 2.0, 4.8, 7.6, 15.0, 60.0])
-def test_sheets_carry_the_skin_effect(asked: float, rung: Rung, half: float) -> None:
+def test_sheets_carry_the_skin_effect(asked: float, rung: PlateRung, half: float) -> None:
     """The extrapolated resistance of both faces together and against each other: coth and tanh of (1 + j) half."""
     for ratio in RATIOS:
         k = (1 + 1j) * ratio
         for parity, exact in ((1, k / np.tanh(k * half)), (-1, k * np.tanh(k * half))):
             found = [sheet_impedance(np.diff(_interfaces(half, 1.0, m)), ratio, parity) for m in rung.across]
             values = [np.array([[Z.real]]) for Z in found]
-            R = float((values[-1] + added(*np.diff(values, axis=0), rung.across, 2.0)[0])[0, 0])
+            R = float((values[-1] + extrapolated_rest(*np.diff(values, axis=0), rung.across, 2.0)[0])[0, 0])
             assert abs(R - exact.real) < 2.0 * asked * (k / np.tanh(k * half)).real
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.space.divisions import prepared
-from sits_mech.magnetics.space.rungs import LADDER, Limit, Rung
+from sits_mech.magnetics.space.rungs import LADDER, ImpedanceLimit, PlateRung
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.scene.sensor import load_sensor
 
@@ -27,8 +27,8 @@ def test_a_division_answers_alike_on_fields_of_its_own_and_of_a_finer_one() -> N
     """Fields are kept to 1e-5; with their gradients they would answer 1e-3 of Delta L apart."""
     sensor = load_sensor("biorob2018")
     assert sensor.target is not None
-    shared = prepared(sensor.target, None, Rung((3, 4, 5), (2, 2, 2), 8.0), SCALE)[1]
-    own = prepared(sensor.target, None, Rung((4, 4, 4), (2, 2, 2), 8.0), SCALE)[0]
+    shared = prepared(sensor.target, None, PlateRung((3, 4, 5), (2, 2, 2), 8.0), SCALE)[1]
+    own = prepared(sensor.target, None, PlateRung((4, 4, 4), (2, 2, 2), 8.0), SCALE)[0]
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]]))
     one, two = (plate.reactions([plate], seen, 5e6)[0][0] for plate in (shared, own))
     assert shared.unknowns == own.unknowns
@@ -44,6 +44,8 @@ def test_one_preparation_answers_all_frequencies() -> None:
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]]))
     wide, narrow = (prepared(sensor.target, None, rung, (1.5e-3, top, 12e-3, 2e-3)) for top in (2.5e7, 4e6))
     for f, thick in ((1e6, 3.0), (1e4, 0.3)):
-        one, two = (plates[0].reactions(plates, seen, f, Limit(rung, thick, 0.1))[0][0] for plates in (wide, narrow))
+        one, two = (
+            plates[0].reactions(plates, seen, f, ImpedanceLimit(rung, thick, 0.1))[0][0] for plates in (wide, narrow)
+        )
         assert abs(one - two).max() < 5e-3 * abs(two).max()
         assert abs(one.real - two.real).max() < 1e-2 * abs(two.real).max()

@@ -16,7 +16,7 @@ from sits_mech.magnetics.space import divisions
 from sits_mech.magnetics.space import plates as preparing
 from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.near import Near
-from sits_mech.memory import held
+from sits_mech.memory import array_bytes
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -147,6 +147,6 @@ def test_no_frequency_takes_more_memory_than_another(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(preparing, "prepared_near", lambda *given: plates.extend(found := make(*given)) or found)
     for frequency in (5.0e6, 4.9e6, 1e5):
         sheets(sensor, 1e-1).impedance(Pose(0.0, 5e-4), frequency)
-        sizes.append(held(plates[0]))
+        sizes.append(array_bytes(plates[0]))
     assert len(set(sizes)) == 1
     assert sizes[0] > sum(len(part.unit) ** 2 * 8 for part in plates[0].classes)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from common.infinite_plate import Layer, coil_change
 
-from sits_mech.geometry.collision import Collision, Solid, placed_plates, separation
+from sits_mech.geometry.collision import BoxedPart, Collision, placed_plates, separation
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.divisions import prepared, prepared_near
@@ -142,9 +142,9 @@ def test_what_does_not_fit_is_refused_by_name():
 
 def test_slab_between_boxes():
     c, s = np.cos(0.3), np.sin(0.3)
-    box = Solid("a", np.array([1.0, 2.0, 3.0]), np.eye(3)[None], np.zeros((1, 3)))
+    box = BoxedPart("a", np.array([1.0, 2.0, 3.0]), np.eye(3)[None], np.zeros((1, 3)))
     turn = np.array([[[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]])
-    turned = Solid("b", np.ones(3), turn, np.array([[3.0, 0.0, 0.0]]))
+    turned = BoxedPart("b", np.ones(3), turn, np.array([[3.0, 0.0, 0.0]]))
     assert separation(box, turned) == pytest.approx(3.0 - 1.0 - (c + s))
-    near = Solid("c", np.ones(3), np.repeat(np.eye(3)[None], 2, 0), np.array([[1.5, 0.0, 0.0], [0.0, 0.0, 4.5]]))
+    near = BoxedPart("c", np.ones(3), np.repeat(np.eye(3)[None], 2, 0), np.array([[1.5, 0.0, 0.0], [0.0, 0.0, 4.5]]))
     np.testing.assert_allclose(separation(box, near), [-0.5, 0.5])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan
+from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan
 from sits_mech.magnetics.space.classes import kernel, stacked
 from sits_mech.magnetics.space.prisms import FEW, MANY, Prisms, prism_means
 from sits_mech.quantities import Array
@@ -16,16 +16,16 @@ LEVELS = np.array([0.0, 5e-5, 9e-5, 1e-4])
 
 
 @pytest.fixture(scope="module")
-def plan() -> Plan:
+def plan() -> CellPlan:
     return disc_plan(6e-3, Grading(2e-5, 3.0, 1.5e-3), orders=2)
 
 
-def turned(plan: Plan, prisms: Prisms, k: int) -> Prisms:
+def turned(plan: CellPlan, prisms: Prisms, k: int) -> Prisms:
     return replace(prisms, corners=prisms.corners @ plan.group[k].T)
 
 
 @pytest.mark.parametrize("k", [0, 1, 3, 9, 11])
-def test_a_disc_is_the_same_turned_either_way(plan: Plan, k: int) -> None:
+def test_a_disc_is_the_same_turned_either_way(plan: CellPlan, k: int) -> None:
     """But for what Gauss points of one cell of two are off, which is not the same in both ways."""
     prisms = stacked(plan, LEVELS)
     assert len(plan.group) == 12
@@ -33,7 +33,7 @@ def test_a_disc_is_the_same_turned_either_way(plan: Plan, k: int) -> None:
     np.testing.assert_allclose(kernel(plan, LEVELS, prisms)[k, 0], direct, rtol=3e-3)
 
 
-def test_a_sector_whose_cells_are_no_mirror_images_of_themselves_is_taken_as_it_is(plan: Plan) -> None:
+def test_a_sector_whose_cells_are_no_mirror_images_of_themselves_is_taken_as_it_is(plan: CellPlan) -> None:
     """A sector turned by itself."""
     c, s = np.cos(0.1), np.sin(0.1)
     other = replace(plan, nodes=plan.nodes @ np.array([[c, s], [-s, c]]))
@@ -42,13 +42,13 @@ def test_a_sector_whose_cells_are_no_mirror_images_of_themselves_is_taken_as_it_
     )
 
 
-def errors(plan: Plan, points: tuple[int, int]) -> Array:
+def errors(plan: CellPlan, points: tuple[int, int]) -> Array:
     prisms = stacked(plan, LEVELS)
     exact = prism_means(prisms, prisms, points=(11, 8))
     return np.asarray(np.abs(prism_means(prisms, prisms, points=points) / exact - 1.0))
 
 
-def test_many_points_take_touching_cells_ten_times_closer_than_few(plan: Plan) -> None:
+def test_many_points_take_touching_cells_ten_times_closer_than_few(plan: CellPlan) -> None:
     few, many = errors(plan, FEW), errors(plan, MANY)
     assert many.max() < 3e-3 < few.max()
     assert many.mean() < few.mean() / 8.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space.rungs import ROUGH, Limit, Rung
+from sits_mech.magnetics.space.rungs import ROUGH, ImpedanceLimit, PlateRung
 from sits_mech.memory import GIB, MEMORY
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import Pose
@@ -63,7 +63,7 @@ def test_where_memory_holds_no_default_rung_the_roughest_answers(monkeypatch: py
 def test_levels_without_an_order_tell_all_of_their_rest(along: tuple[int, int, int], left: float) -> None:
     """Of a thin plate whose values y + a / m^2 show it, nothing is left but what no division shows."""
     Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.16 / m**2)]]) for m in (*along[::-1], along[0], along[0])]
-    limit = Limit(Rung(along, (1, 2, 3), 7.0), 1e-3, 1.0)
+    limit = ImpedanceLimit(PlateRung(along, (1, 2, 3), 7.0), 1e-3, 1.0)
     forms = limit.forms(Z)
     found, error = forms[0], limit.errors(forms)
     assert found.item() == pytest.approx(1.0 + 1.0j, abs=1e-12)
@@ -77,7 +77,7 @@ def test_the_error_is_that_of_the_next_order() -> None:
         R, X = 1.0 + 0.3 / m**2 - 0.2 / m**3 - 0.1 / k**3, 2.0 + 0.2 / k**2 + 0.4 / m**3 + 0.3 / k**3
         return np.array([[R + 1j * X]])
 
-    limit = Limit(Rung((4, 5, 6), (3, 4, 5), 7.0), 1e-3, 1.0)
+    limit = ImpedanceLimit(PlateRung((4, 5, 6), (3, 4, 5), 7.0), 1e-3, 1.0)
     forms = limit.forms([Z(6, 3), Z(5, 3), Z(4, 3), Z(4, 4), Z(4, 5)])
     off, error = (forms[0] - (1.0 + 2.0j)).item(), (limit.errors(forms) - 5e-5 * forms[0]).item()
     assert (error.real, error.imag) == pytest.approx((1.5 * abs(off.real), 1.5 * abs(off.imag)), rel=1e-9)
@@ -89,7 +89,7 @@ def test_where_current_crowds_the_error_is_between_orders(
 ) -> None:
     """Of R, whose limit is of order 8 in few cells, half of what is between 2 and 8; of L between 2 and 3."""
     Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.3 / m**2)]]) for m in (*along[::-1], 4, 4)]
-    limit = Limit(Rung(along, (3, 4, 5), 7.0), 1e3, 1e3)
+    limit = ImpedanceLimit(PlateRung(along, (3, 4, 5), 7.0), 1e3, 1e3)
     forms = limit.forms(Z)
     last = 0.3 / along[1] ** 2 - 0.3 / along[2] ** 2
     shown = {p: 1.0 / ((along[2] / along[1]) ** p - 1.0) for p in (2, 3, 8)}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.constants import mu_0
 
-from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, rectangle_plan
-from sits_mech.magnetics.space.shells import ShellClass, Surface, shell_classes, surface
+from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan, rectangle_plan
+from sits_mech.magnetics.space.shells import HalfSurface, ShellClass, shell_classes, surface
 
 MM = 1e-3
 
@@ -24,7 +24,7 @@ def moments(half: float, parts: int, mu: float, axis: int) -> float:
     return energy(part, shell_classes(part), potential(part.points[0]), mu) * mu_0 / (2 * half) ** 3
 
 
-def energy(part: Surface, classes: list[ShellClass], A: np.ndarray, mu: float) -> float:
+def energy(part: HalfSurface, classes: list[ShellClass], A: np.ndarray, mu: float) -> float:
     """Delta L of what makes A at the surface's points [H]."""
     loads, total = part.loads(A[..., None]), 0.0
     for each in classes:
@@ -45,7 +45,7 @@ def test_a_cube_in_a_uniform_field(mu: float, exact: float, axis: int) -> None:
 
 @pytest.mark.parametrize("plan", [rectangle_plan(8 * MM, 5 * MM, Grading(0.5 * MM, 1.5, 1 * MM)),
                                   disc_plan(8 * MM, Grading(0.5 * MM, 1.5, 1 * MM), orders=15)])
-def test_a_closed_surface_takes_no_net_flux(plan: Plan) -> None:
+def test_a_closed_surface_takes_no_net_flux(plan: CellPlan) -> None:
     """Of a potential that bends; S_i takes no constant, S does; both are positive."""
     part = surface(plan, np.linspace(0.0, 0.5 * MM, 3))
     x, y, z = np.moveaxis(part.points[0], -1, 0)

@@ -18,7 +18,7 @@ from sits_mech.magnetics.space.fields import Box, chebyshev_points
 from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import prepare_near
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.magnetics.space.sources import Cells, Posed, Sources
+from sits_mech.magnetics.space.sources import PlateCells, Posed, Sources
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
@@ -127,7 +127,7 @@ def test_ground_disc_behind_the_coil(frequency):
 def test_heights_of_a_plate_take_as_many_points_as_their_distance_asks():
     """Of cells up to twelve gaps long means are 2e-4 of the field off at most, as 12 points an axis have it."""
     plan, clearance, half = rectangle_plan(8 * MM, 6 * MM, Grading(0.3 * MM, 2.0, 0.6 * MM)), 0.05 * MM, 0.1 * MM
-    cells = Cells(plan, LEVELS, Box(np.array([4.0 * MM, 3.0 * MM, half]), (9, 9, 7), (1.1, 1.1, 4.0), clearance))
+    cells = PlateCells(plan, LEVELS, Box(np.array([4.0 * MM, 3.0 * MM, half]), (9, 9, 7), (1.1, 1.1, 4.0), clearance))
     pose = Posed(COILS[:1], "rings", np.eye(3)[None], np.array([[0.4 * MM, 0.1 * MM, clearance]]))
     found, corners = cells.along(pose)[0, 0], plan.nodes[plan.cells]
     for k, z in enumerate(half * (1.0 + chebyshev_points(7))):

@@ -10,18 +10,18 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import section_mesh
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.equilibrium.body import deformed_state, rest
-from sits_mech.mechanics.equilibrium.linearisation import factored, gradient
+from sits_mech.mechanics.equilibrium.linearisation import factored, residuals_of
 from sits_mech.mechanics.equilibrium.newton import target_stiffness
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.scene.sensor import load_sensor
 
 
 @pytest.fixture(scope="module")
 def state():
     """A sheared, pressed layer with guard and contact."""
-    body = bonded_body(load_sensor("biorob2018"), Fineness(2, 1.5, fan=True, guard=0.5, depth=1e-3))
+    body = bonded_body(load_sensor("biorob2018"), SectionFineness(2, 1.5, fan=True, guard=0.5, depth=1e-3))
     return body, advance(body, rest(body), Path((np.zeros(3), np.array([0.3, 5.0, 0.1])))).state
 
 
@@ -35,7 +35,7 @@ def whole_matrix(numbers, values, n):
 
 def test_equations_are_the_product_with_the_map_of_the_target(state):
     body, state = state
-    n, factor = state.u.size, factored(body, state, gradient(body, state))
+    n, factor = state.u.size, factored(body, state, residuals_of(body, state))
     found, own = factor.made, body.pattern.following(factor.made.numbers)
     K, m = whole_matrix(found.numbers, found.values, n + 6), len(body.free)
     P = np.zeros((n + 6, m + 3))

@@ -7,7 +7,7 @@ from skfem import MeshHex, MeshTet
 from sits_mech.mechanics.element.assembly import pattern
 from sits_mech.mechanics.element.dissection import _cut, dissected
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.scene.sensor import Elastomer, load_sensor
 
@@ -29,7 +29,7 @@ def ring():
 
 def fan():
     """A section with split cells at its corners, guard and contact."""
-    return bonded_body(load_sensor("biorob2018"), Fineness(4, 1.5, fan=True, guard=0.5, depth=1e-3)).pattern
+    return bonded_body(load_sensor("biorob2018"), SectionFineness(4, 1.5, fan=True, guard=0.5, depth=1e-3)).pattern
 
 
 def tetrahedra():

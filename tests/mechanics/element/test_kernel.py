@@ -12,13 +12,13 @@ from sits_mech.mechanics.element.target import (
     turning,
     work_of_load,
 )
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.scene.sensor import load_sensor
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["plane", "axis"])
 def body(request):
-    return bonded_body(load_sensor("biorob2018"), Fineness(2, 1.5, fan=True, axial=request.param))
+    return bonded_body(load_sensor("biorob2018"), SectionFineness(2, 1.5, fan=True, axial=request.param))
 
 
 def test_forces_and_tangent_are_derivatives_of_the_energy(body):

@@ -9,7 +9,7 @@ from common.elimination import memory_of
 from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.newton import newton
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.scene.sensor import Elastomer, load_sensor
 
@@ -30,7 +30,7 @@ def ring(cells):
 
 def section(cells):
     """A section."""
-    return bonded_body(load_sensor("biorob2018"), Fineness(cells, 1.5))
+    return bonded_body(load_sensor("biorob2018"), SectionFineness(cells, 1.5))
 
 
 def layers(mesh):

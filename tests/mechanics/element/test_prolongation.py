@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshQuad, MeshQuad2, MeshTet
 
-from sits_mech.geometry.meshing.bricks import Outline, ring_bricks
+from sits_mech.geometry.meshing.bricks import PlateOutline, ring_bricks
 from sits_mech.geometry.meshing.refinement import refined
 from sits_mech.mechanics.element.kernel import deformation, gradients
 from sits_mech.mechanics.element.mesh import BRICK, SQUARE, TETRAHEDRON, plane_mesh, solid_mesh
@@ -26,7 +26,7 @@ def curved_section():
 def rings():
     """Half a cylinder under a disc."""
     lines = np.array([0.0, 0.6, 1.0])
-    return ring_bricks(Outline(1.0, 1.0, True), Outline(1.4, 1.4, True), (lines, lines, Z), 1)[0]
+    return ring_bricks(PlateOutline(1.0, 1.0, True), PlateOutline(1.4, 1.4, True), (lines, lines, Z), 1)[0]
 
 
 MESHES = {

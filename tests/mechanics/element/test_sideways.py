@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.mechanics.element.kernel import deformation, element_forces, summed
 from sits_mech.mechanics.element.sideways import harmonic_stiffness
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.scene.sensor import load_sensor
 
 SHARP = 'elastomer={material="ecoflex-00-30", diameter="10 mm", thickness="2 mm"}'
@@ -15,7 +15,7 @@ DISC = 'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2
 
 @pytest.fixture(scope="module", params=[SHARP, ROUNDED], ids=["sharp", "rounded"])
 def body(request):
-    return bonded_body(load_sensor("biorob2018", [request.param, DISC]), Fineness(4, 2.0, fan=True, axial=True))
+    return bonded_body(load_sensor("biorob2018", [request.param, DISC]), SectionFineness(4, 2.0, fan=True, axial=True))
 
 
 def harmonic_forces(body, u, motion):
@@ -41,7 +41,7 @@ def test_even_strain_has_one_hoop_and_no_forces_inside(body):
 
 
 def test_weights_are_those_of_full_turns():
-    body = bonded_body(load_sensor("biorob2018", [SHARP, DISC]), Fineness(4, 2.0, fan=True, axial=True))
+    body = bonded_body(load_sensor("biorob2018", [SHARP, DISC]), SectionFineness(4, 2.0, fan=True, axial=True))
     assert body.mesh.inside.weights.sum() == pytest.approx(np.pi * 2.5**2, rel=1e-12)
     side = 2 * np.pi * 2.5 + np.pi * (2.5**2 - 2.0**2)
     assert body.faces.skin.surface.weight.sum() == pytest.approx(side, rel=1e-12)

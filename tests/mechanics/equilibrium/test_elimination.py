@@ -11,7 +11,7 @@ from sits_mech.mechanics.element.kernel import deformed, element_forces, element
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.elimination import eliminated, relaxed
-from sits_mech.mechanics.equilibrium.linearisation import aim_of, factored, gradient, way_of
+from sits_mech.mechanics.equilibrium.linearisation import aim_of, factored, residuals_of, way_of
 from sits_mech.mechanics.equilibrium.newton import SETTLED, nearly_at_rest, newton
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
@@ -82,7 +82,7 @@ def steps(body, load, most):
     """Newton's method from rest with the patch eliminated: residuals outside of it, and the last state."""
     here, left = replace(rest(body), load=load), []
     for _ in range(most):
-        found = gradient(body, here)
+        found = residuals_of(body, here)
         left.append(float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target)) / np.linalg.norm(load)))
         if left[-1] <= SETTLED:
             break

@@ -11,8 +11,8 @@ from sits_mech.mechanics.equilibrium.increments import Friction, rough
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.contact import Contact
-from sits_mech.mechanics.faces.surface import edges
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.faces.surface import edge_points
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.scene.sensor import load_sensor
 
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
@@ -28,11 +28,11 @@ def layer(*more):
 
 def standing(friction=F):
     """A block that is bonded to its target, and stands on the ground."""
-    body = bonded_body(layer(), Fineness(4, 1.5))
+    body = bonded_body(layer(), SectionFineness(4, 1.5))
     x, z = body.mesh.nodes.T
     bottom = np.flatnonzero(z < 1e-9)
     free = np.flatnonzero(~np.repeat(z > 1.0 - 1e-9, 2))
-    surface = edges(body.mesh, [bottom[np.argsort(x[bottom])]])
+    surface = edge_points(body.mesh, [bottom[np.argsort(x[bottom])]])
     ground = Contact(surface, "ground", 1e-3, body.faces.target, friction=friction)
     return replace(body, free=free, parts=(ground,), shared=None)
 
@@ -62,7 +62,7 @@ def test_a_block_that_sticks_is_sheared():
     Linear theory: between a free lower face, 0, and a bonded one. Small slips under the edges, where hardly anything
     presses, are real: with more friction they go away.
     """
-    place, bonded = np.array([0.01, -0.05, 0.0]), bonded_body(layer(), Fineness(4, 1.5))
+    place, bonded = np.array([0.01, -0.05, 0.0]), bonded_body(layer(), SectionFineness(4, 1.5))
     stuck = advance(bonded, rest(bonded), Path((REST, place), HELD)).state.load[0]
     forces = []
     for friction in (F, 0.6):

@@ -24,7 +24,7 @@ from sits_mech.mechanics.equilibrium.outcome import Path, PathEnd
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.words import WORDS, carried_note
-from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body, layer_scales
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.records import failure_record
@@ -54,7 +54,7 @@ def refused(model, control, start=None):
 
 def pushed(sensor, cells, force):
     """Where a normal force [N/m] ends on a mesh with so many cells through the thickness."""
-    body, load = bonded_body(sensor, Fineness(cells, 1.5)), layer_scales(sensor).load(Wrench(F_z=force))[:3]
+    body, load = bonded_body(sensor, SectionFineness(cells, 1.5)), layer_scales(sensor).load(Wrench(F_z=force))[:3]
     return advance(body, rest(body), Path((0.0 * load, load)), smallest=1e-2)
 
 
@@ -171,7 +171,7 @@ def test_words_and_stability():
 
 def test_a_path_of_no_length_is_lost():
     """Not followed in steps of nothing, whose square divides."""
-    body, held = bonded_body(scene(15, 3), Fineness(2, 1.5)), np.zeros(3, dtype=bool)
+    body, held = bonded_body(scene(15, 3), SectionFineness(2, 1.5)), np.zeros(3, dtype=bool)
     load = layer_scales(scene(15, 3)).load(Wrench(F_z=100.0))[:3]
     found = pursued(body, Path((0.0 * load, load), held), (rest(body), 0.0), 0.0, smallest=1e-2, most=np.inf)
     assert (found.reason, found.reached, found.state.iterations) == (PathEnd.LOST, 0.0, rest(body).iterations)

@@ -7,7 +7,7 @@ from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.increments import begun, later
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.silicone.material import silicone_from
 
@@ -19,7 +19,7 @@ def body(**more):
     table = {"law": "neo-hookean", "shear_modulus": 2e4, "bulk_modulus": 2e7} | more
     sensor = load_sensor("biorob2018")
     layer = sensor.elastomer.model_copy(update={"material": silicone_from(table)})
-    return bonded_body(sensor.model_copy(update={"elastomer": layer}), Fineness(4, 2.0))
+    return bonded_body(sensor.model_copy(update={"elastomer": layer}), SectionFineness(4, 2.0))
 
 
 @pytest.fixture(scope="module")

@@ -8,14 +8,14 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import fanned, section_mesh
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.newton import small_strain
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import crosses_itself, face_contact
-from sits_mech.mechanics.faces.surface import edges
+from sits_mech.mechanics.faces.surface import edge_points
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.pad.section import Fineness, Guard, bonded_body, side_faces, top_faces
+from sits_mech.mechanics.pad.section import SectionFineness, VolumeBarrier, bonded_body, side_faces, top_faces
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -31,7 +31,7 @@ def pad(W, w, t, *more):
 
 @pytest.fixture(scope="module")
 def body():
-    return bonded_body(pad(20, 15, 2), Fineness(4, 1.5))
+    return bonded_body(pad(20, 15, 2), SectionFineness(4, 1.5))
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_contact_has_an_exact_tangent(body, plane, q, lift):
     u, q = 0.01 * rng.normal(size=n), np.array(q)
     u[1::2] += lift
     lines = top_faces(body.mesh, plate.half_x) if plane == "wall" else side_faces(body.mesh)
-    contact, v, h = Contact(edges(body.mesh, lines), plane, 0.05, plate), rng.normal(size=n + 6), 1e-6
+    contact, v, h = Contact(edge_points(body.mesh, lines), plane, 0.05, plate), rng.normal(size=n + 6), 1e-6
     v[n + 3 :] = 0.0  # the plane's components of q
     found, up, down = contact(u, q), *(contact(u + s * h * v[:n], q + s * h * v[n : n + 3]) for s in (1, -1))
     assert found.energy > 0.0
@@ -55,9 +55,9 @@ def test_contact_has_an_exact_tangent(body, plane, q, lift):
 
 
 def test_guard_has_an_exact_tangent_and_none_of_it_at_rest():
-    mesh = bonded_body(pad(20, 15, 2), Fineness(2, 1.5, fan=True)).mesh
+    mesh = bonded_body(pad(20, 15, 2), SectionFineness(2, 1.5, fan=True)).mesh
     rng = np.random.default_rng(1)
-    n, guard, q, h = mesh.nodes.size, Guard(mesh, 0.5), np.zeros(3), 1e-6
+    n, guard, q, h = mesh.nodes.size, VolumeBarrier(mesh, 0.5), np.zeros(3), 1e-6
     assert guard(np.zeros(n), q).energy == 0.0
     u, v = 0.005 * rng.normal(size=n), rng.normal(size=n)
     found, up, down = guard(u, q), guard(u + h * v, q), guard(u - h * v, q)
@@ -85,15 +85,15 @@ def test_split_corners_converge_to_the_stiffness_of_the_strip():
     material = 'elastomer.material={law="neo-hookean", shear_modulus=1.0, bulk_modulus=1e7}'
     off = []
     for cells in (4, 8):
-        one = bonded_body(pad(4e3, 4e3, 1e3, material), Fineness(cells, 2.5, fan=True))
-        off.append(abs(np.linalg.inv(small_strain(one)[0])[1, 1] / 4 / 19.4304 - 1))
+        one = bonded_body(pad(4e3, 4e3, 1e3, material), SectionFineness(cells, 2.5, fan=True))
+        off.append(abs(np.linalg.inv(small_strain_compliance(one)[0])[1, 1] / 4 / 19.4304 - 1))
     assert off[1] < 2e-3 and off[1] < off[0] / 3
 
 
 def test_corners_are_looked_at_pointwise():
     """A layer pressed until the face at its corner lies flat: squares turn inside out there, split ones do not."""
     goal = np.array([0.0, 709.0, 0.0]) / (3e4 * 3e-3)
-    plain, split = (bonded_body(pad(15, 15, 3), Fineness(6, 1.5, fan=fan)) for fan in (False, True))
+    plain, split = (bonded_body(pad(15, 15, 3), SectionFineness(6, 1.5, fan=fan)) for fan in (False, True))
     ended = advance(plain, rest(plain), Path((np.zeros(3), goal)), smallest=0.1)
     assert ended.reached < 1.0 and ended.reason == "inverted" and ended.state.min_J > 0.0
     whole = advance(split, rest(split), Path((np.zeros(3), goal)))
@@ -125,7 +125,7 @@ def test_contact_answer_does_not_hang_on_its_depth(flat):
     layer, found = flat
     held, forces = np.ones(3, dtype=bool), []
     for depth in (5e-6, 1e-5, 2e-5):
-        body = bonded_body(layer.sensor, Fineness(6, 1.5, fan=True, depth=depth))
+        body = bonded_body(layer.sensor, SectionFineness(6, 1.5, fan=True, depth=depth))
         start = advance(body, rest(body), Path((np.zeros(3), np.array([0.0, -0.3, 0.0])), held))
         assert start.reached == 1.0
         forces.append(start.state.load[1])
@@ -177,7 +177,7 @@ def test_far_states_are_reached_and_one_refinement_stays_within_the_tolerance(si
     layer = planar_layer(pad(*sizes, 'elastomer.contact="always"'), 1e-2)
     found = layer.controlled(Control(d_h=shear * t * MM, sink=sink * t * MM, alpha=0.0))
     assert found.report.status == "converged" and found.report.min_J > 0.0
-    body = bonded_body(layer.sensor, Fineness(finer[0], 1.5, fan=True, guard=finer[1], depth=1e-5))
+    body = bonded_body(layer.sensor, SectionFineness(finer[0], 1.5, fan=True, guard=finer[1], depth=1e-5))
     goal, held = np.array([shear, -sink, 0.0]), np.ones(3, dtype=bool)
     better = advance(body, rest(body), Path((np.zeros(3), goal), held))
     assert better.reached == 1.0
@@ -204,7 +204,7 @@ def test_contact_that_is_asked_for_is_in_the_answer():
     """A flush layer pressed by 5 %, worth 0.4 % of the sink: against twice the cells, graded otherwise."""
     found = planar_layer(pad(15, 15, 3, 'elastomer.contact="always"'), 1e-3).equilibrium(Wrench(0.0, 709.0))
     assert any(note.known.get("friction") == 0.0 for note in found.report.notes)
-    body = bonded_body(pad(15, 15, 3), Fineness(16, 1.5, fan=True, depth=1e-5))
+    body = bonded_body(pad(15, 15, 3), SectionFineness(16, 1.5, fan=True, depth=1e-5))
     better = advance(body, rest(body), Path((np.zeros(3), np.array([0.0, 709.0, 0.0]) / (3e4 * 3 * MM))))
     sink = 3.0 * MM - found.pose.d_v
     assert better.reached == 1.0 and abs(sink / (3.0 * MM) + better.state.q[1]) < found.error.d_v / (3.0 * MM)

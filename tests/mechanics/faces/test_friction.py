@@ -8,7 +8,7 @@ import pytest
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.target import moved
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.scene.sensor import load_sensor
 
@@ -95,7 +95,7 @@ def test_contact_with_friction_has_an_exact_tangent_at_any_turn(plane, lift):
 def test_moving_with_its_surface_meets_no_friction():
     """A layer and its target that turn and shift together: what the target's plane does depends on neither."""
     sensor = load_sensor("biorob2018", [NEO_HOOKEAN, 'elastomer.width="8 mm"', 'target.width="8 mm"'])
-    body = bonded_body(sensor, Fineness(4, 1.5, depth=0.05))
+    body = bonded_body(sensor, SectionFineness(4, 1.5, depth=0.05))
     part = next(part for part in body.parts if isinstance(part, Contact) and part.plane == "plane")
     u = np.tile([0.0, 0.05], len(body.mesh.nodes))
     contact, turn = held_contact(part, u, np.zeros(3)), 0.3

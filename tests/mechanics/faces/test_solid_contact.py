@@ -13,7 +13,7 @@ from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.contact import Contact
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Wrench
@@ -128,7 +128,7 @@ def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain(shear):
     long = load_sensor(
         "biorob2018", ["elastomer.length=1.0", "target.load_height=0", NEO_HOOKEAN, 'elastomer.width="15 mm"',
                        'elastomer.thickness="3 mm"', 'target.width="15 mm"'])
-    layer = bonded_body(long, Fineness(8, 1.5, fan=True, depth=1e-5))
+    layer = bonded_body(long, SectionFineness(8, 1.5, fan=True, depth=1e-5))
     expected = pressed(layer, place).load
     np.testing.assert_allclose(load[[0, 1]], expected[[0, 1]], rtol=0.03, atol=1e-6)
     free = replace(flat, parts=())

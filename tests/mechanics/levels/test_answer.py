@@ -11,7 +11,7 @@ from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.answer import aim, errors_of, relative
 from sits_mech.mechanics.levels.words import wrench_words
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -47,12 +47,12 @@ def test_no_component_is_called_better_than_a_share_of_the_worst():
 
 
 def test_lever_is_half_the_target():
-    body = bonded_body(pad(20, 15, 2), Fineness(2, 1.5))
+    body = bonded_body(pad(20, 15, 2), SectionFineness(2, 1.5))
     np.testing.assert_allclose(body.reach(2 * MM), [1.0, 1.0, 7.5 * MM, 1.0, 7.5 * MM, 7.5 * MM])
 
 
 def test_what_is_given_and_what_is_free():
-    body = bonded_body(pad(20, 15, 2), Fineness(2, 1.5))
+    body = bonded_body(pad(20, 15, 2), SectionFineness(2, 1.5))
     held, goal = aim(body, Scales(2 * MM, 60.0, 0.0), Control(F_x=30.0, sink=0.2 * MM, alpha=0.01))
     assert held.tolist() == [False, True, True]
     np.testing.assert_allclose(goal, [0.5, -0.1, 0.01])

@@ -8,7 +8,7 @@ from sits_mech.mechanics.element.assembly import Pattern
 from sits_mech.mechanics.equilibrium.control import Control, under
 from sits_mech.mechanics.equilibrium.outcome import PathEnd
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.levels.beyond import refused
+from sits_mech.mechanics.levels.beyond import overload_refusal
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -58,8 +58,8 @@ def test_a_section_tells_the_load_at_the_end_of_its_data():
 def test_a_load_beyond_half_of_what_is_carried_is_refused_where_the_second_level_is_slow(sizes):
     """Pulled beyond buckling; within it, and beyond the data by a little, the second level is asked."""
     pad = block_pad(load_sensor("biorob2018"), 1e-2)
-    found = refused(pad.half, None, under(Wrench(F_z=-20.0)))
+    found = overload_refusal(pad.half, None, under(Wrench(F_z=-20.0)))
     assert found is not None and found.reason is PathEnd.BUCKLED and np.isnan(found.limit[1])
     assert 0.25 < found.part <= found.limit[0] < 0.35 and max(sizes) < 1000
-    assert all(refused(pad.half, None, under(Wrench(F_z=force))) is None for force in (-8.0, 7.0))
-    assert refused(pad.half, None, Control(sink=1e-4)) is None
+    assert all(overload_refusal(pad.half, None, under(Wrench(F_z=force))) is None for force in (-8.0, 7.0))
+    assert overload_refusal(pad.half, None, Control(sink=1e-4)) is None

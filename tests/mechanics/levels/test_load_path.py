@@ -12,7 +12,7 @@ from sits_mech.mechanics.equilibrium.increments import Friction
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.memory import SECONDS
 from sits_mech.notes import NoteKind
@@ -100,7 +100,7 @@ def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain():
         scene = load_sensor("biorob2018", ["target.load_height=0", NEO_HOOKEAN, *sizes, friction])
         solid = bonded_block(scene, 3, 1.5, 0.0, 1e-4).body
         flat = replace(solid, free=solid.free[solid.free % 3 != 1], shared=None, hidden=None)
-        section = bonded_body(pad(15, 15, 3, friction), Fineness(8, 1.5, fan=True, depth=1e-5))
+        section = bonded_body(pad(15, 15, 3, friction), SectionFineness(8, 1.5, fan=True, depth=1e-5))
         tracks = [advance(body, rest(body), Path(way, held), Friction, parts=4) for body in (flat, section)]
         assert all(track.reached == 2.0 for track in tracks)
         found[friction] = [track.state.load[:2] / depth for track, depth in zip(tracks, (2.5, 1.0), strict=True)]

@@ -8,7 +8,7 @@ import pytest
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import Control, under
 from sits_mech.mechanics.equilibrium.newton import SETTLED
-from sits_mech.mechanics.levels.pair import answered, first_look, from_first, last_rest, own_start, second_look
+from sits_mech.mechanics.levels.pair import first_look, from_first, last_rest, own_start, refined_answer, second_look
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -26,7 +26,7 @@ def test_the_second_level_rests_where_its_own_path_leads(line):
     assert found.part == 1.0 and found.states[1].residual <= SETTLED
     pair = second_look(line, 0, None, control, look, 1e-2)
     np.testing.assert_allclose(found.states[1].q, pair.states[1].q, rtol=1e-3, atol=1e-5)
-    solved = answered(line, pair, control)
+    solved = refined_answer(line, pair, control)
     assert solved.found.state[0] == 0 and np.array_equal(solved.found.state[1 + n : 4 + n], pair.states[1].q)
 
 

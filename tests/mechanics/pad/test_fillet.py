@@ -5,11 +5,11 @@ import pytest
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.kernel import deformation
-from sits_mech.mechanics.equilibrium.newton import small_strain
-from sits_mech.mechanics.faces.surface import edges
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
+from sits_mech.mechanics.faces.surface import edge_points
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
-from sits_mech.mechanics.pad.section import Fineness, bonded_body, side_faces
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body, side_faces
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -32,11 +32,11 @@ def test_mesh_has_the_area_and_the_sides_of_the_fillets(sizes, arcs):
     r, area = 0.9 / 3, sizes[0] / 3
     c, angle = r * np.sin(np.pi / 3), np.pi / 3
     flare = r * c - 0.5 * r**2 * (angle + np.sin(angle) * np.cos(angle))  # beyond the drawn-in face, of one arc
-    mesh = bonded_body(pad(*sizes, radius(0.9)), Fineness(12, 1.5)).mesh
+    mesh = bonded_body(pad(*sizes, radius(0.9)), SectionFineness(12, 1.5)).mesh
     assert mesh.inside.weights.sum() == pytest.approx(area - r + arcs * flare, rel=1e-6)
     straight = (2.0 if arcs == 4 else 1.0) * c
     length = 2.0 * (arcs / 2 * angle * r + 1.0 - straight)
-    assert edges(mesh, side_faces(mesh)).weight.sum() == pytest.approx(length, rel=1e-5)
+    assert edge_points(mesh, side_faces(mesh)).weight.sum() == pytest.approx(length, rel=1e-5)
     ones = np.einsum("emq,enq,eq->emn", mesh.chi, mesh.chi, 1.0 / mesh.inside.weights)
     np.testing.assert_allclose(ones, np.broadcast_to(np.eye(3), ones.shape), atol=1e-9)
     gradient = np.array([[0.1, -0.3], [0.2, 0.4]])
@@ -48,8 +48,8 @@ def test_uniform_meshes_converge_as_at_a_smooth_edge():
     """Sharp corners give h**1.19; 30 degrees at the bond allow h**2.9 (exponent 1.47)."""
     stiffness = []
     for cells in (4, 8, 16):
-        body = bonded_body(pad(4, 4, 2, radius(0.8)), Fineness(cells, 1.0))
-        stiffness.append(1.0 / np.diag(small_strain(body)[0]))
+        body = bonded_body(pad(4, 4, 2, radius(0.8)), SectionFineness(cells, 1.0))
+        stiffness.append(1.0 / np.diag(small_strain_compliance(body)[0]))
     away = np.abs(np.diff(stiffness, axis=0))
     assert np.all(np.log2(away[0] / away[1])[1:] > 2.0)  # compression, tilt; in shear corners count for little
 

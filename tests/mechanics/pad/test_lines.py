@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sits_mech.geometry.meshing.bricks import Outline
+from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.mechanics.pad.shapes import (
     beside_lines,
     box_lines,
@@ -21,7 +21,7 @@ from sits_mech.scene.sensor import load_sensor
 
 def half(size):
     """A square plate, half its size [thicknesses]."""
-    return Outline(size, size, False)
+    return PlateOutline(size, size, False)
 
 
 @pytest.mark.parametrize("edge", [0.5, 2.0, 3.75, 8.0, 50.0, 500.0])
@@ -95,7 +95,7 @@ def test_a_near_side_is_graded_at_its_foot():
 
 
 def test_rings_run_from_the_core_to_both_outlines():
-    disc, pad = Outline(3.75, 3.75, True), Outline(5.0, 5.0, True)
+    disc, pad = PlateOutline(3.75, 3.75, True), PlateOutline(5.0, 5.0, True)
     inside, beside = ring_lines(disc, pad, 2, 2.0)
     assert (inside[0], inside[-1], beside[0], beside[-1]) == pytest.approx((0.0, 1.0, 0.0, 1.0))
     assert len(ring_lines(disc, disc, 2, 2.0)[1]) == 1

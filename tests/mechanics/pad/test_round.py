@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.equilibrium.newton import small_strain
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
@@ -26,7 +26,7 @@ def scene(pad, target):
 def stiffness(sensor, cells, grading=2.0):
     """kz, kx [N/mm], kxa [N/rad], ka [N mm/rad] about the centre of the bonded face."""
     found = bonded_block(sensor, cells, grading, 0.0)
-    k = np.linalg.inv(small_strain(found.body)[0]) * MU * 2e-3 / found.share
+    k = np.linalg.inv(small_strain_compliance(found.body)[0]) * MU * 2e-3 / found.share
     return np.array([k[1, 1] * MM, k[0, 0] * MM, k[0, 2] * 2 * MM, k[2, 2] * 4 * MM])
 
 

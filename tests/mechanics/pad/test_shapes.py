@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import along_family
-from sits_mech.mechanics.equilibrium.newton import small_strain
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.shapes import cells_of, half_bricks, shape_of
@@ -42,7 +42,7 @@ def pillars(pitch=PITCH, diameter=DIAMETER):
 
 def stiffness(found):
     """Of d_h, d_z, alpha against the forces, scaled, shape (3, 3)."""
-    return np.linalg.inv(small_strain(found.body)[0]) / found.share
+    return np.linalg.inv(small_strain_compliance(found.body)[0]) / found.share
 
 
 def small(sensor, split=2):

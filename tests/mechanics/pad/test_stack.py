@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.element.kernel import element_forces, element_stiffness
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.shapes import lines_through
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.pad.stack import Interface, interfaces, layer_of_cells
@@ -42,7 +42,7 @@ def test_every_cell_lies_in_one_layer():
 
 
 @pytest.mark.parametrize("make", [
-    lambda: bonded_block(TWO, 1).body, lambda: bonded_body(TWO, Fineness(2, 1.0, fan=True, guard=2.0)),
+    lambda: bonded_block(TWO, 1).body, lambda: bonded_body(TWO, SectionFineness(2, 1.0, fan=True, guard=2.0)),
     lambda: bonded_block(TWO, 1, guard=5.0).body,
 ])
 def test_forces_and_stiffness_are_derivatives_of_the_energy_of_both_laws(make):

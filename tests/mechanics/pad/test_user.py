@@ -17,7 +17,7 @@ from sits_mech.geometry.meshing.store import read_solid
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import State, rest
-from sits_mech.mechanics.equilibrium.newton import newton, small_strain
+from sits_mech.mechanics.equilibrium.newton import newton, small_strain_compliance
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.pad.solid import bonded_block, solid
 from sits_mech.mechanics.pad.user import GROUPS, _level, mesh_notes, meshed_family
@@ -46,7 +46,7 @@ def on_mesh(sensor, *, constant=False):
 
 def stiffness(found):
     """kz and kx [N/mm]."""
-    k = np.linalg.inv(small_strain(found.body)[0]) * 3e4 * 2e-3 / found.share * MM
+    k = np.linalg.inv(small_strain_compliance(found.body)[0]) * 3e4 * 2e-3 / found.share * MM
     return np.array([k[1, 1], k[0, 0]])
 
 
@@ -417,7 +417,7 @@ def test_pieces_that_each_stand_between_ground_and_target_carry_together(tmp_pat
         on_mesh(scene(pieces_file(tmp_path / f"{name}.msh", boxes)))
         for name, boxes in (("one", COLUMNS[:1]), ("two", COLUMNS))
     )
-    sunk = [small_strain(own.body)[0] for own in (one, two)]
+    sunk = [small_strain_compliance(own.body)[0] for own in (one, two)]
     k = [np.linalg.inv(each[:2, :2]) for each in sunk]
     assert k[1][0, 0] == pytest.approx(2.0 * np.linalg.inv(sunk[0])[0, 0], rel=0.3) and k[1][1, 1] > 1.9 * k[0][1, 1]
 

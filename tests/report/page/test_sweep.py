@@ -87,10 +87,10 @@ def test_large_and_unfinished_tables(folder: Path, monkeypatch: pytest.MonkeyPat
     """Evenly chosen cases, and a line that says so; cases to come are neither shown nor failed."""
     data = read_table(folder / "result.nc")
     monkeypatch.setattr(sweep, "_MOST", 60)
-    assert "of 12 cases are here; result.nc has all" in sweep.page(data, [], {})
+    assert "of 12 cases are here; result.nc has all" in sweep.sweep_page(data, [], {})
     monkeypatch.undo()
     named = data.assign_coords(scene=["<b>x", "y"])
-    whole = sweep.page(named, [0], {"<b>x": tmp_path / "<b>x.toml"})
+    whole = sweep.sweep_page(named, [0], {"<b>x": tmp_path / "<b>x.toml"})
     assert "scene = &lt;b&gt;x" in whole and "<b>x" not in whole.partition("</table>")[0]
     data["status"] = data["status"].dims, np.full(data["status"].shape, "unfinished")
     save_table(data, tmp_path / "result.nc")

@@ -9,7 +9,7 @@ from sits_mech.geometry.collision import as_plate
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.pictures import spatial
 from sits_mech.report.pictures.asked import driven_coil, kind_of_picture
-from sits_mech.report.pictures.request import Request, resting_pose
+from sits_mech.report.pictures.request import PictureSettings, resting_pose
 from sits_mech.report.pictures.section import written_frequency
 from sits_mech.report.pictures.stream import plate_stream
 from sits_mech.scene.sensor import Conductor, SceneError, load_sensor
@@ -61,7 +61,7 @@ def test_which_picture() -> None:
     assert kind_of_picture(None, Wrench(0.0, 1.0), None) == "layer" == kind_of_picture(None, Wrench(), None)
     assert kind_of_picture("spatial", Wrench(0.0, 1.0), None) == "spatial"
     sensor = load_sensor("biorob2018")
-    assert resting_pose(sensor, Request(Wrench(), None, 5e6)).d_v == pytest.approx(2e-3, abs=1e-9)
+    assert resting_pose(sensor, PictureSettings(Wrench(), None, 5e6)).d_v == pytest.approx(2e-3, abs=1e-9)
     assert driven_coil(sensor, None) == "C2" and driven_coil(sensor, "C1") == "C1"
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.quantities import Pose
-from sits_mech.report.pictures.stream import Stream, placed, plate_stream
+from sits_mech.report.pictures.stream import Stream, plate_stream, target_points
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 ONE = np.array([0.0, 1.0])
@@ -69,7 +69,7 @@ def test_mirror_swaps_the_coils(sensor: Sensor, stream: Stream) -> None:
 
 
 def test_points_of_the_target_turn_clockwise() -> None:
-    found = placed(np.array([[4e-3, 1e-3, 0.0], [0.0, 0.0, 2e-4]]), Pose(1e-3, 2e-3, 0.1))
+    found = target_points(np.array([[4e-3, 1e-3, 0.0], [0.0, 0.0, 2e-4]]), Pose(1e-3, 2e-3, 0.1))
     c, s = np.cos(0.1), np.sin(0.1)
     expected = [[1e-3 + 4e-3 * c, 1e-3, 2e-3 - 4e-3 * s], [1e-3 + 2e-4 * s, 0.0, 2e-3 + 2e-4 * c]]
     np.testing.assert_allclose(found, expected, rtol=1e-12)
