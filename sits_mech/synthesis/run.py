@@ -119,8 +119,15 @@ def design(
         front_of(task, [*finals, *known]), tuple(known), lost_values(asked, search, known, finals),
         tied_with(search, [*finals, *others, *branch.known], best, space), run.count,
         landscape_of(asked, search, branch.prediction, best), run.notes(best), guards(task, best),
-        causes(asked, task, best) + (() if feasible else task.contradicting(search.seen([*finals, *known]))),
+        _causes(asked, search, best, () if feasible else [*finals, *known]),
     )
+
+
+def _causes(asked: Requirements, search: Search, best: Answered, lost: Sequence[Answered]) -> tuple[str, ...]:
+    """Return in words why limits are exceeded, and of designs none of which hold them which no design can."""
+    beyond = search.beyond if lost else ""
+    pairs = search.task.contradicting(search.seen(lost)) if lost and not beyond else ()
+    return (*((beyond,) if beyond else ()), *causes(asked, search.task, best), *pairs)
 
 
 def previewed(requirements: Requirements, *, folder: Path | None = None, told: Told | None = None) -> Preview:
@@ -176,7 +183,8 @@ class _Run:
             bounds = {choice: bounds_of(self.coarse, choice)[1] for choice in choices}
             choices = tuple(sorted(choices, key=lambda each: min((one.strain for one in bounds[each]), default=np.inf)))
         return Search(
-            self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed, space.silicone
+            self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed, space.silicone,
+            space.growth, {choice: space.stiffness(choice) for choice in choices},
         )
 
     def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:
@@ -203,10 +211,10 @@ class _Run:
     def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
         """Return the best designs of the choices that may win, rounded and solved finer, the best one first.
 
-        Where nothing is minimised, and a round one is decided, no finer one tells more.
+        Where nothing is minimised, and a round one is decided, or none can hold the limits, no finer one tells more.
         """
         first = min(known, key=search.merit)
-        if not search.task.goal and self.decided(search.task, first):
+        if search.beyond or not search.task.goal and self.decided(search.task, first):
             return [first]
         found = [self.refined(search, first)]
         for other in firsts(known, search.at_best):

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.geometry.collision import fixed_solids
+from sits_mech.quantities import Array
 from sits_mech.scene.files import literal
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed
@@ -113,9 +114,21 @@ class Space:
         return tuple(each.key for each in self.variables)
 
     @property
+    def growth(self) -> Array:
+        """By how much each number grows from its lower bound to its upper one, over the lower; 0 if not positive."""
+        return np.array([each.high / each.low - 1.0 if each.low > 0.0 else 0.0 for each in self.variables])
+
+    @property
     def silicone(self) -> int | None:
         """The place of the silicone in a choice; None where it is the same in all."""
         return [*self.lists].index(_SILICONE) if _SILICONE in self.lists else None
+
+    def stiffness(self, choice: tuple[int, ...]) -> float:
+        """Return the shear modulus of the pad in the middle of a choice's box [Pa]; 1 where there is none."""
+        with suppress(SceneError):
+            pad = self.sensor(Design(choice, (0.5,) * len(self.variables))).elastomer
+            return 1.0 if pad is None else pad.shear_modulus
+        return 1.0
 
     def values(self, design: Design) -> dict[str, Any]:
         """Return the values of a design by key, as written."""
