@@ -263,7 +263,7 @@ def _circle_rows(pose: Pose, plate: PreparedPlate, radius: float) -> Array:
     if reach >= radius:
         raise ValueError(
             "target.planar_boundary_radius: must enclose the target in every pose, which reaches "
-            f"{reach:.4g} m; got {radius:.4g} m"
+            f"{millimetres(reach, 4)}; got {millimetres(radius, 4)}"
         )
     terms = math.ceil(math.log(1e-9) / (2 * math.log(reach / radius)))
     scale = 1.0 / np.sqrt(np.tile(np.arange(1, terms + 1), 2))[:, None]
