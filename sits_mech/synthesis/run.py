@@ -184,7 +184,7 @@ class _Run:
             choices = tuple(sorted(choices, key=lambda each: min((one.strain for one in bounds[each]), default=np.inf)))
         return Search(
             self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed, space.silicone,
-            space.growth, {choice: space.stiffness(choice) for choice in choices},
+            space.growth,
         )
 
     def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:

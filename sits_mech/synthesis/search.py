@@ -17,7 +17,7 @@ predictions; D. Kraft, DFVLR-FB 88-28 (1988), the programming.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -88,7 +88,6 @@ class Search:
     seed: int = 0  # of the starts
     silicone: int | None = None  # place of the silicone in a choice
     growth: Array = field(default_factory=lambda: np.zeros(0))  # (v,), as of `Space.growth`
-    stiffness: Mapping[tuple[int, ...], float] = field(default_factory=dict)  # shear moduli by choice [Pa]
     branches: list[Branch] = field(default_factory=list)
     solved: int = 0
     missed: list[float] = field(default_factory=list)  # by what first promises were off, limits aside
@@ -188,12 +187,11 @@ class Search:
         return x
 
     def out_of_reach(self, branch: Branch) -> str:
-        """Return in words which limit no design of a choice can hold, by those of other silicones as well, or ""."""
+        """Return in words which resolution no design of a choice, or of one of another silicone, can reach, or ""."""
         alike = (each for each in self.branches if all(
             a == b or k == self.silicone for k, (a, b) in enumerate(zip(each.choice, branch.choice, strict=True))))
-        G = self.stiffness.get
-        known = [(each.prediction, G(each.choice, 1.0) / G(branch.choice, 1.0)) for each in alike]
-        return out_of_reach(self.task, known, self.growth if len(self.growth) else np.zeros(self.count))
+        growth = self.growth if len(self.growth) else np.zeros(self.count)
+        return out_of_reach(self.task, [each.prediction for each in alike], growth)
 
     @property
     def beyond(self) -> str:

@@ -123,13 +123,6 @@ class Space:
         """The place of the silicone in a choice; None where it is the same in all."""
         return [*self.lists].index(_SILICONE) if _SILICONE in self.lists else None
 
-    def stiffness(self, choice: tuple[int, ...]) -> float:
-        """Return the shear modulus of the pad in the middle of a choice's box [Pa]; 1 where there is none."""
-        with suppress(SceneError):
-            pad = self.sensor(Design(choice, (0.5,) * len(self.variables))).elastomer
-            return 1.0 if pad is None else pad.shear_modulus
-        return 1.0
-
     def values(self, design: Design) -> dict[str, Any]:
         """Return the values of a design by key, as written."""
         listed = {key: values[k] for (key, values), k in zip(self.lists.items(), design.choice, strict=True)}

@@ -63,6 +63,7 @@ def test_a_file_in_si(tmp_path: Path) -> None:
         (("require", "height"), "1.1 mm", r"require.height: must be at least 1.32 mm, .*; got 1.1 mm"),
         (("require", "rate"), "1 MHz", r"require.rate: must be at most 1.858e.05 Hz, which LDC1614 has; got 1e.06 Hz"),
         (("require", "resolution"), {"F_x": "0.01 mN"}, "require.resolution.F_x: must be at least 0.05 mN, .* 0.01"),
+        (("require", "error"), {"F_x": "0.001 %"}, "require.error.F_x: must be at least 0.01 %, .*; got 0.001 %"),
         (("require", "footprint"), ["25 mm", "15 mm"], "require.footprint.y: must be at least 20 mm, .*; got"),
         (("require", "hysteresis"), "5 %", "require: hysteresis needs prony or mullins of .*; of ecoflex-00-30"),
         (("tolerance", "elastomer.material"), "1 mm", "tolerance.elastomer.material: must be of a length"),
