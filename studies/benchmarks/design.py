@@ -1,8 +1,8 @@
 """Is what `sits-mech design` recommends the best, the same from any start, and does it hold what it says it holds?
 
-Eleven requirement files (``requirements/``): fingertip, sole, skin, gripper, a target's width and a long strip in space; a strip
-that nothing satisfies; a round button on one axis, once for the best and once for the first that will do; sizes alone;
-three forces by four coils. For each of them
+Eleven requirement files (``requirements/``): fingertip, sole, gripper, a target's width and a long strip in space; a
+strip that nothing satisfies; a round button on one axis, for the best, for the first that will do and as thin as skin;
+sizes alone; three forces by four coils. For each of them
 
     held        the recommendation solved anew at a tenth of the tolerance: which limits does it miss, by how much
     grid        how much more is minimised than by the best design of a grid of up to 500, same chain and tolerance
@@ -134,10 +134,8 @@ def row_of(name: str, effort: Effort, most: int, folder: Path) -> Row:
     searched = min(merit_of(found.task, each) for each in found.known)
     row |= {"tolerance": effort.tolerance, "merit": merit, "merit_of_search": searched}
     trials = min(effort.random, 10 * found.solves)
-    tried = {
-        "grid": grid_designs(asked.space, effort.grid), "random": random_designs(asked.space, trials, 0) if trials else [],
-    }
-    for kind, designs in tried.items():
+    drawn = random_designs(asked.space, trials, 0) if trials else []
+    for kind, designs in (("grid", grid_designs(asked.space, effort.grid)), ("random", drawn)):
         own = best_of(coarse, found.task, designs)
         over = more(merit, own.merit) if designs else np.nan
         row |= {kind: own.count, f"over_{kind}_%": over, f"best_of_{kind}": own.words}
@@ -194,7 +192,8 @@ def main() -> None:
     names = known.only or (QUICK_FILES if coarse else FILES)
     rows = []
     for name in names:
-        rows.append(row_of(name, (QUICK if coarse else FILES[name]).at_most(known.trials), FEW if coarse else MOST, folder))
+        effort = (QUICK if coarse else FILES[name]).at_most(known.trials)
+        rows.append(row_of(name, effort, FEW if coarse else MOST, folder))
         table = write_rows(rows, folder / "benchmark_design.csv")
     print(table)
     draw(rows, folder / "benchmark_design.png")
