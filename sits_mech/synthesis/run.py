@@ -95,9 +95,7 @@ def design(
     asked = _asked(requirements)
     run = _Run(asked, folder, most, told)
     if executor is not None:
-        starts = {choice: run.start(choice, 0) for choice in asked.space.choices[:most]}
-        first = [Design(choice, tuple(x.tolist())) for choice, x in starts.items() if isinstance(x, np.ndarray)]
-        run.ahead = {each: executor.submit(run.coarse, each) for each in first}
+        run.begin_ahead(executor)
     search = run.search(most, seed)
     known = search.run()
     good = [each for each in known if each.carried]
@@ -174,6 +172,12 @@ class _Run:
     def coarse(self) -> Solver:
         """The solver of the search."""
         return Solver(self.asked, COARSE, self.folder)
+
+    def begin_ahead(self, executor: Executor) -> None:
+        """Begin the first designs of all choices side by side."""
+        starts = {choice: self.start(choice, 0) for choice in self.asked.space.choices[: self.most]}
+        first = [Design(choice, tuple(x.tolist())) for choice, x in starts.items() if isinstance(x, np.ndarray)]
+        self.ahead = {each: executor.submit(self.coarse, each) for each in first}
 
     def search(self, most: int, seed: int) -> Search:
         """Return the search, the least strained choices first where the first design within the limits will do."""

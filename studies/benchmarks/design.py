@@ -9,6 +9,7 @@ sizes alone; three forces by four coils. For each of them
     random      the same of Sobol's points, ten times as many as the search has solved, up to 200
     seeds       how far the answers from five seeds are from each other, and the error that is stated of the first
     predicted   how far the figures asked for of each next design were off the predictions of it: median, and at most
+    tangents    the least r at the end of the data over that of tangents at another design (reach.py), of all pairs
     yield       told, by the derivatives for the very sensors that are drawn, and by these sensors solved one by one
 
 Merits are what is minimised, exceeded limits added as the search weighs them. Counts are what was solved: designs in
@@ -23,6 +24,7 @@ from __future__ import annotations
 import sys
 import time
 from argparse import ArgumentParser
+from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,6 +38,7 @@ from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.kinds import figure_words, kind_of, shown_as
 from sits_mech.synthesis.prediction import Prediction
+from sits_mech.synthesis.reach import tangents
 from sits_mech.synthesis.requirements import Requirements, read_requirements
 from sits_mech.synthesis.run import design
 from sits_mech.synthesis.search import MOST
@@ -110,6 +113,20 @@ def predicted_off(found: DesignAnswer) -> list[float]:
     return off
 
 
+def above_tangents(asked: Requirements, found: DesignAnswer) -> float:
+    """Return the least resolution at the end of the data over that of tangents elsewhere; NaN without a pair."""
+    space, ratios = asked.space, [np.nan]
+    names = [f"resolution.{name}" for name in asked.loads]
+    for one, other in permutations([each for each in found.known if each.carried and each.table is not None], 2):
+        pairs = enumerate(zip(one.design.choice, other.design.choice, strict=True))
+        if all(a == b or k == space.silicone for k, (a, b) in pairs):
+            x, ends, here = one.point, other.point[None], Prediction([one], ())
+            own = tangents(found.task, Prediction([other], ()), other.point, names, ends, space.growth)
+            told = tangents(found.task, here, x, names, ends, space.growth)
+            ratios += [own[name][0] / (r * float(np.exp(falls.sum()))) for name, (r, falls) in told.items()]
+    return float(np.nanmin(ratios)) if len(ratios) > 1 else np.nan
+
+
 def seeded(asked: Requirements, found: DesignAnswer, effort: Effort, most: int, folder: Path) -> Row:
     """Return the range of what is minimised over the seeds, in percent, and designs that are unlike the first."""
     others = [design(asked, folder=folder, most=most, seed=seed) for seed in range(1, effort.seeds)]
@@ -142,6 +159,7 @@ def row_of(name: str, effort: Effort, most: int, folder: Path) -> Row:
     row |= seeded(asked, found, effort, most, cases)
     off = predicted_off(found) or [np.nan]
     row |= {"predicted_off_%": float(np.median(off)), "predicted_off_most_%": float(np.max(off))}
+    row["above_tangents"] = above_tangents(asked, found)
     solved, told = np.nan, np.nan
     if effort.made:
         solved, told = shares_made(coarse, found.task, coarse(found.best.design), effort.made, 0)
