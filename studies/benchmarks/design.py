@@ -187,10 +187,13 @@ def draw(rows: list[Row], path: Path) -> None:
     figure = Figure(figsize=(1.0 + 4.0 * len(shown), 4.0), layout="constrained")
     places, names = np.arange(len(rows)), [row["file"] for row in rows]
     for axes, title in zip(np.ravel(figure.subplots(1, len(shown))), shown, strict=True):
-        low, high = (-30.0, 30.0) if "at most 30" in title else (0.0, 100.0)
+        logs = "predictions" in title
+        low, high = (-30.0, 30.0) if "at most 30" in title else (0.1, 1000.0) if logs else (0.0, 100.0)
         for shift, label, own in zip((-0.2, 0.2), panels[title].values(), values[title].T, strict=True):
             axes.barh(places + shift, np.nan_to_num(np.clip(own, low, high)), 0.36, label=label)
-        axes.set(xlabel=title, xlim=(low, high))
+        axes.set(xlabel=title, xlim=(low, high), xscale="log" if logs else "linear")
+        for place in places[np.isnan(values[title]).all(axis=1)]:
+            axes.text(low, place, " no next design" if logs else " not tried", va="center", fontsize=8)
         axes.set_yticks(places, names)
         axes.invert_yaxis()
         axes.legend(fontsize=7)
