@@ -7,8 +7,10 @@ solved design is below it everywhere,
 
     ln r >= ln r(z) + sum_k min over the bounds (z'_k - z_k) d ln r/dz_k + ln `_AT_LEAST`;
 
-of a number that may be zero z is the number itself. `_AT_LEAST` is for finite strains. Errors have no such bound: that
-of a thin pad falls to less than a tenth of its tangent.
+of a number that may be zero z is the number itself; of several solved designs the highest bound counts. `_AT_LEAST` is
+for finite strains. Where a force is hardly read, r has a pole and is no such sum: designs that do not read all loads
+evenly tell nothing. 29 pairs of designs of four files came to 0.715 of the tangent at least; three from a design with
+an inverse of 0.6, its target over both coils, to 1e-5. Errors have no such bound: to 0.08 of skins' tangents.
 
 Source: S. Boyd, S.-J. Kim, L. Vandenberghe, A. Hassibi, Optim. Eng. 8 (2007) 67, convexity of posynomials.
 """
@@ -20,11 +22,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.answered import Task
-from sits_mech.synthesis.kinds import STRAIN, figure_words
+from sits_mech.synthesis.answered import Answered, Task
+from sits_mech.synthesis.kinds import INVERSE, STRAIN, figure_words
 from sits_mech.synthesis.prediction import Prediction
 
 _AT_LEAST = 0.7  # of r by such tangents, what came: studies/benchmarks/design.py, `above_tangents`
+_EVENLY = 0.7  # of the figure `INVERSE`
 
 
 def out_of_reach(task: Task, known: Sequence[Prediction], growth: Array) -> str:
@@ -34,15 +37,21 @@ def out_of_reach(task: Task, known: Sequence[Prediction], growth: Array) -> str:
     """
     limited = [name for name in task.limits if name.startswith("resolution.")]
     ends = np.array([np.zeros(len(growth)), np.ones(len(growth))])
-    each = [tangents(task, own, one.point, limited, ends, growth) for own in known for one in own.solved if limited]
-    for name in limited if each else ():
+    even = [(own, one.point) for own in known for one in own.solved if limited and reads_evenly(task, one)]
+    each = [tangents(task, own, x, limited, ends, growth) for own, x in even]
+    for name in limited:
         own = [found[name] for found in each if name in found]
-        value = min((r * float(np.exp(falls.min(axis=0).sum())) for r, falls in own), default=np.inf)
+        value = max((r * float(np.exp(falls.min(axis=0).sum())) for r, falls in own), default=0.0)
         value *= _AT_LEAST if len(growth) else 1.0
         if task.limits[name] < value < np.inf:
             words, limit = figure_words(name, value), figure_words(name, task.limits[name])
             return f"{name} some {words} at the end of a silicone's data, against {limit}"
     return ""
+
+
+def reads_evenly(task: Task, found: Answered) -> bool:
+    """Return whether a solved design reads all loads so evenly that its tangents tell of others."""
+    return task.own_figures(found).get(INVERSE, 1.0) >= _EVENLY
 
 
 def tangents(

@@ -38,7 +38,7 @@ from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.kinds import figure_words, kind_of, shown_as
 from sits_mech.synthesis.prediction import Prediction
-from sits_mech.synthesis.reach import tangents
+from sits_mech.synthesis.reach import reads_evenly, tangents
 from sits_mech.synthesis.requirements import Requirements, read_requirements
 from sits_mech.synthesis.run import design
 from sits_mech.synthesis.search import MOST
@@ -119,7 +119,8 @@ def above_tangents(asked: Requirements, found: DesignAnswer) -> float:
     names = [f"resolution.{name}" for name in asked.loads]
     for one, other in permutations([each for each in found.known if each.carried and each.table is not None], 2):
         pairs = enumerate(zip(one.design.choice, other.design.choice, strict=True))
-        if all(a == b or k == space.silicone for k, (a, b) in pairs):
+        alike = all(a == b or k == space.silicone for k, (a, b) in pairs)
+        if alike and reads_evenly(found.task, one):
             x, ends, here = one.point, other.point[None], Prediction([one], ())
             own = tangents(found.task, Prediction([other], ()), other.point, names, ends, space.growth)
             told = tangents(found.task, here, x, names, ends, space.growth)

@@ -1,5 +1,7 @@
 """A resolution at the end of the data that goes with a power of a thickness: is it out of reach?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -63,6 +65,21 @@ def test_tangents_of_sums_of_powers_are_below_them() -> None:
             r, falls = found["resolution.F_z"]
             least = r * np.exp(falls.sum())
             assert least <= (1.0 + 1e-6) * Sum().plain(np.array([end]))["resolution.F_z"]
+
+
+def test_the_highest_bound_counts_and_none_of_a_design_that_hardly_reads_a_force() -> None:
+    """Two designs at x = 0.2 and 0.5 of an exponential tangent: the bound of the first one is lower."""
+    task, none = Task(Judge(OPERATOR, np.zeros(0), {}, 0.95), {"resolution.F_z": 1.0, "strain": 1.0}, {}), np.zeros(1)
+    bounds = [2.25e-3 / (1.0 + x) ** 2 * np.exp(-2.0 / (1.0 + x) * (1.0 - x)) for x in (0.2, 0.5)]
+    limit = 0.5 * sum(bounds) * reach._AT_LEAST / 2.25
+    limited = Task(task.judge, {"resolution.F_z": limit, "strain": 1.0}, {})
+    assert bounds[0] < bounds[1] and not out_of_reach(limited, [known(0.2, 2.0)], none)
+    assert out_of_reach(limited, [known(0.2, 2.0), known(0.5, 2.0)], none)
+    one = known(0.5, 2.0)
+    assert one.solved[0].table is not None
+    F = OPERATOR.loads.points
+    bent = one.solved[0].table._replace(L=2.25 * (F - 0.45 * F**2))  # slopes from 1 to 0.1: the inverse is 0.18
+    assert not out_of_reach(limited, [Prediction([replace(one.solved[0], table=bent)], [])], none)
 
 
 def test_without_a_limit_of_a_resolution_nothing_is_out_of_reach() -> None:

@@ -51,7 +51,7 @@ def plan_tables(found: DesignPlan) -> list[Table]:
     """Return what a search is to solve, the least of each size and strain, and the choices that are left out."""
     seconds = f"about {found.seconds:.2g} of the processor"
     if found.first_seconds < found.seconds:
-        seconds += f"; {found.first_seconds:.2g} where the first design shows that none can hold the limits"
+        seconds += f"; {found.first_seconds:.2g} where none can hold the limits"
     lines = [("designs to solve", f"about {found.designs}"), ("seconds", seconds)]
     lines += [(f"least {name}", figure_words(name, size)) for name, size in found.least.items()]
     tables = [key_table("planned", lines)]
