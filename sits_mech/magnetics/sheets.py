@@ -259,8 +259,8 @@ def sheets(
 def not_representable(sensor: Sensor) -> Refusal | None:
     """Return why this model cannot hold this scene; None if it can."""
     if sensor.substrate_radius is not None:
-        got = millimetres(sensor.substrate_radius)
-        return Refusal("substrate_radius", "be left out for sheets, of flat coils", got)
+        radius = millimetres(sensor.substrate_radius)
+        return Refusal("substrate_radius", "be left out for sheets, of flat coils", radius)
     for name, part in metal_parts(sensor):
         if holed(part, sensor.frequency):
             key, what, got = "inner_diameter", "permeable part conducts", part.inner_diameter
