@@ -84,7 +84,7 @@ from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
 from sits_mech.silicone.homogeneous import shear_secant
 from sits_mech.silicone.material import Silicone
 from sits_mech.threads import one_thread
-from sits_mech.units import SLACK
+from sits_mech.units import SLACK, millimetres
 
 _EDGES = (0.2308, 0.28)  # thicknesses by which free edges shorten an incompressible strip in shear; times mu/K, more
 LONG = 10.0
@@ -278,9 +278,9 @@ def flush_refusal(target: Target, elastomer: Elastomer) -> Refusal | None:
         got = f"{len(elastomer.layers)} layers"
         return Refusal("elastomer.layers", "be of one silicone for closed-form", got)
     if w - target.extent[0] > _FLUSH * w:
-        got = f"a layer {w:g} m wide under a target {target.extent[0]:g} m wide"
+        got = f"a layer {millimetres(w)} wide under a target {millimetres(target.extent[0])} wide"
         return Refusal("target.width", "cover the layer along x for closed-form", got)
     if w < 2.0 * _LEAST * t:
-        got = f"{w:g} m wide and {t:g} m thick"
+        got = f"{millimetres(w)} wide and {millimetres(t)} thick"
         return Refusal("elastomer.width", "be at least twice the thickness for closed-form", got)
     return None

@@ -150,6 +150,7 @@ class DesignPlan:
 
     designs: int
     seconds: float  # of the processor, within a factor of some two
+    first_seconds: float  # to the end of the first design: all where it shows that none can hold the limits
     least: dict[str, float]  # [SI]
     not_solved: dict[str, str]  # why, by choice in words
 
@@ -179,7 +180,7 @@ def plan_of(asked: Requirements) -> DesignPlan:
     rows = [each.sizes | {STRAIN: each.strain} for own in good.values() for each in own]
     least = {name: min(row[name] for row in rows) for name in (rows or [{}])[0]}
     words = {asked.space.words(each.design): each.reason for each in left}
-    return DesignPlan(count, float(seconds), least, words)
+    return DesignPlan(count, float(seconds), float(_BEGUN + each + coils), least, words)
 
 
 def refused(asked: Requirements, known: Sequence[Answered]) -> SceneError:

@@ -22,8 +22,8 @@ from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, sce
 from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.kinds import KINDS, figure_names, figure_words, kind_of
 from sits_mech.synthesis.space import Space, space_of
-from sits_mech.synthesis.written import LEAST_YIELD, SPECIAL, Written
-from sits_mech.units import shown
+from sits_mech.synthesis.written import LEAST_ERROR, LEAST_YIELD, SPECIAL, Written
+from sits_mech.units import millimetres, shown
 
 _TWICE = 2.0  # standard deviations of a tolerance, that leave a sensor
 
@@ -123,8 +123,8 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
     for name, least in found.space.least_sizes().items():
         limit = found.limits.get(name, np.inf)
         if limit < least * (1.0 - 1e-9):
-            most = f"at least {least:g} m, which the parts have within the bounds"
-            raise SceneError(f"require.{name}: must be {most}; got {limit:g} m")
+            most = f"at least {millimetres(least)}, which the parts have within the bounds"
+            raise SceneError(f"require.{name}: must be {most}; got {millimetres(limit)}")
     _check_readings(found, sensor)
     if any(name.startswith("drift.") for name in asked):
         _check_temperature(found.space, sensor)
@@ -133,7 +133,7 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
 
 
 def _check_readings(found: Requirements, sensor: Sensor) -> None:
-    """Refuse a rate, or a resolution, that no sensor of the scene's coils and converter has.
+    """Refuse a rate, or a resolution, that no sensor of the scene's coils and converter has, or an unknowable error.
 
     The shortest conversion of n coils one after the other is the fastest. With inductances known to the share r of
     themselves, each of which turns at most once along a component's range F, their way is at most 2 L, and at the worst
@@ -148,10 +148,14 @@ def _check_readings(found: Requirements, sensor: Sensor) -> None:
             raise SceneError(f"require.rate: must be at most {fastest:.4g} Hz, which {name} has; got {asked:g} Hz")
     for force, (low, high) in found.loads.items():
         best = found.tolerance.get("repeatability", 0.0) * (high - low) / (2.0 * n)
-        limit, key = found.limits.get(f"resolution.{force}", np.inf), f"resolution.{force}"
-        if limit < best:
-            least, own = figure_words(key, best), figure_words(key, limit)
-            raise SceneError(f"require.{key}: must be at least {least}, which repeatability leaves; got {own}")
+        bounds = {
+            f"resolution.{force}": (best, "which repeatability leaves"),
+            f"error.{force}": (LEAST_ERROR, "a hundredth of the tolerance that designs are solved to"),
+        }
+        for key, (least, why) in bounds.items():
+            if (limit := found.limits.get(key, np.inf)) < least:
+                own = figure_words(key, limit)
+                raise SceneError(f"require.{key}: must be at least {figure_words(key, least)}, {why}; got {own}")
 
 
 def _check_history(space: Space, sensor: Sensor, place: str) -> None:

@@ -95,9 +95,7 @@ def design(
     asked = _asked(requirements)
     run = _Run(asked, folder, most, told)
     if executor is not None:
-        starts = {choice: run.start(choice, 0) for choice in asked.space.choices[:most]}
-        first = [Design(choice, tuple(x.tolist())) for choice, x in starts.items() if isinstance(x, np.ndarray)]
-        run.ahead = {each: executor.submit(run.coarse, each) for each in first}
+        run.begin_ahead(executor)
     search = run.search(most, seed)
     known = search.run()
     good = [each for each in known if each.carried]
@@ -119,8 +117,15 @@ def design(
         front_of(task, [*finals, *known]), tuple(known), lost_values(asked, search, known, finals),
         tied_with(search, [*finals, *others, *branch.known], best, space), run.count,
         landscape_of(asked, search, branch.prediction, best), run.notes(best), guards(task, best),
-        causes(asked, task, best) + (() if feasible else task.contradicting(search.seen([*finals, *known]))),
+        _causes(asked, search, best, () if feasible else [*finals, *known]),
     )
+
+
+def _causes(asked: Requirements, search: Search, best: Answered, lost: Sequence[Answered]) -> tuple[str, ...]:
+    """Return in words why limits are exceeded, and of designs none of which hold them which no design can."""
+    beyond = search.beyond if lost else ""
+    pairs = search.task.contradicting(search.seen(lost)) if lost and not beyond else ()
+    return (*((beyond,) if beyond else ()), *causes(asked, search.task, best), *pairs)
 
 
 def previewed(requirements: Requirements, *, folder: Path | None = None, told: Told | None = None) -> Preview:
@@ -168,6 +173,12 @@ class _Run:
         """The solver of the search."""
         return Solver(self.asked, COARSE, self.folder)
 
+    def begin_ahead(self, executor: Executor) -> None:
+        """Begin the first designs of all choices side by side."""
+        starts = {choice: self.start(choice, 0) for choice in self.asked.space.choices[: self.most]}
+        first = [Design(choice, tuple(x.tolist())) for choice, x in starts.items() if isinstance(x, np.ndarray)]
+        self.ahead = {each: executor.submit(self.coarse, each) for each in first}
+
     def search(self, most: int, seed: int) -> Search:
         """Return the search, the least strained choices first where the first design within the limits will do."""
         space = self.asked.space
@@ -176,7 +187,8 @@ class _Run:
             bounds = {choice: bounds_of(self.coarse, choice)[1] for choice in choices}
             choices = tuple(sorted(choices, key=lambda each: min((one.strain for one in bounds[each]), default=np.inf)))
         return Search(
-            self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed, space.silicone
+            self.coarse.task, choices, len(space.variables), self.solve, self.start, most, seed, space.silicone,
+            space.growth,
         )
 
     def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:
@@ -203,10 +215,10 @@ class _Run:
     def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
         """Return the best designs of the choices that may win, rounded and solved finer, the best one first.
 
-        Where nothing is minimised, and a round one is decided, no finer one tells more.
+        Where nothing is minimised, and a round one is decided, or none can hold the limits, no finer one tells more.
         """
         first = min(known, key=search.merit)
-        if not search.task.goal and self.decided(search.task, first):
+        if search.beyond or not search.task.goal and self.decided(search.task, first):
             return [first]
         found = [self.refined(search, first)]
         for other in firsts(known, search.at_best):

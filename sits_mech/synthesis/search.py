@@ -87,6 +87,7 @@ class Search:
     most: int = MOST
     seed: int = 0  # of the starts
     silicone: int | None = None  # place of the silicone in a choice
+    growth: Array = field(default_factory=lambda: np.zeros(0))  # (v,), as of `Space.growth`
     branches: list[Branch] = field(default_factory=list)
     solved: int = 0
     missed: list[float] = field(default_factory=list)  # by what first promises were off, limits aside
@@ -189,7 +190,15 @@ class Search:
         """Return in words which resolution no design of a choice, or of one of another silicone, can reach, or ""."""
         alike = (each for each in self.branches if all(
             a == b or k == self.silicone for k, (a, b) in enumerate(zip(each.choice, branch.choice, strict=True))))
-        return out_of_reach(self.task, [each.prediction for each in alike], self.count)
+        growth = self.growth if len(self.growth) else np.zeros(self.count)
+        return out_of_reach(self.task, [each.prediction for each in alike], growth)
+
+    @property
+    def beyond(self) -> str:
+        """Which limit no design of any choice can hold, by the choice that comes nearest, in words; or ""."""
+        tried = [each for each in self.branches if each.prediction.solved]
+        words = [self.out_of_reach(each) for each in tried]
+        return words[0] if words and all(words) else ""
 
     def seen(self, known: Sequence[Answered]) -> list[dict[str, float]]:
         """Return the figures of solved designs, and those predicted at corners of the box and points between."""

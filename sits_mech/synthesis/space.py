@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.geometry.collision import fixed_solids
+from sits_mech.quantities import Array
 from sits_mech.scene.files import literal
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed
@@ -111,6 +112,11 @@ class Space:
     def names(self) -> tuple[str, ...]:
         """The keys of the scene that the numbers between bounds stand for."""
         return tuple(each.key for each in self.variables)
+
+    @property
+    def growth(self) -> Array:
+        """By how much each number grows from its lower bound to its upper one, over the lower; 0 if not positive."""
+        return np.array([each.high / each.low - 1.0 if each.low > 0.0 else 0.0 for each in self.variables])
 
     @property
     def silicone(self) -> int | None:

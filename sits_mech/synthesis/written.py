@@ -49,6 +49,8 @@ FIGURES = (*figure_names(WRENCH), "footprint")
 """What may be minimised."""
 LEAST_YIELD = 0.95
 """Of the sensors made, by default."""
+LEAST_ERROR = 1e-4
+"""Of a limit of an error: a hundredth of the tolerance that designs are solved to."""
 _DEVIATION = "a positive standard deviation"
 _BOUNDS = 'bounds { from = "1 mm", to = "6 mm" } with ends that rise, in one unit'
 _MINIMISED = {

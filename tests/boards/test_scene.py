@@ -106,7 +106,7 @@ def test_a_coil_on_layers_of_unlike_copper_is_a_scene(draw: Any, side: float) ->
     [
         (Selection(()), "must name a coil of the board; it is missing; what looks like a coil: --net=L1 (47.5 mm, "),
         (Selection(("L1", "L1")), "--net: must name each once; got L1 twice"),
-        (Selection(("L1",), chord_error=0.0), "--chord-error: must be a length from 1 nm to 1 mm; got 0 m"),
+        (Selection(("L1",), chord_error=0.0), "--chord-error: must be a length from 1 nm to 1 mm; got 0 mm"),
         (Selection(("L3",)), 'must be a net of the board; got "L3"; what looks like a coil: --net=L1 (47.5 mm'),
         (Selection(("L1",), frequency=-1.0), "frequency: must be a frequency"),
     ],

@@ -125,7 +125,7 @@ def test_section_of_a_path() -> None:
         (path([(0, -1), (2, -1), (2, 1)]), "as often there as back; got 1 and 0"),
         (path([(0, 1), (2, 1), (2, 3)]), "got 0 and 0"),
         (path([(0, -1), (2, -1), (2, 1)], [(2, 1), (0, 1), (0, -0.5)], path_widths=(1e-4, 2e-4)), "one width"),
-        (CIRCLE.model_copy(update={"centre": (0.0, 1e-3)}), "centre must be on y = 0 .*; got y = 0.001 m"),
+        (CIRCLE.model_copy(update={"centre": (0.0, 1e-3)}), "centre must be on y = 0 .*; got y = 1 mm"),
         (CIRCLE.model_copy(update={"layers": 1000, "turns": 12}), "got 24000 bars, some 85.8 GiB, more"),
     ],
 )

@@ -205,7 +205,7 @@ def test_a_model_on_the_axis_holds_what_keeps_to_it() -> None:
 
 @pytest.mark.parametrize(("keys", "name", "said"), [
     (["target.relative_permeability=100"], "planar", "target.relative_permeability must be 1 for planar; got 100"),
-    (['substrate_radius="20 mm"'], "sheets", "substrate_radius must be left out for sheets, of flat coils; got 0.02 m"),
+    (['substrate_radius="20 mm"'], "sheets", "substrate_radius must be left out for sheets, of flat coils; got 20 mm"),
     ([], "axisymmetric", "coils must be one over coaxial discs for axisymmetric; got 2"),
     (["target={material=\"copper\", shape=\"outline\", points=[[-4e-3, -4e-3], [4e-3, -4e-3], [0.0, 4e-3]], "
       "thickness=2e-4}"], "planar-fem", "target.shape must be a rectangle or a disc for a section; got an outline"),

@@ -22,7 +22,7 @@ SAID = [
     ),
     (
         Omission(K.PAD_ENDS, 3.41, Relative.DISPLACEMENT, numbers=(("pad", 0.02), ("target", 0.008))),
-        "ends of pad and target along y: plane strain spreads the force over 0.02 m of pad, the target covers 0.008 m "
+        "ends of pad and target along y: plane strain spreads the force over 20 mm of pad, the target covers 8 mm "
         "(about 3.4 of the displacement)",
     ),
     (

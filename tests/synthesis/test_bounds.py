@@ -53,7 +53,8 @@ def test_the_point_of_least_strain_is_the_thinnest() -> None:
 def test_a_plan_counts_designs_and_names_what_is_left_out() -> None:
     """Two silicones and one number: four designs; under 20 N one silicone less; under 2 kN none."""
     found, heavy = (plan_of(requirements_of(ASKED | {"loads": {"F_z": ["0 N", load]}})) for load in ("1 N", "20 N"))
-    assert (found.designs, heavy.designs) == (4, 3) and found.not_solved == {} and 0.0 < found.seconds < 60.0
+    assert (found.designs, heavy.designs) == (4, 3) and found.not_solved == {}
+    assert 0.0 < found.first_seconds < found.seconds < 60.0
     assert [words.startswith("material ecoflex-00-30") for words in heavy.not_solved] == [True]
     assert found.least["height"] == pytest.approx(1.32e-3, rel=1e-3) and 0.0 < found.least[STRAIN] < 1.0
     with pytest.raises(SceneError, match="no design within .*dragon-skin-30.*left out.*some .* % of the loads"):

@@ -1,5 +1,7 @@
 """A resolution at the end of the data that goes with a power of a thickness: is it out of reach?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,16 +25,65 @@ def known(x: float, strain: float) -> Prediction:
 
 
 @pytest.mark.parametrize("strain, share", [(0.5, 0.5), (2.0, 1.0)])
-def test_the_least_of_a_box_is_that_of_tangents_of_the_logarithm(strain: float, share: float) -> None:
-    """At t = 1.5: 1e-3/2.25 of a strain of half its data is half of that at their end; d ln r/dx = -2/1.5 to x = 1."""
-    least = share * 1e-3 / 2.25 * np.exp(-2.0 / 1.5 * 0.5) * reach._AT_LEAST
+@pytest.mark.parametrize("growth, fall", [(1.0, (1.5 / 2.0) ** 2), (0.0, np.exp(-2.0 / 1.5 * 0.5))])
+def test_the_least_of_a_box_is_that_of_tangents_of_the_logarithm(
+    strain: float, share: float, growth: float, fall: float
+) -> None:
+    """At t = 1.5: 1e-3/2.25 of a strain of half its data is half of that at their end, and a power t^-2 is exact.
+
+    Over a number that may be zero the tangent is that of an exponential, below the power.
+    """
+    least = share * 1e-3 / 2.25 * fall * reach._AT_LEAST
     for limit, said in ((0.99 * least, True), (1.01 * least, False)):
         task = Task(Judge(OPERATOR, np.zeros(0), {}, 0.95), {"resolution.F_z": limit, "strain": 1.0}, {})
-        words = out_of_reach(task, [known(0.5, strain)], 1)
-        assert words.startswith("resolution.F_z some ") is said and bool(words) is said
+        found = out_of_reach(task, [known(0.5, strain)], np.array([growth]))
+        assert found.startswith("resolution.F_z some ") is said and bool(found) is said
+
+
+def test_tangents_of_sums_of_powers_are_below_them() -> None:
+    """Over logarithms of positive numbers their logarithm is convex: between any two points of the box."""
+    rng, t = np.random.default_rng(0), np.linspace(0.0, 1.0, 7)
+    powers, sizes = rng.uniform(-3.0, 3.0, 4), rng.uniform(0.1, 1.0, 4)
+
+    class Sum:
+        """A prediction whose resolution is the sum."""
+
+        solved = ()
+
+        def table(self, x: np.ndarray) -> None:
+            """Return none."""
+
+        def plain(self, x: np.ndarray) -> dict[str, float]:
+            """Return the sum at 1 + 4 x."""
+            return {"resolution.F_z": float((sizes * (1.0 + 4.0 * x[0]) ** powers).sum()), "strain": 1.0}
+
+    task = Task(Judge(OPERATOR, np.zeros(0), {}, 0.95), {}, {})
+    for x in t:
+        for end in t:
+            ends = np.array([[end]])
+            found = reach.tangents(task, Sum(), np.array([x]), ["resolution.F_z"], ends, np.array([4.0]))
+            r, falls = found["resolution.F_z"]
+            least = r * np.exp(falls.sum())
+            assert least <= (1.0 + 1e-6) * Sum().plain(np.array([end]))["resolution.F_z"]
+
+
+def test_the_highest_bound_counts_and_none_of_a_design_that_hardly_reads_a_force() -> None:
+    """Two designs at x = 0.2 and 0.5 of an exponential tangent: the bound of the first one is lower."""
+    task, none = Task(Judge(OPERATOR, np.zeros(0), {}, 0.95), {"resolution.F_z": 1.0, "strain": 1.0}, {}), np.zeros(1)
+    bounds = [2.25e-3 / (1.0 + x) ** 2 * np.exp(-2.0 / (1.0 + x) * (1.0 - x)) for x in (0.2, 0.5)]
+    limit = 0.5 * sum(bounds) * reach._AT_LEAST / 2.25
+    limited = Task(task.judge, {"resolution.F_z": limit, "strain": 1.0}, {})
+    assert bounds[0] < bounds[1] and not out_of_reach(limited, [known(0.2, 2.0)], none)
+    assert out_of_reach(limited, [known(0.2, 2.0), known(0.5, 2.0)], none)
+    one = known(0.5, 2.0)
+    assert one.solved[0].table is not None
+    F = OPERATOR.loads.points
+    bent = one.solved[0].table._replace(L=2.25 * (F - 0.45 * F**2))  # slopes from 1 to 0.1: the inverse is 0.18
+    assert not out_of_reach(limited, [Prediction([replace(one.solved[0], table=bent)], [])], none)
 
 
 def test_without_a_limit_of_a_resolution_nothing_is_out_of_reach() -> None:
     """Nor is anything, before a design is solved."""
     task = Task(Judge(OPERATOR, np.zeros(0), {}, 0.95), {"strain": 1.0}, {})
-    assert out_of_reach(task, [known(0.5, 0.5)], 1) == "" and out_of_reach(task, [Prediction([], [])], 1) == ""
+    assert out_of_reach(task, [known(0.5, 0.5)], np.ones(1)) == ""
+    assert out_of_reach(task, [Prediction([], [])], np.ones(1)) == ""

@@ -325,3 +325,10 @@ def test_what_a_search_promises_last_is_solved_finely(found: DesignAnswer) -> No
     coarse = [each for each in found.known if each.carried]
     gap = [float(np.max(np.abs(each.point - found.best.point))) for each in coarse]
     assert found.task.tolerance == COARSE and found.best not in coarse and min(gap) < 0.35
+
+
+def test_what_no_design_can_hold_is_answered_by_the_first_one() -> None:
+    """A resolution far below: neither other silicones nor a finer solve tell more, and the answer names the least."""
+    found = design(asked(require={"resolution": {"F_z": "1 nN"}}))
+    assert not found.feasible and found.solves == 1 and found.best is found.known[0]
+    assert found.causes[0].startswith("resolution.F_z some ") and found.causes[0].endswith("against 1e-06 mN")

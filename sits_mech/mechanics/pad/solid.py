@@ -43,6 +43,7 @@ from sits_mech.mechanics.pad.stack import laws_of, layer_of_cells
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
+from sits_mech.units import millimetres
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,8 +215,8 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     thin = elastomer.diameter if elastomer.diameter is not None else min(elastomer.extent)
     if elastomer.thickness > HAIR * thin:
         raise SceneError(
-            f"elastomer.thickness: must be at most {HAIR:g} times its smallest width ({thin:g} m) for the model "
-            f"'block', which does not resolve hairs; got {elastomer.thickness:g} m"
+            f"elastomer.thickness: must be at most {HAIR:g} times its smallest width ({millimetres(thin)}) for the "
+            f"model 'block', which does not resolve hairs; got {millimetres(elastomer.thickness)}"
         )
     return target, elastomer
 

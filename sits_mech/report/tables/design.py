@@ -49,7 +49,10 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
 
 def design_plan_tables(found: DesignPlan) -> list[Table]:
     """Return what a search is to solve, the least of each size and strain, and the choices that are left out."""
-    lines = [("designs to solve", f"about {found.designs}"), ("seconds", f"about {found.seconds:.2g} of the processor")]
+    seconds = f"about {found.seconds:.2g} of the processor"
+    if found.first_seconds < found.seconds:
+        seconds += f"; {found.first_seconds:.2g} where none can hold the limits"
+    lines = [("designs to solve", f"about {found.designs}"), ("seconds", seconds)]
     lines += [(f"least {name}", figure_words(name, size)) for name, size in found.least.items()]
     tables = [key_table("planned", lines)]
     return tables + ([key_table("not to be solved", [*found.not_solved.items()])] if found.not_solved else [])

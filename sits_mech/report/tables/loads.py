@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -28,6 +29,7 @@ from sits_mech.report.left_out import kept_lines
 from sits_mech.report.notes import joined_words, sentence, with_words
 from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
 from sits_mech.status import WORDS
+from sits_mech.units import millimetres
 
 KINDS = {
     "F_x": "shear force", "F_y": "shear force along y", "F_z": "normal force", "M": "moment about y",
@@ -168,11 +170,16 @@ def failures(data: xr.Dataset) -> list[str]:
 
 
 def point_name(row: xr.Dataset) -> str:
-    """Return where a point of a table is: ``F_x = 0.5 N, F_z = 2 N``."""
-    items = [(str(name), row[name].item()) for name in row["status"].coords]
-    numbers = [f"{value:.4g}" if isinstance(value, float) else str(value) for _, value in items]
-    units = [row[name].attrs.get("units", shown_unit(name) if name in UNITS else "") for name, _ in items]
-    return ", ".join(f"{name} = {text} {u}".rstrip() for (name, _), text, u in zip(items, numbers, units, strict=True))
+    """Return where a point of a table is: ``F_x = 0.5 N, elastomer.thickness = 2 mm``."""
+
+    def words(name: str, value: Any) -> str:
+        """Return a value with its unit, lengths in millimetres."""
+        unit = row[name].attrs.get("units", shown_unit(name) if name in UNITS else "")
+        if not isinstance(value, float):
+            return f"{value} {unit}".rstrip()
+        return millimetres(value, 4) if unit == "m" else f"{value:.4g} {unit}".rstrip()
+
+    return ", ".join(f"{name} = {words(str(name), row[name].item())}" for name in row["status"].coords)
 
 
 def remarks(data: xr.Dataset) -> list[str]:
