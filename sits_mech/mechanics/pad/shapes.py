@@ -36,7 +36,7 @@ from skfem import MeshHex
 
 from sits_mech.geometry.meshing.bricks import Division, Outline, box_bricks, covered, pillar_bricks, ring_bricks
 from sits_mech.geometry.meshing.crossing import crossing_bricks
-from sits_mech.mechanics.pad.stack import Interface, interfaces
+from sits_mech.mechanics.pad.stack import Interface, interfaces, widened
 from sits_mech.quantities import Array
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.sensor import Elastomer, SceneError, Target
@@ -50,7 +50,6 @@ _LONG = 6.0  # thicknesses from the target's edge from which on cells grow,
 _GROWTH = 3.0  # by so much each
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one base cell does beyond
 _NEAR = 1.0  # thicknesses beside the target within which the corner of side and ground is loaded like the target's edge
-_FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 
 
@@ -165,11 +164,6 @@ def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
     if disc == cylinder:
         plate = [widened(*both) for both in zip(plate, pad, strict=True)]
     return Outline(plate[0], plate[1], disc), Outline(pad[0], pad[1], cylinder)
-
-
-def widened(half_target: float, half_layer: float) -> float:
-    """Return half the size of a target; its layer's where no cell has room between [thicknesses]."""
-    return half_layer if 0.0 < half_layer - half_target < _FLUSH else half_target
 
 
 def flush(plate: Outline, pad: Outline) -> bool:
