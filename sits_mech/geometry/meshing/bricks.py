@@ -15,6 +15,9 @@ are round. Source of the layout: the O-grid of structured meshing. Lengths in an
 Bricks have 27 nodes each; copies are numbered alike, one after the other, and share corners that lie on each other.
 Pillars are each divided in rings like a cylinder of its own, pillars on the plane y = 0 by their halves; they touch
 nowhere, and each has base cells of its own.
+
+Above a pad may be a cover with the target within it (`Inclusion`): the same cells seen from above go on, those beyond
+the cover and those of the target left out. In rings its outline is a third one, between the target's and the pad's.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 from skfem.element import ElementHex1, ElementHex2
 
-from sits_mech.quantities import Array, Integers, tensor_grid
+from sits_mech.quantities import Array, Integers, Mask, tensor_grid
 
 SAME = 1e-9  # by which sizes that are equal as written may differ, relative
 CORE = 0.5  # where the core ends on the way from the middle to the target's outline
@@ -41,6 +44,20 @@ class Outline(NamedTuple):
     half_x: float
     half_y: float
     is_round: bool
+
+
+class Inclusion(NamedTuple):
+    """A target within a cover on a pad, both centred; the target's lower face is the pad's upper one."""
+
+    target: Outline
+    cover: Outline
+    low: float  # heights of the target's faces
+    high: float
+
+    def filled(self, z: Array, under_target: Mask, under_cover: Mask) -> Mask:
+        """Say which bricks there are between lines along z over flat cells, (len(z) - 1, n)."""
+        middle = 0.5 * (z[1:] + z[:-1])[:, None]
+        return np.asarray((middle < self.low) | (under_cover & (~under_target | (middle > self.high))))
 
 
 def within(outline: Outline, points: Array, slack: float) -> Array:
@@ -116,22 +133,31 @@ def crossed(first: Division, second: Division) -> Division:
 Lines = tuple[Array, Array, Array]
 
 
-def box_bricks(x: Array, y: Array, z: Array, base: Lines | None = None) -> tuple[MeshHex, Division]:
+def box_bricks(
+    x: Array, y: Array, z: Array, base: Lines | None = None, inclusion: Inclusion | None = None
+) -> tuple[MeshHex, Division]:
     """Return the bricks between lines, and their division; all lines are of the base, or those given."""
     own = base or (x, y, z)
     flat = tensor_grid(x, y).reshape(-1, 2)
     quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
-    return _extruded(flat, quads, crossed(divided(x, own[0]), divided(y, own[1])), z, own[2])
+    mesh, division = _extruded(flat, quads, crossed(divided(x, own[0]), divided(y, own[1])), z, own[2])
+    if inclusion is None:
+        return mesh, division
+    middles = flat[quads].mean(axis=1)
+    under = [within(outline, middles, 0.0) for outline in (inclusion.target, inclusion.cover)]
+    return _some(mesh, division, inclusion.filled(z, *under).ravel())
 
 
 def ring_bricks(
-    target: Outline, pad: Outline, lines: Lines, around: int, split: int = 1, base: Lines | None = None
+    target: Outline, pad: Outline, lines: Lines, around: int, split: int = 1, base: Lines | None = None,
+    inclusion: Inclusion | None = None,
 ) -> tuple[MeshHex2, Division]:
     """Return half a pad, y >= 0, in rings around a core, and the division of its bricks.
 
     `lines` go from the core (0) to the target's outline (1); from there (0) to the pad's (1), or one value where both
     are the same; and along z. `around` counts cells from a corner of the core to the next middle of a side; four times
-    as many go around half the pad. Every `split`-th line is of the base, or those in `base`.
+    as many go around half the pad. With an `inclusion` lines go from the target's outline to its cover's (1), and on to
+    the pad's (2). Every `split`-th line is of the base, or those in `base`.
     """
     rho, z = _rings(lines), lines[2]
     outwards, through = (split, split) if base is None else (_rings(base), base[2])
@@ -139,9 +165,13 @@ def ring_bricks(
     core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
     across = joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
     mesh, division = _extruded(flat, quads, across, z, through)
+    if inclusion is not None:
+        ring = np.abs(flat[quads]).max(axis=2).mean(axis=1)
+        mesh, division = _some(mesh, division, inclusion.filled(z, ring < 1.0, ring < 2.0).ravel())
     straight = MeshHex2.from_mesh(mesh)
     placed = straight.doflocs.copy()
-    placed[:2] = _placed(straight.doflocs[:2], target, pad)
+    outlines = (target, pad) if inclusion is None else (target, inclusion.cover, pad)
+    placed[:2] = _placed(straight.doflocs[:2], *outlines)
     return MeshHex2(placed, straight.t), division
 
 
@@ -169,6 +199,15 @@ def _extruded(flat: Array, quads: Integers, across: Division, z: Array, base: in
     return mesh, Division(found.base, part, low, high)
 
 
+def _some(mesh: MeshHex, division: Division, kept: Mask) -> tuple[MeshHex, Division]:
+    """Return some of the bricks, (e,), on the points that they have, and their division."""
+    used, corners = np.unique(mesh.t[:, kept], return_inverse=True)
+    base = np.unique(division.base[kept], return_inverse=True)[1]
+    some = Division(base, *(part[kept] for part in division[1:]))
+    hexes = np.ascontiguousarray(corners.reshape(len(mesh.t), -1))
+    return MeshHex(np.ascontiguousarray(mesh.p[:, used]), hexes), some
+
+
 def _square(rho: Array, around: int) -> tuple[Array, Integers]:
     """Return corners (n, 2) and cells (m, 4), as of `_quads`, of half a square in rings around a core."""
     core = np.linspace(-1.0, 1.0, 2 * around + 1) * rho[0]
@@ -185,15 +224,17 @@ def _square(rho: Array, around: int) -> tuple[Array, Integers]:
     return np.vstack(points), np.vstack(cells)
 
 
-def _placed(flat: Array, target: Outline, pad: Outline) -> Array:
-    """Return where points of the square, shape (2, n), lie in the pad."""
+def _placed(flat: Array, target: Outline, *beside: Outline) -> Array:
+    """Return where points of the square, shape (2, n), lie in the pad; `beside` are outlines from the target's on."""
     rho = np.abs(flat).max(axis=0)
     edge = flat / np.where(rho > 0.0, rho, 1.0)
     core = _on(Outline(target.half_x, target.half_y, False), edge) * (_SHRUNK if target.is_round else 1.0)
     part = np.clip((rho - CORE) / (1.0 - CORE), 0.0, 1.0)
     inside = (1.0 - part) * np.minimum(rho, CORE) * core + part * _on(target, edge)
-    beyond = np.clip(rho - 1.0, 0.0, 1.0)
-    return np.asarray((1.0 - beyond) * inside + beyond * _on(pad, edge))
+    for number, outline in enumerate(beside, 1):
+        beyond = np.clip(rho - number, 0.0, 1.0)
+        inside = (1.0 - beyond) * inside + beyond * _on(outline, edge)
+    return np.asarray(inside)
 
 
 def _on(outline: Outline, edge: Array) -> Array:
