@@ -45,7 +45,16 @@ from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.settle import finished, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses
-from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, moved_block, pad_parts, pad_scales, pad_shape
+from sits_mech.mechanics.pad.solid import (
+    Solid,
+    bonded_block,
+    edge_notes,
+    mirrored,
+    moved_block,
+    pad_parts,
+    pad_scales,
+    pad_shape,
+)
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.quantities import Array, Equilibrium
 from sits_mech.scene.parameters import Parameter

@@ -92,7 +92,7 @@ def check_cover(cover: Cover, target: Target | None, elastomer: Elastomer | None
 
 
 def _room(target: Target, elastomer: Elastomer) -> float:
-    """Return the largest overhang that a pad has room for [m]; none beside it, or a target wider: infinite or not above 0."""
+    """Return the largest overhang that a pad has room for [m]; infinite of a flush target, not above 0 of a wider."""
     (a, b), (A, B) = ([0.5 * size for size in part.extent] for part in (target, elastomer))
     if target.is_round == elastomer.is_round:
         beside = ((A - a) / A, A - a), ((B - b) / B, B - b)

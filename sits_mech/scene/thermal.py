@@ -199,7 +199,8 @@ def _scaled(points: Any, factor: float) -> tuple[tuple[float, ...], ...]:
 def _pad(pad: Elastomer, dT: Mapping[str, float], grown: float) -> Elastomer:
     """Return a pad that is warmer under a target that has grown by a factor."""
     keys = ("width", "length", "diameter", "pitch", "edge_radius")
-    return pad.remade(lambda layer: _warm(layer, dT, grown), **{key: grown * size for key in keys if (size := getattr(pad, key)) is not None})
+    sizes = {key: grown * size for key in keys if (size := getattr(pad, key)) is not None}
+    return pad.remade(lambda layer: _warm(layer, dT, grown), **sizes)
 
 
 def _warm(layer: Layer | Cover, dT: Mapping[str, float], grown: float) -> dict[str, Any]:

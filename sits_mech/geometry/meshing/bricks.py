@@ -54,13 +54,16 @@ class Inclusion(NamedTuple):
     low: float  # heights of the target's faces
     high: float
 
-    def filled(self, z: Array, under_target: Mask, under_cover: Mask) -> Mask:
-        """Say which bricks there are between lines along z over flat cells, (len(z) - 1, n)."""
-        middle = 0.5 * (z[1:] + z[:-1])[:, None]
+    def under(self, places: Array) -> tuple[Mask, Mask]:
+        """Say which places, (n, 2 or more), lie in the outlines of target and cover."""
+        return within(self.target, places, 0.0), within(self.cover, places, 0.0)
+
+    def filled(self, middle: Array, under_target: Mask, under_cover: Mask) -> Mask:
+        """Say where there is silicone, by heights and by what covers a place seen from above; shapes that broadcast."""
         return np.asarray((middle < self.low) | (under_cover & (~under_target | (middle > self.high))))
 
 
-def within(outline: Outline, points: Array, slack: float) -> Array:
+def within(outline: Outline, points: Array, slack: float) -> Mask:
     """Say which points, shape (n, 2 or more), lie in an outline with `slack` around it."""
     a, b = np.abs(points[:, 0]) / (outline.half_x + slack), np.abs(points[:, 1]) / (outline.half_y + slack)
     return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
@@ -144,8 +147,7 @@ def box_bricks(
     if inclusion is None:
         return mesh, division
     middles = flat[quads].mean(axis=1)
-    under = [within(outline, middles, 0.0) for outline in (inclusion.target, inclusion.cover)]
-    return _some(mesh, division, inclusion.filled(z, *under).ravel())
+    return _some(mesh, division, inclusion.filled(_middles(z), *inclusion.under(middles)).ravel())
 
 
 def ring_bricks(
@@ -167,7 +169,7 @@ def ring_bricks(
     mesh, division = _extruded(flat, quads, across, z, through)
     if inclusion is not None:
         ring = np.abs(flat[quads]).max(axis=2).mean(axis=1)
-        mesh, division = _some(mesh, division, inclusion.filled(z, ring < 1.0, ring < 2.0).ravel())
+        mesh, division = _some(mesh, division, inclusion.filled(_middles(z), ring < 1.0, ring < 2.0).ravel())
     straight = MeshHex2.from_mesh(mesh)
     placed = straight.doflocs.copy()
     outlines = (target, pad) if inclusion is None else (target, inclusion.cover, pad)
@@ -199,11 +201,16 @@ def _extruded(flat: Array, quads: Integers, across: Division, z: Array, base: in
     return mesh, Division(found.base, part, low, high)
 
 
+def _middles(z: Array) -> Array:
+    """Return the middles between lines, (len(z) - 1, 1)."""
+    return 0.5 * (z[1:] + z[:-1])[:, None]
+
+
 def _some(mesh: MeshHex, division: Division, kept: Mask) -> tuple[MeshHex, Division]:
     """Return some of the bricks, (e,), on the points that they have, and their division."""
     used, corners = np.unique(mesh.t[:, kept], return_inverse=True)
-    base = np.unique(division.base[kept], return_inverse=True)[1]
-    some = Division(base, *(part[kept] for part in division[1:]))
+    base, part, low, high = division
+    some = Division(np.unique(base[kept], return_inverse=True)[1], part[kept], low[kept], high[kept])
     hexes = np.ascontiguousarray(corners.reshape(len(mesh.t), -1))
     return MeshHex(np.ascontiguousarray(mesh.p[:, used]), hexes), some
 

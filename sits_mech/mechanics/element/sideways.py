@@ -14,8 +14,8 @@ and as A couples none of the cosines with the sines, half the weights of full tu
 
     E_2 = 1/2 int pi r [ dF : (A + p L) : dF + K pi(H : dF)^2 ] dr dz.
 
-The target moves its nodes, at r and Z above its lower face, by m = d_h + alpha Z, c = -alpha r (n = 0). What half a pad solves is this, exactly, for a change from
-rest under F_z. Along y it is the same with d_y, and alpha_x = -alpha.
+The target moves its nodes, at r and Z above its lower face, by m = d_h + alpha Z, c = -alpha r (n = 0). What half a pad
+solves is this, exactly, for a change from rest under F_z. Along y it is the same with d_y, and alpha_x = -alpha.
 
 Unknowns: m, n, c at the nodes, in thicknesses; pressures as in kernel.py, eliminated. Left out: contact, which adds to
 the stiffness. Source: E. L. Wilson, AIAA Journal 3 (1965) 2269, harmonics of axisymmetric bodies.

@@ -49,7 +49,7 @@ from sits_mech.geometry.meshing.bricks import (
 )
 from sits_mech.geometry.meshing.crossing import crossing_bricks
 from sits_mech.mechanics.pad.stack import Covering, Interface, interfaces, widened
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.sensor import Elastomer, SceneError, Target
 
@@ -98,8 +98,10 @@ class Shape(NamedTuple):
         outline = Outline(self.cover.half_x, self.cover.half_y, self.plate.is_round)
         return Inclusion(self.plate, outline, 1.0, self.cover.levels[0])
 
-    def holds(self, places: Array) -> Array:
-        """Whether places, (n, 2 or more), are in a pillar seen from above; True for a pad in one piece."""
+    def holds(self, places: Array) -> Mask:
+        """Whether places, (n, 3), are in a pillar seen from above, or in pad or cover; True for a pad in one piece."""
+        if self.inclusion is not None:
+            return self.inclusion.filled(places[:, 2], *self.inclusion.under(places))
         if not self.middles:
             return np.ones(len(places), dtype=bool)
         away = np.linalg.norm(places[:, None, :2] - np.array(self.middles), axis=2)
@@ -302,5 +304,6 @@ def lines_through(
         low, high = cover.levels
         even = cover.rim < _TALL
         rim = np.linspace(0.0, 1.0, split + 1) if even else _both_ends(split, grading, layers)
-        found += [np.append(1.0 + cover.rim * rim[1:-1], low), low + cover.thickness * graded(split, grading, layers)[1:]]
+        over = cover.thickness * graded(split, grading, layers)[1:]
+        found += [np.append(1.0 + cover.rim * rim[1:-1], low), low + over]
     return np.concatenate(found)

@@ -12,7 +12,8 @@ quarters of a turn, and at the foot of the cover, a free notch of as much: displ
 one incompressible silicone. Where the target is thin its two edges are one from further away, the tip of a rigid line,
 ``r**0.5``; two silicones are between that and the 0.5946 of one far stiffer than the other. Orders are those of 0.5.
 
-Sources: M. L. Williams, J. Appl. Mech. 19 (1952) 526, corners; D. B. Bogy, J. Appl. Mech. 38 (1971) 377, corners of two bonded media.
+Sources: M. L. Williams, J. Appl. Mech. 19 (1952) 526, corners; D. B. Bogy, J. Appl. Mech. 38 (1971) 377, corners of two
+bonded media.
 """
 
 from __future__ import annotations
@@ -67,7 +68,8 @@ def covering(sensor: Sensor) -> Covering | None:
     if cover is None or target is None or elastomer is None:
         return None
     t, pad = elastomer.thickness, elastomer.extent
-    x, y = (widened(own / (2.0 * t), size / (2.0 * t)) for own, size in zip(cover.extent(target, elastomer), pad, strict=True))
+    each = zip(cover.extent(target, elastomer), pad, strict=True)
+    x, y = (widened(own / (2.0 * t), size / (2.0 * t)) for own, size in each)
     return Covering(x, y, target.thickness / t, cover.thickness / t)
 
 
