@@ -169,7 +169,8 @@ def _rows(it: Drawing, axis: int) -> list[list[Span]]:
     places = sorted({round(MM * coil.centre[axis], 6) for coil in it.sensor.coils})
     found = [] if axis else [[_across(min(it.sensor.coils, key=lambda coil: (coil.centre[1], coil.centre[0])))]]
     found += [[(a, b, f"{b - a:.4g}") for a, b in pairwise(places)]] if 1 < len(places) <= _MOST + 1 else []
-    for part, plate in ((it.sensor.target, "target"), (it.sensor.elastomer, "pad")):
+    cover = it.sensor.target if it.sensor.cover is not None else None  # of the target's outline
+    for part, plate in ((it.sensor.target, "target"), (cover, "cover"), (it.sensor.elastomer, "pad")):
         if part is not None and not (_is_round(part) and axis == 1):
             rims = np.vstack(next(each.loops for each in it.plates if each.name == plate))
             low, high = float(rims[:, axis].min()), float(rims[:, axis].max())
