@@ -16,8 +16,7 @@ Bricks have 27 nodes each; copies are numbered alike, one after the other, and s
 Pillars are each divided in rings like a cylinder of its own, pillars on the plane y = 0 by their halves; they touch
 nowhere, and each has base cells of its own.
 
-Above a pad may be a cover with the target within it (`Inclusion`): the same cells seen from above go on, those beyond
-the cover and those of the target left out. In rings its outline is a third one, between the target's and the pad's.
+A cover's outline may be a third one, between the target's and the pad's (inclusion.py).
 """
 
 from __future__ import annotations
@@ -44,23 +43,6 @@ class Outline(NamedTuple):
     half_x: float
     half_y: float
     is_round: bool
-
-
-class Inclusion(NamedTuple):
-    """A target within a cover on a pad, both centred; the target's lower face is the pad's upper one."""
-
-    target: Outline
-    cover: Outline
-    low: float  # heights of the target's faces
-    high: float
-
-    def under(self, places: Array) -> tuple[Mask, Mask]:
-        """Say which places, (n, 2 or more), lie in the outlines of target and cover."""
-        return within(self.target, places, 0.0), within(self.cover, places, 0.0)
-
-    def filled(self, middle: Array, under_target: Mask, under_cover: Mask) -> Mask:
-        """Say where there is silicone, by heights and by what covers a place seen from above; shapes that broadcast."""
-        return np.asarray((middle < self.low) | (under_cover & (~under_target | (middle > self.high))))
 
 
 def within(outline: Outline, points: Array, slack: float) -> Mask:
@@ -136,30 +118,24 @@ def crossed(first: Division, second: Division) -> Division:
 Lines = tuple[Array, Array, Array]
 
 
-def box_bricks(
-    x: Array, y: Array, z: Array, base: Lines | None = None, inclusion: Inclusion | None = None
-) -> tuple[MeshHex, Division]:
+def box_bricks(x: Array, y: Array, z: Array, base: Lines | None = None) -> tuple[MeshHex, Division]:
     """Return the bricks between lines, and their division; all lines are of the base, or those given."""
     own = base or (x, y, z)
     flat = tensor_grid(x, y).reshape(-1, 2)
     quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
-    mesh, division = _extruded(flat, quads, crossed(divided(x, own[0]), divided(y, own[1])), z, own[2])
-    if inclusion is None:
-        return mesh, division
-    middles = flat[quads].mean(axis=1)
-    return _some(mesh, division, inclusion.filled(_middles(z), *inclusion.under(middles)).ravel())
+    return _extruded(flat, quads, crossed(divided(x, own[0]), divided(y, own[1])), z, own[2])
 
 
 def ring_bricks(
     target: Outline, pad: Outline, lines: Lines, around: int, split: int = 1, base: Lines | None = None,
-    inclusion: Inclusion | None = None,
+    cover: Outline | None = None,
 ) -> tuple[MeshHex2, Division]:
     """Return half a pad, y >= 0, in rings around a core, and the division of its bricks.
 
     `lines` go from the core (0) to the target's outline (1); from there (0) to the pad's (1), or one value where both
     are the same; and along z. `around` counts cells from a corner of the core to the next middle of a side; four times
-    as many go around half the pad. With an `inclusion` lines go from the target's outline to its cover's (1), and on to
-    the pad's (2). Every `split`-th line is of the base, or those in `base`.
+    as many go around half the pad. With a `cover` lines go from the target's outline to that (1), and on to the pad's
+    (2). Every `split`-th line is of the base, or those in `base`.
     """
     rho, z = _rings(lines), lines[2]
     outwards, through = (split, split) if base is None else (_rings(base), base[2])
@@ -167,12 +143,9 @@ def ring_bricks(
     core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
     across = joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
     mesh, division = _extruded(flat, quads, across, z, through)
-    if inclusion is not None:
-        ring = np.abs(flat[quads]).max(axis=2).mean(axis=1)
-        mesh, division = _some(mesh, division, inclusion.filled(_middles(z), ring < 1.0, ring < 2.0).ravel())
     straight = MeshHex2.from_mesh(mesh)
     placed = straight.doflocs.copy()
-    outlines = (target, pad) if inclusion is None else (target, inclusion.cover, pad)
+    outlines = (target, pad) if cover is None else (target, cover, pad)
     placed[:2] = _placed(straight.doflocs[:2], *outlines)
     return MeshHex2(placed, straight.t), division
 
@@ -199,20 +172,6 @@ def _extruded(flat: Array, quads: Integers, across: Division, z: Array, base: in
     part, (low, high) = np.roll(found.part, -1, axis=1), (np.roll(ends, -1, axis=1) for ends in found[2:])
     mesh = MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(hexes))
     return mesh, Division(found.base, part, low, high)
-
-
-def _middles(z: Array) -> Array:
-    """Return the middles between lines, (len(z) - 1, 1)."""
-    return 0.5 * (z[1:] + z[:-1])[:, None]
-
-
-def _some(mesh: MeshHex, division: Division, kept: Mask) -> tuple[MeshHex, Division]:
-    """Return some of the bricks, (e,), on the points that they have, and their division."""
-    used, corners = np.unique(mesh.t[:, kept], return_inverse=True)
-    base, part, low, high = division
-    some = Division(np.unique(base[kept], return_inverse=True)[1], part[kept], low[kept], high[kept])
-    hexes = np.ascontiguousarray(corners.reshape(len(mesh.t), -1))
-    return MeshHex(np.ascontiguousarray(mesh.p[:, used]), hexes), some
 
 
 def _square(rho: Array, around: int) -> tuple[Array, Integers]:

@@ -38,16 +38,9 @@ from typing import NamedTuple
 import numpy as np
 from skfem import MeshHex
 
-from sits_mech.geometry.meshing.bricks import (
-    Division,
-    Inclusion,
-    Outline,
-    box_bricks,
-    covered,
-    pillar_bricks,
-    ring_bricks,
-)
+from sits_mech.geometry.meshing.bricks import Division, Outline, box_bricks, covered, pillar_bricks, ring_bricks
 from sits_mech.geometry.meshing.crossing import crossing_bricks
+from sits_mech.geometry.meshing.inclusion import Inclusion, hollowed
 from sits_mech.mechanics.pad.stack import Covering, Interface, interfaces, widened
 from sits_mech.quantities import Array, Mask
 from sits_mech.scene.elastomer import pillar_middles
@@ -101,7 +94,7 @@ class Shape(NamedTuple):
     def holds(self, places: Array) -> Mask:
         """Whether places, (n, 3), are in a pillar seen from above, or in pad or cover; True for a pad in one piece."""
         if self.inclusion is not None:
-            return self.inclusion.filled(places[:, 2], *self.inclusion.under(places))
+            return self.inclusion.filled(places)
         if not self.middles:
             return np.ones(len(places), dtype=bool)
         away = np.linalg.norm(places[:, None, :2] - np.array(self.middles), axis=2)
@@ -137,9 +130,14 @@ def half_bricks(shape: Shape, split: int, grading: float, layers: int = 0) -> tu
             raise SceneError(f"target: {error}: draw the pad yourself, elastomer.mesh") from None
     if own.is_round or pad.is_round:
         rings, of_base = (ring_lines(own, pad, *way, cover) for way in ways)
-        return ring_bricks(own, pad, (*rings, through), around, split, (*of_base, base), shape.inclusion)
-    boxes = [box_lines(own, pad, *way, between, cover) for way in ways]
-    return box_bricks(*boxes[0], boxes[1], shape.inclusion)
+        outline = None if shape.inclusion is None else shape.inclusion.cover
+        found: tuple[MeshHex, Division] = ring_bricks(
+            own, pad, (*rings, through), around, split, (*of_base, base), outline
+        )
+    else:
+        boxes = [box_lines(own, pad, *way, between, cover) for way in ways]
+        found = box_bricks(*boxes[0], base=boxes[1])
+    return found if shape.inclusion is None else hollowed(*found, shape.inclusion)
 
 
 def crosses(shape: Shape) -> bool:
