@@ -147,7 +147,7 @@ def test_small_shear_and_tilt_of_a_pressed_meridian_are_those_in_space():
 
 # NGSolve 6.2, displacements of order 4 to 6 on triangles graded geometrically to the edges of target and cover (orders
 # differ by less than 1e-3): a Mooney-Rivlin pad of 14 x 2 mm, c10 7 kPa, c01 3 kPa, K 1 MPa, under a neo-Hooke cover,
-# mu 80 kPa, K 4 MPa, 1 mm over a target of 8 x 0.4 mm and 1.5 mm beyond it; the load 0.4 mm above the target's lower face.
+# mu 80 kPa, K 4 MPa, 1 mm over a target of 8 x 0.4 mm and 1.5 mm beyond it; the load 0.4 mm above its lower face.
 PRESSED = [(0.4, 0.045852), (1.5, 0.160264), (-1.0, -0.12725)]  # N, mm
 LOADED = [  # N/m, N/m, N; d_h, sink [mm], alpha [rad]
     ((0.0, 200.0, 0.0), (0.0, 0.098262, 0.0)), ((60.0, 100.0, 0.0), (0.47733, 0.049071, -0.0031056)),
