@@ -113,7 +113,7 @@ def schemas(here: Path, made: Path) -> None:
     scene = schema_of("scene")
     lines = list(_keys(scene, "Top of the file"))
     places = {"coils": "Coil", "target": "Target", "elastomer": "Elastomer", "elastomer.layers": "Layer",
-              "conductors": "Conductor", "readout": "Readout"}
+              "cover": "Cover", "conductors": "Conductor", "readout": "Readout"}
     for key, part in places.items():
         title = f"`[[{key}]]`" if key in ("coils", "elastomer.layers", "conductors") else f"`[{key}]`"
         lines += _keys(scene["$defs"][part], title)

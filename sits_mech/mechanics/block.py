@@ -44,7 +44,7 @@ from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, 
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.settle import finished, settled
-from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
+from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses
 from sits_mech.mechanics.pad.solid import (
     Solid,
     bonded_block,
@@ -53,6 +53,7 @@ from sits_mech.mechanics.pad.solid import (
     moved_block,
     pad_parts,
     pad_scales,
+    pad_shape,
 )
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.quantities import Array, Equilibrium
@@ -201,7 +202,7 @@ def pad_family(sensor: Sensor) -> tuple[Levels, float]:
 @of_one_pad
 def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
     """Make a family with or without a guard; coarser meshes have a larger contact depth."""
-    shape = shape_of(*pad_parts(sensor))
+    shape = pad_shape(sensor)
     chosen = [each for each in _FINENESS if not (each[1] and crosses(shape))]
     split, layers = np.array(chosen, dtype=float).T
 

@@ -187,9 +187,9 @@ def finite_strain_model(elastomer: Elastomer | None) -> str:
 
 
 def plain_pad(sensor: Sensor) -> tuple[Target, Elastomer] | None:
-    """Return target and layer where both are boxes or round, the layer in one piece; None for others."""
+    """Return target and layer where both are boxes or round, the layer in one piece and bare; None for others."""
     target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or target.loops:
+    if target is None or elastomer is None or target.loops or sensor.cover is not None:
         return None
     return None if elastomer.mesh is not None or elastomer.kind == "pillars" else (target, elastomer)
 
@@ -245,7 +245,7 @@ def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None:
         raise SceneError(f"{sensor.name}: target and elastomer must be given for a force to move the target")
-    if refusal := flush_refusal(target, elastomer):
+    if refusal := flush_refusal(sensor):
         raise SceneError(f"{sensor.name}: {refusal}")
     (w, length), t = elastomer.extent, elastomer.thickness
     mu, K, S = elastomer.silicone.shear_modulus, elastomer.silicone.bulk_modulus, w / (2.0 * t)
@@ -268,8 +268,13 @@ def coaxial_refusal(sensor: Sensor) -> Refusal | None:
     return Refusal("elastomer", "be a cylinder under a disc for axisymmetric", got)
 
 
-def flush_refusal(target: Target, elastomer: Elastomer) -> Refusal | None:
-    """Return why no strip by formula stands for a layer; None where one does."""
+def flush_refusal(sensor: Sensor) -> Refusal | None:
+    """Return why no strip by formula stands for a layer; None where one does, or a part is missing."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None:
+        return None
+    if sensor.cover is not None:
+        return Refusal("cover", "be left out for closed-form", f"one {sensor.cover.thickness:g} m thick")
     w, t = elastomer.extent[0], elastomer.thickness
     if elastomer.mesh is not None or elastomer.kind != "box" or target.shape != "rectangle":
         got = f"a {elastomer.kind} under a {target.shape}"

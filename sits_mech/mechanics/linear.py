@@ -18,7 +18,7 @@ pad does not depend on its length: beyond 20 thicknesses and three of the target
 the middle is plane strain. Under a target wider than 30 thicknesses the pad is lubricated: with ``K t^2`` kept the
 factors depend on t/w by the edges alone, so that they are found at 1/24 and 1/16 of the width and extrapolated along a
 straight line; the step that this adds counts as error as well. Neglected: finite strain, where the factors shrink or
-grow with the load; meshes of the user's own.
+grow with the load; meshes of the user's own. A cover does not scale with its pad, which is meshed as it is then.
 """
 
 from __future__ import annotations
@@ -192,7 +192,8 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
     target, elastomer = pad_parts(sensor)
     if elastomer.mesh is not None:  # a file's name does not tell what is in it
         return _finite_length(sensor)
-    asked = "finite length", target, elastomer, *map(repr, silicones_of(sensor))
+    cover = () if sensor.cover is None else (sensor.cover,)
+    asked = "finite length", target, elastomer, *cover, *map(repr, silicones_of(sensor))
     pack, unpack = (lambda found: {"each": astuple(found)}), (lambda made: FiniteLength(*made["each"].tolist()))
     found: FiniteLength = kept(asked, partial(_finite_length, sensor), pack, unpack, __name__)
     return found
@@ -203,7 +204,7 @@ def _finite_length(sensor: Sensor) -> FiniteLength:
     began = time.process_time()
     target, elastomer = pad_parts(sensor)
     width, t = min(*target.extent, *elastomer.extent), elastomer.thickness
-    if width <= _THIN * t:
+    if width <= _THIN * t or sensor.cover is not None:
         factors, error = _factors(sensor)
     else:
         near, far = (width / count for count in _THICKER)

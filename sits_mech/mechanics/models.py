@@ -97,7 +97,7 @@ def strains_of(target: Target, elastomer: Elastomer, load: Wrench) -> tuple[floa
 
 def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
     """Return the factors by which plane strain is too stiff for a pad; None where no planar layer stands for it."""
-    if plain_pad(sensor) is None:
+    if plain_pad(sensor) is None and sensor.cover is None:
         return None
     from sits_mech.mechanics.linear import finite_length_factor  # the whole mechanics, for who asks for its size
 
@@ -175,9 +175,7 @@ def _linear(sensor: Sensor, question: Question) -> Refusal | None:
 
 def _closed_form(sensor: Sensor, question: Question) -> Refusal | None:
     """Return why no formula holds."""
-    target, elastomer = sensor.target, sensor.elastomer
-    refusal = _layered("closed-form", sensor, question, rough=False)
-    return refusal if refusal or target is None or elastomer is None else flush_refusal(target, elastomer)
+    return _layered("closed-form", sensor, question, rough=False) or flush_refusal(sensor)
 
 
 def _axisymmetric(sensor: Sensor, question: Question) -> Refusal | None:

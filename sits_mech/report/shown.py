@@ -26,6 +26,7 @@ from sits_mech.report.page.parts import figures_part, scene_part, subtitle
 from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.style import figure_bytes
+from sits_mech.scene.cover import Cover
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import write_text
 from sits_mech.scene.plausible import slips
@@ -185,9 +186,9 @@ def _main_numbers(sensor: Sensor) -> str:
     """Return what a sensor is in one line."""
     count, converter = len(sensor.coils), sensor.readout.converter
     found = [f"{sensor.frequency / 1e6:.6g} MHz", f"{count} coil{'s' if count > 1 else ''}"]
-    for name, part in (("target", sensor.target), ("pad", sensor.elastomer)):
+    for name, part in (("target", sensor.target), ("pad", sensor.elastomer), ("cover", sensor.cover)):
         if part is not None:
-            made = part.words if isinstance(part, Elastomer) else part.material
+            made = part.words if isinstance(part, Elastomer | Cover) else part.material
             material = f" of {made}" if made else ""
             found.append(f"{name}{material}, {1e3 * part.thickness:.4g} mm thick")
     return html.escape(" · ".join([*found, *([] if converter == "none" else [converter])]))

@@ -25,6 +25,7 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.scene.coils import Coil
+from sits_mech.scene.cover import Cover
 from sits_mech.scene.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.outlines import Loop, circle, crossing, polygon
 from sits_mech.scene.parts import Conductor, Target
@@ -53,7 +54,7 @@ class Prism:
 
 def check_parts(
     coils: Sequence[Coil], target: Target | None, elastomer: Elastomer | None, conductors: Sequence[Conductor],
-    substrate_radius: float | None,
+    substrate_radius: float | None, cover: Cover | None = None,
 ) -> None:
     """Refuse parts that do not fit together; raise SceneError in one line: which two, what they must be, what came."""
     _check_coils(coils)
@@ -61,7 +62,7 @@ def check_parts(
         pillar_middles(elastomer, target.extent, target.is_round)
     if substrate_radius is not None:
         _check_round(substrate_radius, coils)
-    others = _layer_and_target(target, elastomer)
+    others = _layer_and_target(target, elastomer, cover)
     if conductors:
         others = [*(piece for coil in coils for piece in _coil(coil, substrate_radius)), *others]
     for part in map(_conductor, conductors):
@@ -127,8 +128,8 @@ def _tracks(coil: Coil, height: float) -> tuple[tuple[Array, float], ...]:
     return tuple((np.array(line)[:, :2] + coil.centre, width / 2) for line, width in pairs if line[0][2] == height)
 
 
-def _layer_and_target(target: Target | None, elastomer: Elastomer | None) -> list[Prism]:
-    """Return the layer with the film below it, and the target at rest on it; nothing without a layer."""
+def _layer_and_target(target: Target | None, elastomer: Elastomer | None, cover: Cover | None) -> list[Prism]:
+    """Return the layer with the film below it, the target at rest on it, and its cover; nothing without a layer."""
     if elastomer is None:
         return []
     top = elastomer.standoff + elastomer.thickness
@@ -136,6 +137,9 @@ def _layer_and_target(target: Target | None, elastomer: Elastomer | None) -> lis
     if target is not None:
         z = top, top + target.thickness
         found.append(Prism("target", (0.0, 0.0), target.extent, *z, target.is_round, target.loops))
+    if target is not None and cover is not None:
+        z = top, top + target.thickness + cover.thickness
+        found.append(Prism("cover", (0.0, 0.0), cover.extent(target, elastomer), *z, target.is_round))
     return found
 
 

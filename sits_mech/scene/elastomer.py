@@ -34,7 +34,8 @@ NOT_BESIDE = dict.fromkeys(_OF_EACH, "each of which has its own") | {
     "edge_radius": "whose edges are sharp", "mesh": "which are meshed here",
 }
 """Keys that a pad of layers may not have, and why."""
-_THINNEST = 1e-3  # of a pad's thickness, a layer
+THINNEST = 1e-3
+"""Of a pad's thickness, the least that a layer has."""
 _SIZES: dict[Shape, tuple[str, ...]] = {
     "box": ("width", "length"),
     "cylinder": ("diameter",),
@@ -156,8 +157,8 @@ class Elastomer(BaseModel):
     def _resolved(self) -> Elastomer:
         """Refuse layers that no mesh resolves."""
         for number, layer in enumerate(self.layers):
-            if layer.thickness < _THINNEST * self.thickness:
-                least = f"at least {_THINNEST:g} of the pad's, {mm(self.thickness)}"
+            if layer.thickness < THINNEST * self.thickness:
+                least = f"at least {THINNEST:g} of the pad's, {mm(self.thickness)}"
                 raise SceneError(f"layers.{number}.thickness must be {least}; got {mm(layer.thickness)}")
         return self
 

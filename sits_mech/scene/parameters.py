@@ -12,7 +12,8 @@ for every entry of a list, or what a catalogued silicone is made of:
     stiffening       what the silicone stiffens by besides, zero as it is: the share k of w + k mu/2 (I1 - 3)^2.
 
 Of a pad of layers the keys are elastomer.layers.0.thickness and elastomer.layers.0.material.c10; elastomer.thickness is
-that of all in proportion, and the last two are of all of them.
+that of all in proportion, and the last two are of all of them. A cover has cover.thickness, cover.overhang and
+cover.material.c10, and goes with the pad in the last two.
 
 Derivatives by it are differences of second order (maps/differences.py) over a step h far below the lengths of the
 scene, on both sides, or on one where the other is no scene (a stand-off below zero) or one of another kind (a target
@@ -44,7 +45,7 @@ TEMPERATURE = "temperature."
 """What the parameters begin with that stand for a cause of change with temperature."""
 STEP = 1e-6
 """Of the value: what is held nearly incompressible answers a step s with K s besides, K in shear moduli."""
-_OF_MATERIAL = re.compile(r"elastomer\.(layers\.[^.]+\.)?material\.")
+_OF_MATERIAL = re.compile(r"(elastomer\.(layers\.[^.]+\.)?|cover\.)material\.")
 _STIFFER = 1e-4  # step of the stiffening: rounding of the forces is some 1e-12 of the layer's
 _KELVIN = 3e-3  # step of a temperature: some 1e-6 of what it changes
 _REACHES = dict.fromkeys(CAUSES, 6e4) | {"conductivity": 300.0, "modulus": 300.0, "pad": 3e3}  # 1 over coefficients [K]
@@ -246,8 +247,9 @@ def _thicker(sensor: Sensor, thickness: float) -> Sensor:
 
 
 def _remade(sensor: Sensor, change: Callable[[Silicone], Silicone]) -> Sensor:
-    """Return a scene with each of its pad's silicones changed."""
+    """Return a scene with each silicone of its pad and its cover changed."""
     if sensor.elastomer is None:
         return sensor
-    pad = sensor.elastomer.remade(lambda layer: {"material": change(layer.silicone)})
-    return sensor.model_copy(update={"elastomer": pad})
+    pad, cover = sensor.elastomer.remade(lambda layer: {"material": change(layer.silicone)}), sensor.cover
+    over = None if cover is None else cover.model_copy(update={"material": change(cover.silicone)})
+    return sensor.model_copy(update={"elastomer": pad, "cover": over})

@@ -105,7 +105,7 @@ def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
         return
     plates = [sensor.elastomer, *([sensor.target] if sensor.target else [])]
     sides = [max(plate.extent[k] for plate in plates) for k in (0, 1)]
-    made = sensor.elastomer.places.values()
+    made = [*sensor.elastomer.places.values(), *([sensor.cover.silicone] if sensor.cover else [])]
     force = max(max(each.bulk_modulus, _SHEAR * each.shear_modulus) for each in made) * sides[0] * sides[1]
     for name, values in loads.items():
         most = force if name.startswith("F") else force * max(sides)

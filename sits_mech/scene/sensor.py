@@ -22,7 +22,8 @@ from sits_mech.inputs import FORM, checked, unknown
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Frequency, Length, Name, Temperature
 from sits_mech.scene.coils import Coil
-from sits_mech.scene.elastomer import Elastomer
+from sits_mech.scene.cover import Cover, check_cover
+from sits_mech.scene.elastomer import Elastomer, Layer
 from sits_mech.scene.files import overridden, read_toml, write_text, written
 from sits_mech.scene.materials import Metal
 from sits_mech.scene.parts import Conductor, Readout, Target, Tolerances
@@ -31,7 +32,7 @@ from sits_mech.units import SceneError, quantity, shown
 from sits_mech.version import __version__
 
 __all__ = [
-    "Coil", "Conductor", "Elastomer", "Metal", "Readout", "SceneError", "Sensor", "Silicone", "Target",
+    "Coil", "Conductor", "Cover", "Elastomer", "Metal", "Readout", "SceneError", "Sensor", "Silicone", "Target",
     "Tolerances", "catalogue", "changed", "load_sensor", "quantity", "save_sensor", "scene_hash", "scene_text",
     "sensor_from",
 ]
@@ -40,12 +41,14 @@ REFERENCE = 293.15
 """Temperature that the numbers of a scene hold at, 20 degC [K]."""
 _UNSAID = {  # keys of each part that are left out where they have their defaults
     "elastomer": {"weld": False, "free_stretch": 1.0},
+    "cover": {"free_stretch": 1.0},
     "readout": {"capacitance_coefficient": 0.0, "clock_coefficient": 0.0},
 }
 _PARTS: Mapping[str, type[BaseModel]] = {
     "coils": Coil,
     "target": Target,
     "elastomer": Elastomer,
+    "cover": Cover,
     "conductors": Conductor,
     "readout": Readout,
     "tolerances": Tolerances,
@@ -67,6 +70,8 @@ class Sensor(BaseModel):
         Centred on the elastomer at rest, smaller or larger than it.
     elastomer : Elastomer or None
         The layer that a force acts against.
+    cover : Cover or None
+        Silicone bonded on target and pad, under which the target is a rigid inclusion.
     conductors : tuple of Conductor
         Fixed metal or ferrite nearby, clear of all other parts and of each other.
     readout : Readout
@@ -91,6 +96,7 @@ class Sensor(BaseModel):
     coils: tuple[Coil, ...]
     target: Target | None = None
     elastomer: Elastomer | None = None
+    cover: Cover | None = None
     conductors: tuple[Conductor, ...] = ()
     readout: Readout = Readout()
     substrate_radius: Length | None = None
@@ -128,27 +134,36 @@ class Sensor(BaseModel):
         windings = sorted({coil.winding for coil in self.coils if coil.is_round})
         if len(windings) > 1:
             raise SceneError(f"round coils must all have one winding; got {' and '.join(windings)}")
-        check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius)
+        if self.cover is not None:
+            check_cover(self.cover, self.target, self.elastomer)
+        check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius, self.cover)
         return self
 
 
 def silicone_of(sensor: Sensor) -> Silicone | None:
     """Return the silicone by whose rate and softening a pad as a whole goes, None without one.
 
-    Raises SceneError for layers that do not relax alike, or soften, each by its own strain.
+    Raises SceneError for silicones that do not relax alike, or soften, each by its own strain.
     """
     made = silicones_of(sensor)
     if len(made) > 1 and (len({each.prony for each in made}) > 1 or any(each.mullins for each in made)):
+        which = "cover" if sensor.cover is not None else "elastomer.layers"
         raise SceneError(
-            "elastomer.layers: must relax alike and have no mullins where the pad is taken as a whole; these do not: "
+            f"{which}: must relax alike and have no mullins where the pad is taken as a whole; these do not: "
             "simulate --history --mechanics block follows every point"
         )
     return made[0] if made else None
 
 
+def stack_of(sensor: Sensor) -> tuple[Layer | Cover, ...]:
+    """Return the layers of a sensor's pad from the ground up, its cover last; none without a pad."""
+    own = () if sensor.elastomer is None else sensor.elastomer.stack
+    return own if sensor.cover is None else (*own, sensor.cover)
+
+
 def silicones_of(sensor: Sensor) -> tuple[Silicone, ...]:
-    """Return the silicones of a sensor's pad, from the ground up; none without one."""
-    return () if sensor.elastomer is None else tuple(layer.silicone for layer in sensor.elastomer.stack)
+    """Return the silicones of a sensor's pad from the ground up, its cover's last; none without a pad."""
+    return tuple(layer.silicone for layer in stack_of(sensor))
 
 
 def known_stretch(sensor: Sensor) -> float:
@@ -317,9 +332,9 @@ def check_provenance(sensor: Sensor, attributes: Mapping[str, Any]) -> None:
         return
     own, other = (tomllib.loads(text) for text in (scene_text(sensor), str(attributes["scene"])))
     for each in (own, other):
-        for made in (pad := each.get("elastomer", {}), *pad.get("layers", ())):
+        for made in (pad := each.get("elastomer", {}), *pad.get("layers", ()), each.get("cover", {})):
             made.pop("material", None)
-    for part in ("frequency", "coils", "target", "elastomer", "conductors"):
+    for part in ("frequency", "coils", "target", "elastomer", "cover", "conductors"):
         if own.get(part) != other.get(part):
             name = attributes.get("name", "another")
             raise SceneError(f"table: must be of {sensor.name}; its {part} differs: it is of {name}")

@@ -27,6 +27,7 @@ from dataclasses import replace
 from typing import Any
 
 from sits_mech.scene.coils import ACROSS, UPRIGHT
+from sits_mech.scene.cover import Cover
 from sits_mech.scene.elastomer import Layer
 from sits_mech.scene.materials import Metal, metals
 from sits_mech.scene.sensor import REFERENCE, Coil, Conductor, Elastomer, SceneError, Sensor, Target
@@ -83,6 +84,8 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
             raise _missing(f"coils.{coil.name}.temperature_coefficient", temperature)
     if sensor.elastomer is not None:
         _check_pad(sensor.elastomer, temperature)
+    if sensor.cover is not None:
+        _check_silicone("cover", sensor.cover.silicone, temperature)
 
 
 def _check_pad(pad: Elastomer, temperature: float) -> None:
@@ -91,8 +94,13 @@ def _check_pad(pad: Elastomer, temperature: float) -> None:
         raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
                          f"{celsius(temperature)}")
     for place, silicone in pad.places.items():
-        title = f"elastomer: {silicone.name or 'the silicone'}"
-        _check_known(f"{place}.material", silicone, ("expansion", "temperature_range"), title, temperature)
+        _check_silicone(place, silicone, temperature)
+
+
+def _check_silicone(place: str, silicone: Silicone, temperature: float) -> None:
+    """Refuse a silicone that is not known at a temperature; `place` is the key of what is made of it."""
+    title = f"{place.partition('.')[0]}: {silicone.name or 'the silicone'}"
+    _check_known(f"{place}.material", silicone, ("expansion", "temperature_range"), title, temperature)
 
 
 def unknown_coefficients(sensor: Sensor) -> str:
@@ -124,6 +132,9 @@ def warmed(sensor: Sensor, dT: Mapping[str, float]) -> Sensor:
         changes["target"] = _plate(target, own)
     if sensor.elastomer is not None:
         changes["elastomer"] = _pad(sensor.elastomer, own, grown)
+    if sensor.cover is not None:
+        over = sensor.cover.model_copy(update=_warm(sensor.cover, own, grown))
+        changes["cover"] = over.model_copy(update={"overhang": grown * over.overhang})
     if own["capacitor"] and sensor.readout.capacitance_coefficient:
         C = sensor.readout.parallel_capacitance * (1.0 + sensor.readout.capacitance_coefficient * own["capacitor"])
         changes["readout"] = sensor.readout.model_copy(update={"parallel_capacitance": C})
@@ -187,17 +198,18 @@ def _scaled(points: Any, factor: float) -> tuple[tuple[float, ...], ...]:
 
 def _pad(pad: Elastomer, dT: Mapping[str, float], grown: float) -> Elastomer:
     """Return a pad that is warmer under a target that has grown by a factor."""
-
-    def warm(layer: Layer) -> dict[str, Any]:
-        """Return what changes of a layer."""
-        silicone = layer.silicone
-        free = 1.0 + (silicone.expansion or 0.0) * dT["pad"]
-        changes = {"thickness": grown * layer.thickness, "free_stretch": layer.free_stretch * free / grown}
-        made = {"material": stiffer(silicone, 1.0 + dT["modulus"] / REFERENCE)} if dT["modulus"] else {}
-        return changes | made
-
     keys = ("width", "length", "diameter", "pitch", "edge_radius")
-    return pad.remade(warm, **{key: grown * size for key in keys if (size := getattr(pad, key)) is not None})
+    sizes = {key: grown * size for key in keys if (size := getattr(pad, key)) is not None}
+    return pad.remade(lambda layer: _warm(layer, dT, grown), **sizes)
+
+
+def _warm(layer: Layer | Cover, dT: Mapping[str, float], grown: float) -> dict[str, Any]:
+    """Return what changes of a layer or a cover at a target that has grown by a factor."""
+    silicone = layer.silicone
+    free = 1.0 + (silicone.expansion or 0.0) * dT["pad"]
+    changes = {"thickness": grown * layer.thickness, "free_stretch": layer.free_stretch * free / grown}
+    made = {"material": stiffer(silicone, 1.0 + dT["modulus"] / REFERENCE)} if dT["modulus"] else {}
+    return changes | made
 
 
 def stiffer(silicone: Silicone, factor: float) -> Silicone:

@@ -14,6 +14,7 @@ from typing import Any
 
 from sits_mech.inputs import quantity_schema
 from sits_mech.scene.coils import SHAPES, Coil
+from sits_mech.scene.cover import Cover
 from sits_mech.scene.elastomer import NOT_BESIDE, Elastomer, Layer
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.parts import PLATE_SIZES, Conductor, Readout, Target
@@ -32,7 +33,7 @@ _LAYER = {"box": ("width", "length"), "cylinder": ("diameter",), "pillars": ("pi
 def scene_schema() -> Schema:
     """Return the schema of a scene file."""
     schema = Sensor.model_json_schema()
-    parts = {kind.__name__: kind for kind in (Coil, Conductor, Elastomer, Layer, Readout, Target)}
+    parts = {kind.__name__: kind for kind in (Coil, Conductor, Cover, Elastomer, Layer, Readout, Target)}
     found = {name: with_descriptions(schema["$defs"][name], kind) for name, kind in parts.items()}
     found["Coil"] |= {"required": ["name", "track_width", "track_thickness"], "allOf": _coil_shapes()}
     for name in ("Target", "Conductor"):
@@ -50,7 +51,7 @@ def scene_schema() -> Schema:
     centre = quantity_schema("m", minimum=-1e3, maximum=1e3)
     said = {"description": "x, z or x, y, z of the plate's middle [m]."}
     found["Conductor"]["properties"]["centre"] = list_schema(centre, minItems=2, maxItems=3) | said
-    for name in ("Elastomer", "Layer"):
+    for name in ("Cover", "Elastomer", "Layer"):
         found[name]["properties"]["material"] = {"$ref": "#/$defs/Silicone"}
     several = {"properties": {"layers": {"minItems": 1}}, "required": ["layers"]}
     without = {"properties": dict.fromkeys(NOT_BESIDE, False)}

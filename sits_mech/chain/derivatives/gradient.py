@@ -178,7 +178,8 @@ def gradient(
 def scene_numbers(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
     """Return numbers of a scene by name, and those that move the target; errors as `gradient`."""
     numbers = [_checked(sensor, name) for name in names]
-    parts = [[(scene.elastomer, scene.target) for scene in (place_of(number), number.scene)] for number in numbers]
+    scenes = [(place_of(number), number.scene) for number in numbers]
+    parts = [[(scene.elastomer, scene.target, scene.cover) for scene in pair] for pair in scenes]
     return numbers, [number for number, (other, own) in zip(numbers, parts, strict=True) if other != own]
 
 

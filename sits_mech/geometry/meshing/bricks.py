@@ -15,6 +15,8 @@ are round. Source of the layout: the O-grid of structured meshing. Lengths in an
 Bricks have 27 nodes each; copies are numbered alike, one after the other, and share corners that lie on each other.
 Pillars are each divided in rings like a cylinder of its own, pillars on the plane y = 0 by their halves; they touch
 nowhere, and each has base cells of its own.
+
+A cover's outline may be a third one, between the target's and the pad's (inclusion.py).
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 from skfem.element import ElementHex1, ElementHex2
 
-from sits_mech.quantities import Array, Integers, tensor_grid
+from sits_mech.quantities import Array, Integers, Mask, tensor_grid
 
 SAME = 1e-9  # by which sizes that are equal as written may differ, relative
 CORE = 0.5  # where the core ends on the way from the middle to the target's outline
@@ -43,7 +45,7 @@ class PlateOutline(NamedTuple):
     is_round: bool
 
 
-def inside_outline(outline: PlateOutline, points: Array, slack: float) -> Array:
+def inside_outline(outline: PlateOutline, points: Array, slack: float) -> Mask:
     """Say which points, shape (n, 2 or more), lie in an outline with `slack` around it."""
     a, b = np.abs(points[:, 0]) / (outline.half_x + slack), np.abs(points[:, 1]) / (outline.half_y + slack)
     return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
@@ -125,13 +127,15 @@ def box_bricks(x: Array, y: Array, z: Array, base: Lines | None = None) -> tuple
 
 
 def ring_bricks(
-    target: PlateOutline, pad: PlateOutline, lines: Lines, around: int, split: int = 1, base: Lines | None = None
+    target: PlateOutline, pad: PlateOutline, lines: Lines, around: int, split: int = 1, base: Lines | None = None,
+    cover: PlateOutline | None = None,
 ) -> tuple[MeshHex2, Subdivision]:
     """Return half a pad, y >= 0, in rings around a core, and the division of its bricks.
 
     `lines` go from the core (0) to the target's outline (1); from there (0) to the pad's (1), or one value where both
     are the same; and along z. `around` counts cells from a corner of the core to the next middle of a side; four times
-    as many go around half the pad. Every `split`-th line is of the base, or those in `base`.
+    as many go around half the pad. With a `cover` lines go from the target's outline to that (1), and on to the pad's
+    (2). Every `split`-th line is of the base, or those in `base`.
     """
     rho, z = _rings(lines), lines[2]
     outwards, through = (split, split) if base is None else (_rings(base), base[2])
@@ -141,7 +145,8 @@ def ring_bricks(
     mesh, division = _extruded(flat, quads, across, z, through)
     straight = MeshHex2.from_mesh(mesh)
     placed = straight.doflocs.copy()
-    placed[:2] = _placed(straight.doflocs[:2], target, pad)
+    outlines = (target, pad) if cover is None else (target, cover, pad)
+    placed[:2] = _placed(straight.doflocs[:2], *outlines)
     return MeshHex2(placed, straight.t), division
 
 
@@ -187,15 +192,17 @@ def _square(rho: Array, around: int) -> tuple[Array, Integers]:
     return np.vstack(points), np.vstack(cells)
 
 
-def _placed(flat: Array, target: PlateOutline, pad: PlateOutline) -> Array:
-    """Return where points of the square, shape (2, n), lie in the pad."""
+def _placed(flat: Array, target: PlateOutline, *beside: PlateOutline) -> Array:
+    """Return where points of the square, shape (2, n), lie in the pad; `beside` are outlines from the target's on."""
     rho = np.abs(flat).max(axis=0)
     edge = flat / np.where(rho > 0.0, rho, 1.0)
     core = _on(PlateOutline(target.half_x, target.half_y, False), edge) * (_SHRUNK if target.is_round else 1.0)
     part = np.clip((rho - CORE) / (1.0 - CORE), 0.0, 1.0)
     inside = (1.0 - part) * np.minimum(rho, CORE) * core + part * _on(target, edge)
-    beyond = np.clip(rho - 1.0, 0.0, 1.0)
-    return np.asarray((1.0 - beyond) * inside + beyond * _on(pad, edge))
+    for number, outline in enumerate(beside, 1):
+        beyond = np.clip(rho - number, 0.0, 1.0)
+        inside = (1.0 - beyond) * inside + beyond * _on(outline, edge)
+    return np.asarray(inside)
 
 
 def _on(outline: PlateOutline, edge: Array) -> Array:

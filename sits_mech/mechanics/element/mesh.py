@@ -124,9 +124,16 @@ class DeformedSection(NamedTuple):
         return DeformedSection(points, quads, np.tile(self.J, 2), np.tile(self.stretch, 2), rest)
 
 
-def section_mesh(x: Array, z: Array, placed: Callable[[Array], Array] | None = None) -> MixedMesh:
-    """Mesh a rectangle on given lines [thicknesses]; `placed` maps its nodes (n, 2), sides become parabolas."""
+def section_mesh(
+    x: Array, z: Array, placed: Callable[[Array], Array] | None = None, filled: Callable[[Array], Mask] | None = None
+) -> MixedMesh:
+    """Mesh a rectangle on given lines [thicknesses]; `placed` maps its nodes (n, 2), sides become parabolas.
+
+    `filled` tells of the middles of cells, (e, 2), which there are.
+    """
     straight = MeshQuad.init_tensor(x, z)
+    if filled is not None:
+        straight = straight.restrict(np.flatnonzero(filled(straight.p[:, straight.t].mean(axis=1).T)))
     mesh = MeshQuad2.from_mesh(MeshQuad(straight.p, straight.t[[0, 3, 2, 1]]))  # counter-clockwise
     flat = mesh.doflocs.T
     if placed is None:

@@ -14,8 +14,8 @@ and as A couples none of the cosines with the sines, half the weights of full tu
 
     E_2 = 1/2 int pi r [ dF : (A + p L) : dF + K pi(H : dF)^2 ] dr dz.
 
-The target moves its nodes by m = d_h, c = -alpha r (n = 0). What half a pad solves is this, exactly, for a change from
-rest under F_z. Along y it is the same with d_y, and alpha_x = -alpha.
+The target moves its nodes, at r and Z above its lower face, by m = d_h + alpha Z, c = -alpha r (n = 0). What half a pad
+solves is this, exactly, for a change from rest under F_z. Along y it is the same with d_y, and alpha_x = -alpha.
 
 Unknowns: m, n, c at the nodes, in thicknesses; pressures as in kernel.py, eliminated. Left out: contact, which adds to
 the stiffness. Source: E. L. Wilson, AIAA Journal 3 (1965) 2269, harmonics of axisymmetric bodies.
@@ -62,13 +62,13 @@ def harmonic_pattern(mesh: MixedMesh, bonded: bytes) -> Pattern:
     return pattern(mesh, (numbers,), np.flatnonzero(~fixed.ravel()), border)
 
 
-def sideways_stiffness(own: Pattern, stiffness: Array, r: Array, turning: float) -> Array | None:
+def sideways_stiffness(own: Pattern, stiffness: Array, X: Array, turning: float) -> Array | None:
     """Return the stiffness (2, 2) of a target on d_y and alpha_x; None if singular.
 
-    `r`: distances of its nodes from the axis; `turning`: what its load and its nodes' forces do as it turns.
+    `X`: its nodes from its centre, (b, 3); `turning`: what its load and its nodes' forces do as it turns.
     """
-    T = np.zeros((len(r), 3, 2))
-    T[:, 0, 0], T[:, 2, 1] = 1.0, r
+    T = np.zeros((len(X), 3, 2))
+    T[:, 0, 0], T[:, 0, 1], T[:, 2, 1] = 1.0, -X[:, 2], X[:, 0]
     factor = own.factored((stiffness,))
     if factor is None:
         return None

@@ -174,7 +174,7 @@ def _beside_axis(body: Bonded, made: _Linear) -> Array:
     here, nodes = made.at, body.bonded[:, 0] // 2
     own = harmonic_pattern(body.mesh, nodes.tobytes())
     each = harmonic_stiffness(body.mesh, body.laws, here.u, here.p)
-    found = sideways_stiffness(own, each, body.mesh.nodes[nodes, 0], made.turning[2, 2])
+    found = sideways_stiffness(own, each, body.X, made.turning[2, 2])
     return np.full((2, 2), np.nan) if found is None else found
 
 

@@ -205,7 +205,7 @@ def of_one_pad(make: Callable[Concatenate[Sensor, _Asked], Levels]) -> Callable[
 
     @wraps(make)
     def made(sensor: Sensor, /, *asked: _Asked.args, **more: _Asked.kwargs) -> Levels:
-        families, name = _families(sensor.target, sensor.elastomer), (make, *asked, *more.items())
+        families, name = _families(sensor.target, sensor.elastomer, sensor.cover), (make, *asked, *more.items())
         if name not in families:
             families[name] = make(sensor, *asked, **more)
         return families[name]

@@ -26,7 +26,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.levels.family import Levels, Line, cache_changes, contact_depth, of_one_pad
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body, layer_parts, layer_scales
-from sits_mech.mechanics.pad.shapes import widened
+from sits_mech.mechanics.pad.stack import widened
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor

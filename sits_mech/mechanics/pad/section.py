@@ -9,6 +9,10 @@ the exponent of the corner, then go as ``m**(-2 k beta)`` until the order of the
 A target wider than its layer is bonded over all of it, and the corners above are those below; free faces that rise at
 its edge lie on the target's plane, which goes on beyond.
 
+A cover (`[cover]`) goes on above the pad, the target a gap in it whose boundary moves rigidly (stack.py). Lines are
+closer to the edges of target and cover; the free faces are one line from the ground over the cover to the ground, or to
+the axis.
+
 A cylinder under a coaxial disc that is pressed alone is its section's half at x >= 0, turned about the axis: nodes on
 it have no u_r, the target no motion but along it.
 
@@ -29,6 +33,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,9 +55,17 @@ from sits_mech.mechanics.pad.fillet import (
     graded_lines,
     matched_cells,
 )
-from sits_mech.mechanics.pad.shapes import widened
-from sits_mech.mechanics.pad.stack import GUARD_SHARE, Interface, interfaces, laws_of, layer_of_cells
-from sits_mech.quantities import Array, Integers
+from sits_mech.mechanics.pad.stack import (
+    GUARD_SHARE,
+    Covering,
+    Interface,
+    covering,
+    interfaces,
+    laws_of,
+    layer_of_cells,
+    widened,
+)
+from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
 _ENDLESS = 1e6  # thicknesses of half the target along y
@@ -60,7 +73,7 @@ _ENDLESS = 1e6  # thicknesses of half the target along y
 
 @dataclass(frozen=True)
 class SectionFineness:
-    """Division of a layer into cells."""
+    """Subdivision of a layer into cells."""
 
     cells: int  # through the thickness, even
     grading: float  # power of the spacing towards the corners; 1 is uniform
@@ -80,17 +93,24 @@ def bonded_body(sensor: Sensor, fineness: SectionFineness) -> Bonded:
     half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = fitting_fillet(fillet, t) if fillet.radius > 0.0 else fillet
-    own = _numbered(
-        fillet, interfaces(elastomer), fineness.cells, fineness.grading, fineness.fan, fineness.axial
-    )
-    of = layer_of_cells(elastomer, own.mesh)
-    guard = min(fineness.guard, GUARD_SHARE * float(laws_of(elastomer, of).K.min()))
+    section = Section(fillet, interfaces(elastomer), covering(sensor))
+    own = _numbered(section, fineness.cells, fineness.grading, fineness.fan, fineness.axial)
+    of = layer_of_cells(sensor, own.mesh)
+    guard = min(fineness.guard, GUARD_SHARE * float(laws_of(sensor, of).K.min()))
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
     return Bonded(
-        own.mesh, laws_of(elastomer, of, apart=guard), target.load_height / t, own.free, own.bonded, own.X, own.faces,
+        own.mesh, laws_of(sensor, of, apart=guard), target.load_height / t, own.free, own.bonded, own.X, own.faces,
         parts=parts, guarded=guard > 0.0,
         shared=partial(_pattern, own, guard > 0.0, fineness.depth > 0.0),
     )
+
+
+class Section(NamedTuple):
+    """A layer and its target in section [thicknesses]."""
+
+    fillet: Fillet
+    between: tuple[Interface, ...]
+    cover: Covering | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,56 +141,93 @@ def top_faces(mesh: MixedMesh, half: float) -> list[Integers]:
     return [face[np.argsort(np.abs(x[face]))] for face in faces]
 
 
-def _mesh(
-    fillet: Fillet, between: tuple[Interface, ...], cells: int, grading: float, fan: bool, axial: bool
-) -> MixedMesh:
+def covered_faces(mesh: MixedMesh, half: float, cover: Covering) -> Integers:
+    """Return the nodes of a covered layer's free faces, from the ground at the right to that at the left, or the axis.
+
+    `half` is the layer's half width.
+    """
+    x, z = mesh.nodes.T
+    top = cover.levels[1]
+    foot = [(half, 1.0), (cover.half_x, 1.0)] if cover.half_x < half else []
+    right = [(half, 0.0), *foot, (cover.half_x, top)]
+    left = [(0.0, top)] if mesh.hoop else [(-a, b) for a, b in right[::-1]]
+    found = list[int]()
+    for (a, low), (b, high) in pairwise([*right, *left]):
+        along, size = (x - a) * (b - a) + (z - low) * (high - low), (b - a) ** 2 + (high - low) ** 2
+        off = np.abs((x - a) * (high - low) - (z - low) * (b - a))
+        on = np.flatnonzero((off < 1e-9) & (along > -1e-9) & (along < size + 1e-9))
+        found += on[np.argsort(along[on])].tolist()
+    return np.array(list(dict.fromkeys(found)))
+
+
+def _mesh(section: Section, cells: int, grading: float, fan: bool, axial: bool) -> MixedMesh:
     """Mesh layer and target of given half widths, with or without an edge radius, or their half about the axis."""
-    (x, z, corners), least = _lines(fillet, between, cells, grading), 0.0 if axial else -np.inf
-    mesh = section_mesh(x[x >= least], z, partial(drawn_in, fillet) if fillet.radius > 0.0 else None)
+    fillet, _, cover = section
+    (x, z, corners), least = _lines(section, cells, grading), 0.0 if axial else -np.inf
+    mesh = section_mesh(
+        x[x >= least], z, partial(drawn_in, fillet) if fillet.radius > 0.0 else None,
+        None if cover is None else partial(_filled, fillet.half_target, cover),
+    )
     own = [corner for corner in corners if corner[0] >= least]
     mesh = fanned(mesh, np.array(own)) if fan and own else mesh
     return about_axis(mesh) if axial else mesh
 
 
-def _lines(
-    fillet: Fillet, between: tuple[Interface, ...], cells: int, grading: float
-) -> tuple[Array, Array, list[tuple[float, float]]]:
+def _filled(half_target: float, cover: Covering, middles: Array) -> Mask:
+    """Whether there is silicone at the middles of cells, (n, 2)."""
+    x, z = np.abs(middles.T)
+    return np.asarray((z < 1.0) | ((x < cover.half_x) & ((x > half_target) | (z > cover.levels[0]))))
+
+
+def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, list[tuple[float, float]]]:
     """Return lines along x and z, and the singular corners."""
+    fillet, between, cover = section
     _, half_layer, half_target = fillet
     if fillet.radius > 0.0:
         corners = [] if fillet.flush else [(-half_target, 1.0), (half_target, 1.0)]
         return *fillet_lines(fillet, cells, grading), corners
     breaks = [-half_layer, half_layer] if fillet.flush else [-half_layer, -half_target, half_target, half_layer]
     levels = [0.0, *(each.height for each in between), 1.0]
+    if cover is not None:
+        outer = [cover.half_x] if half_layer - cover.half_x > 1e-9 else []
+        breaks, levels = sorted([*breaks, *outer, *(-each for each in outer)]), [*levels, *cover.levels]
     x, z = (
         graded_lines(ends, [matched_cells(b - a, 1.0, cells, grading) for a, b in pairwise(ends)], grading)
         for ends in (breaks, levels)
     )
     sides = [(x, each.height) for each in between if each.singular for x in (-half_layer, half_layer)]
+    if cover is not None:
+        rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
+        sides += [(side * a, b) for a, b in rims for side in (-1.0, 1.0)]
     return x, z, [(-half_layer, 0.0), (half_layer, 0.0), (-half_target, 1.0), (half_target, 1.0), *sides]
 
 
 @lru_cache(maxsize=32)
-def _numbered(
-    fillet: Fillet, between: tuple[Interface, ...], cells: int, grading: float, fan: bool, axial: bool
-) -> _Numbered:
+def _numbered(section: Section, cells: int, grading: float, fan: bool, axial: bool) -> _Numbered:
     """Make a mesh with bonds and faces, shared by bodies."""
-    mesh = _mesh(fillet, between, cells, grading, fan, axial)
+    mesh, cover = _mesh(section, cells, grading, fan, axial), section.cover
     x, z = mesh.nodes.T
-    half = fillet.half_target
+    _, half_layer, half = section.fillet
     top = (z > 1.0 - 1e-9) & (np.abs(x) < half + 1e-9)
+    if cover is not None:
+        top &= z < cover.levels[0] + 1e-9
     held = np.repeat((z < 1e-9) | top, 2)
     held[::2] |= axial & (x < 1e-9)
     free = np.flatnonzero(~held)
     bonded = 2 * np.flatnonzero(top)[:, None] + np.arange(2)
     X = np.column_stack([x[top], np.zeros((np.count_nonzero(top), 2))])
+    outline = PlateOutline(half, half if axial else _ENDLESS, axial)
+    if cover is not None:
+        X[:, 2] = z[top] - 1.0
+        line, none = covered_faces(mesh, half_layer, cover), np.zeros(0, dtype=np.int64)
+        faces = Faces(line[1:] if axial else line[1:-1], none, none, outline, (line,), section_skin(mesh, (line,)))
+        return _Numbered(mesh, free, bonded, X, faces, (("ground", edge_points(mesh, [line])),))
     sides, beside = side_faces(mesh), top_faces(mesh, half)
     inner = np.concatenate([face[1:-1] for face in sides])
     above = np.concatenate([np.zeros(0, dtype=np.int64), *(face[1:] for face in beside)])
     under = inner if not beside else above[:0]
     pairs = zip(sides, beside or sides, strict=True)
     lines = tuple(np.concatenate([side, face[::-1][1:]]) if beside else side for side, face in pairs)
-    outline = PlateOutline(half, half if axial else _ENDLESS, axial)
     faces = Faces(inner, under, above, outline, lines, section_skin(mesh, lines))
     ground, other = edge_points(mesh, sides), edge_points(mesh, beside) if beside else edge_points(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))

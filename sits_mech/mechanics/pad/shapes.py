@@ -11,6 +11,10 @@ both: what is beyond takes no part but in contact, where silicone that bulges li
 
 Every mesh is one of a family: each of its base cells is divided into as many parts along each axis.
 
+A cover lies above, from z = 1: lines go on through the target's height and the cover, and there are lines at the
+cover's outline. Its rim has one base cell, or, from half a thickness on, two that are closer to its edges: below that
+even parts are no larger than those of the pad up to m = 2.
+
 Order. At the edge of a target in the middle of a face displacements go as ``r**0.5``, whatever Poisson's ratio; at the
 corner of a flush pad, an incompressible right angle, as ``r**0.5946``. What a pad does for its target, an energy,
 converges on lines graded with beta as ``m**(-2 k beta)``, k that exponent, as far as the elements' own order of 4
@@ -36,8 +40,9 @@ from skfem import MeshHex
 
 from sits_mech.geometry.meshing.bricks import PlateOutline, Subdivision, box_bricks, covered, pillar_bricks, ring_bricks
 from sits_mech.geometry.meshing.crossing import crossing_bricks
-from sits_mech.mechanics.pad.stack import Interface, interfaces
-from sits_mech.quantities import Array
+from sits_mech.geometry.meshing.inclusion import Inclusion, hollowed
+from sits_mech.mechanics.pad.stack import Covering, Interface, interfaces, widened
+from sits_mech.quantities import Array, Mask
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.sensor import Elastomer, SceneError, Target
 
@@ -50,7 +55,7 @@ _LONG = 6.0  # thicknesses from the target's edge from which on cells grow,
 _GROWTH = 3.0  # by so much each
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one base cell does beyond
 _NEAR = 1.0  # thicknesses beside the target within which the corner of side and ground is loaded like the target's edge
-_FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
+_TALL = 0.5  # thicknesses from which on the rim of a target in its cover has two base cells
 _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 
 
@@ -61,6 +66,7 @@ class PadShape(NamedTuple):
     pad: PlateOutline  # of pillars one, about its own middle
     middles: tuple[tuple[float, float], ...] = ()  # (x, y) of the pillars; none for a pad in one piece
     between: tuple[Interface, ...] = ()  # of its layers
+    cover: Covering | None = None
 
     @property
     def flush(self) -> bool:
@@ -74,22 +80,32 @@ class PadShape(NamedTuple):
 
     @property
     def exponent(self) -> float:
-        """Exponent of the displacements at the target's edge; 0.5 where rims cross, within the face."""
-        return _EXPONENTS[self.flush and not crosses(self)]
+        """Exponent of the displacements at the target's edge; 0.5 where rims cross, within the face, or in a cover."""
+        return _EXPONENTS[self.flush and not crosses(self) and self.cover is None]
 
-    def holds(self, places: Array) -> Array:
-        """Whether places, (n, 2 or more), are in a pillar seen from above; True for a pad in one piece."""
+    @property
+    def inclusion(self) -> Inclusion | None:
+        """The target in its cover; None without one."""
+        if self.cover is None:
+            return None
+        outline = PlateOutline(self.cover.half_x, self.cover.half_y, self.plate.is_round)
+        return Inclusion(self.plate, outline, 1.0, self.cover.levels[0])
+
+    def holds(self, places: Array) -> Mask:
+        """Whether places, (n, 3), are in a pillar seen from above, or in pad or cover; True for a pad in one piece."""
+        if self.inclusion is not None:
+            return self.inclusion.filled(places)
         if not self.middles:
             return np.ones(len(places), dtype=bool)
         away = np.linalg.norm(places[:, None, :2] - np.array(self.middles), axis=2)
         return np.asarray(away.min(axis=1) < self.pad.half_x)
 
 
-def shape_of(target: Target, elastomer: Elastomer) -> PadShape:
-    """Return the shape of a pad with its target, a rectangle or a disc."""
+def shape_of(target: Target, elastomer: Elastomer, cover: Covering | None = None) -> PadShape:
+    """Return the shape of a pad with its target, a rectangle or a disc, under a cover or none."""
     (plate, pad), between = outlines(target, elastomer), interfaces(elastomer)
     if elastomer.kind != "pillars":
-        return PadShape(plate, pad, between=between)
+        return PadShape(plate, pad, between=between, cover=cover)
     t, radius = elastomer.thickness, 0.5 * (elastomer.diameter or 0.0) / elastomer.thickness
     middles = pillar_middles(elastomer, target.extent, plate.is_round)
     return PadShape(plate, PlateOutline(radius, radius, True), tuple((x / t, y / t) for x, y in middles), between)
@@ -100,9 +116,9 @@ def half_bricks(shape: PadShape, split: int, grading: float, layers: int = 0) ->
 
     Where rims cross there are no layers. Raise SceneError for crossing rims without room for cells.
     """
-    plate, pad, middles, between = shape
+    plate, pad, middles, between, cover = shape
     ways, own, around = ((split, grading, layers), (1, grading, 0)), covered(plate, pad), _AROUND * split
-    through, base = (lines_through(*way[:2], shape.low_corner, way[2], between) for way in ways)
+    through, base = (lines_through(*way[:2], shape.low_corner, way[2], between, cover) for way in ways)
     if middles:
         inside, first = (ring_lines(pad, pad, *way)[0] for way in ways)
         return pillar_bricks(pad, middles, (inside, through), around, split, (first, base))
@@ -113,10 +129,15 @@ def half_bricks(shape: PadShape, split: int, grading: float, layers: int = 0) ->
         except ValueError as error:
             raise SceneError(f"target: {error}: draw the pad yourself, elastomer.mesh") from None
     if own.is_round or pad.is_round:
-        rings, of_base = (ring_lines(own, pad, *way) for way in ways)
-        return ring_bricks(own, pad, (*rings, through), around, split, (*of_base, base))
-    boxes = [box_lines(own, pad, *way, between) for way in ways]
-    return box_bricks(*boxes[0], base=boxes[1])
+        rings, of_base = (ring_lines(own, pad, *way, cover) for way in ways)
+        outline = None if shape.inclusion is None else shape.inclusion.cover
+        found: tuple[MeshHex, Subdivision] = ring_bricks(
+            own, pad, (*rings, through), around, split, (*of_base, base), outline
+        )
+    else:
+        boxes = [box_lines(own, pad, *way, between, cover) for way in ways]
+        found = box_bricks(*boxes[0], base=boxes[1])
+    return found if shape.inclusion is None else hollowed(*found, shape.inclusion)
 
 
 def crosses(shape: PadShape) -> bool:
@@ -129,11 +150,11 @@ def cells_of(shape: PadShape, split: int, grading: float, layers: int) -> tuple[
 
     Of pillars those around all of them. Crossing rims count one more outwards: three-sided pieces take more memory.
     """
-    plate, pad, middles, between = shape
+    plate, pad, middles, between, cover = shape
     own, way, around = covered(plate, pad), (split, grading, layers), 4 * _AROUND * split
     low, core = shape.low_corner, max(1, split // 2)
     through, up = (
-        len(lines_through(parts, grading, low, more, between)) - 1 for parts, more in ((split, layers), (1, 0))
+        len(lines_through(parts, grading, low, more, between, cover)) - 1 for parts, more in ((split, layers), (1, 0))
     )
     if middles:
         return len(ring_lines(pad, pad, *way)[0]) - 1 + core, around * len(middles), through
@@ -142,9 +163,9 @@ def cells_of(shape: PadShape, split: int, grading: float, layers: int) -> tuple[
         _, division = half_bricks(shape, 1, grading)
         return split * (outwards + 1), split * -(-division.bases // (outwards * up)), split * up
     if own.is_round or pad.is_round:
-        inside, beside = ring_lines(own, pad, *way)
+        inside, beside = ring_lines(own, pad, *way, cover)
         return len(inside) + len(beside) - 2 + core, around, through
-    x, y, _ = box_lines(own, pad, *way)
+    x, y, _ = box_lines(own, pad, *way, cover=cover)
     return len(x) - 1, len(y) - 1, through
 
 
@@ -165,11 +186,6 @@ def outlines(target: Target, elastomer: Elastomer) -> tuple[PlateOutline, PlateO
     if disc == cylinder:
         plate = [widened(*both) for both in zip(plate, pad, strict=True)]
     return PlateOutline(plate[0], plate[1], disc), PlateOutline(pad[0], pad[1], cylinder)
-
-
-def widened(half_target: float, half_layer: float) -> float:
-    """Return half the size of a target; its layer's where no cell has room between [thicknesses]."""
-    return half_layer if 0.0 < half_layer - half_target < _FLUSH else half_target
 
 
 def flush(plate: PlateOutline, pad: PlateOutline) -> bool:
@@ -202,7 +218,8 @@ def _both_ends(split: int, grading: float, layers: int) -> Array:
 
 def box_lines(
     plate: PlateOutline, pad: PlateOutline, split: int, grading: float, layers: int = 0,
-    between: tuple[Interface, ...] = ()
+    between: tuple[Interface, ...] = (),
+    cover: Covering | None = None,
 ) -> tuple[Array, Array, Array]:
     """Return the lines of a box along x, along y from the middle on, and through the thickness.
 
@@ -210,19 +227,34 @@ def box_lines(
     """
     way = (split, grading, layers)
     x, y = (
-        np.concatenate([under_lines(edge, *way), edge + beside_lines(end - edge, *way)[1:]])
-        for edge, end in zip(plate[:2], pad[:2], strict=True)
+        np.concatenate([under_lines(edge, *way), edge + _covered_lines(over - edge, end - edge, *way)[1:]])
+        for edge, over, end in zip(plate[:2], plate[:2] if cover is None else cover[:2], pad[:2], strict=True)
     )
-    z = lines_through(split, grading, low_corner(plate, pad), layers, between)
+    z = lines_through(split, grading, low_corner(plate, pad), layers, between, cover)
     return np.concatenate([-x[:0:-1], x]), y, z
 
 
+def _covered_lines(over: float, gap: float, split: int, grading: float, layers: int = 0) -> Array:
+    """Return the lines from the target's edge (0) over a cover's outline to the pad's side."""
+    if over < 1e-9:
+        return beside_lines(gap, split, grading, layers)
+    own, end = over * graded(split, grading, layers), beside_lines(gap - over, split, grading)
+    return np.concatenate([own[:-1], over + end])
+
+
 def ring_lines(
-    plate: PlateOutline, pad: PlateOutline, split: int, grading: float, layers: int = 0
+    plate: PlateOutline, pad: PlateOutline, split: int, grading: float, layers: int = 0, cover: Covering | None = None
 ) -> tuple[Array, Array]:
-    """Return the lines from the core (0) to the target's outline (1), and from there (0) to the pad's (1)."""
+    """Return the lines from the core (0) to the target's outline (1), and from there (0) to the pad's (1).
+
+    With a cover from there (0) to its outline (1), and to the pad's (2).
+    """
     half = max(plate[:2])
     inside = under_lines(half, split, grading, layers) / half
+    if cover is not None:
+        gap = min(pad.half_x - cover.half_x, pad.half_y - cover.half_y)
+        end = beside_lines(gap, split, grading) / max(gap, 1e-9)
+        return inside, np.concatenate([graded(split, grading, layers)[:-1], 1.0 + end])
     gap = min(pad.half_x - plate.half_x, pad.half_y - plate.half_y)
     return inside, np.zeros(1) if flush(plate, pad) else beside_lines(gap, split, grading, layers) / gap
 
@@ -254,15 +286,23 @@ def beside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Arr
 
 
 def lines_through(
-    split: int, grading: float, both: bool, layers: int = 0, between: tuple[Interface, ...] = ()
+    split: int, grading: float, both: bool, layers: int = 0, between: tuple[Interface, ...] = (),
+    cover: Covering | None = None,
 ) -> Array:
     """Return the lines through the thickness, graded to the upper face or, for a singular lower corner, to both.
 
-    Every interface has a line, and lines are graded to it from both sides where it is singular.
+    Every interface has a line, and lines are graded to it from both sides where it is singular. With a cover they go on
+    through the target's height and over it.
     """
     ends, found = (Interface(0.0, both), *between, Interface(1.0, True)), [np.zeros(1)]
     for (low, below), (high, above) in pairwise(ends):
         own = graded(split, grading, layers) if below or above else np.linspace(0.0, 1.0, split + 1)
         own = _both_ends(split, grading, layers) if below and above else 1.0 - own[::-1] if above else own
         found.append(np.append(low + (high - low) * own[1:-1], high))
+    if cover is not None:
+        low, high = cover.levels
+        even = cover.rim < _TALL
+        rim = np.linspace(0.0, 1.0, split + 1) if even else _both_ends(split, grading, layers)
+        over = cover.thickness * graded(split, grading, layers)[1:]
+        found += [np.append(1.0 + cover.rim * rim[1:-1], low), low + over]
     return np.concatenate(found)

@@ -39,7 +39,7 @@ from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, PadShape, half_bricks, shape_of
-from sits_mech.mechanics.pad.stack import laws_of, layer_of_cells
+from sits_mech.mechanics.pad.stack import covering, laws_of, layer_of_cells
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
@@ -96,7 +96,12 @@ def bonded_block(
     in `SectionFineness`; contact `depth` [thicknesses], 0 for none; `layers` at the target's edge and the faces. A
     whole pad frees all six components of the motion.
     """
-    return solid(sensor, _meshed(shape_of(*pad_parts(sensor)), (split, grading, layers), whole), guard, depth)
+    return solid(sensor, _meshed(pad_shape(sensor), (split, grading, layers), whole), guard, depth)
+
+
+def pad_shape(sensor: Sensor) -> PadShape:
+    """Return the shape of a scene's pad with its target and cover; refuse one this model cannot hold."""
+    return shape_of(*pad_parts(sensor), covering(sensor))
 
 
 @lru_cache(maxsize=8)
@@ -108,26 +113,34 @@ def _meshed(shape: PadShape, fineness: tuple[int, float, int], whole: bool) -> N
     own, basis = solid_mesh(mesh, BRICK)
     _, y, z = own.nodes.T
     top = (z > 1.0 - 1e-9) & inside_outline(shape.plate, own.nodes, 1e-9)
+    if shape.cover is not None:
+        top &= z < shape.cover.levels[0] + 1e-9
     where = np.stack([z < 1e-9, top, (np.abs(y) < 1e-9) & (not whole)])
-    found = numbered(own, where, basis, shape.plate, half=not whole, convex=not shape.middles)
+    covered = shape.cover is not None
+    found = numbered(
+        own, where, basis, shape.plate, half=not whole, convex=not shape.middles and not covered, covered=covered
+    )
     return replace(found, division=division)
 
 
 def numbered(
-    mesh: MixedMesh, where: Array, basis: Basis, plate: PlateOutline, *, half: bool, convex: bool = True
+    mesh: MixedMesh, where: Array, basis: Basis, plate: PlateOutline, *, half: bool, convex: bool = True,
+    covered: bool = False,
 ) -> NumberedMesh:
     """Return a mesh, from `solid_mesh`, with its faces under a target's outline `plate` (half sizes) [thicknesses].
 
-    `where` and `half` as in `NumberedMesh`; `convex`: the pad at rest is known to be convex.
+    `where` and `half` as in `NumberedMesh`; `convex`: the pad at rest is known to be convex; `covered`: no
+    free face can meet the target.
     """
     facets = _free_facets(basis, where)
     found = basis.get_dofs(facets=facets).all()
     nodes = np.asarray(found[~np.any(where[:2, found], axis=0)])
-    surfaces, around = _surfaces(basis, facets, plate), solid_skin(basis, facets)
+    around = solid_skin(basis, facets)
+    surfaces = (("ground", facets_of(basis, facets)),) if covered else _surfaces(basis, facets, plate)
     below = [own.nodes.ravel() for plane, own in surfaces if plane == "plane"]
     under = np.intersect1d(np.concatenate([np.zeros(0, dtype=np.int64), *below]), nodes)
     mirror = min(0.0, float(mesh.nodes[:, 1].min())) if half else -np.inf
-    beside = np.setdiff1d(nodes, under)
+    beside = np.setdiff1d(nodes, nodes if covered else under)
     level = np.asarray(where[2] if half else np.abs(mesh.nodes[:, 1]) < 1e-9)
     middle = _middle_faces(basis, level)
     faces = Faces(nodes, under, beside, plate, (), around, convex, mirror, middle)
@@ -139,8 +152,8 @@ def numbered(
 def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Solid:
     """Return a pad on its mesh; guard and contact depth as in `bonded_block`."""
     target, elastomer = pad_parts(sensor)
-    laws = laws_of(elastomer, layer_of_cells(elastomer, own.mesh), guard)
-    X = own.mesh.nodes[own.where[1]] * (1.0, 1.0, 0.0)
+    laws = laws_of(sensor, layer_of_cells(sensor, own.mesh), guard)
+    X = _from_centre(sensor, own.mesh.nodes[own.where[1]])
     body = Bonded(
         own.mesh, laws, target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
         components=3 if own.half else 6, parts=contacts(own.faces, own.surfaces, depth, elastomer.friction),
@@ -150,11 +163,16 @@ def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Soli
     return Solid(body, 0.5 if own.half else 1.0, own.division)
 
 
+def _from_centre(sensor: Sensor, nodes: Array) -> Array:
+    """Return bonded nodes, (n, 3), from the centre of the target's lower face; without a cover all lie on that."""
+    return nodes * (1.0, 1.0, 0.0) if sensor.cover is None else nodes - (0.0, 0.0, 1.0)
+
+
 def as_in(sensor: Sensor, body: Bonded, guard: float) -> Bonded:
     """Return a pad on the same nodes with the laws and height of load of a changed scene."""
     target, elastomer = pad_parts(sensor)
     height = target.load_height / elastomer.thickness
-    return replace(body, laws=laws_of(elastomer, body.laws.of, guard), height=height)
+    return replace(body, laws=laws_of(sensor, body.laws.of, guard), height=height)
 
 
 def mirrored(half: Bonded, whole: Bonded, state: State) -> State:
@@ -234,13 +252,13 @@ def moved_block(body: Bonded, sensor: Sensor, fineness: tuple[int, float, int], 
     `body` is from `bonded_block`; `fineness` its parts, grading and layers.
     """
     try:
-        bricks, _ = half_bricks(shape_of(*pad_parts(sensor)), *fineness)
+        bricks, _ = half_bricks(pad_shape(sensor), *fineness)
     except SceneError:
         return None
     nodes = _nodes(bricks if body.components == 3 else both_halves(bricks), body.mesh)
     if nodes is None:
         return None
-    X = nodes[body.bonded[:, 0] // 3] * (1.0, 1.0, 0.0)
+    X = _from_centre(sensor, nodes[body.bonded[:, 0] // 3])
     mesh = body.mesh if np.array_equal(nodes, body.mesh.nodes) else moved_mesh(body.mesh, nodes, BRICK)
     return replace(as_in(sensor, body, guard), mesh=mesh, X=X)
 

@@ -1,4 +1,4 @@
-"""Layers of a pad in its meshes: lines at their interfaces, and the law of each cell.
+"""Layers of a pad and its cover in its meshes: lines at their interfaces, sizes, and the law of each cell.
 
 Layers lie at heights from z_0 = 0 to z_n = 1, in thicknesses of the pad. No cell crosses an interface, so that the laws
 of a mesh are constant in each cell (element/kernel.py). Where an interface of two silicones meets a free face strains
@@ -6,7 +6,14 @@ are singular: its displacements go as ``r**k``, k from 1 of one silicone to that
 is far stiffer, so that lines closer to the interface from both sides, as at a clamped corner, keep the order of the
 pad's meshes (shapes.py). An interface within one silicone is not singular and has a line alone.
 
-Source: D. B. Bogy, J. Appl. Mech. 38 (1971) 377, corners of two bonded media.
+A cover lies above z_n = 1, the target within it from there to the height of its rim: no cell is there, and what bounds
+the gap is bonded to the target. Strains are singular at the edges of the target, where silicone is clamped around three
+quarters of a turn, and at the foot of the cover, a free notch of as much: displacements go as ``r**0.5445`` at both, of
+one incompressible silicone. Where the target is thin its two edges are one from further away, the tip of a rigid line,
+``r**0.5``; two silicones are between that and the 0.5946 of one far stiffer than the other. Orders are those of 0.5.
+
+Sources: M. L. Williams, J. Appl. Mech. 19 (1952) 526, corners; D. B. Bogy, J. Appl. Mech. 38 (1971) 377, corners of two
+bonded media.
 """
 
 from __future__ import annotations
@@ -18,10 +25,11 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import Laws, law_of
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.quantities import Integers
-from sits_mech.scene.sensor import Elastomer
+from sits_mech.scene.sensor import Elastomer, Sensor, stack_of
 
 GUARD_SHARE = 0.005
 """Of the bulk modulus that may act pointwise."""
+_FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 
 
 class Interface(NamedTuple):
@@ -40,18 +48,51 @@ def interfaces(elastomer: Elastomer) -> tuple[Interface, ...]:
     return tuple(map(Interface, heights, differ))
 
 
-def layer_of_cells(elastomer: Elastomer, mesh: MixedMesh) -> Integers | None:
-    """Return the number of the layer that each cell of a pad's mesh lies in, (e,); None where there is one."""
-    between = [each.height for each in interfaces(elastomer)]
+class Covering(NamedTuple):
+    """A cover over its target [thicknesses of the pad]."""
+
+    half_x: float  # half its sizes
+    half_y: float
+    rim: float  # height of the target
+    thickness: float  # over the target
+
+    @property
+    def levels(self) -> tuple[float, float]:
+        """Heights of the target's top and of the cover's."""
+        return 1.0 + self.rim, 1.0 + self.rim + self.thickness
+
+
+def covering(sensor: Sensor) -> Covering | None:
+    """Return the cover of a scene, up to the pad's sides where no cell has room beside it; None without one."""
+    cover, target, elastomer = sensor.cover, sensor.target, sensor.elastomer
+    if cover is None or target is None or elastomer is None:
+        return None
+    t, pad = elastomer.thickness, elastomer.extent
+    each = zip(cover.extent(target, elastomer), pad, strict=True)
+    x, y = (widened(own / (2.0 * t), size / (2.0 * t)) for own, size in each)
+    return Covering(x, y, target.thickness / t, cover.thickness / t)
+
+
+def widened(half: float, half_layer: float) -> float:
+    """Return half the size of a target or a cover; its layer's where no cell has room between [thicknesses]."""
+    return half_layer if 0.0 < half_layer - half < _FLUSH else half
+
+
+def layer_of_cells(sensor: Sensor, mesh: MixedMesh) -> Integers | None:
+    """Return the number of the layer that each cell of a pad's mesh lies in, (e,), its cover's last; None of one."""
+    elastomer = sensor.elastomer
+    between = [] if elastomer is None else [each.height for each in interfaces(elastomer)]
+    between += [1.0] if sensor.cover is not None else []
     return np.searchsorted(between, mesh.nodes[mesh.cells][..., -1].mean(axis=1)) if between else None
 
 
-def laws_of(elastomer: Elastomer, of: Integers | None, guard: float = 0.0, apart: float = 0.0) -> Laws:
+def laws_of(sensor: Sensor, of: Integers | None, guard: float = 0.0, apart: float = 0.0) -> Laws:
     """Return the laws of a pad's cells, `of` the layer of each.
 
     `guard` [shear moduli] is in the laws, a part of K of each at most; `apart` [those of the pad] acts elsewhere.
     """
+    mu = 1.0 if sensor.elastomer is None else sensor.elastomer.shear_modulus
     return Laws(tuple(
-        law_of(layer.silicone, guard, elastomer.shear_modulus, layer.free_stretch**3, share=GUARD_SHARE, apart=apart)
-        for layer in elastomer.stack
+        law_of(layer.silicone, guard, mu, layer.free_stretch**3, share=GUARD_SHARE, apart=apart)
+        for layer in stack_of(sensor)
     ), of)

@@ -225,7 +225,7 @@ def scene_part(sensor: Sensor) -> str:
     kinds, numbers = kinds_of(sensor.coils)
     for k in range(len(kinds)):
         blocks.append(_coils([coil for coil, number in zip(sensor.coils, numbers, strict=True) if number == k]))
-    plates = {"target": sensor.target, "elastomer": sensor.elastomer}
+    plates = {"target": sensor.target, "elastomer": sensor.elastomer, "cover": sensor.cover}
     parts: list[tuple[str, BaseModel]] = [(name, part) for name, part in plates.items() if part is not None]
     parts += [(f"conductor {part.name}", part) for part in sensor.conductors]
     blocks += [(title, _rows(part)) for title, part in [*parts, ("readout", sensor.readout)]]

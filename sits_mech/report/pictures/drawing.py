@@ -20,8 +20,8 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, conductor_cut, names_cut
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
-from sits_mech.scene.outlines import inside_loops
-from sits_mech.scene.sensor import Coil, Conductor, Elastomer, Sensor, Target
+from sits_mech.scene.outlines import circle, inside_loops
+from sits_mech.scene.sensor import Coil, Conductor, Cover, Elastomer, Sensor, Target
 from sits_mech.units import MM
 
 if TYPE_CHECKING:
@@ -110,10 +110,22 @@ def _plates(sensor: Sensor) -> list[DrawnPlate]:
         rims = tuple(MM * own.rim for own in pad_outlines(layer, target))
         sizes = _sizes(layer) if layer.kind != "pillars" else f"{len(rims)} pillars {_sizes(layer)}"
         found.append(DrawnPlate("pad", rims, bottom, rest, sizes, "#efcf9f"))
+    if sensor.cover is not None and layer is not None and target is not None:
+        size = sensor.cover.extent(target, layer)
+        own = (MM * np.array(_rim(size, target.is_round)),)
+        words = f"{_by(size[: 1 if target.is_round else 2])}, {MM * sensor.cover.thickness:.4g} over the target"
+        top = rest + MM * (target.thickness + sensor.cover.thickness)
+        found.append(DrawnPlate("cover", own, rest, top, f"{'⌀ ' * target.is_round}{words}", "#d9c9a8"))
     if target is not None:
         own = tuple(MM * np.array(loop) for loop in target_outline(target).loops)
         found.append(DrawnPlate("target", own, rest, rest + MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
+
+
+def _rim(size: tuple[float, float], is_round: bool) -> Sequence[tuple[float, float]]:
+    """Return the rim of a rectangle or a disc around the origin [m]."""
+    a, b = 0.5 * size[0], 0.5 * size[1]
+    return circle(a) if is_round else [(-a, -b), (a, -b), (a, b), (-a, b)]
 
 
 def _disc(coil: Coil) -> Array:
@@ -157,7 +169,8 @@ def _rows(it: Drawing, axis: int) -> list[list[Span]]:
     places = sorted({round(MM * coil.centre[axis], 6) for coil in it.sensor.coils})
     found = [] if axis else [[_across(min(it.sensor.coils, key=lambda coil: (coil.centre[1], coil.centre[0])))]]
     found += [[(a, b, f"{b - a:.4g}") for a, b in pairwise(places)]] if 1 < len(places) <= _MOST + 1 else []
-    for part, plate in ((it.sensor.target, "target"), (it.sensor.elastomer, "pad")):
+    cover = it.sensor.target if it.sensor.cover is not None else None  # of the target's outline
+    for part, plate in ((it.sensor.target, "target"), (cover, "cover"), (it.sensor.elastomer, "pad")):
         if part is not None and not (_is_round(part) and axis == 1):
             rims = np.vstack(next(each.loops for each in it.plates if each.name == plate))
             low, high = float(rims[:, axis].min()), float(rims[:, axis].max())
@@ -297,10 +310,10 @@ def _list_of_parts(it: Drawing) -> list[str]:
         names = [each.name for each, number in zip(it.sensor.coils, numbers, strict=True) if number == k]
         name = ", ".join(names) if len(names) < 6 else f"{names[0]} to {names[-1]} ({len(names)})"
         lines.append(f"{name}: {_winding(coil)}")
-    materials = {"pad": it.sensor.elastomer, "target": it.sensor.target}
+    materials = {"pad": it.sensor.elastomer, "target": it.sensor.target, "cover": it.sensor.cover}
     for plate in it.plates:
         part = materials.get(plate.name)
-        made = part.words if isinstance(part, Elastomer) else "" if part is None else part.material
+        made = part.words if isinstance(part, Elastomer | Cover) else "" if part is None else part.material
         lines.append(f"{plate.name}: {plate.sizes}{f', {made}' if made else ''}")
     lines.append("tracks in the section: current along +y orange, along -y blue")
     radius = it.sensor.substrate_radius

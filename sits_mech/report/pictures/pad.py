@@ -9,8 +9,8 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.block import BlockPad, of_both_halves, solved_body
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import BRICK, DeformedSection, MixedMesh
-from sits_mech.mechanics.pad.shapes import PadShape, shape_of
-from sits_mech.mechanics.pad.solid import pad_parts
+from sits_mech.mechanics.pad.shapes import PadShape
+from sits_mech.mechanics.pad.solid import pad_parts, pad_shape
 from sits_mech.quantities import Array, Equilibrium, Integers
 
 _ROUND = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of a brick by z, y, x -> each face around
@@ -23,7 +23,7 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
     In the plane y = 0 the quads are quarters of the cells' faces, elsewhere those of an even grid; other planes take an
     equilibrium that leaves y = 0.
     """
-    target, elastomer = pad_parts(model.sensor)
+    _, elastomer = pad_parts(model.sensor)
     body = solved_body(model, equilibrium)
     mesh, middle = body.mesh, body.faces.middle
     if middle is None:
@@ -36,7 +36,7 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
         cells = np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])
     else:
         way = np.array([np.cos(angle), np.sin(angle), 0.0])
-        (points, rest), quads, cells = _slanted(mesh, u, way, shape_of(target, elastomer))
+        (points, rest), quads, cells = _slanted(mesh, u, way, pad_shape(model.sensor))
     points, rest = (each * elastomer.thickness + (0.0, elastomer.standoff) for each in (points, rest))
     J, stretch = deformation(mesh, u.ravel())[1].min(axis=1), most_stretched(mesh, u.ravel()).max(axis=1)
     return DeformedSection(points, quads, J[cells], stretch[cells], rest)
@@ -45,9 +45,13 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
 def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: PadShape) -> tuple[tuple[Array, Array], Integers, Integers]:
     """Return points along a direction and up, deformed and before, quads of a grid, and each one's cell.
 
-    The grid is even, with a line at each interface besides.
+    The grid is even, with a line at each interface and at the faces of target and cover besides.
     """
     across, lines = _GRID[0], np.union1d(np.linspace(0.0, 1.0, _GRID[1] + 1), [each.height for each in shape.between])
+    if shape.cover is not None:
+        low, high = shape.cover.levels
+        above = [np.linspace(*ends, 1 + _GRID[1] // 3) for ends in ((1.0, low), (low, high))]
+        lines = np.union1d(lines, np.concatenate(above))
     up = len(lines) - 1
     moved = LinearNDInterpolator(mesh.nodes, u)
     rays = np.linspace(0.0, np.linalg.norm(mesh.nodes[:, :2], axis=1).max(), 20 * across)

@@ -76,12 +76,14 @@ def layer_view(
 
 
 def _draw_interfaces(axes: Axes, sensor: Sensor, mesh: DeformedSection) -> list[Any]:
-    """Draw where the layers of a deformed pad meet, edges of its cells; return what a legend says of these lines."""
+    """Draw where layers of a deformed pad, or it and its cover, meet, edges of two cells; return lines for a legend."""
     from matplotlib.collections import LineCollection
 
     sides, lines = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2), []
-    up = mesh.rest[:, 1] - mesh.rest[:, 1].min()
-    for height in () if sensor.elastomer is None else sensor.elastomer.interfaces:
+    sides, count = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
+    sides, up, pad = sides[count == 2], mesh.rest[:, 1] - mesh.rest[:, 1].min(), sensor.elastomer
+    heights = [] if pad is None else [*pad.interfaces, *([pad.thickness] if sensor.cover is not None else [])]
+    for height in heights:
         on = np.abs(up - height) < _ON * up.max()
         edges = list(MM * mesh.points[sides[on[sides].all(axis=1)]])
         lines.append(LineCollection(edges, color=_INTERFACE, linewidth=1.2, label="interface of layers"))
@@ -111,10 +113,13 @@ def _draw_layer(figure: Figure, axes: Axes, mesh: DeformedSection, show: str, ed
 
 def _bonded_edges(sensor: Sensor, mesh: DeformedSection, plane: Plane) -> Array:
     """Return where the free faces meet ground and target in a section at rest, shape (n, 2) [m]."""
-    bottom, top = mesh.rest[:, 1].min(), mesh.rest[:, 1].max()
+    bottom, top, rims = mesh.rest[:, 1].min(), mesh.rest[:, 1].max(), [0.0]
+    if sensor.cover is not None and sensor.target is not None:
+        top -= sensor.target.thickness + sensor.cover.thickness
+        rims += [sensor.target.thickness]
     ends = [mesh.rest[:, 0].min(), mesh.rest[:, 0].max()]
     plate = np.array([]) if sensor.target is None else target_cut(sensor.target, Pose(0.0, top), plane)[..., 0].ravel()
-    return np.array([*((x, z) for x in ends for z in (bottom, top)), *((x, top) for x in plate)])
+    return np.array([*((x, z) for x in ends for z in (bottom, top)), *((x, top + z) for x in plate for z in rims)])
 
 
 def load_view(

@@ -36,7 +36,7 @@ def test_lines_lie_at_interfaces_and_close_up_where_two_silicones_meet():
 def test_every_cell_lies_in_one_layer():
     assert interfaces(TWO.elastomer) == (Interface(pytest.approx(0.4), True),)
     mesh = bonded_block(TWO, 2, whole=True).body.mesh
-    z, of = mesh.nodes[mesh.cells][..., 2], layer_of_cells(TWO.elastomer, mesh)
+    z, of = mesh.nodes[mesh.cells][..., 2], layer_of_cells(TWO, mesh)
     assert np.all(z[of == 0] <= 0.4 + 1e-12) and np.all(z[of == 1] >= 0.4 - 1e-12)
     assert mesh.inside.weights[of == 0].sum() == pytest.approx(0.4 * mesh.inside.weights.sum())
 

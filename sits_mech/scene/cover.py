@@ -1,0 +1,102 @@
+"""Define the cover of a sensor: silicone on the target's top, around its rim and on the pad beside it, bonded to all.
+
+The target is a rigid inclusion then. With the target's thickness h the cover reaches from the pad's upper face to
+``h + thickness`` above it, over the target's outline and `overhang` beyond it; its top is flat. Along a direction in
+which the target reaches the pad's sides the cover ends with both. Lengths [m].
+"""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import BaseModel
+
+from sits_mech.inputs import FORM
+from sits_mech.scene.bounds import Length, SiliconeOrName, Stretch
+from sits_mech.scene.elastomer import THINNEST, Elastomer
+from sits_mech.scene.materials import silicones
+from sits_mech.scene.parts import Target
+from sits_mech.silicone.material import Silicone
+from sits_mech.units import SLACK, SceneError, shown
+
+_CLEAR = 0.95  # of the room on a pad of another outline, where cells beside the cover would have no width
+
+
+class Cover(BaseModel):
+    """A silicone bonded on the target's top and rim, and on the pad around it.
+
+    Attributes
+    ----------
+    material : str or Silicone
+        A silicone of the catalogue, or one of the scene's own.
+    thickness : float
+        Above the target's top face; beside the target it is that much and the target's thickness high [m].
+    overhang : float
+        How far it reaches beyond the target's rim, at most to the pad's sides; not at all where these end with it [m].
+    free_stretch : float
+        As of the pad, of this silicone.
+    """
+
+    model_config = FORM
+    material: SiliconeOrName
+    thickness: Length
+    overhang: Length
+    free_stretch: Stretch = 1.0
+
+    @property
+    def silicone(self) -> Silicone:
+        """What it is made of."""
+        return self.material if isinstance(self.material, Silicone) else silicones()[self.material]
+
+    def extent(self, target: Target, elastomer: Elastomer) -> tuple[float, float]:
+        """Return its size along x and y [m]: of the pad where that ends with the target."""
+        x, y = (
+            own + 2.0 * self.overhang * (size - own > SLACK * size)
+            for own, size in zip(target.extent, elastomer.extent, strict=True)
+        )
+        return x, y
+
+    @property
+    def words(self) -> str:
+        """Its silicone by name for a reader; empty where it has none."""
+        return self.silicone.name
+
+
+def check_cover(cover: Cover, target: Target | None, elastomer: Elastomer | None) -> None:
+    """Refuse a cover that has nothing to be bonded on, or that no mesh resolves."""
+    if target is None or elastomer is None:
+        missing = "target" if target is None else "elastomer"
+        raise SceneError(f"cover must have a target and an elastomer to be bonded on; {missing} is missing")
+    if target.loops:
+        raise SceneError(f"target.shape must be 'rectangle' or 'disc' under a cover; got {shown(target.shape)}")
+    if elastomer.kind == "pillars":
+        raise SceneError("elastomer.shape must be 'box' or 'cylinder' under a cover; got 'pillars'")
+    for key in ("mesh", "edge_radius"):
+        if getattr(elastomer, key) is not None:
+            raise SceneError(f"elastomer.{key} must be left out under a cover; got {shown(getattr(elastomer, key))}")
+    room = _room(target, elastomer)
+    if not 0.0 < room < math.inf:
+        sizes = [" x ".join(f"{size:g}" for size in part.extent) for part in (target, elastomer)]
+        raise SceneError(f"cover must have pad around the target to be bonded on; a target of {sizes[0]} m covers one "
+                         f"of {sizes[1]} m")
+    if cover.overhang > room * (1.0 + SLACK):
+        raise SceneError(f"cover.overhang must be at most {room:g} m, or it reaches beyond the pad; got "
+                         f"{cover.overhang:g} m")
+    least = THINNEST * elastomer.thickness
+    sizes_of = {"cover.thickness": cover.thickness, "cover.overhang": cover.overhang,
+                "target.thickness": target.thickness}
+    for key, size in sizes_of.items():
+        if size < least:
+            raise SceneError(f"{key} must be at least {THINNEST:g} of the pad's thickness, {least:g} m, with a cover; "
+                             f"got {size:g} m")
+
+
+def _room(target: Target, elastomer: Elastomer) -> float:
+    """Return the largest overhang that a pad has room for [m]; infinite of a flush target, not above 0 of a wider."""
+    (a, b), (A, B) = ([0.5 * size for size in part.extent] for part in (target, elastomer))
+    if target.is_round == elastomer.is_round:
+        beside = ((A - a) / A, A - a), ((B - b) / B, B - b)
+        return min((gap for share, gap in beside if abs(share) > SLACK), default=math.inf)
+    if target.is_round:
+        return _CLEAR * (min(A, B) - a)
+    return _CLEAR * 0.5 * (math.sqrt(max(2.0 * A**2 - (a - b) ** 2, 0.0)) - a - b)  # a corner on the circle
