@@ -26,11 +26,8 @@ class Inclusion(NamedTuple):
 
     def filled(self, places: Array) -> Mask:
         """Say which places, (n, 3), from the ground to the cover's top and within the pad's outline are silicone."""
-        z, in_target, in_cover = (
-            places[:, 2],
-            inside_outline(self.target, places, 0.0),
-            inside_outline(self.cover, places, 0.0),
-        )
+        in_target, in_cover = (inside_outline(each, places, 0.0) for each in (self.target, self.cover))
+        z = places[:, 2]
         return np.asarray((z < self.low) | (in_cover & (~in_target | (z > self.high))))
 
 

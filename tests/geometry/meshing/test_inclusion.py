@@ -8,10 +8,7 @@ from skfem.element import ElementHex2
 from sits_mech.geometry.meshing.bricks import PlateOutline, box_bricks, ring_bricks
 from sits_mech.geometry.meshing.inclusion import Inclusion, hollowed
 
-SQUARE, DISC = (
-    (PlateOutline(1.0, 1.0, False), PlateOutline(2.0, 2.0, False)),
-    (PlateOutline(1.0, 1.0, True), PlateOutline(2.0, 2.0, True)),
-)
+SQUARE, DISC = ((PlateOutline(1.0, 1.0, r), PlateOutline(2.0, 2.0, r)) for r in (False, True))
 Z = np.array([0.0, 0.5, 1.0, 1.1, 1.2, 1.6, 2.0])
 X = np.array([-3.0, -2.0, -1.5, -1.0, 0.0, 1.0, 1.5, 2.0, 3.0])
 
