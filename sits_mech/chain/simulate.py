@@ -27,6 +27,7 @@ from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
+from sits_mech.mechanics.touch import on_target
 from sits_mech.notes import Omission, Relative
 from sits_mech.quantities import (
     WRENCH,
@@ -195,7 +196,7 @@ def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "")
 def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
     """Return what a mechanical model leaves out of loads and counts; nothing of a model without a description."""
     model = MECHANICS.get(name)
-    every = () if model is None else model.leaves_out(sensor, Question(loads=tuple(loads), closely=True))
+    every = () if model is None else model.leaves_out(sensor, Question(loads=on_target(sensor, loads), closely=True))
     return tuple(item for item in every if item.counts and item.size != 0.0)
 
 

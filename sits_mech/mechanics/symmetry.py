@@ -97,8 +97,10 @@ class Symmetry:
 
 
 def symmetry_of(sensor: Sensor) -> Symmetry:
-    """Return the symmetry of pad and target; none is known of a user's mesh or an outline."""
+    """Return the symmetry of pad and target; none is known of a user's mesh, an outline or a touch off the middle."""
     target, elastomer = sensor.target, sensor.elastomer
+    if sensor.touch is not None and sensor.touch.place != (0.0, 0.0):
+        return Symmetry()
     if target is None or target.loops or (elastomer is not None and elastomer.mesh is not None):
         return Symmetry()
     parts = [(target.extent, target.is_round)]
