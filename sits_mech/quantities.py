@@ -290,6 +290,8 @@ class Equilibrium:
         Discrete solutions beyond `state` that the pose is extrapolated from; one that is not known is empty.
     slopes : ndarray, shape (n, 6)
         Derivatives of the pose by numbers of the scene, where they were asked for; n is 0 otherwise.
+    acting : Wrench or None
+        What a touch is at this pose, about the middle of the target's top face; None without touch [N, N m].
     """
 
     wrench: Wrench
@@ -300,6 +302,7 @@ class Equilibrium:
     shared: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
     finer: tuple[Array, ...] = field(default=(), repr=False)
     slopes: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
+    acting: Wrench | None = None
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes
 from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.mechanics.touch import check_places
+from sits_mech.mechanics.touch import check_places, check_untouched
 from sits_mech.notes import NoteKind, packed, packed_omissions
 from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
@@ -234,6 +234,7 @@ def _marks(
 
 def _by_temperature(sensor: Sensor, name: str, layer: MechanicalModel) -> tuple[list[Parameter], list[Parameter]]:
     """Return the parameters of the sensor's temperature, and those of them that move the target."""
+    check_untouched(sensor, "drift")
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"drift: must be asked of the mechanics block, planar, axisymmetric or linear; got {name}")
     said = unknown_coefficients(sensor)

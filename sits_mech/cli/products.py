@@ -51,7 +51,7 @@ def view(
     from sits_mech.report.pictures.asked import check_options, driven_coil, kind_of_picture, picture_path
 
     sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
-    kind = kind_of_picture(kind, load.wrench(), pose)
+    kind = kind_of_picture(kind, load.wrench(sensor), pose)
     path, coil = picture_path(output, scene, kind), driven_coil(sensor, driven)
     check_options(kind, show=show, frequency=frequency, driven=driven)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
@@ -60,7 +60,7 @@ def view(
     from sits_mech.report.pictures.request import Request, draw
 
     try:
-        draw(kind, sensor, Request(load.wrench(), pose, hertz, coil, show or "displacement"), path)
+        draw(kind, sensor, Request(load.wrench(sensor), pose, hertz, coil, show or "displacement"), path)
     except SolveFailed as error:
         return not_converged(error, as_json)
     written([path], as_json)
@@ -151,7 +151,7 @@ def export(
     from sits_mech.quantities import SolveFailed
 
     try:
-        notes = form.write(Source(sensor, data, load.wrench()), path)
+        notes = form.write(Source(sensor, data, load.wrench(sensor)), path)
     except SolveFailed as error:
         return not_converged(error, as_json)
     written([path], as_json, notes)

@@ -22,8 +22,14 @@ moment; there a cylinder is a sphere and a punch one of no radius. Sources: K. L
 section 4.2; the rest is statics.
 
 The pose q follows from W(q), and W from the pose: q = Q(W(q)), Q a mechanical model; the height plays no part. The
-difference g = Q(W(q)) - q is brought to zero by Broyden's method from the touch at rest, B = -1/J = 1 at first; what is
-left counts as error. A touch in the middle that turns nothing leaves W as it is, and is one solve.
+difference g = Q(W(q)) - q is brought to zero by Broyden's method from the touch at rest, B = -1/J = 1 at first. What
+the pose changes of the wrench moves a pad of thickness t, modulus mu and area A by about
+
+    t/(mu A) |dF| + |dM|/|M| theta w/2,
+
+theta its tilt under M and w the target's side; twice as much, or |g| where that is less, counts as error, and ends the
+search where it is a fifth of the model's own. A rest is held where 1/B = 1 - dQ/dW dW/dq, which is 1 without load,
+has not gone through zero: det B > 0. A touch in the middle that turns nothing leaves W as it is: one solve.
 
 Loads: a wrench on a touched target is taken about the touched point; one with moments touches elsewhere,
 ``x - x_0 = M/F_z, y - y_0 = -M_x/F_z``, so that symmetry.py turns and mirrors touches as it does wrenches.
@@ -34,8 +40,10 @@ Left out: friction between the two, the way to the load, an indenter or a target
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol, cast
 
 import numpy as np
 
@@ -49,10 +57,15 @@ from sits_mech.units import millimetres as mm
 
 _STEPS = 15  # of Broyden's method; stable pads take 2 to 5
 _SAME = 1e-9  # of a wrench: what is closer is rounding
-_LEFT = 0.05  # of a model's own error, what may be left
+_LEFT = 0.2  # of a model's own error, what may be left
+_MARGIN = 2.0  # times what a change of the wrench is expected to move
 _LEAST = 1e-7  # of the target's half width, the same of a model without an error
 _FORCES = np.array([name.startswith("F") for name in WRENCH])
 _TURN, _PLACE = [4, 2, 5], [0, 3]  # of a pose: its rotation vector, its place along x and y
+
+
+class RefinedLayer(RefinedModel, MechanicalModel, Protocol):
+    """A mechanical model of several meshes."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +84,7 @@ class Touched:
 class RefinedTouched:
     """The same of a model with several meshes; see `RefinedModel`."""
 
-    layer: RefinedModel
+    layer: RefinedLayer
     sensor: Sensor
 
     @property
@@ -97,7 +110,9 @@ def touched(layer: MechanicalModel, sensor: Sensor) -> MechanicalModel:
     """
     if sensor.touch is None:
         return layer
-    return RefinedTouched(layer, sensor) if isinstance(layer, RefinedModel) else Touched(layer, sensor)
+    if isinstance(layer, RefinedModel):
+        return RefinedTouched(cast(RefinedLayer, layer), sensor)
+    return Touched(layer, sensor)
 
 
 def bare(layer: MechanicalModel) -> MechanicalModel:
@@ -105,11 +120,17 @@ def bare(layer: MechanicalModel) -> MechanicalModel:
     return layer.layer if isinstance(layer, Touched | RefinedTouched) else layer
 
 
+def check_untouched(sensor: Sensor, purpose: str) -> None:
+    """Refuse a touch for what follows a wrench, not a pose."""
+    if sensor.touch is not None:
+        raise SceneError(f"touch: must be left out of the scene for {purpose}; got a {sensor.touch.words}")
+
+
 def on_target(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[Wrench, ...]:
     """Return loads about the middle of the top face of a target at rest [N, N m]: themselves without touch."""
     if sensor.touch is None:
         return tuple(loads)
-    return tuple(_wrench_at(sensor, load, np.zeros(6)) for load in loads)
+    return tuple(touch_wrench(sensor, load, np.zeros(6)) for load in loads)
 
 
 def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
@@ -132,7 +153,7 @@ def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
         check_on_target(sensor.touch, _target(sensor), place)
 
 
-def _wrench_at(sensor: Sensor, load: Wrench, pose: Array) -> Wrench:
+def touch_wrench(sensor: Sensor, load: Wrench, pose: Array) -> Wrench:
     """Return the wrench about the middle of the top face that a load is at a pose (6,)."""
     r, R = _arm(sensor, load, pose)
     n, touch = R[:, 2], _touch(sensor)
@@ -140,6 +161,12 @@ def _wrench_at(sensor: Sensor, load: Wrench, pose: Array) -> Wrench:
     M = np.cross(r, F) + 0.0
     return Wrench(F_x=float(F[0]) + 0.0, F_z=load.F_z, M=float(M[1]), F_y=float(F[1]) + 0.0, M_x=float(M[0]),
                   M_z=float(M[2]) + load.M_z)
+
+
+def contact_point(sensor: Sensor, load: Wrench, pose: Pose) -> tuple[Array, Array]:
+    """Return where a load touches at a pose, x, y, z in space [m], and the normal of the target's face there."""
+    r, R = _arm(sensor, load, pose.components)
+    return pose.centre + _target(sensor).thickness * R[:, 2] + r, R[:, 2]
 
 
 def _arm(sensor: Sensor, load: Wrench, pose: Array) -> tuple[Array, Array]:
@@ -184,25 +211,41 @@ def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equil
     q, B = np.zeros(6), np.eye(6)
     if start is not None:
         q = start.pose.components * (lever > 0.0)
-        start = replace(start, wrench=_wrench_at(sensor, start.wrench, start.pose.components))
+        start = replace(start, wrench=touch_wrench(sensor, start.wrench, start.pose.components))
     last, seconds, iterations = None, 0.0, 0
     for _ in range(_STEPS):
-        W = _wrench_at(sensor, load, q)
+        W = touch_wrench(sensor, load, q)
         found = layer.equilibrium(W, start=start)
         seconds, iterations = seconds + found.report.seconds, iterations + found.report.iterations
         g = found.pose.components * (lever > 0.0) - q
-        left = float(np.abs(g * lever).max())
-        same = _alike(W, _wrench_at(sensor, load, found.pose.components), half)
+        there = touch_wrench(sensor, load, found.pose.components)
+        same = _alike(W, there, half)
+        left = min(float(np.abs(g * lever).max()), _moves(sensor, found.pose.components, W, there))
+        if float(np.linalg.det(B)) <= 0.0:
+            break
         if same or left <= max(_LEFT * float(np.abs(found.error.components * lever).max()), _LEAST * half):
             found = replace(found, report=replace(found.report, seconds=seconds, iterations=iterations))
+            found = replace(found, acting=W if same else there)
             return _at_rest(sensor, load, found, 0.0 if same else left, np.where(lever > 0.0, lever, 1.0))
         if last is not None:
             dq, df = (q - last[0]) * lever, (g - last[1]) * lever
             B = B - np.outer(dq + B @ df, dq @ B) / (dq @ B @ df)
         last, start = (q, g), found
         q = q + np.divide(B @ (g * lever), lever, out=np.zeros(6), where=lever > 0.0)
-    report = replace(found.report, status="touch not followed")
-    raise SolveFailed(f"touch: no pose was found whose own wrench leads to it in {_STEPS} solves", report, found)
+    report = replace(found.report, status="touch not held")
+    raise SolveFailed("touch: no stable pose was found whose own wrench leads to it", report, found)
+
+
+def _moves(sensor: Sensor, pose: Array, W: Wrench, there: Wrench) -> float:
+    """Return about how far a target at a pose (6,) moves from one wrench to another [m], with a margin."""
+    own, pad = W.components, sensor.elastomer
+    change = there.components - own
+    M, dM, tilt = (float(np.linalg.norm(each)) for each in (own[_TURN], change[_TURN], pose[_TURN[:2]]))
+    if pad is None or (M == 0.0 and dM > 0.0):
+        return math.inf
+    shift = float(np.linalg.norm(change[_PLACE])) * pad.thickness / (pad.shear_modulus * math.prod(pad.extent))
+    turn = dM / M * tilt * 0.5 * max(_target(sensor).extent) if M else 0.0
+    return _MARGIN * (shift + turn)
 
 
 def _at_rest(sensor: Sensor, load: Wrench, found: Equilibrium, left: float, lever: Array) -> Equilibrium:

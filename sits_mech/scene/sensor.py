@@ -39,7 +39,7 @@ __all__ = [
 
 REFERENCE = 293.15
 """Temperature that the numbers of a scene hold at, 20 degC [K]."""
-_UNSAID = {  # keys of each part that are left out where they have their defaults
+_UNSAID: Mapping[str, Mapping[str, Any]] = {  # keys of each part that are left out where they have their defaults
     "elastomer": {"weld": False, "free_stretch": 1.0},
     "readout": {"capacitance_coefficient": 0.0, "clock_coefficient": 0.0},
     "touch": {"x": 0.0, "y": 0.0, "friction": "none"},
