@@ -51,7 +51,7 @@ def view(
     from sits_mech.report.pictures.asked import check_options, driven_coil, kind_of_picture, picture_path
 
     sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
-    kind = kind_of_picture(kind, load.wrench(sensor), pose)
+    kind = kind_of_picture(kind, load.wrench(), pose)
     path, coil = picture_path(output, scene, kind), driven_coil(sensor, driven)
     check_options(kind, show=show, frequency=frequency, driven=driven)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")

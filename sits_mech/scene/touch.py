@@ -93,11 +93,11 @@ class Touch(BaseModel):
     @property
     def words(self) -> str:
         """What it is, for a message: ``punch 4 mm x 4 mm``."""
-        size = {"sphere": "", "cylinder": f" {mm(self.length or 0.0)} long along {self.axis}"}.get(self.shape)
-        if size is None:
-            sides = " x ".join(mm(each) for each in (self.width, self.length) if each is not None)
-            size = f" {sides}" if sides else f" {mm(self.diameter or 0.0)} across"
-        return f"{self.shape}{size}"
+        if self.radius is not None:
+            along = f", {mm(self.length)} long along {self.axis}" if self.length is not None else ""
+            return f"{self.shape} of radius {mm(self.radius)}{along}"
+        sides = " x ".join(mm(each) for each in (self.width, self.length) if each is not None)
+        return f"{self.shape} {sides}" if sides else f"{self.shape} {mm(self.diameter or 0.0)} across"
 
 
 def check_touch(touch: Touch, target: Target | None) -> None:

@@ -11,7 +11,7 @@ from sits_mech.magnetics.field import planar_fem
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
-from sits_mech.mechanics.touch import bare, on_target
+from sits_mech.mechanics.touch import bare, contact_point, on_target
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import (
@@ -26,6 +26,7 @@ from sits_mech.report.pictures.fields import (
     potential_height,
     written_frequency,
 )
+from sits_mech.report.pictures.indenter import draw_from_the_side, height_shown
 from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.report.pictures.style import TRACKS, add_polygons, label_bar, new_figure
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -65,6 +66,9 @@ def layer_view(
         for corners, shade in plates:
             add_polygons(axes, MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
         _dress(axes, equilibrium, frame, plane)
+        if sensor.touch is not None:
+            draw_from_the_side(axes, sensor.touch, *contact_point(sensor, equilibrium.wrench, equilibrium.pose), plane)
+            axes.set_ylim(top=axes.get_ylim()[1] + height_shown(sensor.touch))
         missed = names_cut(sensor, plane)[1]
         beside = f"; beside it: {', '.join(missed)}" if missed else ""
         axes.annotate(
