@@ -33,7 +33,8 @@ def test_two_mirrored_coils_read_it_rightly():
 
 def test_both_axes_of_a_place_add():
     axes = (F, X[::2], X[::2])
-    cal = calibrated(lambda f, x, y: -10.0 * f * (1.0 + (x + y) / 20e-3), axes=axes, forces=("F_z", "touch_x", "touch_y"))
+    names = ("F_z", "touch_x", "touch_y")
+    cal = calibrated(lambda f, x, y: -10.0 * f * (1.0 + (x + y) / 20e-3), axes=axes, forces=names)
     assert misplaced(cal, {"touch_x": 0.0, "touch_y": 0.0}, 1e-3) == pytest.approx({"F_z": 0.3}, rel=1e-3)
 
 

@@ -1,5 +1,7 @@
 """What touches the target in scene files: sizes of each shape, places on targets, lines that refuse others."""
 
+import tomllib
+
 import pytest
 
 from sits_mech.scene.sensor import SceneError, load_sensor, scene_text, sensor_from
@@ -13,9 +15,8 @@ def scene(touch, *more):
 
 
 def test_a_scene_with_a_touch_reads_and_writes_as_it_is():
-    import tomllib
-
-    sensor = scene('shape="cylinder", radius="2 mm", length="4 mm", axis="y", x="1 mm", friction="sticking", force="2 N"')
+    sizes = 'shape="cylinder", radius="2 mm", length="4 mm", axis="y"'
+    sensor = scene(f'{sizes}, x="1 mm", friction="sticking", force="2 N"')
     assert sensor.touch.place == sensor.touched_point == (1e-3, 0.0) and sensor.touch.force == 2.0
     assert sensor_from(tomllib.loads(scene_text(sensor))) == sensor
     assert load_sensor("biorob2018").touched_point == (0.0, 0.0)
@@ -24,8 +25,8 @@ def test_a_scene_with_a_touch_reads_and_writes_as_it_is():
 
 @pytest.mark.parametrize(("touch", "line"), [
     ('shape="sphere"', "touch: radius must be given for a sphere; it is missing"),
-    ('shape="sphere", radius="1 mm", x="7.6 mm"', "touch: must lie on the target, a rectangle 15 mm x 8 mm, as a whole; "
-     "got a sphere of radius 1 mm at x = 7.6 mm, y = 0 mm"),
+    ('shape="sphere", radius="1 mm", x="7.6 mm"', "touch: must lie on the target, a rectangle 15 mm x 8 mm, "
+     "as a whole; got a sphere of radius 1 mm at x = 7.6 mm, y = 0 mm"),
     ('shape="punch", width="4 mm", length="4 mm", y="2.5 mm"', "got a punch 4 mm x 4 mm at x = 0 mm, y = 2.5 mm"),
     ('shape="punch", diameter="9 mm"', "got a punch 9 mm across at x = 0 mm, y = 0 mm"),
     ('shape="punch", diameter="2 mm", width="2 mm"', "touch: width must not be given for a punch"),
